@@ -1,0 +1,1 @@
+"""Timings, as ratios taken side by side in one run."""

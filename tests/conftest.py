@@ -1,0 +1,26 @@
+"""Settings of all tests: every run draws the same examples, and says from which seed."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, settings
+
+SEED = 20261121
+
+settings.register_profile(
+    "twolink",
+    derandomize=True,
+    deadline=None,
+    print_blob=True,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+)
+settings.load_profile("twolink")
+
+
+def pytest_report_header() -> str:
+    return f"twolink: random states from seed {SEED}; hypothesis draws the same examples each time"
+
+
+@pytest.fixture
+def random() -> np.random.Generator:
+    """Random numbers, the same in every run of a test."""
+    return np.random.default_rng(SEED)

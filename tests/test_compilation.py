@@ -1,0 +1,111 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from tests.strategies import chains, states
+from twolink import kane, lagrange
+from twolink.arithmetic import cos, sin
+from twolink.chain import Chain
+from twolink.compilation import Compiled
+from twolink.effects.gravity import Gravity
+from twolink.errors import ParameterError
+from twolink.loads import Force
+
+FORMULATIONS = [kane, lagrange]
+
+
+def texts(f, chain):
+    gravity = Gravity(9.81)
+
+    def inverse_dynamics(q, u, du):
+        return f.inverse_dynamics(chain, q, u, du, gravity.loads(chain, q, u))
+
+    return {
+        "mass matrix": (lambda q: f.mass_matrix(chain, q), 1),
+        "determinant": (lambda q: f.determinant(chain, q), 1),
+        "inverse dynamics": (inverse_dynamics, 3),
+        "forward dynamics": (
+            lambda q, u: f.forward_dynamics(chain, q, u, gravity.loads(chain, q, u)),
+            2,
+        ),
+        "Coriolis matrix": (lambda q, u: f.coriolis_matrix(chain, q, u), 2),
+    }
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+@given(chain=chains(), state=states())
+def test_compiled_is_the_text_to_the_last_bit(formulation, chain, state):
+    for text, arguments in texts(formulation, chain).values():
+        inputs = (state.q, state.u, state.du)[:arguments]
+        assert np.array_equal(Compiled(text)(*inputs), text(*inputs))
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_a_batch_is_its_states_one_by_one(formulation, random):
+    chain = Chain((1.0, 2.0), (1.0, 0.7), ((0.4, 0.1), (0.3, -0.2)), (0.1, 0.05))
+    n = 40_000
+    states = [random.uniform(-5, 5, (2, n)) for _ in range(3)]
+    for text, arguments in texts(formulation, chain).values():
+        compiled = Compiled(text)
+        values = compiled.batch(*states[:arguments])
+        for index in (0, 1, 16383, 16384, n - 1):
+            one = compiled(*(tuple(map(float, state[:, index])) for state in states[:arguments]))
+            # NumPy's sine may differ from the C library's in the last place.
+            assert values[..., index] == pytest.approx(np.array(one), rel=1e-12, abs=1e-12)
+
+
+def test_idle_operations_are_not_written():
+    # A mass of 1 kg, a length of 1 m and a centre on the axis: no product, no term for them.
+    chain = Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (0.5, 0.0)), (0.1, 0.1))
+    assert Compiled(lambda q: lagrange.mass_matrix(chain, q)).operations == {
+        "*": 1,
+        "-": 1,
+        "cos": 1,
+    }
+
+
+def test_a_common_subexpression_is_computed_once():
+    compiled = Compiled(lambda q: (sin(q[0]) * q[1] + sin(q[0]), q[1] * sin(q[0])))
+    assert compiled.operations == {"*": 1, "+": 1, "sin": 1}
+    assert compiled.depth == 3
+
+
+def test_signs_are_carried_along():
+    compiled = Compiled(lambda q: (-q[0] * (-2.0) - -q[1], -(q[0] - q[1]), q[1] - q[0]))
+    assert compiled.operations == {"*": 1, "+": 1, "-": 1}
+    assert compiled((3.0, 5.0)) == (11.0, 2.0, 2.0)
+
+
+def test_division_and_constants():
+    compiled = Compiled(lambda q: (q[0] / q[1], -1.0 / q[0], q[0] / -4.0, 0 / q[1], 7.0))
+    assert compiled((3.0, 5.0)) == (3.0 / 5.0, -1.0 / 3.0, -0.75, 0.0, 7.0)
+
+
+def test_complex_states_give_exact_derivatives(random):
+    compiled = Compiled(lambda q: (sin(q[0]) * cos(q[1]), q[0] / q[1]))
+    q = random.uniform(1, 2, (2, 5))
+    stepped = q.astype(complex)
+    stepped[0] += 1e-100j
+    slopes = compiled.batch(stepped).imag / 1e-100
+    assert slopes[0] == pytest.approx(np.cos(q[0]) * np.cos(q[1]), rel=1e-15)
+    assert slopes[1] == pytest.approx(1 / q[1], rel=1e-15)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, 1j, "1"])
+def test_a_constant_that_is_no_finite_float_is_refused(value):
+    chain = Chain.uniform_bars()
+    with pytest.raises(ParameterError, match="compiled formula met"):
+        Compiled(lambda q: kane.generalized_active_force(chain, q, (Force(chain.D, (value, 1.0)),)))
+
+
+@pytest.mark.parametrize("shape", [(3, 4), (2,), (4, 2)])
+def test_a_batch_of_another_shape_is_refused(shape):
+    compiled = Compiled(lambda q: q[0] * q[1])
+    if shape == (2,):
+        with pytest.raises(ParameterError, match="batch of states"):
+            compiled.batch(np.zeros(shape), np.zeros(shape))
+    else:
+        with pytest.raises(ParameterError, match="allowed is"):
+            compiled.batch(np.zeros(shape))

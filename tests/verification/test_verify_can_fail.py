@@ -1,0 +1,134 @@
+"""The checks can fail: each formula is broken in turn, and `verify` sees it.
+
+Every sign, sine, cosine, factor, and every u1, q1, m1, C1, … of the texts of Kane, Lagrange and the
+kinematics is changed, one at a time, for a general chain. A few changes are none; each is listed
+with its reason.
+"""
+
+import pytest
+
+from tests.mutants import Mutant, mutants
+from tests.verification.chains import GENERAL
+from twolink import kane, kinematics, lagrange
+from twolink.engines.pinocchio import Pinocchio
+from twolink.urdf import parse_planar_urdf
+from twolink.verification import verify
+from twolink.verification.quantities import Formulation, Machine, PointMotion
+
+STATES = 5
+
+# Not part of what an engine answers; tests/test_proof.py derives them from T by SymPy.
+PROVEN_INSTEAD = {"momenta"}
+
+# Changes that change nothing, by the text of the line.
+EQUIVALENT = {
+    # ω2 does not depend on u1, nor ω1 and v_C1 on u2: a sign before 0.
+    "K_in1 = _dot(v_C1.u1, F_in1) + omega1[0] * T_in1 + _dot(v_C2.u1, F_in2) + omega2[0] * T_in2": (
+        "Add to Sub at 12"
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def urdf():
+    return parse_planar_urdf(GENERAL.to_urdf())
+
+
+@pytest.fixture(scope="module")
+def engine(urdf):
+    return Pinocchio(urdf)
+
+
+def survivors(found, judge) -> list[str]:
+    """Return the mutants that pass for right; one that cannot even be evaluated is seen too."""
+    alive = []
+    count = 0
+    for mutant in found:
+        count += 1
+        try:
+            passed = judge(mutant)
+        except (NameError, AttributeError, ZeroDivisionError, TypeError):
+            passed = False
+        if passed:
+            alive.append(str(mutant))
+    assert count > 20
+    return alive
+
+
+def skip(function: str, line: str, change: str) -> bool:
+    return function in PROVEN_INSTEAD or EQUIVALENT.get(line) == change
+
+
+@pytest.mark.slow
+def test_every_break_of_kane_is_seen(urdf, engine):
+    def judge(mutant: Mutant) -> bool:
+        formulation = Formulation("Kane", mutant.module, mutant.module.partial_velocities)
+        broken = {"kane": formulation}
+        return verify(urdf, states=STATES, formulations=broken, engine=engine).passed
+
+    assert survivors(mutants(kane, skip), judge) == []
+
+
+@pytest.mark.slow
+def test_every_break_of_lagrange_is_seen(urdf, engine):
+    def judge(mutant: Mutant) -> bool:
+        formulation = Formulation("Lagrange", mutant.module, mutant.module.position_gradients)
+        broken = {"lagrange": formulation}
+        return verify(urdf, states=STATES, formulations=broken, engine=engine).passed
+
+    assert survivors(mutants(lagrange, skip), judge) == []
+
+
+@pytest.mark.slow
+def test_every_break_of_the_kinematics_is_seen(urdf, engine):
+    machine = Machine(GENERAL, urdf.joints, urdf.gravity)
+
+    def judge(mutant: Mutant) -> bool:
+        motion = PointMotion(machine, mutant.module)
+        return verify(urdf, states=STATES, formulations={}, engine=engine, motion=motion).passed
+
+    assert survivors(mutants(kinematics, skip), judge) == []
+
+
+def printed_slip(chain, q, u):
+    """The source's T2, with ω1 where ω2 is meant."""
+    T1, T2 = lagrange.kinetic_energies(chain, q, u)
+    return T1 + T2 + chain.I_C2 * (u[0] * u[0] - u[1] * u[1]) / 2
+
+
+def test_the_printed_slip_is_seen(urdf, engine, monkeypatch):
+    monkeypatch.setattr(lagrange, "kinetic_energy", printed_slip)
+    verdict = verify(urdf, states=STATES, engine=engine)
+    failed = {(c.quantity, c.source) for c in verdict.comparisons if not c.passed}
+    assert failed == {("kinetic energy", "Lagrange"), ("kinetic energy", "Kane")}
+    assert not verdict.passed
+    assert "disagree" in verdict.sentence
+
+
+@pytest.mark.parametrize("factor", [1 + 1e-10, -1, 0.5])
+def test_a_factor_on_the_mass_matrix_is_seen(urdf, engine, monkeypatch, factor):
+    right = kane.mass_matrix
+
+    def wrong(chain, q):
+        (M11, M12), (M21, M22) = right(chain, q)
+        return (M11, M12 * factor), (M21 * factor, M22)
+
+    monkeypatch.setattr(kane, "mass_matrix", wrong)
+    verdict = verify(urdf, states=STATES, engine=engine)
+    failed = {c.quantity for c in verdict.comparisons if not c.passed}
+    assert {"mass matrix", "forward dynamics", "kinetic energy"} <= failed
+
+
+def test_another_gravity_is_seen(urdf, engine):
+    """9.81 against 9.80665."""
+    other = parse_planar_urdf(GENERAL.to_urdf(), gravity=(0, 0, -9.80665))
+    verdict = verify(other, states=STATES, engine=engine)
+    failed = {c.quantity for c in verdict.comparisons if not c.passed}
+    assert {"gravity terms", "inverse dynamics", "forward dynamics", "potential energy"} <= failed
+    assert "mass matrix" not in failed
+
+
+def test_not_a_number_is_seen(urdf, engine, monkeypatch):
+    monkeypatch.setattr(kane, "kinetic_energy", lambda chain, q, u: u[0] / (u[0] - u[0]))
+    with pytest.warns(RuntimeWarning):
+        assert not verify(urdf, states=STATES, engine=engine).passed

@@ -1,0 +1,55 @@
+"""Functions of a number of any kind: float, array, long double, mpmath, SymPy, heyoka, …
+
+Every formula of this project is written once, with + − × ÷ and the functions below. The kind of
+number that is put in decides what comes out: a float, a million floats, fifty digits, a proof.
+
+The library that made a number also supplies its functions. So nothing is imported here that the
+caller has not imported already, and SymPy or mpmath cost nothing to those who do not use them.
+"""
+
+import cmath
+import functools
+import math
+import sys
+from types import ModuleType
+from typing import Any
+
+# A number of any kind. Its type is not narrower than this: no protocol covers SymPy and NumPy.
+Scalar = Any
+Pair = tuple[Scalar, Scalar]
+"""Two numbers: an entry for each link (q1, q2), or the x and y components of a plane vector."""
+Matrix = tuple[Pair, Pair]
+"""A 2 × 2 matrix as a pair of rows."""
+
+
+@functools.cache
+def _library_of(kind: type) -> ModuleType:
+    """Return the module that supplies the functions of numbers of this kind."""
+    if issubclass(kind, (float, int)):
+        return math
+    if issubclass(kind, complex):
+        return cmath
+    package = kind.__module__.partition(".")[0]
+    for name in (package, kind.__module__):
+        module = sys.modules.get(name)
+        if module is not None and hasattr(module, "sin"):
+            return module
+    raise TypeError(f"no library of functions is known for numbers of type {kind!r}")
+
+
+def sin(x: Scalar) -> Scalar:
+    """Return the sine of x (rad), in the kind of number that x is."""
+    return _library_of(type(x)).sin(x)
+
+
+def cos(x: Scalar) -> Scalar:
+    """Return the cosine of x (rad), in the kind of number that x is."""
+    return _library_of(type(x)).cos(x)
+
+
+def sign(x: Scalar) -> Scalar:
+    """Return -1, 0 or +1 (NaN for NaN) as the sign of x, in the kind of number that x is."""
+    library = _library_of(type(x))
+    if library is not math:
+        return library.sign(x)
+    return math.copysign(1.0, x) if x != 0 and x == x else x * 0.0

@@ -1,0 +1,249 @@
+"""The parameters of a planar two-link chain.
+
+                A ──── link 1 ──── B ──── link 2 ──── D
+
+A is fixed, B is the elbow, D the free end. Each link has a frame of its own in the plane of
+motion: it starts at the link's first joint, `along` points to B (link 1) or D (link 2), and
+`across` is a quarter turn further, in the positive sense of the angles.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from fractions import Fraction
+from numbers import Real
+from os import PathLike
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from twolink.arithmetic import Pair, Scalar
+from twolink.errors import ParameterError
+from twolink.urdf import LinkParameters, read_planar_urdf, write_planar_urdf
+
+
+class Point(NamedTuple):
+    """A point fixed to a link: link 1 or 2, and its coordinates `along` and `across` it (m)."""
+
+    link: int
+    along: Scalar
+    across: Scalar
+
+
+@dataclass(frozen=True)
+class Chain:
+    """A planar two-link chain, each field a pair with an entry for link 1 and link 2.
+
+    `mass` in kg; `length` in m, from A to B and from B to D; `centre`, the mass centre's `along`
+    and `across` in m; `inertia` about the mass centre in kg m². Numbers of any kind will do
+    (floats, mpmath, SymPy symbols); real ones are checked, and `ParameterError` names the link,
+    the value received and the values allowed.
+    """
+
+    mass: Pair
+    length: Pair
+    centre: tuple[Pair, Pair]
+    inertia: Pair
+    # A uniform bar's mL²/12 has no float64 value. Here it is kept whole, for `convert`.
+    _exact_inertia: Pair | None = field(default=None, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Check every parameter that is a real number."""
+        for name in ("mass", "length", "centre", "inertia"):
+            _check_pair(name, getattr(self, name))
+        for link in (1, 2):
+            mass, length = self.mass[link - 1], self.length[link - 1]
+            _check(mass > 0, link, "mass", mass, "a positive number of kg")
+            # L1 places the elbow and says where link 1 points; L2 only places D.
+            if link == 1:
+                _check(length > 0, link, "length", length, "a positive number of m")
+            _check(length >= 0, link, "length", length, "zero or a positive number of m")
+            inertia = self.inertia[link - 1]
+            _check(inertia >= 0, link, "inertia", inertia, "zero or a positive number of kg m²")
+        self._check_that_it_resists()
+
+    def _check_that_it_resists(self) -> None:
+        """Refuse a chain whose mass matrix is singular in some pose."""
+        (m1, m2), (I_C1, I_C2) = self.mass, self.inertia
+        (a1, b1), (a2, b2) = self.centre
+        I_A = I_C1 + m1 * (a1 * a1 + b1 * b1)
+        I_B = I_C2 + m2 * (a2 * a2 + b2 * b2)
+        _check(I_B > 0, 2, "inertia about B", I_B, "a positive number of kg m² (inertia or offset)")
+        if _is_real(I_A) and _is_real(I_C2) and I_C2 == 0:
+            _check(
+                I_A > 0,
+                1,
+                "inertia about A",
+                I_A,
+                "a positive number of kg m², since link 2 is a point mass",
+            )
+
+    @classmethod
+    def uniform_bars(cls, mass: Pair = (1.0, 1.0), length: Pair = (1.0, 1.0)) -> Chain:
+        """Return the source's chain: thin uniform bars of the given masses (kg) and lengths (m).
+
+        The mass centres are at mid-length and I_C = mL²/12 (source, section 6.1).
+        """
+        for name, pair in (("mass", mass), ("length", length)):
+            _check_pair(name, pair)
+        _check(length[1] > 0, 2, "length", length[1], "a positive number of m, for a bar")
+        exact = tuple(_exact(m) * _exact(L) ** 2 / 12 for m, L in zip(mass, length, strict=True))
+        return cls(
+            mass=mass,
+            length=length,
+            centre=((length[0] / 2, length[0] * 0), (length[1] / 2, length[1] * 0)),
+            inertia=tuple(float(I_C) if isinstance(I_C, Fraction) else I_C for I_C in exact),
+            _exact_inertia=exact,
+        )
+
+    @classmethod
+    def point_masses(cls, mass: Pair = (1.0, 1.0), length: Pair = (1.0, 1.0)) -> Chain:
+        """Return the textbook double pendulum: point masses (kg) at the ends of massless rods (m)."""
+        for name, pair in (("mass", mass), ("length", length)):
+            _check_pair(name, pair)
+        _check(length[1] > 0, 2, "length", length[1], "a positive number of m, for a point mass")
+        zero = length[0] * 0
+        return cls(
+            mass, length, centre=((length[0], zero), (length[1], zero)), inertia=(zero, zero)
+        )
+
+    @classmethod
+    def from_urdf(cls, path: str | PathLike[str], **reading: Any) -> Chain:
+        """Return the chain that a URDF file describes.
+
+        `reading` is passed to `twolink.urdf.read_planar_urdf`, which also tells where the chain
+        stands and how its joint angles are counted. Raises `UrdfError` for anything that is not
+        a planar two-link chain.
+        """
+        return cls.from_links(read_planar_urdf(path, **reading).links)
+
+    @classmethod
+    def from_links(cls, links: tuple[LinkParameters, LinkParameters]) -> Chain:
+        """Return the chain of two links as `twolink.urdf` reads and writes them."""
+        return cls(
+            mass=(links[0].mass, links[1].mass),
+            length=(links[0].length, links[1].length),
+            centre=(links[0].centre, links[1].centre),
+            inertia=(links[0].inertia, links[1].inertia),
+        )
+
+    def to_urdf(self, path: str | PathLike[str] | None = None, *, name: str = "twolink") -> str:
+        """Return the chain as URDF text, and write it to `path` if one is given.
+
+        Reading it back gives the same parameters (kg, m, kg m²) to the last bit.
+        """
+        fields = zip(self.mass, self.length, self.centre, self.inertia, strict=True)
+        first, second = (LinkParameters(*parameters) for parameters in fields)
+        text = write_planar_urdf((first, second), name=name)
+        if path is not None:
+            Path(path).write_text(text, encoding="utf-8")
+        return text
+
+    def convert(self, number: Callable[[Any], Scalar]) -> Chain:
+        """Return the same chain in another kind of number, such as `mpmath.mpf` or `longdouble`.
+
+        Each float64 parameter keeps its exact value; a uniform bar's mL²/12 is formed anew, as
+        the exact rational of its mass and length.
+        """
+
+        def converted(value: Any) -> Scalar:
+            if isinstance(value, Fraction):
+                return number(value.numerator) / number(value.denominator)
+            return number(value)
+
+        def pair(values: Pair) -> Pair:
+            return converted(values[0]), converted(values[1])
+
+        return Chain(
+            mass=pair(self.mass),
+            length=pair(self.length),
+            centre=(pair(self.centre[0]), pair(self.centre[1])),
+            inertia=pair(self._exact_inertia or self.inertia),
+        )
+
+    # The source's names.
+
+    @property
+    def m1(self) -> Scalar:
+        """Mass of link 1, kg."""
+        return self.mass[0]
+
+    @property
+    def m2(self) -> Scalar:
+        """Mass of link 2, kg."""
+        return self.mass[1]
+
+    @property
+    def L1(self) -> Scalar:
+        """Length of link 1, from A to B, m."""
+        return self.length[0]
+
+    @property
+    def L2(self) -> Scalar:
+        """Length of link 2, from B to D, m."""
+        return self.length[1]
+
+    @property
+    def I_C1(self) -> Scalar:
+        """Inertia of link 1 about its mass centre, kg m²."""
+        return self.inertia[0]
+
+    @property
+    def I_C2(self) -> Scalar:
+        """Inertia of link 2 about its mass centre, kg m²."""
+        return self.inertia[1]
+
+    @property
+    def C1(self) -> Point:
+        """Mass centre of link 1."""
+        return Point(1, *self.centre[0])
+
+    @property
+    def C2(self) -> Point:
+        """Mass centre of link 2."""
+        return Point(2, *self.centre[1])
+
+    @property
+    def B(self) -> Point:
+        """The elbow, as a point of link 1."""
+        return Point(1, self.L1, self.L1 * 0)
+
+    @property
+    def D(self) -> Point:
+        """The free end of link 2."""
+        return Point(2, self.L2, self.L2 * 0)
+
+
+def _is_real(value: Any) -> bool:
+    return isinstance(value, Real)
+
+
+def _exact(value: Any) -> Any:
+    """Return a float as the exact rational that it is; leave other kinds of number alone."""
+    return Fraction(value) if isinstance(value, (int, float)) else value
+
+
+def _check(condition: Any, link: int, name: str, value: Any, allowed: str) -> None:
+    """Raise `ParameterError` when a real number is not finite or fails its condition."""
+    if _is_real(value) and not (math.isfinite(value) and condition):
+        raise ParameterError(f"link {link}: {name} is {value!r}; allowed is {allowed}")
+
+
+def _check_pair(name: str, pair: Any) -> None:
+    """Refuse anything but two entries, and anything that is not a number."""
+    entries = tuple(pair) if isinstance(pair, (tuple, list)) else ()
+    if len(entries) != 2:
+        raise ParameterError(
+            f"{name} is {pair!r}; allowed is a pair with an entry for each of the two links"
+        )
+    for link, entry in enumerate(entries, start=1):
+        if name == "centre":
+            if not isinstance(entry, (tuple, list)) or len(entry) != 2:
+                raise ParameterError(
+                    f"link {link}: centre is {entry!r}; allowed is a pair (along, across) in m"
+                )
+            for coordinate in entry:
+                _check(True, link, "centre", coordinate, "a finite number of m")
+        elif isinstance(entry, (str, bytes, bool)) or entry is None:
+            raise ParameterError(f"link {link}: {name} is {entry!r}; allowed is a number")

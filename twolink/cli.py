@@ -1,0 +1,201 @@
+"""The command `twolink`: words in, words out; the only place that prints."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+from dataclasses import asdict
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+from twolink.errors import TwolinkError
+
+if TYPE_CHECKING:
+    from twolink.verification import Comparison, Verdict
+
+FAILED, BAD_INPUT = 1, 2
+
+app = typer.Typer(
+    help="The reference suite for the planar two-link chain (double pendulum).",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+
+class FormulationName(StrEnum):
+    """The formulations of the equations of motion, as the command line names them."""
+
+    kane = "kane"
+    lagrange = "lagrange"
+
+
+@app.callback()
+def _commands() -> None:
+    """Keep the name of a command required, also while there is only one."""
+
+
+@app.command()
+def verify(
+    urdf: Annotated[
+        Path | None,
+        typer.Option(help="A URDF of a planar two-link chain. Default: the shipped chain."),
+    ] = None,
+    states: Annotated[int, typer.Option(help="How many random states to compare at.")] = 10_000,
+    seed: Annotated[int, typer.Option(help="Seed of the random states.")] = 1,
+    formulation: Annotated[
+        FormulationName | None, typer.Option(help="Check this one alone. Default: both.")
+    ] = None,
+    tip: Annotated[
+        str | None, typer.Option(help="The URDF's link to take as the free end D.")
+    ] = None,
+    oblique_gravity: Annotated[
+        bool,
+        typer.Option(
+            "--oblique-gravity",
+            help="Allow a plane of motion that is not vertical; gravity's part in it acts.",
+        ),
+    ] = False,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the verdict to this file as JSON.")
+    ] = None,
+) -> None:
+    """Check Kane's and Lagrange's equations against Pinocchio at random states.
+
+    Exit code 0: all agree. 1: some do not. 2: the input was refused.
+    """
+    if states < 1:
+        _refuse(f"--states is {states}; allowed is a positive whole number")
+    if seed < 0:
+        _refuse(f"--seed is {seed}; allowed is zero or a positive whole number")
+    if json_file is not None and not json_file.parent.is_dir():
+        _refuse(f"--json is {json_file}; allowed is a file in a folder that exists")
+    try:
+        verdict = _verdict(urdf, states, seed, formulation, tip, oblique_gravity)
+    except TwolinkError as error:
+        _refuse(str(error))
+    _print_verdict(verdict)
+    if json_file is not None:
+        _write_json(json_file, verdict)
+    if not verdict.passed:
+        raise typer.Exit(FAILED)
+
+
+def _verdict(
+    urdf: Path | None,
+    states: int,
+    seed: int,
+    formulation: FormulationName | None,
+    tip: str | None,
+    oblique_gravity: bool,
+) -> Verdict:
+    """Run the verification under a progress bar."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from twolink.shipped import shipped
+    from twolink.urdf import read_planar_urdf
+    from twolink.verification import verify
+    from twolink.verification.quantities import FORMULATIONS
+
+    read = read_planar_urdf(
+        urdf or shipped("twolink.urdf"), tip=tip, oblique_gravity=oblique_gravity
+    )
+    chosen = FORMULATIONS if formulation is None else {formulation: FORMULATIONS[formulation]}
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(f"comparing at {states} states", total=1.0)
+        return verify(
+            read,
+            states=states,
+            seed=seed,
+            formulations=chosen,
+            progress=lambda share: bar.update(task, completed=share),
+        )
+
+
+def _print_verdict(verdict: Verdict) -> None:
+    """Print what was compared, and the sentence that sums it up."""
+    from rich.console import Console
+
+    console = Console(width=None if sys.stdout.isatty() else 100, highlight=False)
+    console.print(f"{Path(verdict.urdf).name} in {verdict.engine}, seed {verdict.seed}\n")
+    motion = [c for c in verdict.comparisons if c.source == "Section 6.1"]
+    dynamics = [c for c in verdict.comparisons if c.source != "Section 6.1"]
+    console.print(_table("Equations of motion", dynamics))
+    console.print(_table("Motion of the points", motion))
+    console.print(
+        "Each entry: the largest difference in units in the last place of what was summed, "
+        "and how many\nof them two correct computations may differ by in that state.\n"
+    )
+    for assumption in verdict.assumptions:
+        console.print(f"Assumed: {assumption}")
+    console.print(verdict.sentence, style="bold green" if verdict.passed else "bold red")
+    for comparison in verdict.comparisons:
+        if not comparison.passed:
+            console.print(
+                f"  {comparison.quantity}, {comparison.source}: {comparison.difference:.17g} "
+                f"{comparison.unit} at {comparison.state}"
+            )
+
+
+def _table(title: str, comparisons: list[Comparison]) -> Any:
+    """Return a table of quantities by sources."""
+    from rich import box
+    from rich.table import Table
+
+    pairs = list(dict.fromkeys((c.source, c.against) for c in comparisons))
+    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+    table.add_column("quantity")
+    for source, against in pairs:
+        table.add_column(f"{source}\n− {against.split()[0]}", justify="right")
+    for quantity in dict.fromkeys(c.quantity for c in comparisons):
+        row = {(c.source, c.against): c for c in comparisons if c.quantity == quantity}
+        table.add_row(quantity, *(_cell(row[pair]) for pair in pairs))
+    return table
+
+
+def _cell(comparison: Comparison) -> str:
+    mark = "[green]✓[/]" if comparison.passed else "[bold red]✗[/]"
+    return f"{comparison.units:.2g} of {comparison.allowed_units:.0f} {mark}"
+
+
+def _write_json(path: Path, verdict: Verdict) -> None:
+    """Write a verdict whole or not at all."""
+    comparisons = [{**asdict(c), "passed": c.passed} for c in verdict.comparisons]
+    document = {
+        **asdict(verdict),
+        "comparisons": comparisons,
+        "passed": verdict.passed,
+        "sentence": verdict.sentence,
+    }
+    text = json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def _refuse(sentence: str) -> NoReturn:
+    """Say in one sentence what was received and what is allowed, and end with exit code 2."""
+    typer.echo(f"twolink: {sentence}", err=True)
+    raise typer.Exit(BAD_INPUT)
+
+
+def main() -> None:
+    """Run the command line."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

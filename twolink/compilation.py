@@ -1,0 +1,258 @@
+"""From a formula's text to straight-line Python.
+
+The formulas of this project are written to be read: in steps, with vectors, for any chain. Here
+such a text is run once with numbers that write down what is done to them, and what they wrote is
+compiled: a flat function of the state, with the chain's parameters as constants in it and each
+common subexpression computed once. An operation that an exact 0 or 1 makes idle (a mass centre on
+the axis, a mass of 1 kg) is not written. Everything else is done as the text does it, in the
+text's order, so the result is the text's to the last bit.
+
+`compiled` takes a state of floats; `compiled.batch` takes arrays of states and works through them
+in blocks that stay in the processor's cache.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+from collections import Counter
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from twolink.arithmetic import Scalar
+from twolink.errors import ParameterError
+
+# Large enough that NumPy's cost of a call is small beside its work, small enough that the dozen
+# arrays in use at a time (8 bytes a number) stay near the processor.
+_BLOCK = 16384
+
+_VARIABLE = re.compile(r"[a-z]\w*")
+
+
+class Operation(NamedTuple):
+    """One line of a recording: the variable it sets, and how."""
+
+    name: str
+    symbol: str
+    operands: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """Return the line as Python."""
+        if self.symbol in ("sin", "cos"):
+            return f"{self.name} = {self.symbol}({self.operands[0]})"
+        return f"{self.name} = {f' {self.symbol} '.join(self.operands)}"
+
+
+class Recording:
+    """What has been written down: one line for each different operation, in order."""
+
+    def __init__(self) -> None:
+        """Start with an empty page."""
+        self._operations: dict[tuple[str, ...], Operation] = {}
+
+    def write(self, symbol: str, *operands: str) -> str:
+        """Return the variable that an operation sets, written down unless it already was."""
+        # Addition and multiplication give the same bits whichever operand comes first.
+        key = (symbol, *(sorted(operands) if symbol in ("+", "*") else operands))
+        name = f"t{len(self._operations)}"
+        return self._operations.setdefault(key, Operation(name, symbol, operands)).name
+
+    def needed_for(self, result: str) -> list[Operation]:
+        """Return the operations that a result depends on, in order."""
+        needed = set(_VARIABLE.findall(result))
+        kept = []
+        for operation in reversed(self._operations.values()):
+            if operation.name in needed:
+                needed.update(operation.operands)
+                kept.append(operation)
+        return kept[::-1]
+
+
+class Written:
+    """A number that writes down what is done to it.
+
+    It stands for a variable or for its negative. Signs are carried along and never computed:
+    rounding is symmetric, so −(a b) has the bits of (−a) b, and a − b those of a + (−b).
+    """
+
+    __slots__ = ("name", "negative", "recording")
+
+    def __init__(self, recording: Recording, name: str, negative: bool = False) -> None:
+        """Stand for the variable of this name."""
+        self.recording = recording
+        self.name = name
+        self.negative = negative
+
+    def _result(self, name: str, negative: bool) -> Written:
+        return Written(self.recording, name, negative)
+
+    def __neg__(self) -> Written:
+        return self._result(self.name, not self.negative)
+
+    def __add__(self, other: Any) -> Written:
+        if _is(other, 0):
+            return self
+        word, negative = _signed(other)
+        if self.negative == negative:
+            return self._result(self.recording.write("+", self.name, word), negative)
+        return self._result(self.recording.write("-", self.name, word), self.negative)
+
+    def __radd__(self, other: Any) -> Written:
+        return self + other
+
+    def __sub__(self, other: Any) -> Written:
+        return self + (-other)
+
+    def __rsub__(self, other: Any) -> Written:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Any:
+        if _is(other, 0):
+            return 0
+        word, negative = _signed(other)
+        negative = negative != self.negative
+        if _is(abs(other) if _is_number(other) else other, 1):
+            return self._result(self.name, negative)
+        return self._result(self.recording.write("*", self.name, word), negative)
+
+    def __rmul__(self, other: Any) -> Any:
+        return self * other
+
+    def __truediv__(self, other: Any) -> Written:
+        word, negative = _signed(other)
+        return self._result(self.recording.write("/", self.name, word), negative != self.negative)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        if _is(other, 0):
+            return 0
+        word, negative = _signed(other)
+        return self._result(self.recording.write("/", word, self.name), negative != self.negative)
+
+
+def sin(x: Written) -> Written:
+    """Write down a sine (`twolink.arithmetic` finds this function beside the class)."""
+    return Written(x.recording, x.recording.write("sin", x.name), x.negative)
+
+
+def cos(x: Written) -> Written:
+    """Write down a cosine."""
+    return Written(x.recording, x.recording.write("cos", x.name))
+
+
+class Compiled:
+    """A formula compiled for a state of floats, and for arrays of states.
+
+    `source` is the Python that was written; `operations` counts each kind of operation in it
+    (sin, cos, +, -, *, /); `depth` is the longest chain of operations from a state to a result.
+    """
+
+    def __init__(self, text: Callable[..., Any]) -> None:
+        """Run `text`, a function of pairs, once, and compile what it does."""
+        self.arguments = tuple(inspect.signature(text).parameters)
+        recording = Recording()
+        pairs = ([Written(recording, f"{a}{k}") for k in (1, 2)] for a in self.arguments)
+        result = text(*pairs)
+        self._shape = np.shape(_nested_zeros(result))
+        operations = recording.needed_for(_word(result))
+        self.operations = dict(sorted(Counter(line.symbol for line in operations).items()))
+        self.depth = _depth(operations)
+        self.source = _source(self.arguments, operations, _word(result))
+        self._of_floats = self._function(math.sin, math.cos)
+        self._of_arrays = self._function(np.sin, np.cos)
+
+    def _function(self, sine: Callable[..., Any], cosine: Callable[..., Any]) -> Callable[..., Any]:
+        names: dict[str, Any] = {"sin": sine, "cos": cosine}
+        exec(compile(self.source, "<compiled formula>", "exec"), names)
+        function: Callable[..., Any] = names["compiled"]
+        return function
+
+    @property
+    def scalar(self) -> Callable[..., Any]:
+        """The bare function of pairs of floats."""
+        return self._of_floats
+
+    def __call__(self, *state: Any) -> Any:
+        """Return the formula's value for one state: an argument is a pair of floats."""
+        return self._of_floats(*state)
+
+    def batch(self, *states: Any) -> np.ndarray:
+        """Return the values for many states, as an array with the states along its last axis.
+
+        Each argument holds both entries first: shape (2, n). A formula that gives a pair returns
+        shape (2, n), a matrix (2, 2, n), a number (n,). Real and complex arrays will do.
+        """
+        arrays = [np.asarray(state) for state in states]
+        shapes = {array.shape for array in arrays}
+        if len(arrays) != len(self.arguments) or len(shapes) != 1 or arrays[0].shape[:1] != (2,):
+            raise ParameterError(
+                f"a batch of states has shapes {[array.shape for array in arrays]}; allowed is "
+                f"(2, n), the same for each of {', '.join(self.arguments)}"
+            )
+        n = arrays[0].shape[1]
+        values = np.empty((*self._shape, n), dtype=np.result_type(float, *arrays))
+        for start in range(0, n, _BLOCK):
+            block = slice(start, min(start + _BLOCK, n))
+            result = self._of_arrays(*(array[:, block] for array in arrays))
+            _store(values[..., block], result)
+        return values
+
+
+def _store(target: np.ndarray, result: Any) -> None:
+    """Copy nested tuples of arrays (or constants) into an array, without stacking them first."""
+    if isinstance(result, tuple):
+        for row, entry in zip(target, result, strict=True):
+            _store(row, entry)
+    else:
+        target[...] = result
+
+
+def _source(arguments: tuple[str, ...], operations: list[Operation], result: str) -> str:
+    """Return the Python text of the compiled function."""
+    header = f"def compiled({', '.join([*arguments, 'sin=sin', 'cos=cos'])}):"
+    unpacking = (f"{a}1, {a}2 = {a}" for a in arguments)
+    return "\n    ".join([header, *unpacking, *map(str, operations), f"return {result}"])
+
+
+def _depth(operations: list[Operation]) -> int:
+    """Return the length of the longest chain of operations, each using the one before."""
+    depth: dict[str, int] = {}
+    for operation in operations:
+        depth[operation.name] = 1 + max(depth.get(operand, 0) for operand in operation.operands)
+    return max(depth.values(), default=0)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float))
+
+
+def _is(value: Scalar, constant: int) -> bool:
+    """Return whether a value is an ordinary number equal to a constant."""
+    return _is_number(value) and bool(value == constant)
+
+
+def _signed(value: Any) -> tuple[str, bool]:
+    """Return the word for a value's size, and whether the value is negative."""
+    if isinstance(value, Written):
+        return value.name, value.negative
+    if _is_number(value) and math.isfinite(value):
+        return repr(abs(float(value))), value < 0
+    raise ParameterError(
+        f"a compiled formula met {value!r} of type {type(value).__name__}; allowed are finite "
+        "floats: convert the chain and the loads to float first"
+    )
+
+
+def _word(value: Any) -> str:
+    """Return the Python text for a number, a written number, or nested tuples of them."""
+    if isinstance(value, tuple):
+        return f"({', '.join(_word(entry) for entry in value)},)"
+    word, negative = _signed(value)
+    return f"-{word}" if negative else word
+
+
+def _nested_zeros(value: Any) -> Any:
+    """Return nested tuples of zeros, shaped as the value is."""
+    return tuple(_nested_zeros(entry) for entry in value) if isinstance(value, tuple) else 0

@@ -1,0 +1,250 @@
+"""Pinocchio: CRBA, RNEA, ABA and their kin, on the URDF as it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from twolink.engines.protocol import Array, Sizes
+from twolink.errors import EngineError
+from twolink.urdf import PlanarUrdf
+
+# The path through RNEA, joint by joint: sine or cosine into the placement (6), the velocity turned
+# and shifted to the next joint (9), the acceleration likewise with its product of speeds (14), the
+# momentum (8) and the force (10), and the force turned and shifted back (11). That is 58 a joint,
+# and two joints; CRBA and ABA have shorter or like paths.
+_ROUNDINGS = 2 * 58
+
+
+class Pinocchio:
+    """Pinocchio with a chain's URDF loaded; see `twolink.engines.Engine` for shapes and units.
+
+    Joints may be `revolute` (one configuration number) or `continuous` (cosine and sine). Raises
+    `EngineError` when Pinocchio is missing or refuses the file.
+    """
+
+    roundings = _ROUNDINGS
+
+    def __init__(self, urdf: PlanarUrdf) -> None:
+        """Load the very text that the URDF reader read."""
+        try:
+            import pinocchio
+        except ImportError as error:
+            raise EngineError(
+                "Pinocchio is not installed; allowed is version 4 or later: pip install 'pin>=4'"
+            ) from error
+        self._pin: Any = pinocchio
+        self._urdf = urdf
+        try:
+            self._model = pinocchio.buildModelFromXML(urdf.xml)
+        except (ValueError, RuntimeError) as error:
+            raise EngineError(f"{urdf.path}: Pinocchio refuses it: {error}") from error
+        self._joints = [self._model.getJointId(name) for name in urdf.joint_names]
+        self._frames = {
+            "C1": self._add_frame("C1", 0, self._inertia(0).lever),
+            "C2": self._add_frame("C2", 1, self._inertia(1).lever),
+            "D": self._add_frame("D", 1, np.array(urdf.tip_position)),
+        }
+        self._model.gravity.linear = urdf.gravity * np.array(urdf.axes[1])
+        self._data = self._model.createData()
+        # x and y of the source's frame as rows, for vectors in Pinocchio's world.
+        self._plane = np.array(urdf.axes[:2])
+        self._origin = np.array(urdf.origin)
+
+    @property
+    def name(self) -> str:
+        """The engine's name and version."""
+        return f"Pinocchio {self._pin.__version__}"
+
+    @property
+    def model(self) -> Any:
+        """Pinocchio's own model, with frames for C1, C2 and D added."""
+        return self._model
+
+    @property
+    def sizes(self) -> Sizes:
+        """Levers and inertias in space, whatever part of them the plane sees."""
+        first, second = self._inertia(0), self._inertia(1)
+        return Sizes(
+            radius=(_norm(first.lever), _norm(second.lever)),
+            length=_norm(self._model.jointPlacements[self._joints[1]].translation),
+            inertia=(_norm(first.inertia), _norm(second.inertia)),
+            tip=_norm(self._urdf.tip_position),
+            origin=_norm(self._origin),
+        )
+
+    def mass_matrix(self, angles: Array) -> Array:
+        """Return `crba`."""
+        crba, model, data = self._pin.crba, self._model, self._data
+        return _each((2, 2), lambda q: crba(model, data, q), self._configurations(angles))
+
+    def velocity_terms(self, angles: Array, speeds: Array) -> Array:
+        """Return `nonLinearEffects` of the chain without gravity."""
+        effects, data = self._pin.nonLinearEffects, self._data
+        weightless = self._model.copy()
+        weightless.gravity.linear = np.zeros(3)
+        return _each(
+            (2,),
+            lambda q, v: effects(weightless, data, q, v),
+            self._configurations(angles),
+            _rows(speeds),
+        )
+
+    def coriolis_matrix(self, angles: Array, speeds: Array) -> Array:
+        """Return `computeCoriolisMatrix`."""
+        coriolis, model, data = self._pin.computeCoriolisMatrix, self._model, self._data
+        return _each(
+            (2, 2),
+            lambda q, v: coriolis(model, data, q, v),
+            self._configurations(angles),
+            _rows(speeds),
+        )
+
+    def gravity_terms(self, angles: Array) -> Array:
+        """Return `computeGeneralizedGravity`."""
+        gravity, model, data = self._pin.computeGeneralizedGravity, self._model, self._data
+        return _each((2,), lambda q: gravity(model, data, q), self._configurations(angles))
+
+    def inverse_dynamics(
+        self, angles: Array, speeds: Array, accelerations: Array, end_force: Array | None = None
+    ) -> Array:
+        """Return `rnea`, with the force on D as `fext` when there is one."""
+        rnea, model, data = self._pin.rnea, self._model, self._data
+        motion = (self._configurations(angles), _rows(speeds), _rows(accelerations))
+        if end_force is None:
+            return _each((2,), lambda q, v, a: rnea(model, data, q, v, a), *motion)
+
+        def with_force(q: Array, v: Array, a: Array, force: Array) -> Array:
+            return rnea(model, data, q, v, a, self._external_forces(q, force))
+
+        return _each((2,), with_force, *motion, _rows(end_force))
+
+    def forward_dynamics(self, angles: Array, speeds: Array, torques: Array) -> Array:
+        """Return `aba`."""
+        aba, model, data = self._pin.aba, self._model, self._data
+        return _each(
+            (2,),
+            lambda q, v, tau: aba(model, data, q, v, tau),
+            self._configurations(angles),
+            _rows(speeds),
+            _rows(torques),
+        )
+
+    def inverse_dynamics_derivatives(
+        self, angles: Array, speeds: Array, accelerations: Array
+    ) -> Array:
+        """Return `computeRNEADerivatives`: by angles and by speeds."""
+        derivatives, model, data = self._pin.computeRNEADerivatives, self._model, self._data
+        return _each(
+            (2, 2, 2),
+            lambda q, v, a: derivatives(model, data, q, v, a)[:2],
+            self._configurations(angles),
+            _rows(speeds),
+            _rows(accelerations),
+        )
+
+    def forward_dynamics_derivatives(self, angles: Array, speeds: Array, torques: Array) -> Array:
+        """Return `computeABADerivatives`: by angles, by speeds and by torques."""
+        derivatives, model, data = self._pin.computeABADerivatives, self._model, self._data
+        return _each(
+            (3, 2, 2),
+            lambda q, v, tau: derivatives(model, data, q, v, tau),
+            self._configurations(angles),
+            _rows(speeds),
+            _rows(torques),
+        )
+
+    def kinetic_energy(self, angles: Array, speeds: Array) -> Array:
+        """Return `computeKineticEnergy`."""
+        energy, model, data = self._pin.computeKineticEnergy, self._model, self._data
+        return _each(
+            (), lambda q, v: energy(model, data, q, v), self._configurations(angles), _rows(speeds)
+        )
+
+    def potential_energy(self, angles: Array) -> Array:
+        """Return `computePotentialEnergy`, less its value with both mass centres at A."""
+        energy, model, data = self._pin.computePotentialEnergy, self._model, self._data
+        mass = self._inertia(0).mass + self._inertia(1).mass
+        at_A = -mass * float(self._model.gravity.linear @ self._origin)
+        return _each((), lambda q: energy(model, data, q), self._configurations(angles)) - at_A
+
+    def point_motion(self, point: str, angles: Array, speeds: Array, accelerations: Array) -> Array:
+        """Return a frame's placement, velocity and classical acceleration."""
+        pin, model, data, frame = self._pin, self._model, self._data, self._frames[point]
+        aligned = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+
+        def motion(q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
+            pin.forwardKinematics(model, data, q, v, a)
+            placement = pin.updateFramePlacement(model, data, frame)
+            return (
+                placement.translation - self._origin,
+                pin.getFrameVelocity(model, data, frame, aligned).linear,
+                pin.getFrameClassicalAcceleration(model, data, frame, aligned).linear,
+            )
+
+        rows = (self._configurations(angles), _rows(speeds), _rows(accelerations))
+        return np.einsum("pw,mwn->mpn", self._plane, _each((3, 3), motion, *rows))
+
+    def jacobian(self, point: str, angles: Array) -> Array:
+        """Return the linear part of `computeFrameJacobian`."""
+        pin, model, data, frame = self._pin, self._model, self._data, self._frames[point]
+        aligned = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        jacobians = _each(
+            (3, 2),
+            lambda q: pin.computeFrameJacobian(model, data, q, frame, aligned)[:3],
+            self._configurations(angles),
+        )
+        return np.einsum("pw,wcn->pcn", self._plane, jacobians)
+
+    def _inertia(self, link: int) -> Any:
+        return self._model.inertias[self._joints[link]]
+
+    def _add_frame(self, name: str, link: int, position: Array) -> int:
+        """Add a frame at a position (m) in the frame of a moving joint, and return its index."""
+        pin = self._pin
+        placement = pin.SE3(np.eye(3), position)
+        frame = pin.Frame(
+            f"twolink {name}", self._joints[link], 0, placement, pin.FrameType.OP_FRAME
+        )
+        return int(self._model.addFrame(frame))
+
+    def _configurations(self, angles: Array) -> Array:
+        """Return Pinocchio's configurations as rows: angles, or cosines and sines of them."""
+        rows = np.empty((angles.shape[1], self._model.nq))
+        for joint, angle in zip(self._joints, angles, strict=True):
+            start, width = self._model.idx_qs[joint], self._model.nqs[joint]
+            numbers = [angle] if width == 1 else [np.cos(angle), np.sin(angle)]
+            rows[:, start : start + width] = np.stack(numbers, axis=1)
+        return rows
+
+    def _external_forces(self, configuration: Array, end_force: Array) -> Any:
+        """Return `fext`: the force on D, and its moment, in the frame of the second joint."""
+        pin, joint = self._pin, self._joints[1]
+        pin.forwardKinematics(self._model, self._data, configuration)
+        turned = self._data.oMi[joint].rotation.T @ (self._plane.T @ end_force)
+        forces = pin.StdVec_Force()
+        for index in range(self._model.njoints):
+            acts = index == joint
+            force = turned if acts else np.zeros(3)
+            forces.append(pin.Force(force, np.cross(self._urdf.tip_position, force)))
+        return forces
+
+
+def _each(shape: tuple[int, ...], function: Callable[..., Any], *columns: Array) -> Array:
+    """Return a function's values for row after row, with the rows along the last axis."""
+    values = np.empty((len(columns[0]), *shape))
+    rows: Iterator[tuple[Array, ...]] = zip(*columns, strict=True)
+    for index, row in enumerate(rows):
+        values[index] = function(*row)
+    return np.moveaxis(values, 0, -1)
+
+
+def _rows(columns: Array) -> Array:
+    """Return states as contiguous rows, which cost Pinocchio's bindings least."""
+    return np.ascontiguousarray(columns.T)
+
+
+def _norm(vector: Any) -> float:
+    return float(np.linalg.norm(np.asarray(vector)))

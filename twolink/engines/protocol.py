@@ -1,0 +1,84 @@
+"""What an engine must answer, to be compared with the formulations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Sizes in space of what an engine computes with: levers (m) and inertias (kg m²)."""
+
+    radius: tuple[float, float]
+    length: float
+    inertia: tuple[float, float]
+    tip: float
+    origin: float
+
+
+class Engine(Protocol):
+    """A dynamics engine that has loaded a chain's URDF.
+
+    States come as arrays of shape (2, n) in the URDF's own joint angles θ (rad), speeds (rad/s),
+    accelerations (rad/s²) and torques (N m); answers have the states along their last axis. Points
+    are named C1, C2 and D; vectors are the x and y components in the source's frame, positions are
+    counted from A, and the potential energy (J) is zero with both mass centres level with A.
+    """
+
+    @property
+    def name(self) -> str:
+        """The engine's name and version."""
+
+    @property
+    def roundings(self) -> int:
+        """The most operations on any path from a state to an answer."""
+
+    @property
+    def sizes(self) -> Sizes:
+        """The sizes of the numbers that the engine computes with."""
+
+    def mass_matrix(self, angles: Array) -> Array:
+        """Return M over the joint angles (kg m²), shape (2, 2, n)."""
+
+    def velocity_terms(self, angles: Array, speeds: Array) -> Array:
+        """Return C θ̇ (N m), shape (2, n), without gravity."""
+
+    def coriolis_matrix(self, angles: Array, speeds: Array) -> Array:
+        """Return C (kg m²/s), shape (2, 2, n)."""
+
+    def gravity_terms(self, angles: Array) -> Array:
+        """Return ∂V/∂θ (N m), shape (2, n)."""
+
+    def inverse_dynamics(
+        self, angles: Array, speeds: Array, accelerations: Array, end_force: Array | None = None
+    ) -> Array:
+        """Return the joint torques (N m), shape (2, n), under gravity and a force on D (N)."""
+
+    def forward_dynamics(self, angles: Array, speeds: Array, torques: Array) -> Array:
+        """Return the joint accelerations (rad/s²), shape (2, n), under gravity."""
+
+    def inverse_dynamics_derivatives(
+        self, angles: Array, speeds: Array, accelerations: Array
+    ) -> Array:
+        """Return ∂τ/∂θ and ∂τ/∂θ̇, shape (2, 2, 2, n): which, row, column, state."""
+
+    def forward_dynamics_derivatives(self, angles: Array, speeds: Array, torques: Array) -> Array:
+        """Return ∂θ̈/∂θ, ∂θ̈/∂θ̇ and ∂θ̈/∂τ, shape (3, 2, 2, n): which, row, column, state."""
+
+    def kinetic_energy(self, angles: Array, speeds: Array) -> Array:
+        """Return T (J), shape (n,)."""
+
+    def potential_energy(self, angles: Array) -> Array:
+        """Return V (J), shape (n,)."""
+
+    def point_motion(self, point: str, angles: Array, speeds: Array, accelerations: Array) -> Array:
+        """Return position, velocity and acceleration of a point, shape (3, 2, n)."""
+
+    def jacobian(self, point: str, angles: Array) -> Array:
+        """Return ∂(x, y)/∂θ of a point (m), shape (2, 2, n): component, coordinate, state."""

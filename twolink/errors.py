@@ -1,0 +1,20 @@
+"""The errors this library raises on purpose.
+
+Each message is one sentence that says what was received, what is allowed, and where.
+"""
+
+
+class TwolinkError(Exception):
+    """Base of every error that the library raises on purpose."""
+
+
+class ParameterError(TwolinkError):
+    """A parameter of the chain, of a load or of a call is outside what is allowed."""
+
+
+class UrdfError(TwolinkError):
+    """A URDF file is missing, malformed, or does not describe a planar two-link chain."""
+
+
+class EngineError(TwolinkError):
+    """A dynamics engine is missing, or refuses the model it was given."""

@@ -1,0 +1,73 @@
+"""Positions, velocities and accelerations of the chain's points (source, section 6.1).
+
+The source writes these for C1, C2 and D of uniform bars. Each of them is a point with coordinates
+(a, b) along and across its link, and so is every other point a load may act on. With b = 0 and
+a = L1/2, L2/2 or L2 the lines below are the source's.
+
+The x-axis points right, the y-axis down; vectors are pairs (x, y). Angles q are absolute (rad),
+u = dq/dt (rad/s) and du = d²q/dt² (rad/s²). All entries may be numbers of any kind, or arrays.
+"""
+
+from twolink.arithmetic import Pair, cos, sin
+from twolink.chain import Chain, Point
+
+
+def position(chain: Chain, q: Pair, point: Point) -> Pair:
+    """Return the position vector r of a point (m)."""
+    q1, q2 = q
+    _, a, b = point
+    if point.link == 1:
+        x = a * cos(q1) - b * sin(q1)
+        y = a * sin(q1) + b * cos(q1)
+    else:
+        x = chain.L1 * cos(q1) + a * cos(q2) - b * sin(q2)
+        y = chain.L1 * sin(q1) + a * sin(q2) + b * cos(q2)
+    return x, y
+
+
+def velocity(chain: Chain, q: Pair, u: Pair, point: Point) -> Pair:
+    """Return the velocity vector v of a point (m/s)."""
+    (q1, q2), (u1, u2) = q, u
+    _, a, b = point
+    if point.link == 1:
+        vx = -a * u1 * sin(q1) - b * u1 * cos(q1)
+        vy = a * u1 * cos(q1) - b * u1 * sin(q1)
+    else:
+        vx = -chain.L1 * u1 * sin(q1) - a * u2 * sin(q2) - b * u2 * cos(q2)
+        vy = chain.L1 * u1 * cos(q1) + a * u2 * cos(q2) - b * u2 * sin(q2)
+    return vx, vy
+
+
+def acceleration(chain: Chain, q: Pair, u: Pair, du: Pair, point: Point) -> Pair:
+    """Return the acceleration vector a of a point (m/s²)."""
+    (q1, q2), (u1, u2), (du1, du2) = q, u, du
+    s1, c1 = sin(q1), cos(q1)
+    _, a, b = point
+    if point.link == 1:
+        ax = -a * (du1 * s1 + u1 * u1 * c1) - b * (du1 * c1 - u1 * u1 * s1)
+        ay = a * (du1 * c1 - u1 * u1 * s1) - b * (du1 * s1 + u1 * u1 * c1)
+    else:
+        s2, c2 = sin(q2), cos(q2)
+        ax = (
+            -chain.L1 * (du1 * s1 + u1 * u1 * c1)
+            - a * (du2 * s2 + u2 * u2 * c2)
+            - b * (du2 * c2 - u2 * u2 * s2)
+        )
+        ay = (
+            chain.L1 * (du1 * c1 - u1 * u1 * s1)
+            + a * (du2 * c2 - u2 * u2 * s2)
+            - b * (du2 * s2 + u2 * u2 * c2)
+        )
+    return ax, ay
+
+
+def angular_velocities(u: Pair) -> Pair:
+    """Return ω1, ω2, the angular velocities of the links about **k** (rad/s)."""
+    u1, u2 = u
+    return u1, u2
+
+
+def angular_accelerations(du: Pair) -> Pair:
+    """Return α1, α2, the angular accelerations of the links about **k** (rad/s²)."""
+    du1, du2 = du
+    return du1, du2

@@ -1,0 +1,169 @@
+"""Lagrange's equations of the chain, from its energies (source, section 6.2).
+
+d/dt(∂T/∂q̇_r) − ∂T/∂q_r = Q_r (6.9), with T written for any two links: where the source prints
+mL²/3, mL²/12 and L²/4 for bars, here stand I_A, I_C2 and the square of the centre's distance from
+B. With the mass matrix M and the velocity terms C u the left-hand side is M du + C u. Angles q
+are absolute; x points right, y down; SI units throughout; u stands for the source's q̇.
+
+This text shares nothing with `kane.py`, nor with `kinematics.py`: that they agree is the
+evidence for all.
+"""
+
+from twolink.arithmetic import Matrix, Pair, Scalar, cos, sin
+from twolink.chain import Chain, Point
+from twolink.loads import Force, Loads
+
+
+def pivot_inertia(chain: Chain) -> Scalar:
+    """Return I_A, the inertia of link 1 about A (kg m²)."""
+    _, a, b = chain.C1
+    return chain.I_C1 + chain.m1 * (a * a + b * b)
+
+
+def elbow_inertia(chain: Chain) -> Scalar:
+    """Return the inertia of link 2 about B (kg m²)."""
+    _, a, b = chain.C2
+    return chain.I_C2 + chain.m2 * (a * a + b * b)
+
+
+def coupling(chain: Chain, q: Pair) -> Scalar:
+    """Return the factor of q̇1 q̇2 in T (kg m²): m2 L1 times the centre of link 2, along link 1."""
+    _, a, b = chain.C2
+    elbow = q[1] - q[0]
+    return chain.m2 * chain.L1 * (a * cos(elbow) - b * sin(elbow))
+
+
+def coupling_slope(chain: Chain, q: Pair) -> Scalar:
+    """Return the coupling's derivative by q2 (kg m²); by q1 it is the negative of this."""
+    _, a, b = chain.C2
+    elbow = q[1] - q[0]
+    return -chain.m2 * chain.L1 * (a * sin(elbow) + b * cos(elbow))
+
+
+def kinetic_energies(chain: Chain, q: Pair, u: Pair) -> Pair:
+    """Return T_1 and T_2 (J). T_2 has ω2 where the source prints ω1."""
+    u1, u2 = u
+    T1 = pivot_inertia(chain) * u1 * u1 / 2
+    T2 = (
+        elbow_inertia(chain) * u2 * u2 / 2
+        + chain.m2 * chain.L1 * chain.L1 * u1 * u1 / 2
+        + coupling(chain, q) * u1 * u2
+    )
+    return T1, T2
+
+
+def kinetic_energy(chain: Chain, q: Pair, u: Pair) -> Scalar:
+    """Return T = T_1 + T_2 (J)."""
+    T1, T2 = kinetic_energies(chain, q, u)
+    return T1 + T2
+
+
+def momenta(chain: Chain, q: Pair, u: Pair) -> Pair:
+    """Return ∂T/∂q̇_1 and ∂T/∂q̇_2 (kg m²/s)."""
+    (M11, M12), (M21, M22) = mass_matrix(chain, q)
+    u1, u2 = u
+    return M11 * u1 + M12 * u2, M21 * u1 + M22 * u2
+
+
+def momentum_rates(chain: Chain, q: Pair, u: Pair, du: Pair) -> Pair:
+    """Return d/dt(∂T/∂q̇_1) and d/dt(∂T/∂q̇_2) (N m)."""
+    (u1, u2), (du1, du2) = u, du
+    (M11, M12), (M21, M22) = mass_matrix(chain, q)
+    coupling_rate = coupling_slope(chain, q) * (u2 - u1)
+    return (
+        M11 * du1 + M12 * du2 + coupling_rate * u2,
+        M21 * du1 + M22 * du2 + coupling_rate * u1,
+    )
+
+
+def energy_gradient(chain: Chain, q: Pair, u: Pair) -> Pair:
+    """Return ∂T/∂q_1 and ∂T/∂q_2 (N m)."""
+    u1, u2 = u
+    slope = coupling_slope(chain, q) * u1 * u2
+    return -slope, slope
+
+
+def position_gradients(chain: Chain, q: Pair, point: Point) -> tuple[Pair, Pair]:
+    """Return the vectors ∂r/∂q_1 and ∂r/∂q_2 of a point (m)."""
+    q1, q2 = q
+    _, a, b = point
+    if point.link == 1:
+        return (-a * sin(q1) - b * cos(q1), a * cos(q1) - b * sin(q1)), (0, 0)
+    return (
+        (-chain.L1 * sin(q1), chain.L1 * cos(q1)),
+        (-a * sin(q2) - b * cos(q2), a * cos(q2) - b * sin(q2)),
+    )
+
+
+def generalized_active_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
+    """Return Q_1 and Q_2 (N m): the work of each load per radian of q_1 and of q_2."""
+    Q1: Scalar = 0
+    Q2: Scalar = 0
+    for load in loads:
+        if isinstance(load, Force):
+            (x1, y1), (x2, y2) = position_gradients(chain, q, load.point)
+            Fx, Fy = load.components
+            Q1 = Q1 + (x1 * Fx + y1 * Fy)
+            Q2 = Q2 + (x2 * Fx + y2 * Fy)
+        elif load.link == 1:
+            Q1 = Q1 + load.moment
+        else:
+            Q2 = Q2 + load.moment
+    return Q1, Q2
+
+
+def inverse_dynamics(chain: Chain, q: Pair, u: Pair, du: Pair, loads: Loads) -> Pair:
+    """Return the generalized forces (N m) that must be added to `loads` to obtain du (rad/s²)."""
+    rate1, rate2 = momentum_rates(chain, q, u, du)
+    slope1, slope2 = energy_gradient(chain, q, u)
+    Q1, Q2 = generalized_active_force(chain, q, loads)
+    return rate1 - slope1 - Q1, rate2 - slope2 - Q2
+
+
+def mass_matrix(chain: Chain, q: Pair) -> Matrix:
+    """Return M (kg m²) = ∂²T/∂q̇∂q̇."""
+    M11 = pivot_inertia(chain) + chain.m2 * chain.L1 * chain.L1
+    M12 = coupling(chain, q)
+    M22 = elbow_inertia(chain)
+    return (M11, M12), (M12, M22)
+
+
+def velocity_terms(chain: Chain, q: Pair, u: Pair) -> Pair:
+    """Return C u (N m): what (6.9) leaves of its left-hand side without angular acceleration.
+
+    Of d/dt(∂T/∂q̇) − ∂T/∂q the products u1 u2 cancel; written out they would only round.
+    """
+    u1, u2 = u
+    slope = coupling_slope(chain, q)
+    return slope * u2 * u2, -slope * u1 * u1
+
+
+def coriolis_matrix(chain: Chain, q: Pair, u: Pair) -> Matrix:
+    """Return C (kg m²/s) by Christoffel's symbols of the mass matrix; dM/dt − 2C is skew."""
+    u1, u2 = u
+    slope = coupling_slope(chain, q)
+    return (0, slope * u2), (-slope * u1, 0)
+
+
+def determinant(chain: Chain, q: Pair) -> Scalar:
+    """Return det M (kg² m⁴) as a sum of terms that are never negative, so that nothing cancels.
+
+    With M12² = (m2 L1)² (a² + b² − h²), h the distance of C2 from the line of link 1, the two
+    large products M11 M22 and M12² leave I_A I_B + m2 L1² (I_C2 + m2 h²).
+    """
+    _, a, b = chain.C2
+    elbow = q[1] - q[0]
+    h = a * sin(elbow) + b * cos(elbow)
+    return pivot_inertia(chain) * elbow_inertia(chain) + chain.m2 * chain.L1 * chain.L1 * (
+        chain.I_C2 + chain.m2 * h * h
+    )
+
+
+def forward_dynamics(chain: Chain, q: Pair, u: Pair, loads: Loads) -> Pair:
+    """Return du (rad/s²) from (6.9), solved by Cramer's rule."""
+    Q1, Q2 = generalized_active_force(chain, q, loads)
+    Cu1, Cu2 = velocity_terms(chain, q, u)
+    (M11, M12), (M21, M22) = mass_matrix(chain, q)
+    r1, r2 = Q1 - Cu1, Q2 - Cu2
+    det = determinant(chain, q)
+    return (M22 * r1 - M12 * r2) / det, (M11 * r2 - M21 * r1) / det

@@ -1,0 +1,33 @@
+"""Loads: what acts on the chain, and where.
+
+A load says nothing of generalized forces. Each formulation maps it in its own way: Kane by the
+velocity's partial derivatives, Lagrange by the position's, an engine by its external forces.
+"""
+
+from dataclasses import dataclass
+
+from twolink.arithmetic import Pair, Scalar
+from twolink.chain import Point
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force at a point of a link: components along x and y (N; y points down)."""
+
+    point: Point
+    components: Pair
+
+
+@dataclass(frozen=True)
+class Torque:
+    """A torque on link 1 or 2 about z (N m), in the positive sense of the angles.
+
+    A motor or a spring between the links is two of them: +τ on link 2 and −τ on link 1.
+    """
+
+    link: int
+    moment: Scalar
+
+
+Load = Force | Torque
+Loads = tuple[Load, ...]

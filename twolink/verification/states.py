@@ -1,0 +1,57 @@
+"""Random states of the chain, general ones: no entry is zero and no two are equal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class States:
+    """Many states, and what acts in them; each field has shape (2, n).
+
+    `angles` (rad), `speeds` (rad/s), `accelerations` (rad/s²) and `torques` (N m) have an entry
+    for each coordinate; `end_force` (N) has the x and y components of a force on D.
+    """
+
+    angles: Array
+    speeds: Array
+    accelerations: Array
+    torques: Array
+    end_force: Array
+
+    def __len__(self) -> int:
+        """Return the number of states."""
+        return int(self.angles.shape[1])
+
+    def __getitem__(self, chosen: slice) -> States:
+        """Return some of the states."""
+        return States(*(getattr(self, field.name)[:, chosen] for field in fields(self)))
+
+    def with_accelerations(self, accelerations: Array) -> States:
+        """Return the same states with other accelerations."""
+        return replace(self, accelerations=accelerations)
+
+
+def random_states(n: int, *, seed: int, torque: float = 1.0, force: float = 1.0) -> States:
+    """Return n random states, the same for the same seed.
+
+    Angles go twice around, speeds to 10 rad/s and accelerations to 100 rad/s²; `torque` (N m) and
+    `force` (N) are the largest that act.
+    """
+    random = np.random.default_rng(seed)
+
+    def uniform(limit: float) -> Array:
+        return random.uniform(-limit, limit, size=(2, n))
+
+    return States(
+        angles=uniform(2 * np.pi),
+        speeds=uniform(10.0),
+        accelerations=uniform(100.0),
+        torques=uniform(torque),
+        end_force=uniform(force),
+    )

@@ -1,0 +1,261 @@
+"""Every quantity, by every formulation and an engine, at many random states: the verdict."""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from importlib.metadata import version
+
+import numpy as np
+
+from twolink.chain import Chain
+from twolink.engines.pinocchio import Pinocchio
+from twolink.engines.protocol import Engine
+from twolink.errors import ParameterError
+from twolink.urdf import PlanarUrdf
+from twolink.verification.quantities import (
+    DYNAMICS,
+    FORMULATIONS,
+    MOTION,
+    Formula,
+    Formulation,
+    JointSpace,
+    Machine,
+    PointMotion,
+    Quantity,
+)
+from twolink.verification.states import Array, States, random_states
+from twolink.verification.tolerance import EPSILON, Problem, Scale, tolerance
+
+# States are worked through in portions, so that progress shows and memory stays small.
+_PORTION = 4000
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One quantity from two sources, in the state where they are furthest apart.
+
+    Furthest is meant in units of the tolerance there. `difference` and `allowed` are in `unit`,
+    `units` and `allowed_units` count ε times the size of what was summed: a unit in the last
+    place, if nothing cancels. `state` has the joint angles, speeds, … of that state.
+    """
+
+    quantity: str
+    unit: str
+    source: str
+    against: str
+    difference: float
+    allowed: float
+    units: float
+    allowed_units: float
+    state: dict[str, list[float]]
+
+    @property
+    def passed(self) -> bool:
+        """Whether the difference is within the tolerance in every state."""
+        return self.difference <= self.allowed
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """All comparisons of one URDF, and how to make them again."""
+
+    urdf: str
+    engine: str
+    states: int
+    seed: int
+    assumptions: tuple[str, ...]
+    comparisons: tuple[Comparison, ...]
+    versions: dict[str, str]
+    machine: dict[str, str | int | None]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every comparison passed."""
+        return all(comparison.passed for comparison in self.comparisons)
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in one sentence."""
+        failures = [c for c in self.comparisons if not c.passed]
+        count = len(self.comparisons)
+        if not failures:
+            worst = max(self.comparisons, key=lambda c: c.units / c.allowed_units)
+            share = worst.units / worst.allowed_units
+            return (
+                f"All {count} comparisons agree at all {self.states} states: "
+                f"the largest difference is {share:.1%} of its tolerance ({worst.quantity})."
+            )
+        worst = max(failures, key=_excess)
+        return (
+            f"{len(failures)} of {count} comparisons disagree; the worst is the {worst.quantity} "
+            f"of {worst.source} against {worst.against}: {worst.difference:.3g} {worst.unit}, "
+            f"where {worst.allowed:.2g} is allowed."
+        )
+
+
+def verify(
+    urdf: PlanarUrdf,
+    *,
+    states: int = 10_000,
+    seed: int = 1,
+    formulations: Mapping[str, Formulation] = FORMULATIONS,
+    engine: Engine | None = None,
+    motion: PointMotion | None = None,
+    progress: Progress = lambda share: None,
+) -> Verdict:
+    """Compare formulations with an engine (Pinocchio), and with each other, at random states.
+
+    `progress` is called with the share of the work done, from 0 to 1. `motion` stands in for the
+    library's kinematics. Raises `ParameterError` for less than one state, `EngineError` when the
+    engine is missing or refuses the file.
+    """
+    if states < 1:
+        raise ParameterError(f"states is {states}; allowed is a positive whole number")
+    chain = Chain.from_links(urdf.links)
+    machine = Machine(chain, urdf.joints, urdf.gravity)
+    engine = engine or Pinocchio(urdf)
+    scale = _scale(chain, urdf, engine)
+    every = random_states(
+        states, seed=seed, torque=100 * float(scale.mass_matrix.max()), force=10 * sum(chain.mass)
+    )
+    texts = {name: JointSpace(f, machine) for name, f in formulations.items()}
+    groups = [
+        (quantity, {name: Formula(quantity, text) for name, text in texts.items()})
+        for quantity in DYNAMICS
+    ] + [
+        (quantity, {"kinematics": Formula(quantity, motion or PointMotion(machine))})
+        for quantity in MOTION
+    ]
+    names = {**{name: f.name for name, f in formulations.items()}, "kinematics": "Section 6.1"}
+    worst: dict[tuple[str, str, str], Comparison] = {}
+    starts = range(0, states, _PORTION)
+    for number, start in enumerate(starts):
+        portion = _Portion(every[start : start + _PORTION], chain, scale, engine)
+        for index, (quantity, formulas) in enumerate(groups):
+            for comparison in portion.comparisons(quantity, formulas, names):
+                key = (quantity.name, comparison.source, comparison.against)
+                if key not in worst or _excess(comparison) > _excess(worst[key]):
+                    worst[key] = comparison
+            progress((number + (index + 1) / len(groups)) / len(starts))
+    return Verdict(
+        urdf=urdf.path,
+        engine=engine.name,
+        states=states,
+        seed=seed,
+        assumptions=urdf.assumptions,
+        comparisons=tuple(worst.values()),
+        versions=_versions(),
+        machine=_machine(),
+    )
+
+
+class _Portion:
+    """A portion of the states, with what the engine answered there so far."""
+
+    def __init__(self, states: States, chain: Chain, scale: Scale, engine: Engine) -> None:
+        self._states = states
+        self._chain = chain
+        self._scale = scale
+        self._engine = engine
+        self._answers: dict[object, Array] = {}
+        self._accelerations: Array | None = None
+
+    def comparisons(
+        self, quantity: Quantity, formulas: Mapping[str, Formula], names: Mapping[str, str]
+    ) -> list[Comparison]:
+        """Compare each formula with the engine, and the formulas with each other."""
+        engine = self._engine
+        answer = self._answer(quantity)
+        values = {name: formula.values(self._states) for name, formula in formulas.items()}
+        found = []
+        for name, formula in formulas.items():
+            problem = self._problem(quantity, formula.roundings + engine.roundings, values[name])
+            found.append(
+                self._compare(quantity, names[name], engine.name, values[name], answer, problem)
+            )
+        if len(formulas) == 2:
+            first, second = formulas
+            roundings = formulas[first].roundings + formulas[second].roundings
+            problem = self._problem(quantity, roundings, values[second])
+            pair = values[first], values[second]
+            found.append(self._compare(quantity, names[first], names[second], *pair, problem))
+        return found
+
+    def _answer(self, quantity: Quantity) -> Array:
+        """Return the engine's answer, asked once for all quantities that are parts of it."""
+        if quantity.call not in self._answers:
+            self._answers[quantity.call] = quantity.call(self._engine, self._states)
+        answer = self._answers[quantity.call]
+        return answer if quantity.part is None else answer[quantity.part]
+
+    def _problem(self, quantity: Quantity, roundings: int, value: Array) -> Problem:
+        states = self._states
+        if quantity.name == "forward dynamics":
+            self._accelerations = value
+        if "torques" in quantity.inputs and self._accelerations is not None:
+            states = states.with_accelerations(self._accelerations)
+        return Problem(self._chain, self._scale, states, roundings, found=value)
+
+    def _compare(
+        self,
+        quantity: Quantity,
+        source: str,
+        against: str,
+        value: Array,
+        other: Array,
+        problem: Problem,
+    ) -> Comparison:
+        difference = np.abs(value - other)
+        allowed = np.broadcast_to(tolerance(quantity.name, problem), difference.shape)
+        excess = np.where(
+            difference == 0, 0.0, difference / np.where(allowed > 0, allowed, np.finfo(float).tiny)
+        )
+        excess = np.where(np.isfinite(excess), excess, np.inf)
+        worst = np.unravel_index(np.argmax(excess), excess.shape)
+        at = worst[-1]
+        allowed_units = float(problem.units[at] / EPSILON)
+        return Comparison(
+            quantity=quantity.name,
+            unit=quantity.unit,
+            source=source,
+            against=against,
+            difference=float(difference[worst]),
+            allowed=float(allowed[worst]),
+            units=float(excess[worst]) * allowed_units,
+            allowed_units=allowed_units,
+            state={
+                field.name: [float(x) for x in getattr(self._states, field.name)[:, at]]
+                for field in fields(self._states)
+                if field.name in quantity.inputs
+            },
+        )
+
+
+def _excess(comparison: Comparison) -> float:
+    """Return the difference in units of the tolerance."""
+    return comparison.units / comparison.allowed_units
+
+
+def _scale(chain: Chain, urdf: PlanarUrdf, engine: Engine) -> Scale:
+    """Return the sizes that both the chain's formulas and the engine compute with, the larger."""
+    offset = float(sum(abs(phi) for phi in urdf.joints.offset))
+    own = Scale.of(chain, joint=True, gravity=urdf.gravity, offset=offset)
+    return own.widened(engine.sizes)
+
+
+def _versions() -> dict[str, str]:
+    packages = {name: version(name) for name in ("twolink", "pin", "numpy")}
+    return {"python": platform.python_version(), **packages}
+
+
+def _machine() -> dict[str, str | int | None]:
+    return {
+        "system": platform.system(),
+        "machine": platform.machine(),
+        "cores": os.cpu_count(),
+    }
