@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pinocchio
@@ -111,9 +112,7 @@ def main() -> None:
                 repeated(compiled, *inputs), repeated(pin_function, *pin_arguments)
             )
             add_row(call_table, (name, label), ours, CALLS, theirs, CALLS, compiled, False)
-            ours, theirs = seconds_side_by_side(
-                lambda compiled=compiled, batch=batch: compiled.batch(*batch), pin_loop
-            )
+            ours, theirs = seconds_side_by_side(partial(compiled.batch, *batch), pin_loop)
             add_row(batch_table, (name, label), ours, BATCH, theirs, LOOPED, compiled, True)
     console.print(call_table)
     console.print(batch_table)
@@ -162,7 +161,7 @@ def print_start_up(console: Console) -> None:
         "python -c 'import pinocchio'": [sys.executable, "-c", "import pinocchio"],
     }
     functions = [
-        lambda command=command: subprocess.run(command, capture_output=True, check=True)
+        partial(subprocess.run, command, capture_output=True, check=True)
         for command in commands.values()
     ]
     table = Table(title="Start-up (median)")

@@ -4,6 +4,7 @@ import ast
 import copy
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from types import ModuleType
 
 _SWAPS = {
@@ -44,12 +45,13 @@ def _flipped(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
         opposite = {ast.Add: ast.Sub(), ast.Sub: ast.Add(), ast.Mult: ast.Div()}
         operator = opposite.get(type(node.op))
         if operator is not None:
-            name = f"{type(node.op).__name__} to {type(operator).__name__} at {node.col_offset}"
-            yield name, ast.BinOp(node.left, operator, node.right)
+            names = type(node.op).__name__, type(operator).__name__
+            change = f"{names[0]} to {names[1]} before {ast.unparse(node.right)}"
+            yield change, ast.BinOp(node.left, operator, node.right)
         if isinstance(node.op, ast.Div):
             yield "dropped divisor", node.left
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-        yield f"dropped minus at {node.col_offset}", node.operand
+        yield f"dropped minus of {ast.unparse(node.operand)}", node.operand
     elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id in _SWAPS:
         yield f"{node.id} to {_SWAPS[node.id]}", ast.Name(_SWAPS[node.id], node.ctx)
     elif isinstance(node, ast.Attribute) and node.attr in _SWAPS:
@@ -70,7 +72,7 @@ class _Replace(ast.NodeTransformer):
 def mutants(module: ModuleType, skip: Callable[[str, str, str], bool]) -> Iterator[Mutant]:
     """Yield every mutant of a module, but those that `skip` names by function, line and change."""
     assert module.__file__ is not None
-    source = open(module.__file__, encoding="utf-8").read()
+    source = Path(module.__file__).read_text(encoding="utf-8")
     lines = source.splitlines()
     tree = ast.parse(source)
     for function in [node for node in tree.body if isinstance(node, ast.FunctionDef)]:

@@ -1,5 +1,6 @@
 import math
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given
@@ -52,8 +53,26 @@ def test_a_batch_is_its_states_one_by_one(formulation, random):
         values = compiled.batch(*states[:arguments])
         for index in (0, 1, 16383, 16384, n - 1):
             one = compiled(*(tuple(map(float, state[:, index])) for state in states[:arguments]))
-            # NumPy's sine may differ from the C library's in the last place.
+            # Sine and cosine of arrays may differ in the last place.
             assert values[..., index] == pytest.approx(np.array(one), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("largest", [1e-8, 1.0, 7.0, 1e6])
+def test_sine_and_cosine_of_arrays_are_within_one_unit(largest, random):
+    """Against 40 digits, in units of 2⁻⁵², the last place of 1."""
+    compiled = Compiled(lambda q: (sin(q[0]), cos(q[0])))
+    angles = np.concatenate(
+        [
+            random.uniform(-largest, largest, 2000),
+            [0.0, math.pi, -math.pi, math.pi / 2, 3 * math.pi, 2 * math.pi],
+        ]
+    )
+    sines, cosines = compiled.batch(np.stack([angles, angles]))
+    with mpmath.workdps(40):
+        for angle, s, c in zip(angles, sines, cosines, strict=True):
+            exact = mpmath.mpf(float(angle))
+            assert abs(mpmath.sin(exact) - mpmath.mpf(float(s))) <= 2.0**-52
+            assert abs(mpmath.cos(exact) - mpmath.mpf(float(c))) <= 2.0**-52
 
 
 def test_idle_operations_are_not_written():

@@ -4,7 +4,41 @@ Parameters are in `twolink.chain`, the equations of motion in `twolink.kane` and
 `twolink.lagrange`, and what compares them with engines in `twolink.verification`.
 """
 
-from twolink.chain import Chain, Point
-from twolink.errors import EngineError, ParameterError, TwolinkError, UrdfError
+import importlib
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["Chain", "EngineError", "ParameterError", "Point", "TwolinkError", "UrdfError"]
+if TYPE_CHECKING:
+    from twolink.chain import Chain, Point
+    from twolink.compilation import Compiled
+    from twolink.errors import EngineError, ParameterError, TwolinkError, UrdfError
+    from twolink.verification import verify
+
+# Name and home. Each is imported when it is first asked for: `twolink --help` needs none.
+_HOMES = {
+    "Chain": "twolink.chain",
+    "Compiled": "twolink.compilation",
+    "EngineError": "twolink.errors",
+    "ParameterError": "twolink.errors",
+    "Point": "twolink.chain",
+    "TwolinkError": "twolink.errors",
+    "UrdfError": "twolink.errors",
+    "verify": "twolink.verification",
+}
+
+__all__ = [
+    "Chain",
+    "Compiled",
+    "EngineError",
+    "ParameterError",
+    "Point",
+    "TwolinkError",
+    "UrdfError",
+    "verify",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Return a public name from its home."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'twolink' has no attribute {name!r}")
+    return getattr(importlib.import_module(_HOMES[name]), name)

@@ -1,4 +1,4 @@
-"""Functions of a number of any kind: float, array, long double, mpmath, SymPy, heyoka, …
+"""Functions of a number of any kind: float, array, long double, mpmath, SymPy or heyoka.
 
 Every formula of this project is written once, with + − × ÷ and the functions below. The kind of
 number that is put in decides what comes out: a float, a million floats, fifty digits, a proof.
@@ -8,7 +8,6 @@ caller has not imported already, and SymPy or mpmath cost nothing to those who d
 """
 
 import cmath
-import functools
 import math
 import sys
 from types import ModuleType
@@ -22,9 +21,18 @@ Matrix = tuple[Pair, Pair]
 """A 2 × 2 matrix as a pair of rows."""
 
 
-@functools.cache
-def _library_of(kind: type) -> ModuleType:
-    """Return the module that supplies the functions of numbers of this kind."""
+def _library_of(x: Scalar) -> ModuleType:
+    """Return the module that supplies the functions of numbers like x."""
+    kind = type(x)
+    if kind not in _LIBRARIES:
+        _LIBRARIES[kind] = _find_library(kind)
+    return _LIBRARIES[kind]
+
+
+_LIBRARIES: dict[type, ModuleType] = {}
+
+
+def _find_library(kind: type) -> ModuleType:
     if issubclass(kind, (float, int)):
         return math
     if issubclass(kind, complex):
@@ -39,17 +47,17 @@ def _library_of(kind: type) -> ModuleType:
 
 def sin(x: Scalar) -> Scalar:
     """Return the sine of x (rad), in the kind of number that x is."""
-    return _library_of(type(x)).sin(x)
+    return _library_of(x).sin(x)
 
 
 def cos(x: Scalar) -> Scalar:
     """Return the cosine of x (rad), in the kind of number that x is."""
-    return _library_of(type(x)).cos(x)
+    return _library_of(x).cos(x)
 
 
 def sign(x: Scalar) -> Scalar:
     """Return -1, 0 or +1 (NaN for NaN) as the sign of x, in the kind of number that x is."""
-    library = _library_of(type(x))
+    library = _library_of(x)
     if library is not math:
         return library.sign(x)
-    return math.copysign(1.0, x) if x != 0 and x == x else x * 0.0
+    return math.copysign(1.0, x) if abs(x) > 0 else x * 0.0

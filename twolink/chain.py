@@ -88,18 +88,18 @@ class Chain:
         for name, pair in (("mass", mass), ("length", length)):
             _check_pair(name, pair)
         _check(length[1] > 0, 2, "length", length[1], "a positive number of m, for a bar")
-        exact = tuple(_exact(m) * _exact(L) ** 2 / 12 for m, L in zip(mass, length, strict=True))
+        first, second = (_exact(m) * _exact(L) ** 2 / 12 for m, L in zip(mass, length, strict=True))
         return cls(
             mass=mass,
             length=length,
             centre=((length[0] / 2, length[0] * 0), (length[1] / 2, length[1] * 0)),
-            inertia=tuple(float(I_C) if isinstance(I_C, Fraction) else I_C for I_C in exact),
-            _exact_inertia=exact,
+            inertia=(_rounded(first), _rounded(second)),
+            _exact_inertia=(first, second),
         )
 
     @classmethod
     def point_masses(cls, mass: Pair = (1.0, 1.0), length: Pair = (1.0, 1.0)) -> Chain:
-        """Return the textbook double pendulum: point masses (kg) at the ends of massless rods (m)."""
+        """Return the textbook double pendulum: point masses (kg) at the ends of rods (m)."""
         for name, pair in (("mass", mass), ("length", length)):
             _check_pair(name, pair)
         _check(length[1] > 0, 2, "length", length[1], "a positive number of m, for a point mass")
@@ -222,6 +222,11 @@ def _is_real(value: Any) -> bool:
 def _exact(value: Any) -> Any:
     """Return a float as the exact rational that it is; leave other kinds of number alone."""
     return Fraction(value) if isinstance(value, (int, float)) else value
+
+
+def _rounded(value: Any) -> Any:
+    """Return the float nearest to an exact rational; leave other kinds of number alone."""
+    return float(value) if isinstance(value, Fraction) else value
 
 
 def _check(condition: Any, link: int, name: str, value: Any, allowed: str) -> None:

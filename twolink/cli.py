@@ -107,7 +107,7 @@ def _verdict(
     read = read_planar_urdf(
         urdf or shipped("twolink.urdf"), tip=tip, oblique_gravity=oblique_gravity
     )
-    chosen = FORMULATIONS if formulation is None else {formulation: FORMULATIONS[formulation]}
+    names = list(FORMULATIONS) if formulation is None else [formulation.value]
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(f"comparing at {states} states", total=1.0)
@@ -115,7 +115,7 @@ def _verdict(
             read,
             states=states,
             seed=seed,
-            formulations=chosen,
+            formulations={name: FORMULATIONS[name] for name in names},
             progress=lambda share: bar.update(task, completed=share),
         )
 
@@ -136,7 +136,9 @@ def _print_verdict(verdict: Verdict) -> None:
     )
     for assumption in verdict.assumptions:
         console.print(f"Assumed: {assumption}")
-    console.print(verdict.sentence, style="bold green" if verdict.passed else "bold red")
+    console.print(
+        verdict.sentence, soft_wrap=True, style="bold green" if verdict.passed else "bold red"
+    )
     for comparison in verdict.comparisons:
         if not comparison.passed:
             console.print(
@@ -153,11 +155,12 @@ def _table(title: str, comparisons: list[Comparison]) -> Any:
     pairs = list(dict.fromkeys((c.source, c.against) for c in comparisons))
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
     table.add_column("quantity")
+    table.add_column("Pinocchio's algorithm")
     for source, against in pairs:
         table.add_column(f"{source}\n− {against.split()[0]}", justify="right")
-    for quantity in dict.fromkeys(c.quantity for c in comparisons):
+    for quantity, algorithm in dict.fromkeys((c.quantity, c.algorithm) for c in comparisons):
         row = {(c.source, c.against): c for c in comparisons if c.quantity == quantity}
-        table.add_row(quantity, *(_cell(row[pair]) for pair in pairs))
+        table.add_row(quantity, algorithm, *(_cell(row[pair]) for pair in pairs))
     return table
 
 

@@ -5,10 +5,12 @@ such a text is run once with numbers that write down what is done to them, and w
 compiled: a flat function of the state, with the chain's parameters as constants in it and each
 common subexpression computed once. An operation that an exact 0 or 1 makes idle (a mass centre on
 the axis, a mass of 1 kg) is not written. Everything else is done as the text does it, in the
-text's order, so the result is the text's to the last bit.
+text's order, so the result for a state of floats is the text's to the last bit.
 
-`compiled` takes a state of floats; `compiled.batch` takes arrays of states and works through them
-in blocks that stay in the processor's cache.
+`compiled.batch` takes arrays of states, and works through them in blocks that stay near the
+processor. It differs from the text in one thing: sine and cosine come together, from the tangent
+of the half angle, which NumPy computes several numbers at a time, as it does not sine and cosine.
+They are within 2⁻⁵² of the exact ones.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ import inspect
 import math
 import re
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -60,6 +62,10 @@ class Recording:
         name = f"t{len(self._operations)}"
         return self._operations.setdefault(key, Operation(name, symbol, operands)).name
 
+    def has(self, *key: str) -> bool:
+        """Return whether an operation on these operands, in this order, is written down."""
+        return key in self._operations
+
     def needed_for(self, result: str) -> list[Operation]:
         """Return the operations that a result depends on, in order."""
         needed = set(_VARIABLE.findall(result))
@@ -98,6 +104,9 @@ class Written:
         word, negative = _signed(other)
         if self.negative == negative:
             return self._result(self.recording.write("+", self.name, word), negative)
+        # a - b and b - a are one operation: the one that was written first.
+        if self.recording.has("-", word, self.name):
+            return self._result(self.recording.write("-", word, self.name), negative)
         return self._result(self.recording.write("-", self.name, word), self.negative)
 
     def __radd__(self, other: Any) -> Written:
@@ -159,15 +168,10 @@ class Compiled:
         operations = recording.needed_for(_word(result))
         self.operations = dict(sorted(Counter(line.symbol for line in operations).items()))
         self.depth = _depth(operations)
-        self.source = _source(self.arguments, operations, _word(result))
-        self._of_floats = self._function(math.sin, math.cos)
-        self._of_arrays = self._function(np.sin, np.cos)
-
-    def _function(self, sine: Callable[..., Any], cosine: Callable[..., Any]) -> Callable[..., Any]:
-        names: dict[str, Any] = {"sin": sine, "cos": cosine}
-        exec(compile(self.source, "<compiled formula>", "exec"), names)
-        function: Callable[..., Any] = names["compiled"]
-        return function
+        self.source = _source(self.arguments, map(str, operations), _word(result))
+        self._of_floats = _function(self.source, sin=math.sin, cos=math.cos)
+        paired = _source(self.arguments, _in_pairs(operations), _word(result))
+        self._of_arrays = _function(paired, sin_and_cos=_sin_and_cos)
 
     @property
     def scalar(self) -> Callable[..., Any]:
@@ -209,11 +213,42 @@ def _store(target: np.ndarray, result: Any) -> None:
         target[...] = result
 
 
-def _source(arguments: tuple[str, ...], operations: list[Operation], result: str) -> str:
+def _source(arguments: tuple[str, ...], lines: Iterable[str], result: str) -> str:
     """Return the Python text of the compiled function."""
-    header = f"def compiled({', '.join([*arguments, 'sin=sin', 'cos=cos'])}):"
+    header = f"def compiled({', '.join(arguments)}):"
     unpacking = (f"{a}1, {a}2 = {a}" for a in arguments)
-    return "\n    ".join([header, *unpacking, *map(str, operations), f"return {result}"])
+    return "\n    ".join([header, *unpacking, *lines, f"return {result}"])
+
+
+def _function(source: str, **functions: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the function that a source defines, with the given functions at hand."""
+    names: dict[str, Any] = dict(functions)
+    exec(compile(source, "<compiled formula>", "exec"), names)
+    compiled: Callable[..., Any] = names["compiled"]
+    return compiled
+
+
+def _in_pairs(operations: list[Operation]) -> Iterator[str]:
+    """Yield the operations as Python, with the sine and cosine of an angle in one line."""
+    names = {(line.symbol, line.operands): line.name for line in operations}
+    paired: set[str] = set()
+    for operation in operations:
+        if operation.symbol not in ("sin", "cos"):
+            yield str(operation)
+        elif operation.name not in paired:
+            both = [names.get((symbol, operation.operands), "_") for symbol in ("sin", "cos")]
+            paired.update(both)
+            yield f"{', '.join(both)} = sin_and_cos({operation.operands[0]})"
+
+
+def _sin_and_cos(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return sine and cosine of real angles by the tangent of their halves, else as they are."""
+    if np.iscomplexobj(x):
+        return np.sin(x), np.cos(x)
+    tangent = np.tan(0.5 * x)
+    square = tangent * tangent
+    divisor = 1.0 + square
+    return (tangent + tangent) / divisor, (1.0 - square) / divisor
 
 
 def _depth(operations: list[Operation]) -> int:

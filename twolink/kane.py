@@ -108,17 +108,12 @@ def velocity_terms(chain: Chain, q: Pair, u: Pair) -> Pair:
 
 def coriolis_matrix(chain: Chain, q: Pair, u: Pair) -> Matrix:
     """Return C (kg m²/s) = Σ m ∂v_C/∂u_r · d(∂v_C/∂u_s)/dt, which makes dM/dt − 2C skew."""
-    v_C1 = partial_velocities(chain, q, chain.C1)
     v_C2 = partial_velocities(chain, q, chain.C2)
-    # A vector fixed to a link that turns with ω changes at the rate ω **k** × itself.
-    v_C1_u1 = _turned(v_C1.u1, u[0])
-    v_C2_u1 = _turned(v_C2.u1, u[0])
-    v_C2_u2 = _turned(v_C2.u2, u[1])
-    C11 = chain.m1 * _dot(v_C1.u1, v_C1_u1) + chain.m2 * _dot(v_C2.u1, v_C2_u1)
-    C12 = chain.m2 * _dot(v_C2.u1, v_C2_u2)
-    C21 = chain.m2 * _dot(v_C2.u2, v_C2_u1)
-    C22 = chain.m2 * _dot(v_C2.u2, v_C2_u2)
-    return (C11, C12), (C21, C22)
+    # A vector fixed to a link that turns with ω changes at the rate ω **k** × itself. That is
+    # perpendicular to itself, so C has no diagonal.
+    C12 = chain.m2 * _dot(v_C2.u1, _turned(v_C2.u2, u[1]))
+    C21 = chain.m2 * _dot(v_C2.u2, _turned(v_C2.u1, u[0]))
+    return (0, C12), (C21, 0)
 
 
 def determinant(chain: Chain, q: Pair) -> Scalar:

@@ -1,8 +1,8 @@
 """The source's force P on the end point D, with Coulomb friction.
 
-The source prints P = −sign(v_D·**i**) μ F **i** + F **j**. With y downward, F > 0 pushes D down and a floor
-below D pushes with F < 0; then the printed friction would drive the sliding. Friction opposes
-sliding whatever the side of the surface, so its size is μ|F|. The two agree for F ≥ 0.
+The source prints P = −sign(v_D·**i**) μ F **i** + F **j**. With y downward, F > 0 pushes D down
+and a floor below D pushes with F < 0; then the printed friction would drive the sliding. Friction
+opposes sliding whatever the side of the surface, so its size is μ|F|. The two agree for F ≥ 0.
 """
 
 from dataclasses import dataclass

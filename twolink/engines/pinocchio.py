@@ -187,6 +187,22 @@ class Pinocchio:
         rows = (self._configurations(angles), _rows(speeds), _rows(accelerations))
         return np.einsum("pw,mwn->mpn", self._plane, _each((3, 3), motion, *rows))
 
+    def angular_motion(self, angles: Array, speeds: Array, accelerations: Array) -> Array:
+        """Return the angular parts of `getVelocity` and `getAcceleration`."""
+        pin, model, data = self._pin, self._model, self._data
+        world = pin.ReferenceFrame.WORLD
+        z = np.array(self._urdf.axes[2])
+
+        def motion(q: Array, v: Array, a: Array) -> list[list[float]]:
+            pin.forwardKinematics(model, data, q, v, a)
+            return [
+                [get(model, data, joint, world).angular @ z for joint in self._joints]
+                for get in (pin.getVelocity, pin.getAcceleration)
+            ]
+
+        rows = (self._configurations(angles), _rows(speeds), _rows(accelerations))
+        return _each((2, 2), motion, *rows)
+
     def jacobian(self, point: str, angles: Array) -> Array:
         """Return the linear part of `computeFrameJacobian`."""
         pin, model, data, frame = self._pin, self._model, self._data, self._frames[point]

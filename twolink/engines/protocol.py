@@ -80,5 +80,11 @@ class Engine(Protocol):
     def point_motion(self, point: str, angles: Array, speeds: Array, accelerations: Array) -> Array:
         """Return position, velocity and acceleration of a point, shape (3, 2, n)."""
 
+    def angular_motion(self, angles: Array, speeds: Array, accelerations: Array) -> Array:
+        """Return angular velocities (rad/s) and accelerations (rad/s²) of the links about z.
+
+        Shape (2, 2, n): which, link, state.
+        """
+
     def jacobian(self, point: str, angles: Array) -> Array:
         """Return ∂(x, y)/∂θ of a point (m), shape (2, 2, n): component, coordinate, state."""

@@ -236,7 +236,9 @@ def _frame(
         return None
     tilt = math.asin(min(1.0, abs(float(vector @ axis)) / size))
     if tilt > _TYPED and not oblique:
-        how = "normal" if tilt > math.pi / 2 - _TYPED else f"{math.degrees(tilt):.6g} degrees oblique"
+        how = (
+            "normal" if tilt > math.pi / 2 - _TYPED else f"{math.degrees(tilt):.6g} degrees oblique"
+        )
         raise UrdfError(
             f"{source}: gravity is {how} to the plane of motion; allowed is gravity in the plane, "
             "unless oblique gravity is asked for"
@@ -304,7 +306,9 @@ def _tip(
             "as in a uniform bar, since no link is fixed there."
         )
     else:
-        assumptions.append(f"the end point D is at joint B: nothing tells the end of '{body.name}'.")
+        assumptions.append(
+            f"the end point D is at joint B: nothing tells the end of '{body.name}'."
+        )
     return None, 2 * centre
 
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 import re
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -200,7 +200,9 @@ def _hang_together(
         carried[joint.parent].append(joint)
     roots = [name for name in links if name not in carrier]
     if len(roots) > 1:
-        raise UrdfError(f"{source}: links '{roots[0]}' and '{roots[1]}' are both roots; one is allowed")
+        raise UrdfError(
+            f"{source}: links '{roots[0]}' and '{roots[1]}' are both roots; one is allowed"
+        )
     if not roots:
         raise UrdfError(f"{source}: its joints run in a circle; allowed is a tree with one root")
     ordered: list[Joint] = []

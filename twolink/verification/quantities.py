@@ -182,6 +182,19 @@ class PointMotion:
 
         return text
 
+    def angular_velocities(self, speeds: Pair) -> Pair:
+        """Return ω1 and ω2."""
+        omega: Pair = self._equations.angular_velocities(
+            self._machine.joints.absolute_speeds(speeds)
+        )
+        return omega
+
+    def angular_accelerations(self, accelerations: Pair) -> Pair:
+        """Return α1 and α2."""
+        du = self._machine.joints.absolute_speeds(accelerations)
+        alpha: Pair = self._equations.angular_accelerations(du)
+        return alpha
+
     def potential_energy(self, angles: Pair) -> Scalar:
         """Return V of gravity."""
         q = self._machine.joints.absolute_angles(angles)
@@ -240,6 +253,17 @@ def _inverse_derivatives(engine: Engine, states: States) -> Array:
 
 def _forward_derivatives(engine: Engine, states: States) -> Array:
     return engine.forward_dynamics_derivatives(states.angles, states.speeds, states.torques)
+
+
+def _jacobian_of(point: str) -> Quantity:
+    return Quantity(
+        f"Jacobian of {point}",
+        "m",
+        "computeFrameJacobian",
+        ("angles",),
+        lambda texts: texts.jacobian(point),
+        lambda engine, s: engine.jacobian(point, s.angles),
+    )
 
 
 _INVERSE = ("angles", "speeds", "accelerations")
@@ -360,17 +384,7 @@ DYNAMICS: tuple[Quantity, ...] = (
         lambda texts: texts.kinetic_energy,
         lambda engine, s: engine.kinetic_energy(s.angles, s.speeds),
     ),
-    *(
-        Quantity(
-            f"Jacobian of {point}",
-            "m",
-            "computeFrameJacobian",
-            ("angles",),
-            lambda texts, point=point: texts.jacobian(point),
-            lambda engine, s, point=point: engine.jacobian(point, s.angles),
-        )
-        for point in ("C1", "C2", "D")
-    ),
+    *(_jacobian_of(point) for point in ("C1", "C2", "D")),
 )
 
 
@@ -409,8 +423,30 @@ def _motion_of(point: str) -> tuple[Quantity, ...]:
     )
 
 
+def _angular_motion(engine: Engine, states: States) -> Array:
+    return engine.angular_motion(states.angles, states.speeds, states.accelerations)
+
+
 MOTION: tuple[Quantity, ...] = (
     *(quantity for point in ("C1", "C2", "D") for quantity in _motion_of(point)),
+    Quantity(
+        "angular velocities",
+        "rad/s",
+        "getVelocity",
+        ("speeds",),
+        lambda texts: texts.angular_velocities,
+        _angular_motion,
+        part=0,
+    ),
+    Quantity(
+        "angular accelerations",
+        "rad/s²",
+        "getAcceleration",
+        ("accelerations",),
+        lambda texts: texts.angular_accelerations,
+        _angular_motion,
+        part=1,
+    ),
     Quantity(
         "potential energy",
         "J",

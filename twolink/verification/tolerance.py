@@ -287,6 +287,17 @@ def _forward_dynamics_by_torques(problem: Problem) -> Array:
     return problem.solution(0.0, problem.value)
 
 
+def _angular_velocities(problem: Problem) -> Array:
+    return problem.units * problem.scale.turning(problem.states.speeds)
+
+
+def _angular_accelerations(problem: Problem) -> Array:
+    # An engine in space also meets the product of both angular velocities, which are parallel.
+    scale, states = problem.scale, problem.states
+    products = scale.joint * scale.turning(states.speeds) ** 2
+    return problem.units * (scale.turning(states.accelerations) + products)
+
+
 def _kinetic_energy(problem: Problem) -> Array:
     speeds = np.abs(problem.states.speeds)
     energy = np.einsum("in,ij,jn->n", speeds, problem.scale.mass_matrix, speeds)
@@ -345,6 +356,8 @@ _BOUNDS: dict[str, _Bound] = {
     "∂(forward dynamics)/∂θ": _forward_dynamics_by_angles,
     "∂(forward dynamics)/∂θ̇": _forward_dynamics_by_speeds,
     "∂(forward dynamics)/∂τ": _forward_dynamics_by_torques,
+    "angular velocities": _angular_velocities,
+    "angular accelerations": _angular_accelerations,
     "kinetic energy": _kinetic_energy,
     "potential energy": _potential_energy,
     **_point_bounds("C1", 1, lambda scale: scale.radius[0]),

@@ -39,12 +39,14 @@ Progress = Callable[[float], None]
 class Comparison:
     """One quantity from two sources, in the state where they are furthest apart.
 
-    Furthest is meant in units of the tolerance there. `difference` and `allowed` are in `unit`,
-    `units` and `allowed_units` count ε times the size of what was summed: a unit in the last
-    place, if nothing cancels. `state` has the joint angles, speeds, … of that state.
+    `algorithm` is what the engine calls it. Furthest is meant in units of the tolerance there.
+    `difference` and `allowed` are in `unit`; `units` and `allowed_units` count ε times the size
+    of what was summed: a unit in the last place, if nothing cancels. `state` has the joint
+    angles, speeds, … of that state.
     """
 
     quantity: str
+    algorithm: str
     unit: str
     source: str
     against: str
@@ -87,7 +89,7 @@ class Verdict:
             worst = max(self.comparisons, key=lambda c: c.units / c.allowed_units)
             share = worst.units / worst.allowed_units
             return (
-                f"All {count} comparisons agree at all {self.states} states: "
+                f"All {count} comparisons agree at {self.states} states; "
                 f"the largest difference is {share:.1%} of its tolerance ({worst.quantity})."
             )
         worst = max(failures, key=_excess)
@@ -221,6 +223,7 @@ class _Portion:
         allowed_units = float(problem.units[at] / EPSILON)
         return Comparison(
             quantity=quantity.name,
+            algorithm=quantity.algorithm,
             unit=quantity.unit,
             source=source,
             against=against,
