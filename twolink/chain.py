@@ -16,7 +16,7 @@ from fractions import Fraction
 from numbers import Real
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.errors import ParameterError
@@ -53,31 +53,21 @@ class Chain:
         for name in ("mass", "length", "centre", "inertia"):
             _check_pair(name, getattr(self, name))
         for link in (1, 2):
-            mass, length = self.mass[link - 1], self.length[link - 1]
-            _check(mass > 0, link, "mass", mass, "a positive number of kg")
-            # L1 places the elbow and says where link 1 points; L2 only places D.
-            if link == 1:
-                _check(length > 0, link, "length", length, "a positive number of m")
-            _check(length >= 0, link, "length", length, "zero or a positive number of m")
-            inertia = self.inertia[link - 1]
-            _check(inertia >= 0, link, "inertia", inertia, "zero or a positive number of kg m²")
+            _positive(link, "mass", self.mass[link - 1], "kg")
+            _not_negative(link, "inertia", self.inertia[link - 1], "kg m²")
+        # L1 places the elbow and says where link 1 points; L2 only places D.
+        _positive(1, "length", self.length[0], "m")
+        _not_negative(2, "length", self.length[1], "m")
         self._check_that_it_resists()
 
     def _check_that_it_resists(self) -> None:
         """Refuse a chain whose mass matrix is singular in some pose."""
         (m1, m2), (I_C1, I_C2) = self.mass, self.inertia
         (a1, b1), (a2, b2) = self.centre
-        I_A = I_C1 + m1 * (a1 * a1 + b1 * b1)
-        I_B = I_C2 + m2 * (a2 * a2 + b2 * b2)
-        _check(I_B > 0, 2, "inertia about B", I_B, "a positive number of kg m² (inertia or offset)")
-        if _is_real(I_A) and _is_real(I_C2) and I_C2 == 0:
-            _check(
-                I_A > 0,
-                1,
-                "inertia about A",
-                I_A,
-                "a positive number of kg m², since link 2 is a point mass",
-            )
+        _positive(2, "inertia about B", I_C2 + m2 * (a2 * a2 + b2 * b2), "kg m²")
+        # det M, at its smallest, is I_A I_B + m2 L1² I_C2.
+        if _is_real(I_C2) and I_C2 == 0:
+            _positive(1, "inertia about A", I_C1 + m1 * (a1 * a1 + b1 * b1), "kg m²")
 
     @classmethod
     def uniform_bars(cls, mass: Pair = (1.0, 1.0), length: Pair = (1.0, 1.0)) -> Chain:
@@ -85,9 +75,7 @@ class Chain:
 
         The mass centres are at mid-length and I_C = mL²/12 (source, section 6.1).
         """
-        for name, pair in (("mass", mass), ("length", length)):
-            _check_pair(name, pair)
-        _check(length[1] > 0, 2, "length", length[1], "a positive number of m, for a bar")
+        _check_rods(mass, length)
         first, second = (_exact(m) * _exact(L) ** 2 / 12 for m, L in zip(mass, length, strict=True))
         return cls(
             mass=mass,
@@ -100,9 +88,7 @@ class Chain:
     @classmethod
     def point_masses(cls, mass: Pair = (1.0, 1.0), length: Pair = (1.0, 1.0)) -> Chain:
         """Return the textbook double pendulum: point masses (kg) at the ends of rods (m)."""
-        for name, pair in (("mass", mass), ("length", length)):
-            _check_pair(name, pair)
-        _check(length[1] > 0, 2, "length", length[1], "a positive number of m, for a point mass")
+        _check_rods(mass, length)
         zero = length[0] * 0
         return cls(
             mass, length, centre=((length[0], zero), (length[1], zero)), inertia=(zero, zero)
@@ -229,10 +215,28 @@ def _rounded(value: Any) -> Any:
     return float(value) if isinstance(value, Fraction) else value
 
 
-def _check(condition: Any, link: int, name: str, value: Any, allowed: str) -> None:
-    """Raise `ParameterError` when a real number is not finite or fails its condition."""
-    if _is_real(value) and not (math.isfinite(value) and condition):
-        raise ParameterError(f"link {link}: {name} is {value!r}; allowed is {allowed}")
+def _positive(link: int, name: str, value: Any, unit: str) -> None:
+    """Raise `ParameterError` unless a value is positive and finite, or no real number."""
+    if _is_real(value) and not (value > 0 and math.isfinite(value)):
+        _refuse(link, name, value, f"a positive number of {unit}")
+
+
+def _not_negative(link: int, name: str, value: Any, unit: str) -> None:
+    """Raise `ParameterError` unless a value is zero or positive and finite, or no real number."""
+    if _is_real(value) and not (value >= 0 and math.isfinite(value)):
+        _refuse(link, name, value, f"zero or a positive number of {unit}")
+
+
+def _refuse(link: int, name: str, value: Any, allowed: str) -> NoReturn:
+    raise ParameterError(f"link {link}: {name} is {value!r}; allowed is {allowed}")
+
+
+def _check_rods(mass: Any, length: Any) -> None:
+    """Refuse what is no pair of masses (kg) and of lengths (m), all positive."""
+    for name, pair, unit in (("mass", mass, "kg"), ("length", length, "m")):
+        _check_pair(name, pair)
+        for link in (1, 2):
+            _positive(link, name, pair[link - 1], unit)
 
 
 def _check_pair(name: str, pair: Any) -> None:
@@ -245,10 +249,9 @@ def _check_pair(name: str, pair: Any) -> None:
     for link, entry in enumerate(entries, start=1):
         if name == "centre":
             if not isinstance(entry, (tuple, list)) or len(entry) != 2:
-                raise ParameterError(
-                    f"link {link}: centre is {entry!r}; allowed is a pair (along, across) in m"
-                )
+                _refuse(link, name, entry, "a pair (along, across) in m")
             for coordinate in entry:
-                _check(True, link, "centre", coordinate, "a finite number of m")
+                if _is_real(coordinate) and not math.isfinite(coordinate):
+                    _refuse(link, name, coordinate, "a finite number of m")
         elif isinstance(entry, (str, bytes, bool)) or entry is None:
-            raise ParameterError(f"link {link}: {name} is {entry!r}; allowed is a number")
+            _refuse(link, name, entry, "a number")

@@ -1,0 +1,81 @@
+import math
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+from twolink import kane, kinematics, lagrange
+from twolink.arithmetic import cos, sign, sin
+from twolink.chain import Chain
+from twolink.effects.gravity import Gravity
+
+CHAIN = Chain((1.3, 0.7), (0.9, 1.4), ((0.35, 0.12), (0.55, -0.21)), (0.11, 0.23))
+
+KINDS = {
+    "float": float,
+    "numpy float": np.float64,
+    "long double": np.longdouble,
+    "array": lambda x: np.array([x, 2 * x, -x]),
+    "batch of any shape": lambda x: np.full((2, 1, 3), x),
+    "mpmath": mpmath.mpf,
+    "SymPy": sp.Float,
+    "complex": complex,
+}
+
+
+@pytest.mark.parametrize("number", KINDS.values(), ids=KINDS)
+@pytest.mark.parametrize("formulation", [kane, lagrange], ids=["kane", "lagrange"])
+def test_one_text_in_any_arithmetic(number, formulation):
+    """The same function bodies run on every kind of number, and give that kind back."""
+    chain = CHAIN.convert(number)
+    q, u, du = ((number(a), number(b)) for a, b in ((0.3, -0.4), (1.1, -0.7), (2.0, 0.5)))
+    expected_loads = Gravity(9.81).loads(CHAIN, (0.3, -0.4), (1.1, -0.7))
+    expected = formulation.inverse_dynamics(
+        CHAIN, (0.3, -0.4), (1.1, -0.7), (2.0, 0.5), expected_loads
+    )
+    loads = Gravity(number(9.81)).loads(chain, q, u)
+    found = formulation.inverse_dynamics(chain, q, u, du, loads)
+    for value, exact in zip(found, expected, strict=True):
+        first = np.ravel(value)[0] if isinstance(value, np.ndarray) else value
+        assert complex(first) == pytest.approx(exact, rel=1e-13)
+    rates = formulation.forward_dynamics(chain, q, u, loads)
+    assert type(rates[0]) is type(rates[1])
+
+
+def test_long_double_keeps_its_digits():
+    third = np.longdouble(1) / 3
+    assert isinstance(sin(third), np.longdouble)
+    with mpmath.workdps(30):
+        exact = mpmath.sin(mpmath.mpf(1) / 3)
+        assert abs(mpmath.mpf(np.format_float_positional(sin(third), 25)) - exact) < 1e-18
+
+
+def test_mpmath_keeps_its_digits():
+    with mpmath.workdps(50):
+        assert abs(sin(mpmath.pi / 6) - mpmath.mpf(1) / 2) < mpmath.mpf("1e-49")
+
+
+@pytest.mark.parametrize("x", [-2.5, 0.0, 3.0, math.inf, -math.inf])
+def test_sign(x):
+    expected = 0.0 if x == 0 else math.copysign(1.0, x)
+    if math.isfinite(x):
+        assert sign(x) == expected
+        assert float(sign(sp.Float(x))) == expected
+    assert sign(np.array([x]))[0] == expected
+    assert sign(mpmath.mpf(x)) == expected
+
+
+def test_sign_of_nan_is_nan():
+    assert math.isnan(sign(math.nan))
+
+
+def test_an_unknown_kind_is_refused():
+    with pytest.raises(TypeError, match="no library of functions"):
+        cos("0.3")
+
+
+def test_kinematics_takes_arrays():
+    q = (np.linspace(0, 1, 4), np.linspace(1, 2, 4))
+    x, y = kinematics.position(CHAIN, q, CHAIN.D)
+    assert x.shape == y.shape == (4,)

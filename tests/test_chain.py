@@ -1,0 +1,115 @@
+import dataclasses
+import math
+from fractions import Fraction
+
+import mpmath
+import pytest
+
+from twolink.chain import Chain, Point
+from twolink.errors import ParameterError
+
+GOOD = {
+    "mass": (1.0, 2.0),
+    "length": (1.0, 0.5),
+    "centre": ((0.5, 0.0), (0.25, 0.1)),
+    "inertia": (0.1, 0.05),
+}
+
+
+def test_uniform_bars_are_the_sources():
+    chain = Chain.uniform_bars((3.0, 1.0), (2.0, 0.5))
+    assert chain.inertia == (3.0 * 4.0 / 12, 0.25 / 12)
+    assert (Point(1, 1.0, 0.0), Point(2, 0.25, 0.0)) == (chain.C1, chain.C2)
+    assert (Point(1, 2.0, 0.0), Point(2, 0.5, 0.0)) == (chain.B, chain.D)
+    assert (chain.m1, chain.m2, chain.L1, chain.L2) == (3.0, 1.0, 2.0, 0.5)
+
+
+def test_point_masses_sit_at_the_ends():
+    chain = Chain.point_masses((3.0, 1.0), (2.0, 0.5))
+    assert chain.inertia == (0.0, 0.0)
+    assert chain.C1 == chain.B
+    assert chain.C2 == chain.D
+
+
+def test_a_chain_is_frozen():
+    chain = Chain.uniform_bars()
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        chain.mass = (2.0, 2.0)  # type: ignore[misc]
+
+
+def test_conversion_keeps_floats_exactly_and_bars_as_rationals():
+    bars = Chain.uniform_bars((0.1, 1.0), (0.3, 1.0))
+    exact = bars.convert(Fraction)
+    assert exact.mass == (Fraction(0.1), Fraction(1))
+    assert exact.inertia == (Fraction(0.1) * Fraction(0.3) ** 2 / 12, Fraction(1, 12))
+    with mpmath.workdps(50):
+        assert mpmath.mpf(1) / 12 == bars.convert(mpmath.mpf).I_C2
+        # A given inertia is the float that it is, not the rational it may stand for.
+        given = Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (0.5, 0.0)), (1 / 12, 1 / 12))
+        assert mpmath.mpf(1) / 12 != given.convert(mpmath.mpf).I_C2
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"mass": (0.0, 2.0)}, "link 1: mass is 0.0; allowed is a positive"),
+        ({"mass": (1.0, -2.0)}, "link 2: mass is -2.0; allowed is a positive"),
+        ({"mass": (math.nan, 2.0)}, "link 1: mass is nan"),
+        ({"mass": (1.0, math.inf)}, "link 2: mass is inf"),
+        ({"mass": (1.0,)}, "mass is .*; allowed is a pair"),
+        ({"mass": 1.0}, "mass is 1.0; allowed is a pair"),
+        ({"mass": ("1", 1.0)}, "link 1: mass is '1'; allowed is a number"),
+        ({"mass": (True, 1.0)}, "link 1: mass is True; allowed is a number"),
+        ({"length": (0.0, 1.0)}, "link 1: length is 0.0; allowed is a positive"),
+        ({"length": (1.0, -1.0)}, "link 2: length is -1.0; allowed is zero or a positive"),
+        ({"length": (1.0, math.nan)}, "link 2: length is nan"),
+        ({"inertia": (-0.1, 1.0)}, "link 1: inertia is -0.1; allowed is zero or a positive"),
+        ({"inertia": (0.1, math.inf)}, "link 2: inertia is inf"),
+        ({"centre": ((0.5, math.nan), (0.5, 0.0))}, "link 1: centre is nan"),
+        ({"centre": (0.5, 0.5)}, "link 1: centre is 0.5; allowed is a pair"),
+        ({"centre": ((0.5, 0.0), (0.5,))}, "link 2: centre is .*; allowed is a pair"),
+        (
+            {"centre": ((0.5, 0.0), (0.0, 0.0)), "inertia": (0.1, 0.0)},
+            "link 2: inertia about B is 0.0; allowed is a positive",
+        ),
+        (
+            {"centre": ((0.0, 0.0), (0.5, 0.0)), "inertia": (0.0, 0.0)},
+            "link 1: inertia about A is 0.0; allowed is a positive",
+        ),
+    ],
+)
+def test_bad_parameters_are_refused_in_one_sentence(change, words):
+    with pytest.raises(ParameterError, match=words) as caught:
+        Chain(**{**GOOD, **change})
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("make", [Chain.uniform_bars, Chain.point_masses])
+@pytest.mark.parametrize(
+    ("mass", "length", "words"),
+    [
+        ((1.0, 1.0), (1.0, 0.0), "link 2: length is 0.0"),
+        ((1.0, 1.0), (0.0, 1.0), "link 1: length is 0.0"),
+        ((1.0, 0.0), (1.0, 1.0), "link 2: mass is 0.0"),
+        ((1.0, 1.0), (math.inf, 1.0), "link 1: length is inf"),
+    ],
+)
+def test_bars_and_point_masses_need_lengths(make, mass, length, words):
+    with pytest.raises(ParameterError, match=words):
+        make(mass, length)
+
+
+def test_zero_length_is_allowed_where_it_does_not_matter():
+    """L2 only places D; with its own inertia the chain moves all the same."""
+    chain = Chain(**{**GOOD, "length": (1.0, 0.0)})
+    assert Point(2, 0.0, 0.0) == chain.D
+
+
+def test_a_circulating_set_with_a_negative_inertia_is_refused():
+    with pytest.raises(ParameterError, match=r"link 2: inertia is -0\.00013; allowed is zero or"):
+        Chain(
+            (0.10548177618443695, 0.07619744360415454),
+            (0.05, 0.05),
+            ((0.05, 0.0), (0.0366, 0.0)),
+            (0.00046, -0.00013),
+        )
