@@ -208,7 +208,7 @@ class Quantity:
     `name` is its name in `tolerance`; `algorithm` what Pinocchio calls it; `inputs` the fields of
     `States` it depends on. `text` picks the formula from a `JointSpace` (or `PointMotion`),
     `by` the input it is differentiated by. `call` asks the engine; `part` is the wanted part of
-    an answer that holds several.
+    an answer that holds several; `from_world` tells that the engine computes it there.
     """
 
     name: str
@@ -219,6 +219,7 @@ class Quantity:
     call: Callable[[Engine, States], Array]
     part: int | None = None
     by: str | None = None
+    from_world: bool = False
 
 
 class Formula:
@@ -263,6 +264,7 @@ def _jacobian_of(point: str) -> Quantity:
         ("angles",),
         lambda texts: texts.jacobian(point),
         lambda engine, s: engine.jacobian(point, s.angles),
+        from_world=True,
     )
 
 
@@ -293,6 +295,7 @@ DYNAMICS: tuple[Quantity, ...] = (
         ("angles", "speeds"),
         lambda texts: texts.coriolis_matrix,
         lambda engine, s: engine.coriolis_matrix(s.angles, s.speeds),
+        from_world=True,
     ),
     Quantity(
         "gravity terms",
@@ -335,6 +338,7 @@ DYNAMICS: tuple[Quantity, ...] = (
         _inverse_derivatives,
         part=0,
         by="angles",
+        from_world=True,
     ),
     Quantity(
         "∂(inverse dynamics)/∂θ̇",
@@ -345,6 +349,7 @@ DYNAMICS: tuple[Quantity, ...] = (
         _inverse_derivatives,
         part=1,
         by="speeds",
+        from_world=True,
     ),
     Quantity(
         "∂(forward dynamics)/∂θ",
@@ -355,6 +360,7 @@ DYNAMICS: tuple[Quantity, ...] = (
         _forward_derivatives,
         part=0,
         by="angles",
+        from_world=True,
     ),
     Quantity(
         "∂(forward dynamics)/∂θ̇",
@@ -365,6 +371,7 @@ DYNAMICS: tuple[Quantity, ...] = (
         _forward_derivatives,
         part=1,
         by="speeds",
+        from_world=True,
     ),
     Quantity(
         "∂(forward dynamics)/∂τ",
@@ -375,6 +382,7 @@ DYNAMICS: tuple[Quantity, ...] = (
         _forward_derivatives,
         part=2,
         by="torques",
+        from_world=True,
     ),
     Quantity(
         "kinetic energy",

@@ -31,6 +31,11 @@ as the other makes it 1e12, by the choice of units alone, while no digit is lost
 stands adj(M̄)/det M, with the determinant as a sum of positive terms, so that it is right where
 the condition is worst.
 
+*Where an algorithm stands.* One that moves all inertias or velocities to the world's origin, as
+Pinocchio's Jacobians and derivatives do, meets the lever from there also where a short second
+link turns about its own joint. So does one whose products of velocities cancel. Such rounding is
+that of the long lever, and no choice of ours; `from_world` and `inertia_force` are its size.
+
 *Two algorithms* differ by no more than the sum of their bounds, so N is the sum of theirs: for a
 formula of ours the depth of its compiled text, which is counted; for an engine, an upper count of
 its recursion over two joints (see `twolink.engines`).
@@ -57,7 +62,8 @@ class Scale:
     `mass` (kg), `radius` of the mass centre from its own joint (m), `length` of link 1 (m) and
     `inertia` (kg m²) of both links; `offset`, the angles (rad) added to form absolute ones;
     `origin`, the distance of A from where positions are counted (m); `gravity` (m/s²).
-    In `joint` angles link 2 is carried by both coordinates, in absolute ones by its own.
+    In `joint` angles link 2 is carried by both coordinates, in absolute ones by its own; seen
+    `from_world` every lever is counted from where positions are.
     """
 
     mass: tuple[float, float]
@@ -69,6 +75,7 @@ class Scale:
     offset: float = 0.0
     origin: float = 0.0
     gravity: float = 0.0
+    from_world: bool = False
 
     @classmethod
     def of(cls, chain: Chain, *, joint: bool, gravity: float = 0.0, offset: float = 0.0) -> Scale:
@@ -98,6 +105,9 @@ class Scale:
 
     def levers(self, link: int, radius: float) -> Array:
         """Return the levers of both coordinates at a point of a link (m), shape (2, 1)."""
+        if self.from_world:
+            reach = self.origin + radius + self.length * (link - 1)
+            return np.array([[reach], [reach * (link - 1)]])
         if link == 1:
             return np.array([[radius], [0.0]])
         return np.array([[self.length + radius * self.joint], [radius]])
@@ -138,8 +148,10 @@ class Scale:
             radius = self.radius[link - 1]
             force = self.mass[link - 1] * self.point_acceleration(link, radius, still)
             total = total + self.levers(link, radius) * force
-            # ω × I ω is zero for plane motion, and an engine in space computes it.
-            gyroscopic = self.joint * self.inertia[link - 1] * turning[link - 1] ** 2
+            # ω × I ω and v × m v are zero in the plane, and a recursion in space computes them.
+            reach = self.levers(link, radius)[0]
+            inertia = self.inertia[link - 1] + self.mass[link - 1] * reach**2
+            gyroscopic = self.joint * inertia * turning[link - 1] ** 2
             total = total + np.array([[1.0], [float(link == 2)]]) * gyroscopic
         return total
 
@@ -175,7 +187,7 @@ class Scale:
         I_A = chain.I_C1 + chain.m1 * (a1 * a1 + b1 * b1)
         I_B = chain.I_C2 + chain.m2 * (a2 * a2 + b2 * b2)
         determinant = I_A * I_B + chain.m2 * chain.L1**2 * (chain.I_C2 + chain.m2 * h * h)
-        (M11, M12), (_, M22) = self.mass_matrix
+        (M11, M12), (_, M22) = replace(self, from_world=False).mass_matrix
         return np.array([[M22, M12], [M12, M11]])[:, :, None] / determinant
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from importlib.metadata import version
 
 import numpy as np
@@ -121,9 +121,10 @@ def verify(
     chain = Chain.from_links(urdf.links)
     machine = Machine(chain, urdf.joints, urdf.gravity)
     engine = engine or Pinocchio(urdf)
-    scale = _scale(chain, urdf, engine)
+    offset = sum(abs(phi) for phi in urdf.joints.offset)
+    own = Scale.of(chain, joint=True, gravity=urdf.gravity, offset=offset)
     every = random_states(
-        states, seed=seed, torque=100 * float(scale.mass_matrix.max()), force=10 * sum(chain.mass)
+        states, seed=seed, torque=100 * float(own.mass_matrix.max()), force=10 * sum(chain.mass)
     )
     texts = {name: JointSpace(f, machine) for name, f in formulations.items()}
     groups = [
@@ -137,7 +138,7 @@ def verify(
     worst: dict[tuple[str, str, str], Comparison] = {}
     starts = range(0, states, _PORTION)
     for number, start in enumerate(starts):
-        portion = _Portion(every[start : start + _PORTION], chain, scale, engine)
+        portion = _Portion(every[start : start + _PORTION], chain, own, engine)
         for index, (quantity, formulas) in enumerate(groups):
             for comparison in portion.comparisons(quantity, formulas, names):
                 key = (quantity.name, comparison.source, comparison.against)
@@ -159,10 +160,10 @@ def verify(
 class _Portion:
     """A portion of the states, with what the engine answered there so far."""
 
-    def __init__(self, states: States, chain: Chain, scale: Scale, engine: Engine) -> None:
+    def __init__(self, states: States, chain: Chain, own: Scale, engine: Engine) -> None:
         self._states = states
         self._chain = chain
-        self._scale = scale
+        self._own = own
         self._engine = engine
         self._answers: dict[object, Array] = {}
         self._accelerations: Array | None = None
@@ -174,16 +175,19 @@ class _Portion:
         engine = self._engine
         answer = self._answer(quantity)
         values = {name: formula.values(self._states) for name, formula in formulas.items()}
+        met = replace(self._own.widened(engine.sizes), from_world=quantity.from_world)
         found = []
         for name, formula in formulas.items():
-            problem = self._problem(quantity, formula.roundings + engine.roundings, values[name])
+            problem = self._problem(
+                quantity, met, formula.roundings + engine.roundings, values[name]
+            )
             found.append(
                 self._compare(quantity, names[name], engine.name, values[name], answer, problem)
             )
         if len(formulas) == 2:
             first, second = formulas
             roundings = formulas[first].roundings + formulas[second].roundings
-            problem = self._problem(quantity, roundings, values[second])
+            problem = self._problem(quantity, self._own, roundings, values[second])
             pair = values[first], values[second]
             found.append(self._compare(quantity, names[first], names[second], *pair, problem))
         return found
@@ -195,13 +199,13 @@ class _Portion:
         answer = self._answers[quantity.call]
         return answer if quantity.part is None else answer[quantity.part]
 
-    def _problem(self, quantity: Quantity, roundings: int, value: Array) -> Problem:
+    def _problem(self, quantity: Quantity, scale: Scale, roundings: int, value: Array) -> Problem:
         states = self._states
         if quantity.name == "forward dynamics":
             self._accelerations = value
         if "torques" in quantity.inputs and self._accelerations is not None:
             states = states.with_accelerations(self._accelerations)
-        return Problem(self._chain, self._scale, states, roundings, found=value)
+        return Problem(self._chain, scale, states, roundings, found=value)
 
     def _compare(
         self,
@@ -242,13 +246,6 @@ class _Portion:
 def _excess(comparison: Comparison) -> float:
     """Return the difference in units of the tolerance."""
     return comparison.units / comparison.allowed_units
-
-
-def _scale(chain: Chain, urdf: PlanarUrdf, engine: Engine) -> Scale:
-    """Return the sizes that both the chain's formulas and the engine compute with, the larger."""
-    offset = float(sum(abs(phi) for phi in urdf.joints.offset))
-    own = Scale.of(chain, joint=True, gravity=urdf.gravity, offset=offset)
-    return own.widened(engine.sizes)
 
 
 def _versions() -> dict[str, str]:

@@ -1,0 +1,56 @@
+"""P on the end point; the rule of friction's sign is in tests/test_slips.py."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.verification.chains import GENERAL
+from twolink import kane, lagrange
+from twolink.effects.end_force import EndForce
+from twolink.errors import ParameterError
+from twolink.kinematics import velocity
+from twolink.loads import Force
+
+Q, U = (0.3, -0.4), (1.1, -0.7)
+
+
+@pytest.mark.parametrize("formulation", [kane, lagrange])
+def test_its_generalized_force_is_its_power_per_speed(formulation):
+    loads = EndForce(-3.0, 0.4).loads(GENERAL, Q, U)
+    Fx, Fy = loads[0].components
+    Q1, Q2 = formulation.generalized_active_force(GENERAL, Q, loads)
+    vx, vy = velocity(GENERAL, Q, U, GENERAL.D)
+    assert Q1 * U[0] + Q2 * U[1] == pytest.approx(Fx * vx + Fy * vy)
+
+
+def test_friction_takes_energy_over_many_states(random):
+    states = random.uniform(-3, 3, (2, 2, 1000))
+    q, u = tuple(states[0]), tuple(states[1])
+    (load,) = EndForce(-3.0, 0.4).loads(GENERAL, q, u)
+    vx, _ = velocity(GENERAL, q, u, GENERAL.D)
+    assert np.all(load.components[0] * vx < 0)
+    assert np.all(np.abs(load.components[0]) == 0.4 * 3.0)
+
+
+def test_one_sticking_state_among_many_is_refused():
+    u = (np.array([1.0, 0.0]), np.array([1.0, 0.0]))
+    q = (np.array([0.3, 0.3]), np.array([-0.4, -0.4]))
+    with pytest.raises(ParameterError, match="does not slide"):
+        EndForce(-3.0, 0.4).loads(GENERAL, q, u)
+
+
+def test_without_friction_it_is_the_normal_force_alone():
+    assert EndForce(2.5).loads(GENERAL, Q, U) == (Force(GENERAL.D, (0, 2.5)),)
+
+
+@pytest.mark.parametrize("friction", [-0.1, math.nan, math.inf])
+def test_bad_friction_is_refused(friction):
+    with pytest.raises(ParameterError, match=r"friction is .*; allowed is zero or a positive"):
+        EndForce(1.0, friction)
+
+
+@pytest.mark.parametrize("sliding", [0, 2, "left"])
+def test_bad_direction_is_refused(sliding):
+    with pytest.raises(ParameterError, match=r"sliding is .*; allowed is \+1 or -1"):
+        EndForce(1.0, 0.5, sliding)

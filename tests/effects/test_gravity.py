@@ -1,0 +1,33 @@
+import numpy as np
+import pytest
+
+from tests.verification.chains import GENERAL
+from twolink import kane, lagrange
+from twolink.effects.gravity import Gravity
+
+HANGING = (np.pi / 2, np.pi / 2)
+
+
+def test_weights_act_at_the_mass_centres_along_y():
+    first, second = Gravity(9.80665).loads(GENERAL, (0.3, -0.4), (0.0, 0.0))
+    assert (first.point, second.point) == (GENERAL.C1, GENERAL.C2)
+    assert first.components == (0, GENERAL.m1 * 9.80665)
+    assert second.components == (0, GENERAL.m2 * 9.80665)
+
+
+@pytest.mark.parametrize("formulation", [kane, lagrange])
+def test_a_horizontal_link_falls(formulation):
+    """Gravity turns a link that lies along x towards y, in the positive sense."""
+    Q1, Q2 = formulation.generalized_active_force(
+        GENERAL, (0.0, 0.0), Gravity().loads(GENERAL, (0.0, 0.0), (0.0, 0.0))
+    )
+    assert pytest.approx(9.81 * (GENERAL.m1 * 0.35 + GENERAL.m2 * 0.9)) == Q1
+    assert pytest.approx(9.81 * GENERAL.m2 * 0.55) == Q2
+
+
+def test_the_potential_is_lowest_where_the_centres_are():
+    bars = type(GENERAL).uniform_bars()
+    V = Gravity().potential_energy(bars, HANGING)
+    assert pytest.approx(-9.81 * (0.5 + 1.5)) == V
+    for q in ((1.5, 1.6), (1.6, 1.5), (1.6, 1.6)):
+        assert Gravity().potential_energy(bars, q) > V
