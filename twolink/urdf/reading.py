@@ -159,8 +159,14 @@ def _joint(element: ElementTree.Element, source: str) -> Joint:
         raise UrdfError(f"{where}: its type is '{kind}'; allowed are revolute, continuous, fixed")
     if kind != "fixed" and element.find("mimic") is not None:
         raise UrdfError(f"{where}: it mimics another joint; allowed are joints that move freely")
-    if kind == "revolute" and element.find("limit") is None:
-        raise UrdfError(f"{where}: it is revolute without <limit>; add one, or make it continuous")
+    if kind == "revolute":
+        limit = element.find("limit")
+        if limit is None:
+            raise UrdfError(
+                f"{where}: it is revolute without <limit>; allowed without is continuous"
+            )
+        for attribute in ("effort", "velocity"):
+            _number(limit, attribute, f"{where}: limit")
     axis_element = element.find("axis")
     axis = np.array([1.0, 0.0, 0.0])
     if axis_element is not None and kind != "fixed":

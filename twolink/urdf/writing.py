@@ -18,7 +18,9 @@ _TEMPLATE = """\
      turns x towards -z: downward. Both links lie along x at zero angle.
      iyy acts in the plane; ixx and izz never do, and keep the bodies physically possible. -->
 <robot name="{name}">
-  <link name="ground"/>
+  <link name="ground">
+{massless}
+  </link>
 {links}
 {joints}
 {markers}
@@ -49,12 +51,16 @@ _JOINT = """\
     <axis xyz="0 1 0"/>
   </joint>"""
 
-_MARKER = """\
-  <link name="{name}">
+# Said in full: without it some engines assume a mass of 1 kg.
+_MASSLESS = """\
     <inertial>
       <mass value="0"/>
       <inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>
-    </inertial>
+    </inertial>"""
+
+_MARKER = """\
+  <link name="{name}">
+{massless}
   </link>
   <joint name="{name}_frame" type="fixed">
     <parent link="{parent}"/>
@@ -81,6 +87,7 @@ def write_planar_urdf(
     }
     return _TEMPLATE.format(
         name=name,
+        massless=_MASSLESS,
         links="\n".join(_link(number, link) for number, link in enumerate(links, start=1)),
         joints="\n".join(
             [
@@ -89,7 +96,7 @@ def write_planar_urdf(
             ]
         ),
         markers="\n".join(
-            _MARKER.format(name=point, parent=parent, xyz=xyz)
+            _MARKER.format(name=point, massless=_MASSLESS, parent=parent, xyz=xyz)
             for point, (parent, xyz) in markers.items()
         ),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,17 +28,15 @@ class States:
         """Return the number of states."""
         return int(self.angles.shape[1])
 
-    def __getitem__(self, chosen: slice) -> States:
-        """Return some of the states."""
-        return States(*(getattr(self, field.name)[:, chosen] for field in fields(self)))
-
     def with_accelerations(self, accelerations: Array) -> States:
         """Return the same states with other accelerations."""
         return replace(self, accelerations=accelerations)
 
 
-def random_states(n: int, *, seed: int, torque: float = 1.0, force: float = 1.0) -> States:
-    """Return n random states, the same for the same seed.
+def random_states(
+    n: int, *, seed: int | tuple[int, int], torque: float = 1.0, force: float = 1.0
+) -> States:
+    """Return n random states, the same for the same seed (or pair of seeds).
 
     Angles go twice around, speeds to 10 rad/s and accelerations to 100 rad/s²; `torque` (N m) and
     `force` (N) are the largest that act.

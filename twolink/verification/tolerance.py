@@ -62,8 +62,9 @@ class Scale:
     `mass` (kg), `radius` of the mass centre from its own joint (m), `length` of link 1 (m) and
     `inertia` (kg m²) of both links; `offset`, the angles (rad) added to form absolute ones;
     `origin`, the distance of A from where positions are counted (m); `gravity` (m/s²).
-    In `joint` angles link 2 is carried by both coordinates, in absolute ones by its own; seen
-    `from_world` every lever is counted from where positions are.
+    In `joint` angles link 2 is carried by both coordinates, in absolute ones by its own. What is
+    computed `in_space` meets products that are zero in the plane; seen `from_world` every lever
+    is counted from where positions are.
     """
 
     mass: tuple[float, float]
@@ -75,6 +76,7 @@ class Scale:
     offset: float = 0.0
     origin: float = 0.0
     gravity: float = 0.0
+    in_space: bool = False
     from_world: bool = False
 
     @classmethod
@@ -101,6 +103,7 @@ class Scale:
             length=max(self.length, sizes.length),
             tip=max(self.tip, sizes.tip),
             origin=max(self.origin, sizes.origin),
+            in_space=True,
         )
 
     def levers(self, link: int, radius: float) -> Array:
@@ -133,9 +136,9 @@ class Scale:
         """Return the size of a point's acceleration (m/s²), shape (n,)."""
         lever = self.levers(link, radius)
         turning = self.turning(states.speeds)
-        # Recursive algorithms also meet products of both links' speeds, which cancel in the end.
+        # Recursions in space also meet products of both links' speeds, which cancel in the end.
         inward = lever[0] * turning[link - 1] ** 2
-        if link == 2 and not self.joint:
+        if link == 2 and not self.in_space:
             inward = self.length * turning[0] ** 2 + radius * turning[1] ** 2
         return np.asarray((lever * np.abs(states.accelerations)).sum(axis=0) + inward)
 
@@ -151,9 +154,9 @@ class Scale:
             # ω × I ω and v × m v are zero in the plane, and a recursion in space computes them.
             reach = self.levers(link, radius)[0]
             inertia = self.inertia[link - 1] + self.mass[link - 1] * reach**2
-            gyroscopic = self.joint * inertia * turning[link - 1] ** 2
+            gyroscopic = self.in_space * inertia * turning[link - 1] ** 2
             total = total + np.array([[1.0], [float(link == 2)]]) * gyroscopic
-        return total
+        return total + 2 * self.coupling * turning[0] * turning[1]
 
     def speed_slope(self, states: States) -> Array:
         """Return the size of ∂(C u)/∂u and of 2 C (N m s), shape (2, 2, n)."""
@@ -162,9 +165,14 @@ class Scale:
         for link in (1, 2):
             lever = self.levers(link, self.radius[link - 1])
             inertia = self.mass[link - 1] * lever @ lever.T
-            inertia = inertia + self.joint * self.inertia[link - 1] * np.ones((2, 2))
+            inertia = inertia + self.in_space * self.inertia[link - 1] * np.ones((2, 2))
             total += 2 * inertia[:, :, None] * turning.max(axis=0)
-        return total
+        return total + 2 * self.coupling * turning.max(axis=0)
+
+    @property
+    def coupling(self) -> float:
+        """The factor of u1 u2 in T (kg m²), whose terms cancel between the two parts of (6.9)."""
+        return self.mass[1] * self.length * self.radius[1]
 
     @property
     def weight(self) -> Array:
@@ -306,7 +314,7 @@ def _angular_velocities(problem: Problem) -> Array:
 def _angular_accelerations(problem: Problem) -> Array:
     # An engine in space also meets the product of both angular velocities, which are parallel.
     scale, states = problem.scale, problem.states
-    products = scale.joint * scale.turning(states.speeds) ** 2
+    products = scale.in_space * scale.turning(states.speeds) ** 2
     return problem.units * (scale.turning(states.accelerations) + products)
 
 

@@ -123,9 +123,7 @@ def verify(
     engine = engine or Pinocchio(urdf)
     offset = sum(abs(phi) for phi in urdf.joints.offset)
     own = Scale.of(chain, joint=True, gravity=urdf.gravity, offset=offset)
-    every = random_states(
-        states, seed=seed, torque=100 * float(own.mass_matrix.max()), force=10 * sum(chain.mass)
-    )
+    largest = {"torque": 100 * float(own.mass_matrix.max()), "force": 10 * sum(chain.mass)}
     texts = {name: JointSpace(f, machine) for name, f in formulations.items()}
     groups = [
         (quantity, {name: Formula(quantity, text) for name, text in texts.items()})
@@ -138,7 +136,8 @@ def verify(
     worst: dict[tuple[str, str, str], Comparison] = {}
     starts = range(0, states, _PORTION)
     for number, start in enumerate(starts):
-        portion = _Portion(every[start : start + _PORTION], chain, own, engine)
+        drawn = random_states(min(_PORTION, states - start), seed=(seed, number), **largest)
+        portion = _Portion(drawn, chain, own, engine)
         for index, (quantity, formulas) in enumerate(groups):
             for comparison in portion.comparisons(quantity, formulas, names):
                 key = (quantity.name, comparison.source, comparison.against)

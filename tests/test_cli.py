@@ -1,0 +1,163 @@
+"""The command line: what it prints, and how it refuses."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pinocchio
+import pytest
+from typer.testing import CliRunner
+
+from tests.verification.chains import GENERAL
+from twolink import lagrange
+from twolink.cli import app
+
+SENTENCE_LINES = 1
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(app, ["verify", *arguments])
+
+
+def test_verify_prints_a_table_and_a_sentence():
+    result = run("--states", "50")
+    assert result.exit_code == 0
+    for words in ("crba", "rnea", "aba", "Kane", "Lagrange", "All 60 comparisons agree at 50"):
+        assert words in result.stdout
+
+
+def test_a_disagreement_ends_with_1_and_names_the_state(monkeypatch):
+    right = lagrange.kinetic_energy
+    monkeypatch.setattr(lagrange, "kinetic_energy", lambda *state: right(*state) * 1.001)
+    result = run("--states", "50")
+    assert result.exit_code == 1
+    assert "2 of 60 comparisons disagree" in result.stdout
+    assert "✗" in result.stdout
+    assert "kinetic energy, Lagrange:" in result.stdout
+    assert "'angles': [" in result.stdout
+
+
+def test_one_formulation(tmp_path):
+    file = tmp_path / "verdict.json"
+    result = run("--states", "20", "--formulation", "lagrange", "--json", str(file))
+    assert result.exit_code == 0
+    sources = {c["source"] for c in json.loads(file.read_text())["comparisons"]}
+    assert sources == {"Lagrange", "Section 6.1"}
+
+
+def test_json_holds_the_verdict(tmp_path):
+    file = tmp_path / "verdict.json"
+    assert run("--states", "20", "--seed", "5", "--json", str(file)).exit_code == 0
+    document = json.loads(file.read_text())
+    assert document["passed"] is True
+    assert (document["states"], document["seed"]) == (20, 5)
+    assert document["engine"].startswith("Pinocchio 4")
+    assert set(document["versions"]) >= {"python", "twolink", "pin", "numpy"}
+    assert set(document["machine"]) == {"system", "machine", "cores"}
+    assert len(document["comparisons"]) == 60
+    for comparison in document["comparisons"]:
+        assert comparison["passed"] == (comparison["difference"] <= comparison["allowed"])
+        assert comparison["state"]
+    assert os.listdir(tmp_path) == ["verdict.json"]
+
+
+def test_a_users_urdf(tmp_path):
+    file = tmp_path / "mine.urdf"
+    GENERAL.to_urdf(file)
+    result = run("--urdf", str(file), "--states", "20")
+    assert result.exit_code == 0
+    assert "mine.urdf" in result.stdout
+
+
+def test_assumptions_are_told(tmp_path):
+    file = tmp_path / "mine.urdf"
+    file.write_text(GENERAL.to_urdf().replace('"D"', '"hand"').replace('"D_frame"', '"h"'))
+    result = run("--urdf", str(file), "--states", "20")
+    assert result.exit_code == 0
+    assert "Assumed: the end point D is the origin of link 'hand'" in result.stdout
+    assert "Assumed" not in run("--urdf", str(file), "--states", "20", "--tip", "hand").stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--states", "0"], "--states is 0; allowed is a positive whole number"),
+        (["--seed", "-1"], "--seed is -1; allowed is zero or a positive"),
+        (["--urdf", "nowhere.urdf"], "nowhere.urdf: there is no such file"),
+        (["--urdf", "."], ".: this is not a file"),
+        (["--json", "nowhere/verdict.json"], "--json is nowhere/verdict.json; allowed is"),
+        (
+            ["--tip", "hand"],
+            "'hand' is no link fixed to 'link2'; allowed as the tip are: 'C2', 'D'",
+        ),
+    ],
+)
+def test_bad_input_is_one_sentence_and_exit_code_2(arguments, words):
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert words in result.stderr
+    assert result.stderr.count("\n") == SENTENCE_LINES
+    assert result.stdout == ""
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--states", "many"], ["--formulation", "newton"], ["--colour", "red"]]
+)
+def test_bad_options_end_with_2(arguments):
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert arguments[0] in result.stderr
+
+
+def test_bad_input_leaves_an_old_json_alone(tmp_path):
+    file = tmp_path / "verdict.json"
+    file.write_text("old")
+    assert run("--urdf", "nowhere.urdf", "--json", str(file)).exit_code == 2
+    assert file.read_text() == "old"
+
+
+def test_pinocchios_refusal_is_one_sentence(monkeypatch):
+    def refuse(text):
+        raise ValueError("no")
+
+    monkeypatch.setattr(pinocchio, "buildModelFromXML", refuse)
+    result = run("--states", "5")
+    assert result.exit_code == 2
+    assert "twolink.urdf: Pinocchio refuses it: no" in result.stderr
+
+
+def test_a_missing_pinocchio_is_one_sentence(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pinocchio", None)
+    result = run("--states", "5")
+    assert result.exit_code == 2
+    assert "twolink: Pinocchio is not installed" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_an_interrupt_is_safe(tmp_path):
+    """Ctrl-C in the middle: no traceback, no half-written file."""
+    file = tmp_path / "verdict.json"
+    command = [sys.executable, "-m", "twolink.cli", "verify", "--states", "10000000"]
+    process = subprocess.Popen(
+        [*command, "--json", str(file)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=Path(__file__).parent.parent,
+    )
+    time.sleep(3)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "Traceback" not in errors
+    assert os.listdir(tmp_path) == []
+
+
+def test_help_names_the_exit_codes():
+    result = run("--help")
+    assert result.exit_code == 0
+    assert "Exit code 0: all agree." in result.stdout
