@@ -119,7 +119,13 @@ class Chain:
 
         Reading it back gives the same parameters (kg, m, kg m²) to the last bit.
         """
-        fields = zip(self.mass, self.length, self.centre, self.inertia, strict=True)
+        try:
+            plain = self.convert(float)
+        except (TypeError, ValueError) as error:
+            raise ParameterError(
+                f"a URDF of {self!r} was asked for; allowed are parameters that are numbers"
+            ) from error
+        fields = zip(plain.mass, plain.length, plain.centre, plain.inertia, strict=True)
         first, second = (LinkParameters(*parameters) for parameters in fields)
         text = write_planar_urdf((first, second), name=name)
         if path is not None:
@@ -134,7 +140,7 @@ class Chain:
         """
 
         def converted(value: Any) -> Scalar:
-            if isinstance(value, Fraction):
+            if isinstance(value, Fraction) and number is not float:
                 return number(value.numerator) / number(value.denominator)
             return number(value)
 

@@ -148,19 +148,25 @@ def _print_verdict(verdict: Verdict) -> None:
 
 
 def _table(title: str, comparisons: list[Comparison]) -> Any:
-    """Return a table of quantities by sources."""
+    """Return a table of quantities by sources; the points C1, C2 and D share a row."""
     from rich import box
     from rich.table import Table
 
     pairs = list(dict.fromkeys((c.source, c.against) for c in comparisons))
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
-    table.add_column("quantity")
-    table.add_column("Pinocchio's algorithm")
+    table.add_column("quantity", no_wrap=True)
+    table.add_column("Pinocchio's algorithm", no_wrap=True)
     for source, against in pairs:
         table.add_column(f"{source}\n− {against.split()[0]}", justify="right")
-    for quantity, algorithm in dict.fromkeys((c.quantity, c.algorithm) for c in comparisons):
-        row = {(c.source, c.against): c for c in comparisons if c.quantity == quantity}
-        table.add_row(quantity, algorithm, *(_cell(row[pair]) for pair in pairs))
+    for row in dict.fromkeys(c.quantity.partition(" of ")[0] for c in comparisons):
+        inside = [c for c in comparisons if c.quantity.partition(" of ")[0] == row]
+        points = dict.fromkeys(c.quantity.partition(" of ")[2] for c in inside)
+        label = f"{row} of {', '.join(points)}" if len(points) > 1 else row
+        worst = (
+            max((c for c in inside if (c.source, c.against) == pair), key=lambda c: c.share)
+            for pair in pairs
+        )
+        table.add_row(label, inside[0].algorithm, *map(_cell, worst))
     return table
 
 

@@ -2,12 +2,15 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.strategies import chains, decades, sizes
+from tests.symbols import CHAIN
 from twolink.chain import Chain
+from twolink.errors import ParameterError
 from twolink.shipped import shipped
 from twolink.urdf import parse_planar_urdf
 
@@ -68,6 +71,17 @@ def test_the_shipped_file_is_physical():
     axial = 0.02**2 / 2
     assert SHIPPED.count(f'ixx="{axial!r}"') == 2
     assert 0 < axial <= 2 / 12
+
+
+def test_numpy_floats_are_written_as_numbers():
+    chain = Chain.uniform_bars(tuple(np.array([0.1, 3.0])), tuple(np.array([0.7, 0.2])))
+    assert "np." not in chain.to_urdf()
+    assert_round_trip(chain)
+
+
+def test_symbols_have_no_urdf():
+    with pytest.raises(ParameterError, match="allowed are parameters that are numbers"):
+        CHAIN.to_urdf()
 
 
 def test_points_are_marked_by_frames():

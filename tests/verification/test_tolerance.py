@@ -76,7 +76,7 @@ def test_an_engines_sizes_widen_it():
 
 def test_a_bound_that_needs_the_value_found_asks_for_it():
     with pytest.raises(ValueError, match="found"):
-        tolerance("∂(forward dynamics)/∂τ", problem(GENERAL))
+        tolerance("∂θ̈/∂τ", problem(GENERAL))
 
 
 def test_it_is_some_units_in_the_last_place():

@@ -49,6 +49,8 @@ class Pinocchio:
         }
         self._model.gravity.linear = urdf.gravity * np.array(urdf.axes[1])
         self._data = self._model.createData()
+        self._forces = pinocchio.StdVec_Force()
+        self._forces.extend([pinocchio.Force.Zero()] * self._model.njoints)
         # x and y of the source's frame as rows, for vectors in Pinocchio's world.
         self._plane = np.array(urdf.axes[:2])
         self._origin = np.array(urdf.origin)
@@ -236,16 +238,13 @@ class Pinocchio:
         return rows
 
     def _external_forces(self, configuration: Array, end_force: Array) -> Any:
-        """Return `fext`: the force on D, and its moment, in the frame of the second joint."""
+        """Return `fext`: the force on D, moved to the frame of the second joint."""
         pin, joint = self._pin, self._joints[1]
         pin.forwardKinematics(self._model, self._data, configuration)
         turned = self._data.oMi[joint].rotation.T @ (self._plane.T @ end_force)
-        forces = pin.StdVec_Force()
-        for index in range(self._model.njoints):
-            acts = index == joint
-            force = turned if acts else np.zeros(3)
-            forces.append(pin.Force(force, np.cross(self._urdf.tip_position, force)))
-        return forces
+        at_D = pin.Force(turned, np.zeros(3))
+        self._forces[joint] = self._model.frames[self._frames["D"]].placement.act(at_D)
+        return self._forces
 
 
 def _each(shape: tuple[int, ...], function: Callable[..., Any], *columns: Array) -> Array:

@@ -330,7 +330,7 @@ DYNAMICS: tuple[Quantity, ...] = (
         lambda engine, s: engine.forward_dynamics(s.angles, s.speeds, s.torques),
     ),
     Quantity(
-        "∂(inverse dynamics)/∂θ",
+        "∂τ/∂θ",
         "N m",
         "computeRNEADerivatives",
         _INVERSE,
@@ -341,7 +341,7 @@ DYNAMICS: tuple[Quantity, ...] = (
         from_world=True,
     ),
     Quantity(
-        "∂(inverse dynamics)/∂θ̇",
+        "∂τ/∂θ̇",
         "N m s",
         "computeRNEADerivatives",
         _INVERSE,
@@ -352,7 +352,7 @@ DYNAMICS: tuple[Quantity, ...] = (
         from_world=True,
     ),
     Quantity(
-        "∂(forward dynamics)/∂θ",
+        "∂θ̈/∂θ",
         "1/s²",
         "computeABADerivatives",
         _FORWARD,
@@ -363,7 +363,7 @@ DYNAMICS: tuple[Quantity, ...] = (
         from_world=True,
     ),
     Quantity(
-        "∂(forward dynamics)/∂θ̇",
+        "∂θ̈/∂θ̇",
         "1/s",
         "computeABADerivatives",
         _FORWARD,
@@ -374,7 +374,7 @@ DYNAMICS: tuple[Quantity, ...] = (
         from_world=True,
     ),
     Quantity(
-        "∂(forward dynamics)/∂τ",
+        "∂θ̈/∂τ",
         "1/(kg m²)",
         "computeABADerivatives",
         _FORWARD,

@@ -57,6 +57,11 @@ class Comparison:
     state: dict[str, list[float]]
 
     @property
+    def share(self) -> float:
+        """The difference in units of the tolerance."""
+        return self.units / self.allowed_units
+
+    @property
     def passed(self) -> bool:
         """Whether the difference is within the tolerance in every state."""
         return self.difference <= self.allowed
@@ -86,13 +91,12 @@ class Verdict:
         failures = [c for c in self.comparisons if not c.passed]
         count = len(self.comparisons)
         if not failures:
-            worst = max(self.comparisons, key=lambda c: c.units / c.allowed_units)
-            share = worst.units / worst.allowed_units
+            worst = max(self.comparisons, key=lambda c: c.share)
             return (
                 f"All {count} comparisons agree at {self.states} states; "
-                f"the largest difference is {share:.1%} of its tolerance ({worst.quantity})."
+                f"the largest difference is {worst.share:.1%} of its tolerance ({worst.quantity})."
             )
-        worst = max(failures, key=_excess)
+        worst = max(failures, key=lambda c: c.share)
         return (
             f"{len(failures)} of {count} comparisons disagree; the worst is the {worst.quantity} "
             f"of {worst.source} against {worst.against}: {worst.difference:.3g} {worst.unit}, "
@@ -141,7 +145,7 @@ def verify(
         for index, (quantity, formulas) in enumerate(groups):
             for comparison in portion.comparisons(quantity, formulas, names):
                 key = (quantity.name, comparison.source, comparison.against)
-                if key not in worst or _excess(comparison) > _excess(worst[key]):
+                if key not in worst or comparison.share > worst[key].share:
                     worst[key] = comparison
             progress((number + (index + 1) / len(groups)) / len(starts))
     return Verdict(
@@ -240,11 +244,6 @@ class _Portion:
                 if field.name in quantity.inputs
             },
         )
-
-
-def _excess(comparison: Comparison) -> float:
-    """Return the difference in units of the tolerance."""
-    return comparison.units / comparison.allowed_units
 
 
 def _versions() -> dict[str, str]:
