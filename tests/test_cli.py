@@ -78,8 +78,8 @@ def test_assumptions_are_told(tmp_path):
     file.write_text(GENERAL.to_urdf().replace('"D"', '"hand"').replace('"D_frame"', '"h"'))
     result = run("--urdf", str(file), "--states", "20")
     assert result.exit_code == 0
-    assert "Assumed: the end point D is the origin of link 'hand'" in result.stdout
-    assert "Assumed" not in run("--urdf", str(file), "--states", "20", "--tip", "hand").stdout
+    assert "D is taken at frame 'hand', the farthest one fixed to link 2." in result.stdout
+    assert "D is taken" not in run("--urdf", str(file), "--states", "20", "--tip", "hand").stdout
 
 
 @pytest.mark.parametrize(
@@ -87,12 +87,12 @@ def test_assumptions_are_told(tmp_path):
     [
         (["--states", "0"], "--states is 0; allowed is a positive whole number"),
         (["--seed", "-1"], "--seed is -1; allowed is zero or a positive"),
-        (["--urdf", "nowhere.urdf"], "nowhere.urdf: there is no such file"),
-        (["--urdf", "."], ".: this is not a file"),
+        (["--urdf", "nowhere.urdf"], "nowhere.urdf: there is no file of this name"),
+        (["--urdf", "."], ".: is a folder; allowed is a URDF file"),
         (["--json", "nowhere/verdict.json"], "--json is nowhere/verdict.json; allowed is"),
         (
             ["--tip", "hand"],
-            "'hand' is no link fixed to 'link2'; allowed as the tip are: 'C2', 'D'",
+            "tip 'hand' is not a frame fixed to link 'link2'; allowed is one of 'link2', 'C2', 'D'",
         ),
     ],
 )

@@ -135,7 +135,7 @@ def _print_verdict(verdict: Verdict) -> None:
         "and how many\nof them two correct computations may differ by in that state.\n"
     )
     for assumption in verdict.assumptions:
-        console.print(f"Assumed: {assumption}")
+        console.print(assumption)
     console.print(
         verdict.sentence, soft_wrap=True, style="bold green" if verdict.passed else "bold red"
     )

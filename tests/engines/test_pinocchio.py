@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.urdf.test_planar import messy
+from tests.urdf.test_drawings import messy
 from tests.verification.chains import GENERAL
 from twolink.engines import Engine
 from twolink.engines.pinocchio import Pinocchio

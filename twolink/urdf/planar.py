@@ -1,34 +1,54 @@
-"""A URDF's tree as a planar two-link chain, standing somewhere in the world.
+"""From a URDF to the planar two-link chain that it describes, and to where that chain stands.
 
-The two moving joints define everything: their common axis is z, gravity's direction in the plane
-across it is y, and x = y × z. Whatever hangs rigidly on a moving link is lumped into it.
+A URDF may stand anywhere, turn about axes of either sign, and be split into many links. The source
+has one frame: A the origin, y along gravity, z the axis of rotation, x = y × z. Reading finds that
+frame in the file, and then each link's own: `along` towards its end, `across` a quarter turn on.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from os import PathLike
-
-import numpy as np
+from os import PathLike, fspath
 
 from twolink.coordinates import JointConvention
-from twolink.errors import UrdfError
-from twolink.urdf.reading import Joint, Tree, parse_tree, read_text
-from twolink.urdf.spatial import IDENTITY, Array, Pose, Vector3, across, as_tuple, norm
+from twolink.errors import ParameterError, UrdfError
+from twolink.urdf.lumping import Lump, RigidBody, lump, two_bodies
+from twolink.urdf.reading import listed, naming, parse_tree, quoted, read_text
+from twolink.urdf.spatial import (
+    ZERO,
+    Matrix3,
+    Vector3,
+    cross,
+    dot,
+    norm,
+    reject,
+    scale,
+    subtract,
+    turn,
+    unit,
+)
 
-# Angles between directions (rad). A right angle written as 1.5708 is off by 3.7e-6, and that is
-# how many files have it: up to `_TYPED` a tilt is taken for one, and told; rounding is below
-# `_ROUNDED` and not worth a word.
-_TYPED = 1e-5
-_ROUNDED = 1e-9
+ROUNDING = 1e-12
+"""Angles (rad) and ratios of lengths up to this are zero: float64 leaves as much after some
+thousand rotations, and no angle written with fewer than twelve digits comes as close."""
 
-DOWN: Vector3 = (0.0, 0.0, -9.81)
+NEGLECTED = 1e-5
+"""The largest tilt (rad) that is neglected, and told. A right angle typed as 1.5708 is off by
+3.7e-6 and 3.1416 by 7.3e-6, in files whose authors meant a plane; 1.571 is off by 2e-4."""
+
+Point2 = tuple[float, float]
+Axes = tuple[Vector3, Vector3, Vector3]
+Projection = Callable[[Vector3], Point2]
 
 
 @dataclass(frozen=True)
 class LinkParameters:
-    """One link: mass (kg), length (m), centre along and across (m), central inertia (kg m²)."""
+    """One link: mass (kg), length (m), mass centre along and across (m), inertia (kg m²).
+
+    The inertia is about the mass centre and the axis of rotation.
+    """
 
     mass: float
     length: float
@@ -38,13 +58,15 @@ class LinkParameters:
 
 @dataclass(frozen=True)
 class PlanarUrdf:
-    """A planar two-link chain as a URDF draws it, and how its joint angles are counted.
+    """A planar two-link chain as a URDF file describes it; SI units and radians.
 
-    `path` and `xml` are the file and its text. `joints` maps the URDF's angles of `joint_names` to
-    the absolute angles of the source. `origin` is A and `axes` are x, y, z of the source's frame,
-    in the world (m). `gravity` (m/s²) acts along y. `tip` is the link taken as D, if there is one,
-    and `tip_position` is D in the frame of the second moving link (m). `assumptions` has a
-    sentence for everything that the file does not say.
+    `path` and `xml` are what was read, so that an engine can load the very same text.
+    `joint_names` are the moving joints in order from the base, `link_names` the links they move.
+    `joints` ties joint angles to the source's absolute angles. `origin` is A, and `axes` are x, y
+    and z of the source's frame, all in the world (the root link's frame); `gravity` is its size in
+    the plane, along y. `tip` names the frame taken as D, if the file has one, and `tip_position` is
+    D in the frame of the second moving link.
+    `assumptions` has a sentence for each thing that the file does not say or the chain leaves out.
     """
 
     path: str
@@ -61,25 +83,47 @@ class PlanarUrdf:
     assumptions: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class _Finding:
+    """The source's frame in the world, gravity in its plane, and what was assumed for it."""
+
+    axes: Axes
+    gravity: float
+    assumptions: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Tip:
+    """The frame taken as D, its position in the frame of link 2, and what was assumed for it."""
+
+    name: str | None
+    position: Vector3
+    assumptions: tuple[str, ...] = ()
+
+
 def read_planar_urdf(
     path: str | PathLike[str],
     *,
     tip: str | None = None,
-    gravity: Vector3 = DOWN,
+    gravity: Vector3 = (0.0, 0.0, -9.81),
     oblique_gravity: bool = False,
 ) -> PlanarUrdf:
-    """Return the planar two-link chain in a URDF file.
+    """Return the planar two-link chain that a URDF file describes.
 
-    `tip` names the link to take as D; `gravity` (m/s²) is a vector in the world; with
-    `oblique_gravity` the plane of motion need not be vertical, and gravity's part in it acts.
-    Raises `UrdfError`, naming the joint or link and why, for anything else.
+    `tip` names the link whose frame is D; without it D is the frame "D" fixed to link 2, or else
+    the farthest frame fixed to it, or else it is placed at twice the distance of the mass centre.
+    `gravity` (m/s²) is in the root link's frame; with `oblique_gravity` only its part in the plane
+    counts. Without gravity in the plane, x is the direction of link 1 at joint angle zero.
+
+    Raises `UrdfError`, in one sentence that names the file and the joint or link, for a file that
+    cannot be read or is not a planar two-link chain, and `ParameterError` for a gravity that is
+    not finite.
     """
+    source = fspath(path)
+    with naming(source):
+        text = read_text(path)
     return parse_planar_urdf(
-        read_text(path),
-        source=str(path),
-        tip=tip,
-        gravity=gravity,
-        oblique_gravity=oblique_gravity,
+        text, source=source, tip=tip, gravity=gravity, oblique_gravity=oblique_gravity
     )
 
 
@@ -88,273 +132,236 @@ def parse_planar_urdf(
     *,
     source: str = "<string>",
     tip: str | None = None,
-    gravity: Vector3 = DOWN,
+    gravity: Vector3 = (0.0, 0.0, -9.81),
     oblique_gravity: bool = False,
 ) -> PlanarUrdf:
-    """Return the planar two-link chain in a URDF text; see `read_planar_urdf`."""
-    tree = parse_tree(text, source)
-    joints = _moving_joints(tree)
-    bodies = _bodies(tree, joints)
-    assumptions: list[str] = []
-    axis1, axis2, turn2 = _axes_in_link_1(source, joints, bodies, assumptions)
-    first = bodies[1].pose
-    frame = _frame(source, first.rotation @ axis1, gravity, oblique_gravity, assumptions)
+    """Return the planar two-link chain that URDF text describes; see `read_planar_urdf`.
 
-    elbow = across(bodies[2].pose.translation, axis1)
-    length1 = norm(elbow)
-    if length1 == 0:
-        raise UrdfError(
-            f"{source}: joints '{joints[0].name}' and '{joints[1].name}' turn about one line; "
-            "allowed is a first link with a length"
+    `source` stands for the file's name in errors and in the result.
+    """
+    if len(gravity) != 3 or not all(map(math.isfinite, gravity)):
+        raise ParameterError(f"gravity is {gravity!r}; allowed is three finite numbers in m/s²")
+    with naming(source):
+        first, second = two_bodies(parse_tree(text))
+        lumps = lump(first), lump(second)
+        _check_reach(first, lumps[0], second.pose.position)
+        _check_reach(second, lumps[1], first.pose.position)
+        # Poses in the world, both joints at zero. Turning a joint tilts nothing.
+        turned1 = first.pose.rotation
+        turned2 = (first.pose @ second.pose).rotation
+        axis1, axis2 = turn(turned1, first.joint.axis), turn(turned2, second.joint.axis)
+        tilted = _check_parallel(first, second, axis1, axis2)
+        elbow = _check_elbow(second, turn(turned1, second.pose.position), axis1)
+        frame = _source_frame(first, axis1, elbow, gravity, oblique_gravity)
+        project1, project2 = _projection(frame.axes, turned1), _projection(frame.axes, turned2)
+        direction1 = _direction(project1(second.pose.position))
+        end = _find_tip(second, tip, lumps[1].centre, project2)
+        direction2, undirected = _direction_of_link2(second, end.position, project2)
+        links = (
+            _parameters(lumps[0], second.pose.position, direction1, project1),
+            _parameters(lumps[1], end.position, direction2, project2),
         )
-    along1 = elbow / length1
-    if frame is None:
-        # No gravity in the plane: x is where link 1 points at rest.
-        frame = _frame_along(first.rotation @ axis1, first.rotation @ along1)
-    x, y, z = frame
-    sign1 = 1 if (first.rotation @ axis1) @ z > 0 else -1
-    sign2 = sign1 * turn2
-    z_in_link1, z_in_link2 = sign1 * axis1, sign2 * axis2
-
-    end, tip_position = _tip(tree, bodies[2], axis2, tip, assumptions)
-    reach = across(tip_position, axis2)
-    length2 = norm(reach)
-    along2 = reach / length2 if length2 > 0 else _any_across(axis2)
-
-    pointing1 = first.rotation @ along1
-    pointing2 = bodies[2].pose.rotation @ along2
-    across1 = np.cross(z_in_link1, along1)
-    offset = (
-        math.atan2(pointing1 @ y, pointing1 @ x),
-        math.atan2(pointing2 @ across1, pointing2 @ along1),
-    )
-    gravity_vector = np.array(gravity, dtype=float)
+        _check_that_it_resists(first, second, links)
+        left_out = (*_resistance_left_out(first), *_resistance_left_out(second))
+    z = frame.axes[2]
+    sign = _sign(dot(z, axis1)), _sign(dot(z, axis2))
+    offset = _angle((1.0, 0.0), direction1), _angle(direction1, direction2)
     return PlanarUrdf(
         path=source,
         xml=text,
-        links=(
-            _link_parameters(source, bodies[1], z_in_link1, length1, along1),
-            _link_parameters(source, bodies[2], z_in_link2, length2, along2),
-        ),
-        joint_names=(joints[0].name, joints[1].name),
-        link_names=(joints[0].child, joints[1].child),
-        joints=JointConvention((sign1, sign2), (offset[0] + 0.0, offset[1] + 0.0)),
-        origin=as_tuple(first.translation),
-        axes=(as_tuple(x), as_tuple(y), as_tuple(z)),
-        gravity=norm(across(gravity_vector, z)) if _acts(gravity_vector, z) else 0.0,
-        tip=end,
-        tip_position=as_tuple(tip_position),
-        assumptions=tuple(assumptions),
+        links=links,
+        joint_names=(first.joint.name, second.joint.name),
+        link_names=(first.joint.child, second.joint.child),
+        joints=JointConvention(sign, offset),
+        origin=first.pose.position,
+        axes=frame.axes,
+        gravity=frame.gravity,
+        tip=end.name,
+        tip_position=end.position,
+        assumptions=(*tilted, *frame.assumptions, *end.assumptions, *undirected, *left_out),
     )
 
 
-@dataclass(frozen=True)
-class _Body:
-    """What moves as one: a moving link (or the ground) and everything fixed to it.
-
-    `pose` is where its moving joint stands in the body before it, with the joint at zero; `frames`
-    are the poses of its links in the frame of `name`.
-    """
-
-    name: str
-    pose: Pose
-    frames: dict[str, Pose]
-    tree: Tree
+def _check_reach(body: RigidBody, lumped: Lump, joint: Vector3) -> None:
+    """Refuse places whose distance overflows, although each coordinate in the file is finite."""
+    places = (lumped.centre, joint, *(pose.position for pose in body.frames.values()))
+    # Twice, because D may be placed at twice the distance of the mass centre.
+    if not all(math.isfinite(2 * norm(place)) for place in places):
+        link = quoted(body.joint.child)
+        raise UrdfError(f"link {link}: a distance is beyond float64; allowed is a smaller one")
 
 
-def _moving_joints(tree: Tree) -> tuple[Joint, Joint]:
-    """Return the two moving joints, in order from the base."""
-    moving = [joint for joint in tree.joints if joint.moves]
-    if len(moving) != 2:
-        names = ", ".join(f"'{joint.name}'" for joint in moving[:6]) or "none"
+def _check_parallel(
+    first: RigidBody, second: RigidBody, axis1: Vector3, axis2: Vector3
+) -> tuple[str, ...]:
+    """Refuse axes that are not parallel; return a sentence if their tilt is neglected."""
+    tilt = math.atan2(norm(cross(axis1, axis2)), abs(dot(axis1, axis2)))
+    names = listed((first.joint.name, second.joint.name))
+    if tilt > NEGLECTED:
         raise UrdfError(
-            f"{tree.source}: it has {len(moving)} moving joints ({names}); allowed are two"
+            f"the axes of joints {names} make an angle of {tilt:.3g} rad; allowed is parallel"
+            f" axes, to {NEGLECTED:g} rad"
         )
-    first, second = moving
-    return first, second
+    if tilt > ROUNDING:
+        return (
+            f"The axes of joints {names} make an angle of {tilt:.2g} rad, which the planar chain"
+            " neglects.",
+        )
+    return ()
 
 
-def _bodies(tree: Tree, joints: tuple[Joint, Joint]) -> tuple[_Body, _Body, _Body]:
-    """Return the ground and the two moving bodies."""
-    bodies = [_Body(tree.root, IDENTITY, {tree.root: IDENTITY}, tree)]
-    body_of = {tree.root: 0}
-    for joint in tree.joints:
-        parent = body_of[joint.parent]
-        pose = bodies[parent].frames[joint.parent] @ joint.pose
-        if joint.moves:
-            if parent != len(bodies) - 1:
-                raise UrdfError(
-                    f"{tree.source}: joints '{joints[0].name}' and '{joints[1].name}' move two "
-                    f"branches of '{bodies[parent].name}'; allowed is one chain"
-                )
-            bodies.append(_Body(joint.child, pose, {joint.child: IDENTITY}, tree))
-            body_of[joint.child] = len(bodies) - 1
-        else:
-            bodies[parent].frames[joint.child] = pose
-            body_of[joint.child] = parent
-    ground, first, second = bodies
-    return ground, first, second
-
-
-def _axes_in_link_1(
-    source: str,
-    joints: tuple[Joint, Joint],
-    bodies: tuple[_Body, _Body, _Body],
-    assumptions: list[str],
-) -> tuple[Array, Array, int]:
-    """Return each axis in its own link, and whether the second turns like the first (±1)."""
-    axis1, axis2 = joints[0].axis, joints[1].axis
-    second = bodies[2].pose.rotation @ axis2
-    tilt = math.atan2(norm(np.cross(axis1, second)), abs(float(axis1 @ second)))
-    if tilt > _TYPED:
+def _check_elbow(second: RigidBody, elbow: Vector3, axis: Vector3) -> Vector3:
+    """Return the elbow's offset normal to the axis, which must not be zero."""
+    offset = reject(elbow, axis)
+    if norm(offset) <= ROUNDING * norm(elbow):
         raise UrdfError(
-            f"{source}: the axes of joints '{joints[0].name}' and '{joints[1].name}' are "
-            f"{math.degrees(tilt):.6g} degrees apart; allowed are parallel axes"
+            f"joint {quoted(second.joint.name)} turns about the same line as the joint before it;"
+            " allowed is a distance between the two axes"
         )
-    if tilt > _ROUNDED:
-        assumptions.append(
-            f"the axes of joints '{joints[0].name}' and '{joints[1].name}' are parallel, though "
-            f"the file has them {tilt:.1e} rad apart."
-        )
-    return axis1, axis2, 1 if axis1 @ second > 0 else -1
+    return offset
 
 
-def _acts(gravity: Array, axis: Array) -> bool:
-    """Return whether gravity has a part across an axis, beyond rounding."""
-    return norm(across(gravity, axis)) > _TYPED * norm(gravity)
-
-
-def _frame(
-    source: str, axis: Array, gravity: Vector3, oblique: bool, assumptions: list[str]
-) -> tuple[Array, Array, Array] | None:
-    """Return x, y, z of the source's frame in the world; None where no gravity tells y."""
-    vector = np.array(gravity, dtype=float)
-    if vector.shape != (3,) or not np.isfinite(vector).all():
-        raise UrdfError(f"{source}: gravity is {gravity!r}; allowed are 3 finite numbers (m/s²)")
-    size = norm(vector)
-    if size == 0:
-        return None
-    tilt = math.asin(min(1.0, abs(float(vector @ axis)) / size))
-    if tilt > _TYPED and not oblique:
-        how = (
-            "normal" if tilt > math.pi / 2 - _TYPED else f"{math.degrees(tilt):.6g} degrees oblique"
-        )
+def _source_frame(
+    first: RigidBody, axis: Vector3, elbow: Vector3, gravity: Vector3, oblique: bool
+) -> _Finding:
+    """Return the source's frame, from the first joint's axis and gravity."""
+    size = norm(gravity)
+    in_plane = reject(gravity, axis)
+    lean = math.atan2(abs(dot(gravity, axis)), norm(in_plane)) if size else 0.0
+    if lean > NEGLECTED and not oblique:
         raise UrdfError(
-            f"{source}: gravity is {how} to the plane of motion; allowed is gravity in the plane, "
-            "unless oblique gravity is asked for"
+            f"joint {quoted(first.joint.name)}: gravity leans {lean:.3g} rad out of the plane of"
+            f" motion; allowed is gravity in the plane, to {NEGLECTED:g} rad, unless"
+            " oblique_gravity is set"
         )
-    if tilt > _ROUNDED:
-        assumptions.append(
-            f"only gravity's part in the plane acts, which is {norm(across(vector, axis)):.9g} of "
-            f"{size:.9g} m/s²."
-        )
-    if not _acts(vector, axis):
-        return None
-    y = across(vector, axis)
-    y = y / norm(y)
-    x = np.cross(y, axis)
-    # The picture is seen from where x points the way the world's axes do.
-    return _facing(x, y, axis)
+    if norm(in_plane) <= NEGLECTED * size:
+        x = unit(elbow)
+        weightless = "Gravity is normal to the plane of motion and does not act in it."
+        return _Finding((x, unit(cross(axis, x)), axis), 0.0, (weightless,) if size else ())
+    axes = _axes_along(unit(in_plane), axis)
+    leaning = (
+        f"Gravity leans {lean:.2g} rad out of the plane of motion; only its part in the plane,"
+        f" {norm(in_plane):.5g} m/s², counts.",
+    )
+    return _Finding(axes, norm(in_plane), leaning if lean > ROUNDING else ())
 
 
-def _facing(x: Array, y: Array, z: Array) -> tuple[Array, Array, Array]:
-    """Return a frame with y as given, and x not against the world's axis that it is nearest to."""
-    against = x[int(np.argmax(np.abs(x)))] < 0
-    return (-x, y, -z) if against else (x, y, z)
+def _axes_along(y: Vector3, axis: Vector3) -> Axes:
+    """Return x, y, z with y as given, and with z along the axis or against it."""
+    x = unit(cross(y, axis))
+    # Of the two ways to look at the plane, the one in which x points along a positive axis of the
+    # world. Components that differ by rounding alone count as equal; the first one decides.
+    if max(x, key=lambda component: round(abs(component), 9)) < 0:
+        return subtract(ZERO, x), y, subtract(ZERO, axis)
+    return x, y, axis
 
 
-def _frame_along(axis: Array, x: Array) -> tuple[Array, Array, Array]:
-    """Return the frame with z along an axis and the given x across it."""
-    return x, np.cross(axis, x), axis
+def _projection(axes: Axes, rotation: Matrix3) -> Projection:
+    """Return the map from a vector in a link's frame to its x and y (m), at joint angles zero."""
+
+    def project(vector: Vector3) -> Point2:
+        turned = turn(rotation, vector)
+        # Adding 0.0 turns −0.0 into 0.0: a direction is π from x, never −π.
+        return dot(axes[0], turned) + 0.0, dot(axes[1], turned) + 0.0
+
+    return project
 
 
-def _any_across(axis: Array) -> Array:
-    """Return the link's own x-axis across its joint, or its y-axis where x is the joint's."""
-    for candidate in np.eye(3)[:2]:
-        part = across(candidate, axis)
-        if norm(part) > 0.5:
-            break
-    return np.asarray(part / norm(part))
-
-
-def _tip(
-    tree: Tree, body: _Body, axis: Array, wanted: str | None, assumptions: list[str]
-) -> tuple[str | None, Array]:
-    """Return the link taken as D, if there is one, and D in the frame of link 2."""
-    others = {name: pose.translation for name, pose in body.frames.items() if name != body.name}
+def _find_tip(body: RigidBody, wanted: str | None, centre: Vector3, project: Projection) -> _Tip:
+    """Return what is taken as D: the frame that is asked for, or named D, or a good guess."""
+    frames, link = body.frames, body.joint.child
     if wanted is not None:
-        if wanted not in others:
-            allowed = ", ".join(f"'{name}'" for name in list(others)[:8]) or "none"
+        if wanted not in frames:
             raise UrdfError(
-                f"{tree.source}: '{wanted}' is no link fixed to '{body.name}'; allowed as the tip "
-                f"are: {allowed}"
+                f"tip {quoted(wanted)} is not a frame fixed to link {quoted(link)}; allowed is"
+                f" one of {listed(frames)}"
             )
-        return wanted, others[wanted]
-    if "D" in others:
-        return "D", others["D"]
-    farthest = max(others, key=lambda name: norm(across(others[name], axis)), default=None)
-    if farthest is not None and norm(across(others[farthest], axis)) > 0:
-        assumptions.append(
-            f"the end point D is the origin of link '{farthest}', the farthest that is fixed to "
-            f"'{body.name}'."
+        return _Tip(wanted, frames[wanted].position)
+    fixed = {name: pose.position for name, pose in frames.items() if name != link}
+    if "D" in fixed:
+        return _Tip("D", fixed["D"])
+    farthest = max(fixed, key=lambda name: _distance(fixed[name], project), default=None)
+    if farthest is not None and _distance(fixed[farthest], project) > 0:
+        told = f"D is taken at frame {quoted(farthest)}, the farthest one fixed to link 2."
+        return _Tip(farthest, fixed[farthest], (told,))
+    if _distance(centre, project) > 0:
+        told = (
+            f"No frame is fixed to link {quoted(link)}; D is taken at twice the distance of its"
+            " mass centre, as in a uniform bar."
         )
-        return farthest, others[farthest]
-    centre = across(_lumped(body)[1], axis)
-    if norm(centre) > 0:
-        assumptions.append(
-            f"the end point D lies twice as far from joint B as the mass centre of '{body.name}', "
-            "as in a uniform bar, since no link is fixed there."
-        )
-    else:
-        assumptions.append(
-            f"the end point D is at joint B: nothing tells the end of '{body.name}'."
-        )
-    return None, 2 * centre
+        return _Tip(None, scale(2.0, centre), (told,))
+    return _Tip(None, ZERO, (f"No frame marks the end of link {quoted(link)}; D is taken at B.",))
 
 
-def _lumped(body: _Body) -> tuple[float, Array]:
-    """Return the mass of a body (kg), and its mass centre in its frame (m)."""
-    placed = [
-        (inertial.mass, pose.at(inertial.pose.translation))
-        for name, pose in body.frames.items()
-        if (inertial := body.tree.links[name].inertial) is not None
-    ]
-    if not placed:
-        raise UrdfError(
-            f"{body.tree.source}: link '{body.name}' moves and has no mass, nor has anything fixed "
-            "to it; allowed is a positive mass"
-        )
-    if len(placed) == 1:
-        return placed[0]
-    mass = math.fsum(m for m, _ in placed)
-    centre = sum((m / mass * c for m, c in placed), np.zeros(3))
-    return mass, np.asarray(centre)
+def _direction_of_link2(
+    body: RigidBody, tip: Vector3, project: Projection
+) -> tuple[Point2, tuple[str, ...]]:
+    """Return the unit vector from B to D, or along the link's own frame if D is at B."""
+    if _distance(tip, project) > 0:
+        return _direction(project(tip)), ()
+    x, y = project((1.0, 0.0, 0.0)), project((0.0, 1.0, 0.0))
+    # One of the two has at least half of its length squared in the plane.
+    name, axis = ("x", x) if math.hypot(*x) > 0.5 else ("y", y)
+    link = quoted(body.joint.child)
+    return _direction(axis), (
+        f"D is at B, so the {name}-axis of link {link} is taken as the direction of link 2.",
+    )
 
 
-def _link_parameters(
-    source: str, body: _Body, z: Array, length: float, along: Array
+def _distance(point: Vector3, project: Projection) -> float:
+    """Return how far a point is from its joint's axis (m), and zero for what rounding leaves."""
+    distance = math.hypot(*project(point))
+    return distance if distance > ROUNDING * norm(point) else 0.0
+
+
+def _direction(point: Point2) -> Point2:
+    distance = math.hypot(*point)
+    return point[0] / distance, point[1] / distance
+
+
+def _angle(start: Point2, end: Point2) -> float:
+    """Return the angle between two directions (rad), positive from x towards y, in (−π, π]."""
+    sine = start[0] * end[1] - start[1] * end[0]
+    return math.atan2(sine + 0.0, start[0] * end[0] + start[1] * end[1])
+
+
+def _sign(number: float) -> int:
+    return 1 if number > 0 else -1
+
+
+def _parameters(
+    lumped: Lump, end: Vector3, direction: Point2, project: Projection
 ) -> LinkParameters:
-    """Return a body's parameters in its plane; inertias add by the parallel-axis theorem."""
-    mass, centre = _lumped(body)
-    inertia = 0.0
-    for name, pose in body.frames.items():
-        inertial = body.tree.links[name].inertial
-        if inertial is not None:
-            placed = pose @ inertial.pose
-            axis = placed.rotation.T @ z
-            distance = norm(across(placed.translation - centre, z))
-            inertia += float(axis @ inertial.inertia @ axis) + inertial.mass * distance**2
-    offset = norm(across(centre, z))
-    if not inertia >= 0:
-        raise UrdfError(
-            f"{source}: link '{body.name}' has inertia {inertia!r} kg m² about its joint's "
-            "direction; allowed is zero or a positive number"
-        )
-    if inertia + mass * offset**2 == 0:
-        raise UrdfError(
-            f"{source}: link '{body.name}' has all its mass on its joint's axis, and no inertia; "
-            "allowed is a link that resists turning"
-        )
-    sideways = np.cross(z, along)
-    coordinates = (float(centre @ along) + 0.0, float(centre @ sideways) + 0.0)
-    return LinkParameters(mass, length, coordinates, inertia)
+    """Return a link's parameters in its own planar frame, which points along a direction."""
+    (dx, dy), (cx, cy) = direction, project(lumped.centre)
+    return LinkParameters(
+        mass=lumped.mass,
+        length=_distance(end, project),
+        centre=(dx * cx + dy * cy, dx * cy - dy * cx),
+        inertia=lumped.inertia,
+    )
+
+
+def _check_that_it_resists(
+    first: RigidBody, second: RigidBody, links: tuple[LinkParameters, LinkParameters]
+) -> None:
+    """Refuse a chain whose mass matrix is singular in some pose."""
+    for body, link in zip((first, second), links, strict=True):
+        # A link 1 of no inertia is moved by link 2 at the elbow, unless that is a point mass.
+        needed = body is second or links[1].inertia == 0
+        if needed and link.inertia == 0 and not any(link.centre):
+            raise UrdfError(
+                f"link {quoted(body.joint.child)} has no inertia about the axis of joint"
+                f" {quoted(body.joint.name)}; allowed is an inertia, or a mass off the axis"
+            )
+
+
+def _resistance_left_out(body: RigidBody) -> tuple[str, ...]:
+    """Return a sentence if a joint has damping or friction, which the chain does not."""
+    joint = body.joint
+    if joint.damping == 0 and joint.friction == 0:
+        return ()
+    return (
+        f"Joint {quoted(joint.name)} has damping {joint.damping:g} N m s/rad and friction"
+        f" {joint.friction:g} N m; the chain leaves both out.",
+    )

@@ -1,144 +1,157 @@
-"""The parameters of a planar two-link chain as a URDF that every engine loads."""
+"""From the parameters of a chain to a URDF that every engine reads alike.
+
+The link frames have x along the link and turn about y, and the world has z up. So the source's
+(along, across) are a link frame's (x, −z), and joint angles are the source's own: θ1 = q1,
+θ2 = q2 − q1.
+"""
 
 from __future__ import annotations
 
+import math
+from xml.sax.saxutils import quoteattr
+
+from twolink.errors import ParameterError
 from twolink.urdf.planar import LinkParameters
 
-# Bars are drawn as rods of radius L/50. A rod's inertia about its own axis, m r²/2, is then this
-# share of mL²/12. It never acts in the plane, but engines refuse a body without it.
-_RADIUS = 1 / 50
-_AXIAL = 12 * _RADIUS**2 / 2
+_COMMENT = """\
+  <!--
+    A planar two-link chain. World: x right, y into the page, z up. A joint turns about y, from x
+    towards -z, which is down: the positive sense of the source's angles. Lengths in m, masses in
+    kg, inertias in kg m2.
 
-_COLOURS = ("0.00 0.45 0.70 1", "0.90 0.62 0.00 1")
+    Motion in the plane depends on iyy alone, which is the inertia about the joint's axis. ixx, the
+    inertia about the link's own axis, is that of a rod whose radius is 1/50 of its length. A thin
+    bar has none, but MuJoCo and Drake refuse zero.
 
-_TEMPLATE = """\
-<?xml version="1.0"?>
-<!-- A planar two-link chain: A, link1, B, link2, D; mass centres C1 and C2. SI units.
-     The plane of motion is the world's x-z plane, z up. Joint axes are +y, so a positive angle
-     turns x towards -z: downward. Both links lie along x at zero angle.
-     iyy acts in the plane; ixx and izz never do, and keep the bodies physically possible. -->
-<robot name="{name}">
-  <link name="ground">
-{massless}
-  </link>
-{links}
-{joints}
-{markers}
-</robot>
-"""
+    A, B, C1, C2 and D are frames that weigh nothing. They say so because PyBullet takes a link
+    without <inertial> to weigh 1 kg.
+  -->"""
 
-_LINK = """\
-  <link name="link{number}">
-    <inertial>
-      <origin xyz="{centre}"/>
-      <mass value="{mass!r}"/>
-      <inertia ixx="{axial!r}" ixy="0" ixz="0" iyy="{inertia!r}" iyz="0" izz="{inertia!r}"/>
-    </inertial>
-{shapes}
-  </link>"""
+_SLENDERNESS = 50
 
-_SHAPE = """\
-    <{use}>
-      <origin xyz="{xyz}" rpy="{rpy}"/>
-      <geometry><{geometry}/></geometry>{material}
-    </{use}>"""
-
-_JOINT = """\
-  <joint name="joint{number}" type="continuous">
-    <parent link="{parent}"/>
-    <child link="link{number}"/>
-    <origin xyz="{x!r} 0 0"/>
-    <axis xyz="0 1 0"/>
-  </joint>"""
-
-# Said in full: without it some engines assume a mass of 1 kg.
-_MASSLESS = """\
+_NOTHING = """\
     <inertial>
       <mass value="0"/>
       <inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>
     </inertial>"""
 
-_MARKER = """\
-  <link name="{name}">
-{massless}
-  </link>
-  <joint name="{name}_frame" type="fixed">
-    <parent link="{parent}"/>
-    <child link="{name}"/>
-    <origin xyz="{xyz}"/>
-  </joint>"""
+_COLOURS = {"link1": "0.00 0.45 0.70 1", "link2": "0.90 0.62 0.00 1"}
 
 
 def write_planar_urdf(
     links: tuple[LinkParameters, LinkParameters], *, name: str = "twolink"
 ) -> str:
-    """Return the URDF text of two links, given in kg, m and kg m².
+    """Return a URDF of the chain with the given links (kg, m, kg m²), from the base outward.
 
-    Numbers are written so that reading them gives the same float64. Massless links named A, B,
-    C1, C2 and D mark the points of the source.
+    Reading it back gives the same numbers to the last bit. Raises `ParameterError` for a parameter
+    that is not a finite number, or a name that is not printable text.
     """
+    if not name or not name.isprintable():
+        raise ParameterError(f"name is {name!r}; allowed is printable text")
     first, second = links
-    markers = {
-        "A": ("ground", "0 0 0"),
-        "B": ("link1", f"{first.length!r} 0 0"),
-        "C1": ("link1", _centre(first)),
-        "C2": ("link2", _centre(second)),
-        "D": ("link2", f"{second.length!r} 0 0"),
-    }
-    return _TEMPLATE.format(
-        name=name,
-        massless=_MASSLESS,
-        links="\n".join(_link(number, link) for number, link in enumerate(links, start=1)),
-        joints="\n".join(
-            [
-                _JOINT.format(number=1, parent="ground", x=0.0),
-                _JOINT.format(number=2, parent="link1", x=first.length),
-            ]
-        ),
-        markers="\n".join(
-            _MARKER.format(name=point, massless=_MASSLESS, parent=parent, xyz=xyz)
-            for point, (parent, xyz) in markers.items()
-        ),
+    radius1 = first.length / _SLENDERNESS
+    radius2 = second.length / _SLENDERNESS or radius1
+    at_base, at_elbow, at_end = ((float(x), 0.0) for x in (0.0, first.length, second.length))
+    parts = [
+        '<?xml version="1.0" encoding="utf-8"?>',
+        f"<robot name={quoteattr(name)}>",
+        _COMMENT,
+        *(_material(link, colour) for link, colour in _COLOURS.items()),
+        _marker("ground"),
+        _link("link1", first, radius1),
+        _link("link2", second, radius2),
+        _joint("joint1", "continuous", "ground", "link1", at_base),
+        _joint("joint2", "continuous", "link1", "link2", at_elbow),
+    ]
+    markers = (
+        ("A", "ground", at_base),
+        ("B", "link1", at_elbow),
+        ("C1", "link1", first.centre),
+        ("C2", "link2", second.centre),
+        ("D", "link2", at_end),
     )
+    for marker, parent, place in markers:
+        parts += [_marker(marker), _joint(f"{marker}_frame", "fixed", parent, marker, place)]
+    return "\n".join([*parts, "</robot>", ""])
 
 
-def _centre(link: LinkParameters) -> str:
-    # Across, a quarter turn from x towards the source's y, is the world's -z.
-    along, across = link.centre
-    return f"{along!r} 0 {-across + 0.0!r}"
+def _number(value: float) -> str:
+    """Return the shortest text that reads back as the same number."""
+    number = float(value)
+    if not math.isfinite(number):
+        raise ParameterError(f"a parameter is {value!r}; allowed is a finite number")
+    return repr(number + 0.0)
 
 
-def _link(number: int, link: LinkParameters) -> str:
-    return _LINK.format(
-        number=number,
-        centre=_centre(link),
-        mass=link.mass,
-        axial=_AXIAL * link.inertia,
-        inertia=link.inertia,
-        shapes="\n".join(
-            _shape(use, *shape, number)
-            for use in ("visual", "collision")
-            for shape in _rod_with_round_ends(link.length)
-        ),
-    )
+def _xyz(place: tuple[float, float]) -> str:
+    """Return the coordinates, in a link's frame, of a point along and across the link (m)."""
+    along, across = place
+    return f"{_number(along)} 0 {_number(-across)}"
 
 
-def _rod_with_round_ends(length: float) -> list[tuple[str, str, str]]:
-    """Return position, direction and geometry of the shapes of a bar."""
-    radius = length * _RADIUS or _RADIUS
-    ball = f'sphere radius="{radius!r}"'
-    rod = f'cylinder length="{length!r}" radius="{radius!r}"'
-    ends = [("0 0 0", "0 0 0", ball)]
-    if length > 0:
-        ends.append((f"{length!r} 0 0", "0 0 0", ball))
-        # A cylinder stands along z; a quarter turn about y lays it along x.
-        ends.append((f"{length / 2!r} 0 0", "0 1.5707963267948966 0", rod))
-    return ends
+def _material(link: str, colour: str) -> str:
+    return f"""\
+  <material name="{link}_colour">
+    <color rgba="{colour}"/>
+  </material>"""
 
 
-def _shape(use: str, xyz: str, rpy: str, geometry: str, number: int) -> str:
-    material = ""
-    if use == "visual":
-        colour = _COLOURS[number - 1]
-        material = f'\n      <material name="link{number}"><color rgba="{colour}"/></material>'
-    return _SHAPE.format(use=use, xyz=xyz, rpy=rpy, geometry=geometry, material=material)
+def _marker(name: str) -> str:
+    return f"""\
+  <link name="{name}">
+{_NOTHING}
+  </link>"""
+
+
+def _joint(name: str, kind: str, parent: str, child: str, place: tuple[float, float]) -> str:
+    axis = "" if kind == "fixed" else '\n    <axis xyz="0 1 0"/>'
+    return f"""\
+  <joint name="{name}" type="{kind}">
+    <parent link="{parent}"/>
+    <child link="{child}"/>
+    <origin xyz="{_xyz(place)}"/>{axis}
+  </joint>"""
+
+
+def _link(name: str, link: LinkParameters, radius: float) -> str:
+    inertia = _number(link.inertia)
+    # The ratio of a rod's axial inertia m r²/2 to its transverse m L²/12.
+    axial = _number(link.inertia * 6 / _SLENDERNESS**2)
+    bar, ends = _bar(link.length, radius)
+    solids = [bar, *ends] if link.length else ends[:1]
+    shapes = [
+        _shape("visual", solid, f'\n      <material name="{name}_colour"/>') for solid in solids
+    ]
+    shapes.append(_shape("collision", solids[0]))
+    drawn = "\n".join(shapes)
+    return f"""\
+  <link name="{name}">
+    <inertial>
+      <origin xyz="{_xyz(link.centre)}"/>
+      <mass value="{_number(link.mass)}"/>
+      <inertia ixx="{axial}" ixy="0" ixz="0" iyy="{inertia}" iyz="0" izz="{inertia}"/>
+    </inertial>
+{drawn}
+  </link>"""
+
+
+def _bar(length: float, radius: float) -> tuple[str, list[str]]:
+    """Return a bar along x, and the balls that round its two ends: origin and geometry."""
+    # A URDF's cylinder lies along z.
+    bar = f"""\
+      <origin xyz="{_xyz((length / 2, 0.0))}" rpy="0 {math.pi / 2!r} 0"/>
+      <geometry><cylinder radius="{_number(radius)}" length="{_number(length)}"/></geometry>"""
+    balls = [
+        f"""\
+      <origin xyz="{_xyz((place, 0.0))}"/>
+      <geometry><sphere radius="{_number(radius)}"/></geometry>"""
+        for place in (0.0, length)
+    ]
+    return bar, balls
+
+
+def _shape(tag: str, solid: str, material: str = "") -> str:
+    return f"""\
+    <{tag}>
+{solid}{material}
+    </{tag}>"""

@@ -1,0 +1,139 @@
+"""From a tree of links to two rigid bodies: links that fixed joints hold together move as one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from twolink.errors import UrdfError
+from twolink.urdf.reading import Inertial, Joint, Tree, listed, quoted
+from twolink.urdf.spatial import (
+    Pose,
+    Vector3,
+    add,
+    cross,
+    dot,
+    norm,
+    scale,
+    subtract,
+    transpose,
+    turn,
+)
+
+
+@dataclass(frozen=True)
+class RigidBody:
+    """A link that a joint moves, with everything fixed to it, in the frame of that link.
+
+    `pose` is where this frame stands, at joint angle zero, in the frame of the body before (for
+    the first body, of the root link); `frames` are the links, the moving one first.
+    """
+
+    joint: Joint
+    pose: Pose
+    frames: dict[str, Pose]
+    inertials: tuple[Inertial, ...]
+
+
+@dataclass(frozen=True)
+class Lump:
+    """Mass (kg), mass centre (m), and inertia (kg m²) about the mass centre and the joint axis."""
+
+    mass: float
+    centre: Vector3
+    inertia: float
+
+
+def two_bodies(tree: Tree) -> tuple[RigidBody, RigidBody]:
+    """Return what the two moving joints of a serial chain move, in order from the base.
+
+    Raises `UrdfError` unless exactly two joints move, both turn freely, and one carries the other.
+    """
+    moving = _moving_joints(tree)
+    poses: list[Pose] = []
+    # How many joints move a link, and where it stands in the frame of the last of these.
+    stands: dict[str, tuple[int, Pose]] = {tree.root: (0, Pose())}
+    for joint in tree.joints:
+        count, parent = stands[joint.parent]
+        pose = parent @ joint.pose
+        if joint.type == "fixed":
+            stands[joint.child] = count, pose
+            continue
+        if count < len(poses):
+            raise UrdfError(
+                f"joints {listed(joint.name for joint in moving)} move two branches; allowed is"
+                " one chain, in which one joint carries the other"
+            )
+        poses.append(pose)
+        stands[joint.child] = len(poses), Pose()
+    first, second = (
+        _body(tree, joint, poses[index], _frames_of(index + 1, stands))
+        for index, joint in enumerate(moving)
+    )
+    return first, second
+
+
+def lump(body: RigidBody) -> Lump:
+    """Return the body's links as one (parallel-axis theorem).
+
+    Raises `UrdfError` for a body without mass, or whose inertia is negative or beyond float64.
+    """
+    where = f"link {quoted(body.joint.child)}"
+    axis = body.joint.axis
+    mass = sum(part.mass for part in body.inertials)
+    if mass == 0:
+        raise UrdfError(f"{where} moves and has no mass; allowed is a positive mass")
+    centre: Vector3 = (0.0, 0.0, 0.0)
+    for part in body.inertials:
+        # The share of a single link is exactly 1, so lumping it changes no bit.
+        centre = add(centre, scale(part.mass / mass, part.pose.position))
+    inertia = 0.0
+    for part in body.inertials:
+        distance = norm(cross(axis, subtract(part.pose.position, centre)))
+        inertia += _about(axis, part) + part.mass * distance * distance
+    if inertia < 0:
+        raise UrdfError(
+            f"{where}: inertia about its joint's axis is {inertia!r} kg m²; allowed is zero or a"
+            " positive number"
+        )
+    if not all(map(math.isfinite, (mass, *centre, inertia))):
+        raise UrdfError(f"{where}: mass or inertia is beyond float64; allowed is a smaller one")
+    return Lump(mass, centre, inertia)
+
+
+def _moving_joints(tree: Tree) -> list[Joint]:
+    """Return the two joints that move, after a check that they are hinges."""
+    moving = [joint for joint in tree.joints if joint.type != "fixed"]
+    for joint in moving:
+        if joint.type not in ("revolute", "continuous"):
+            raise UrdfError(
+                f"joint {quoted(joint.name)} is {joint.type}; allowed is revolute, continuous or"
+                " fixed"
+            )
+        if joint.mimics:
+            raise UrdfError(
+                f"joint {quoted(joint.name)} mimics another; allowed is a joint that moves freely"
+            )
+    if len(moving) != 2:
+        which = f", {listed(joint.name for joint in moving)}" if moving else ""
+        raise UrdfError(f"{len(moving)} joints move{which}; allowed is exactly two")
+    return moving
+
+
+def _frames_of(count: int, stands: dict[str, tuple[int, Pose]]) -> dict[str, Pose]:
+    return {name: pose for name, (moved_by, pose) in stands.items() if moved_by == count}
+
+
+def _body(tree: Tree, joint: Joint, pose: Pose, frames: dict[str, Pose]) -> RigidBody:
+    inertials = tuple(
+        replace(inertial, pose=frame @ inertial.pose)
+        for name, frame in frames.items()
+        if (inertial := tree.links[name].inertial) is not None
+    )
+    return RigidBody(joint, pose, frames, inertials)
+
+
+def _about(axis: Vector3, part: Inertial) -> float:
+    """Return the inertia about an axis through the mass centre (kg m²)."""
+    direction = turn(transpose(part.pose.rotation), axis)
+    return dot(direction, turn(part.inertia, direction))
