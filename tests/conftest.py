@@ -13,6 +13,10 @@ settings.register_profile(
     print_blob=True,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
+# For a long look, with other examples each time: pytest --hypothesis-profile thorough.
+settings.register_profile(
+    "thorough", settings.get_profile("twolink"), derandomize=False, max_examples=2000
+)
 settings.load_profile("twolink")
 
 

@@ -8,6 +8,7 @@ import sys
 import tempfile
 from dataclasses import asdict
 from enum import StrEnum
+from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from twolink.verification import Comparison, Verdict
 
 FAILED, BAD_INPUT = 1, 2
+
+# Columns that the widest table needs; so wide is the output to files, too.
+_WIDE = 104
 
 app = typer.Typer(
     help="The reference suite for the planar two-link chain (double pendulum).",
@@ -124,15 +128,16 @@ def _print_verdict(verdict: Verdict) -> None:
     """Print what was compared, and the sentence that sums it up."""
     from rich.console import Console
 
-    console = Console(width=None if sys.stdout.isatty() else 100, highlight=False)
+    console = Console(width=None if sys.stdout.isatty() else _WIDE, highlight=False)
     console.print(f"{Path(verdict.urdf).name} in {verdict.engine}, seed {verdict.seed}\n")
     motion = [c for c in verdict.comparisons if c.source == "Section 6.1"]
     dynamics = [c for c in verdict.comparisons if c.source != "Section 6.1"]
-    console.print(_table("Equations of motion", dynamics))
-    console.print(_table("Motion of the points", motion))
+    wide = console.width >= _WIDE
+    console.print(_table("Equations of motion", dynamics, wide))
+    console.print(_table("Motion of the points", motion, wide))
     console.print(
-        "Each entry: the largest difference in units in the last place of what was summed, "
-        "and how many\nof them two correct computations may differ by in that state.\n"
+        "d/n: the largest difference is d units in the last place of what was summed;\n"
+        "in that state two correct computations may differ by n.\n"
     )
     for assumption in verdict.assumptions:
         console.print(assumption)
@@ -147,17 +152,21 @@ def _print_verdict(verdict: Verdict) -> None:
             )
 
 
-def _table(title: str, comparisons: list[Comparison]) -> Any:
-    """Return a table of quantities by sources; the points C1, C2 and D share a row."""
+def _table(title: str, comparisons: list[Comparison], wide: bool) -> Any:
+    """Return a table of quantities by sources; the points C1, C2 and D share a row.
+
+    Where the terminal is not `wide`, the engine's names for the quantities are left out.
+    """
     from rich import box
     from rich.table import Table
 
     pairs = list(dict.fromkeys((c.source, c.against) for c in comparisons))
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
     table.add_column("quantity", no_wrap=True)
-    table.add_column("Pinocchio's algorithm", no_wrap=True)
+    if wide:
+        table.add_column("Pinocchio's algorithm", no_wrap=True)
     for source, against in pairs:
-        table.add_column(f"{source}\n− {against.split()[0]}", justify="right")
+        table.add_column(f"{source}\n− {against.split()[0]}", justify="right", no_wrap=True)
     for row in dict.fromkeys(c.quantity.partition(" of ")[0] for c in comparisons):
         inside = [c for c in comparisons if c.quantity.partition(" of ")[0] == row]
         points = dict.fromkeys(c.quantity.partition(" of ")[2] for c in inside)
@@ -166,13 +175,15 @@ def _table(title: str, comparisons: list[Comparison]) -> Any:
             max((c for c in inside if (c.source, c.against) == pair), key=lambda c: c.share)
             for pair in pairs
         )
-        table.add_row(label, inside[0].algorithm, *map(_cell, worst))
+        names = (label, inside[0].algorithm) if wide else (label,)
+        table.add_row(*names, *map(_cell, worst))
     return table
 
 
 def _cell(comparison: Comparison) -> str:
     mark = "[green]✓[/]" if comparison.passed else "[bold red]✗[/]"
-    return f"{comparison.units:.2g} of {comparison.allowed_units:.0f} {mark}"
+    units = "<0.01" if 0 < comparison.units < 0.01 else f"{comparison.units:.2g}"
+    return f"{units}/{comparison.allowed_units:.0f} {mark}"
 
 
 def _write_json(path: Path, verdict: Verdict) -> None:
@@ -203,6 +214,10 @@ def _refuse(sentence: str) -> NoReturn:
 
 def main() -> None:
     """Run the command line."""
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal without Greek letters shows question marks, not a traceback.
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")
     app()
 
 

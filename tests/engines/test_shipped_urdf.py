@@ -48,7 +48,7 @@ def test_pinocchio():
     pinocchio.framesForwardKinematics(model, data, q)
     assert data.oMf[model.getFrameId("D")].translation == pytest.approx(END_IN_WORLD, abs=1e-15)
     assert all(model.existFrame(name) for name in ("A", "B", "C1", "C2", "D"))
-    assert len(visual.geometryObjects) == 8
+    assert len(visual.geometryObjects) == 6
 
 
 def test_yourdfpy():

@@ -1,9 +1,11 @@
 """Files as people draw them, read by us and by Pinocchio, and verified against each other."""
 
+import io
 import math
 
 import numpy as np
 import pytest
+import yourdfpy
 
 from tests.urdf.drawing import INERTIA, LINK, arm, at, axis, joint, link, robot
 from twolink import kinematics, lagrange
@@ -213,9 +215,6 @@ def test_messy_files_agree_with_pinocchio(number):
 @pytest.mark.parametrize("number", range(5))
 def test_forward_kinematics_of_three_readers(number):
     """yourdfpy, Pinocchio and this library put the end point and the mass centres in one place."""
-    yourdfpy = pytest.importorskip("yourdfpy")
-    import io
-
     random = np.random.default_rng([number, 9])
     text = messy(random)
     urdf = parse_planar_urdf(text)

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pinocchio as pin
 import pytest
+import yourdfpy
 from hypothesis import given, settings
 from numpy.typing import ArrayLike
 
@@ -522,7 +523,6 @@ def test_points_agree_with_pinocchio(robot):
 @settings(max_examples=20)
 @given(robot=messy_robots())
 def test_the_tip_agrees_with_yourdfpy(robot):
-    yourdfpy = pytest.importorskip("yourdfpy")
     urdf = read(robot)
     model = yourdfpy.URDF.load(io.BytesIO(urdf.xml.encode()), load_meshes=False)
     model.update_cfg(dict(zip(urdf.joint_names, robot.angles, strict=True)))

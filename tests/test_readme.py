@@ -1,0 +1,62 @@
+"""The README is true: its commands, their output, its code, its map."""
+
+import re
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from tests.test_layers import LAYERS
+from twolink.cli import app
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+CONSOLE = re.findall(r"```console\n\$ (.*?)\n(.*?)```", README, re.DOTALL)
+PYTHON = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+
+
+def masked(text: str) -> list[str]:
+    """Return lines without their numbers and spacing, which may differ between machines."""
+    numberless = re.sub(r"<?\d+(\.\d+)*(/\d+)?%?", "#", text)
+    return [" ".join(line.split()) for line in numberless.splitlines() if line.split()]
+
+
+def test_both_commands_are_there():
+    assert [command for command, _ in CONSOLE] == [
+        "pip install uv && uv run twolink verify",
+        "pip install uv && uv run pytest",
+    ]
+
+
+def test_ci_runs_both_commands():
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    for command, _ in CONSOLE:
+        assert command.partition("&& ")[2] in script
+
+
+def test_the_output_of_verify_is_what_it_prints():
+    result = CliRunner().invoke(app, ["verify"])
+    assert result.exit_code == 0
+    printed, shown = masked(result.stdout), masked(CONSOLE[0][1])
+    # Which quantity comes closest to its tolerance may differ between machines.
+    assert shown[-1].partition("(")[0] == printed[-1].partition("(")[0]
+    assert shown[:-1] == printed[:-1]
+
+
+@pytest.mark.parametrize("code", PYTHON)
+def test_the_code_runs(code):
+    exec(compile(code, "README.md", "exec"), {})
+
+
+def test_every_file_named_is_there():
+    for name in re.findall(r"`((?:twolink|tests|models|docs|benchmarks)/[\w./]*)`", README):
+        assert (ROOT / name).exists(), name
+    assert (ROOT / "docs" / "twolink.svg").exists()
+
+
+def test_the_map_shows_every_layer():
+    inside = README.partition("## What is inside")[2]
+    for layer in LAYERS:
+        module = layer.partition(".")[2] or layer
+        if module not in ("errors", "shipped"):
+            assert module in inside, module

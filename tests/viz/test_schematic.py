@@ -1,0 +1,34 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.verification.chains import GENERAL
+from viz.schematic import schematic
+
+ROOT = Path(__file__).parent.parent.parent
+
+
+def test_it_names_what_the_source_names():
+    axes = schematic().axes[0]
+    names = {text.get_text() for text in axes.texts}
+    assert {"$A$", "$B$", "$D$", "$C_1$", "$C_2$", "$q_1$", "$q_2$", "$x$", "$y$"} <= names
+    assert axes.yaxis_inverted()
+
+
+def test_it_draws_any_chain_where_its_points_are():
+    axes = schematic(GENERAL, (0.0, 0.0)).axes[0]
+    ends = {
+        tuple(round(float(v), 9) for v in (line.get_xdata()[-1], line.get_ydata()[-1]))
+        for line in axes.lines
+        if line.get_linewidth() > 10
+    }
+    assert ends == {(0.9, 0.0), (0.9 + 1.4, 0.0)}
+
+
+@pytest.mark.parametrize("kind", ["svg", "png"])
+def test_it_is_written_from_the_command_line(tmp_path, kind):
+    file = tmp_path / f"chain.{kind}"
+    subprocess.run([sys.executable, "-m", "viz.schematic", str(file)], check=True, cwd=ROOT)
+    assert file.stat().st_size > 5000
