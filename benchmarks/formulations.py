@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -67,7 +68,7 @@ def text_of(name: str, formulation: object, chain: Chain) -> Callable[..., objec
 
 def main() -> None:
     """Measure and print the tables."""
-    console = Console(width=110)
+    console = Console(width=120)
     urdf = read_planar_urdf(shipped("twolink.urdf"))
     chain = Chain.from_links(urdf.links)
     engine = Pinocchio(urdf)
@@ -96,54 +97,80 @@ def main() -> None:
             loop_rnea,
         ),
     }
-    call_table = Table(title=f"One call (median of {ROUNDS} × {CALLS} calls; aim: ratio ≤ 2)")
-    batch_table = Table(title=f"A batch of {BATCH} states, per state (aim: Pinocchio/ours ≥ 20)")
-    for table in (call_table, batch_table):
-        for column in ("quantity", "text", "ours ns", "Pinocchio ns", "ratio", "spread", "aim"):
-            table.add_column(column, justify="left" if column in ("quantity", "text") else "right")
-    call_table.add_column("operations")
+    calls = table_of(
+        f"One call (median of {ROUNDS} × {CALLS}; aim: ratio ours/Pinocchio ≤ 2)",
+        ("uncompiled ns", "operations"),
+    )
+    batches = table_of(f"A batch of {BATCH} states, per state (aim: Pinocchio/ours ≥ 20)", ())
     for name, (pin_function, pin_arguments, pin_loop) in pins.items():
         for formulation in (kane, lagrange):
-            compiled = Compiled(text_of(name, formulation, chain))
+            text = text_of(name, formulation, chain)
+            compiled = Compiled(text)
             inputs = state[: len(compiled.arguments)]
             batch = states[: len(compiled.arguments)]
-            label = formulation.__name__.rpartition(".")[2]
-            ours, theirs = seconds_side_by_side(
-                repeated(compiled, *inputs), repeated(pin_function, *pin_arguments)
+            labels = (name, formulation.__name__.rpartition(".")[2])
+            ours, theirs, plain = seconds_side_by_side(
+                repeated(compiled, *inputs),
+                repeated(pin_function, *pin_arguments),
+                repeated(text, *inputs),
             )
-            add_row(call_table, (name, label), ours, CALLS, theirs, CALLS, compiled, False)
+            cost = Cost(ours, CALLS, theirs, CALLS)
+            counts = " ".join(f"{n}{symbol}" for symbol, n in compiled.operations.items())
+            uncompiled = f"{statistics.median(plain) / CALLS * 1e9:.0f}"
+            met = cost.ratio <= 2
+            calls.add_row(*labels, *cost.cells(cost.ratio), met_or_not(met), uncompiled, counts)
             ours, theirs = seconds_side_by_side(partial(compiled.batch, *batch), pin_loop)
-            add_row(batch_table, (name, label), ours, BATCH, theirs, LOOPED, compiled, True)
-    console.print(call_table)
-    console.print(batch_table)
+            cost = Cost(ours, BATCH, theirs, LOOPED)
+            gain = 1 / cost.ratio
+            batches.add_row(*labels, *cost.cells(gain), met_or_not(gain >= 20))
+    console.print(calls)
+    console.print(batches)
     print_start_up(console)
 
 
-def add_row(
-    table: Table,
-    labels: tuple[str, str],
-    ours: list[float],
-    our_calls: int,
-    theirs: list[float],
-    their_calls: int,
-    compiled: Compiled,
-    batch: bool,
-) -> None:
-    """Add the medians per call (ns), their ratio, and the larger spread of the two."""
-    mine = statistics.median(ours) / our_calls * 1e9
-    pin = statistics.median(theirs) / their_calls * 1e9
-    spread = max(max(times) / min(times) for times in (ours, theirs))
-    ratio = pin / mine if batch else mine / pin
-    met = ratio >= 20 if batch else ratio <= 2
-    cells = [
-        f"{mine:.1f}",
-        f"{pin:.0f}",
-        f"{ratio:.2f}",
-        f"{spread:.2f}",
-        "met" if met else "not met",
-    ]
-    operations = [] if batch else [" ".join(f"{n}{op}" for op, n in compiled.operations.items())]
-    table.add_row(*labels, *cells, *operations)
+@dataclass(frozen=True)
+class Cost:
+    """Times of ours and of Pinocchio's (s), each for a number of calls."""
+
+    ours: list[float]
+    our_calls: int
+    theirs: list[float]
+    their_calls: int
+
+    @property
+    def nanoseconds(self) -> tuple[float, float]:
+        """The medians per call, ours and Pinocchio's."""
+        return (
+            statistics.median(self.ours) / self.our_calls * 1e9,
+            statistics.median(self.theirs) / self.their_calls * 1e9,
+        )
+
+    @property
+    def ratio(self) -> float:
+        """Ours in units of Pinocchio's."""
+        ours, theirs = self.nanoseconds
+        return ours / theirs
+
+    def cells(self, ratio: float) -> list[str]:
+        """Return both medians, the ratio that is aimed at, and the larger spread of the two."""
+        ours, theirs = self.nanoseconds
+        spread = max(max(times) / min(times) for times in (self.ours, self.theirs))
+        return [f"{ours:.1f}", f"{theirs:.0f}", f"{ratio:.2f}", f"{spread:.2f}"]
+
+
+def met_or_not(met: bool) -> str:
+    """Return the verdict on an aim."""
+    return "met" if met else "not met"
+
+
+def table_of(title: str, more: tuple[str, ...]) -> Table:
+    """Return an empty table of costs."""
+    table = Table(title=title)
+    for column in ("quantity", "text"):
+        table.add_column(column)
+    for column in ("ours ns", "Pinocchio ns", "ratio", "spread", "aim", *more):
+        table.add_column(column, justify="right")
+    return table
 
 
 def print_start_up(console: Console) -> None:

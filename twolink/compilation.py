@@ -19,7 +19,7 @@ import inspect
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,7 +31,10 @@ from twolink.errors import ParameterError
 # arrays in use at a time (8 bytes a number) stay near the processor.
 _BLOCK = 16384
 
-_VARIABLE = re.compile(r"[a-z]\w*")
+_VARIABLE = re.compile(r"\b[a-z]\w*")
+
+# Python nests parentheses some hundred deep; this many characters never get there.
+_LONGEST_TEXT = 400
 
 
 class Operation(NamedTuple):
@@ -41,11 +44,10 @@ class Operation(NamedTuple):
     symbol: str
     operands: tuple[str, ...]
 
-    def __str__(self) -> str:
-        """Return the line as Python."""
-        if self.symbol in ("sin", "cos"):
-            return f"{self.name} = {self.symbol}({self.operands[0]})"
-        return f"{self.name} = {f' {self.symbol} '.join(self.operands)}"
+    @property
+    def is_of_an_angle(self) -> bool:
+        """Whether this is a sine or a cosine."""
+        return self.symbol in ("sin", "cos")
 
 
 class Recording:
@@ -168,9 +170,9 @@ class Compiled:
         operations = recording.needed_for(_word(result))
         self.operations = dict(sorted(Counter(line.symbol for line in operations).items()))
         self.depth = _depth(operations)
-        self.source = _source(self.arguments, map(str, operations), _word(result))
+        self.source = _source(self.arguments, operations, _word(result), _one_by_one)
         self._of_floats = _function(self.source, sin=math.sin, cos=math.cos)
-        paired = _source(self.arguments, _in_pairs(operations), _word(result))
+        paired = _source(self.arguments, operations, _word(result), _in_pairs)
         self._of_arrays = _function(paired, sin_and_cos=_sin_and_cos)
 
     @property
@@ -213,11 +215,52 @@ def _store(target: np.ndarray, result: Any) -> None:
         target[...] = result
 
 
-def _source(arguments: tuple[str, ...], lines: Iterable[str], result: str) -> str:
-    """Return the Python text of the compiled function."""
+def _source(
+    arguments: tuple[str, ...],
+    operations: list[Operation],
+    result: str,
+    sines_and_cosines: Callable[[list[Operation]], dict[str, str]],
+) -> str:
+    """Return the Python text of the compiled function.
+
+    What is used once is written where it is used, which spares Python a variable.
+    """
+    uses = Counter(_VARIABLE.findall(result))
+    uses.update(operand for operation in operations for operand in operation.operands)
+    texts: dict[str, str] = {}
+    lines = [f"{a}1, {a}2 = {a}" for a in arguments]
+    statements = sines_and_cosines([line for line in operations if line.is_of_an_angle])
+    for name, symbol, operands in operations:
+        words = [texts.get(operand, operand) for operand in operands]
+        if name in statements:
+            lines.append(statements[name].format(words[0]))
+        elif symbol not in ("sin", "cos"):
+            text = f" {symbol} ".join(words)
+            if uses[name] == 1 and len(text) < _LONGEST_TEXT:
+                texts[name] = f"({text})"
+            else:
+                lines.append(f"{name} = {text}")
+    value = _VARIABLE.sub(lambda found: texts.get(found[0], found[0]), result)
     header = f"def compiled({', '.join(arguments)}):"
-    unpacking = (f"{a}1, {a}2 = {a}" for a in arguments)
-    return "\n    ".join([header, *unpacking, *lines, f"return {result}"])
+    return "\n    ".join([header, *lines, f"return {value}"])
+
+
+def _one_by_one(of_angles: list[Operation]) -> dict[str, str]:
+    """Return a statement for each sine and each cosine, by name; {} stands for the angle."""
+    return {line.name: f"{line.name} = {line.symbol}({{}})" for line in of_angles}
+
+
+def _in_pairs(of_angles: list[Operation]) -> dict[str, str]:
+    """Return a statement for the sine and cosine of each angle, by the name of the first."""
+    by_angle: dict[str, dict[str, str]] = {}
+    for line in of_angles:
+        by_angle.setdefault(line.operands[0], {})[line.symbol] = line.name
+    return {
+        next(iter(names.values())): (
+            f"{names.get('sin', '_')}, {names.get('cos', '_')} = sin_and_cos({{}})"
+        )
+        for names in by_angle.values()
+    }
 
 
 def _function(source: str, **functions: Callable[..., Any]) -> Callable[..., Any]:
@@ -226,19 +269,6 @@ def _function(source: str, **functions: Callable[..., Any]) -> Callable[..., Any
     exec(compile(source, "<compiled formula>", "exec"), names)
     compiled: Callable[..., Any] = names["compiled"]
     return compiled
-
-
-def _in_pairs(operations: list[Operation]) -> Iterator[str]:
-    """Yield the operations as Python, with the sine and cosine of an angle in one line."""
-    names = {(line.symbol, line.operands): line.name for line in operations}
-    paired: set[str] = set()
-    for operation in operations:
-        if operation.symbol not in ("sin", "cos"):
-            yield str(operation)
-        elif operation.name not in paired:
-            both = [names.get((symbol, operation.operands), "_") for symbol in ("sin", "cos")]
-            paired.update(both)
-            yield f"{', '.join(both)} = sin_and_cos({operation.operands[0]})"
 
 
 def _sin_and_cos(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

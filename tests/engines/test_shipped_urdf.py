@@ -4,7 +4,6 @@ For m = L = 1 the mass matrix over joint angles is Sᵀ [[4/3, c/2], [c/2, 1/3]]
 """
 
 import importlib
-import os
 
 import numpy as np
 import pytest
@@ -20,14 +19,6 @@ MASS_MATRIX = np.array([[5 / 3 + 2 * COUPLING, 1 / 3 + COUPLING], [1 / 3 + COUPL
 END = kinematics.position(Chain.uniform_bars(), (0.3, 0.3 - 0.7), Chain.uniform_bars().D)
 # The source's x and y (downward) in a world with z up.
 END_IN_WORLD = np.array([END[0], 0.0, -END[1]])
-
-
-def engine(name: str):
-    """Import an optional engine; its absence is a failure where all are required."""
-    if os.environ.get("TWOLINK_REQUIRE_ENGINES") == "1":
-        return importlib.import_module(name)
-    reason = f"{name} is not installed: uv run --extra engines pytest"
-    return pytest.importorskip(name, reason=reason)
 
 
 @pytest.fixture(autouse=True)
@@ -62,7 +53,7 @@ def test_yourdfpy():
 
 @pytest.mark.engines
 def test_mujoco():
-    mujoco = engine("mujoco")
+    mujoco = importlib.import_module("mujoco")
     model = mujoco.MjModel.from_xml_path(PATH)
     data = mujoco.MjData(model)
     data.qpos[:] = ANGLES
@@ -75,7 +66,7 @@ def test_mujoco():
 @pytest.mark.engines
 def test_pybullet():
     """Without the flag PyBullet forms inertias from the collision shapes, not from the file."""
-    pybullet = engine("pybullet")
+    pybullet = importlib.import_module("pybullet")
     client = pybullet.connect(pybullet.DIRECT)
     try:
         body = pybullet.loadURDF(PATH, useFixedBase=True, flags=pybullet.URDF_USE_INERTIA_FROM_FILE)
@@ -89,7 +80,6 @@ def test_pybullet():
 
 @pytest.mark.engines
 def test_drake():
-    engine("pydrake")
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.plant import MultibodyPlant
 
