@@ -106,7 +106,7 @@ def _verdict(
     from twolink.shipped import shipped
     from twolink.urdf import read_planar_urdf
     from twolink.verification import verify
-    from twolink.verification.quantities import FORMULATIONS
+    from twolink.verification.jointspace import FORMULATIONS
 
     read = read_planar_urdf(
         urdf or shipped("twolink.urdf"), tip=tip, oblique_gravity=oblique_gravity

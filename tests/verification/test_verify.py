@@ -10,7 +10,8 @@ from twolink.errors import ParameterError
 from twolink.shipped import shipped
 from twolink.urdf import parse_planar_urdf, read_planar_urdf
 from twolink.verification import verify
-from twolink.verification.quantities import DYNAMICS, FORMULATIONS, MOTION
+from twolink.verification.jointspace import FORMULATIONS
+from twolink.verification.quantities import DYNAMICS, MOTION
 from twolink.verification.states import random_states
 
 SHIPPED = read_planar_urdf(shipped("twolink.urdf"))

@@ -14,7 +14,7 @@ from twolink import kane, kinematics, lagrange
 from twolink.engines.pinocchio import Pinocchio
 from twolink.urdf import parse_planar_urdf
 from twolink.verification import verify
-from twolink.verification.quantities import Formulation, Machine, PointMotion
+from twolink.verification.jointspace import Formulation, Machine, PointMotion
 
 STATES = 5
 

@@ -15,17 +15,14 @@ from twolink.engines.pinocchio import Pinocchio
 from twolink.engines.protocol import Engine
 from twolink.errors import ParameterError
 from twolink.urdf import PlanarUrdf
-from twolink.verification.quantities import (
-    DYNAMICS,
+from twolink.verification.jointspace import (
     FORMULATIONS,
-    MOTION,
-    Formula,
     Formulation,
     JointSpace,
     Machine,
     PointMotion,
-    Quantity,
 )
+from twolink.verification.quantities import DYNAMICS, MOTION, Formula, Quantity
 from twolink.verification.states import Array, States, random_states
 from twolink.verification.tolerance import EPSILON, Problem, Scale, tolerance
 
