@@ -38,6 +38,9 @@ def _find_library(kind: type) -> ModuleType:
     if issubclass(kind, complex):
         return cmath
     package = kind.__module__.partition(".")[0]
+    if package == "heyoka" and kind.__name__.startswith("real"):
+        # heyoka's functions are of expressions; those of its long numbers are NumPy's.
+        package = "numpy"
     for name in (package, kind.__module__):
         module = sys.modules.get(name)
         if module is not None and hasattr(module, "sin"):

@@ -18,3 +18,11 @@ class UrdfError(TwolinkError):
 
 class EngineError(TwolinkError):
     """A dynamics engine is missing, or refuses the model it was given."""
+
+
+class SceneError(TwolinkError):
+    """A scene file is missing or malformed, or asks for what cannot be simulated."""
+
+
+class SimulationError(TwolinkError):
+    """A motion cannot be computed as asked."""

@@ -23,8 +23,8 @@ class EndForce:
     law then gives a set of forces and not one, so a direction must be named, or an error is raised.
     """
 
-    normal: Scalar
-    friction: Scalar = 0
+    normal: float
+    friction: float = 0
     sliding: int | None = None
 
     def __post_init__(self) -> None:
@@ -39,7 +39,7 @@ class EndForce:
                 "from the velocity of D"
             )
 
-    def loads(self, chain: Chain, q: Pair, u: Pair) -> Loads:
+    def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return P at D. Raises `ParameterError` where D does not slide and μ is not zero."""
         if isinstance(self.friction, (int, float)) and self.friction == 0:
             return (Force(chain.D, (0, self.normal)),)

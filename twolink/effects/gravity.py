@@ -1,28 +1,47 @@
 """Gravity: G_1 = m1 g **j** at C1 and G_2 = m2 g **j** at C2 (source, section 6.1)."""
 
+import math
 from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
+from twolink.errors import ParameterError
 from twolink.kinematics import position
 from twolink.loads import Force, Loads
 
 
 @dataclass(frozen=True)
 class Gravity:
-    """Uniform gravity of size g (m/s²) along y, that is downward."""
+    """Uniform gravity of size g (m/s²) along `direction` (x, y); by default y, downward."""
 
-    g: Scalar = 9.81
+    g: float = 9.81
+    direction: tuple[float, float] = (0.0, 1.0)
 
-    def loads(self, chain: Chain, q: Pair, u: Pair) -> Loads:
+    def __post_init__(self) -> None:
+        """Refuse a direction that is none."""
+        if not 0 < math.hypot(*self.direction) < math.inf:
+            raise ParameterError(
+                f"gravity's direction is {self.direction!r}; allowed are two numbers, not both zero"
+            )
+
+    @property
+    def acceleration(self) -> Pair:
+        """The components of g along x and y (m/s²); 0 where there is none."""
+        size = math.hypot(*self.direction)
+        x, y = self.direction
+        return x / size * self.g if x else 0, y / size * self.g if y else 0
+
+    def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the weight of each link, at its mass centre."""
+        gx, gy = self.acceleration
         return (
-            Force(chain.C1, (0, chain.m1 * self.g)),
-            Force(chain.C2, (0, chain.m2 * self.g)),
+            Force(chain.C1, (chain.m1 * gx, chain.m1 * gy)),
+            Force(chain.C2, (chain.m2 * gx, chain.m2 * gy)),
         )
 
     def potential_energy(self, chain: Chain, q: Pair) -> Scalar:
-        """Return V (J), zero where both mass centres are level with A; y points down."""
-        _, y1 = position(chain, q, chain.C1)
-        _, y2 = position(chain, q, chain.C2)
-        return -self.g * (chain.m1 * y1 + chain.m2 * y2)
+        """Return V (J), zero where both mass centres are at A."""
+        gx, gy = self.acceleration
+        x1, y1 = position(chain, q, chain.C1)
+        x2, y2 = position(chain, q, chain.C2)
+        return -(gx * (chain.m1 * x1 + chain.m2 * x2) + gy * (chain.m1 * y1 + chain.m2 * y2))

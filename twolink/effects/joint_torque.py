@@ -1,23 +1,39 @@
-"""Constant torques of motors at the joints A and B."""
+"""Torques of motors at the joints A and B: constant, sinusoidal, or both."""
 
 from dataclasses import dataclass
 
-from twolink.arithmetic import Pair
+from twolink.arithmetic import Pair, Scalar, sin
 from twolink.chain import Chain
 from twolink.loads import Loads, Torque
 
 
+def motor_loads(tau1: Scalar, tau2: Scalar) -> Loads:
+    """Return the loads of torques (N m) in the joints A and B, positive as the angles are.
+
+    The motor at A stands on the ground and turns link 1; the one at B stands on link 1 and turns
+    link 2, so its reaction acts on link 1.
+    """
+    return Torque(1, tau1), Torque(1, -tau2), Torque(2, tau2)
+
+
 @dataclass(frozen=True)
 class JointTorque:
-    """Torques of the motors at A and B (N m), in the positive sense of the angles.
+    """Torques of the motors at A and B (N m): `torque` + `amplitude` sin(`frequency` t + `phase`).
 
-    The motor at A stands on the ground and turns link 1; the motor at B stands on link 1 and
-    turns link 2, so its reaction acts on link 1.
+    `frequency` is in rad/s and `phase` in rad; without amplitude no sine is taken.
     """
 
-    torque: Pair
+    torque: tuple[float, float] = (0.0, 0.0)
+    amplitude: tuple[float, float] = (0.0, 0.0)
+    frequency: tuple[float, float] = (0.0, 0.0)
+    phase: tuple[float, float] = (0.0, 0.0)
 
-    def loads(self, chain: Chain, q: Pair, u: Pair) -> Loads:
+    def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the torques on link 1 and on link 2."""
-        tau1, tau2 = self.torque
-        return Torque(1, tau1), Torque(1, -tau2), Torque(2, tau2)
+        return motor_loads(self._of_joint(0, t), self._of_joint(1, t))
+
+    def _of_joint(self, joint: int, t: Scalar) -> Scalar:
+        amplitude = self.amplitude[joint]
+        if isinstance(amplitude, (int, float)) and amplitude == 0:
+            return self.torque[joint]
+        return self.torque[joint] + amplitude * sin(self.frequency[joint] * t + self.phase[joint])

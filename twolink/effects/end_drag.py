@@ -1,0 +1,29 @@
+"""Linear drag on the end point D, as in a very viscous fluid."""
+
+from dataclasses import dataclass
+
+from twolink.arithmetic import Pair, Scalar
+from twolink.chain import Chain
+from twolink.errors import ParameterError
+from twolink.kinematics import velocity
+from twolink.loads import Force, Loads
+
+
+@dataclass(frozen=True)
+class EndDrag:
+    """A force −c v_D on D, with the coefficient c ≥ 0 in N s/m."""
+
+    coefficient: float
+
+    def __post_init__(self) -> None:
+        """Refuse drag that drives."""
+        c = self.coefficient
+        if isinstance(c, (int, float)) and not 0 <= c < float("inf"):
+            raise ParameterError(
+                f"end drag is {c!r}; allowed is zero or a positive number of N s/m"
+            )
+
+    def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+        """Return the force against the velocity of D."""
+        vx, vy = velocity(chain, q, u, chain.D)
+        return (Force(chain.D, (-self.coefficient * vx, -self.coefficient * vy)),)

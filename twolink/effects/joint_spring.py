@@ -1,0 +1,33 @@
+"""Linear torsion springs in the joints A and B."""
+
+from dataclasses import dataclass
+
+from twolink.arithmetic import Pair, Scalar
+from twolink.chain import Chain
+from twolink.effects.joint_torque import motor_loads
+from twolink.loads import Loads
+
+
+@dataclass(frozen=True)
+class JointSpring:
+    """Springs of the joints A and B: stiffness (N m/rad) and the angles of rest (rad).
+
+    The spring at A is at rest at q1 = rest[0], the one at B at q2 − q1 = rest[1].
+    """
+
+    stiffness: tuple[float, float]
+    rest: tuple[float, float] = (0.0, 0.0)
+
+    def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+        """Return the torques towards rest."""
+        (k1, k2), (x1, x2) = self.stiffness, self._stretch(q)
+        return motor_loads(-k1 * x1, -k2 * x2)
+
+    def potential_energy(self, chain: Chain, q: Pair) -> Scalar:
+        """Return V (J), zero at rest."""
+        (k1, k2), (x1, x2) = self.stiffness, self._stretch(q)
+        return (k1 * x1 * x1 + k2 * x2 * x2) / 2
+
+    def _stretch(self, q: Pair) -> Pair:
+        q1, q2 = q
+        return q1 - self.rest[0], q2 - q1 - self.rest[1]

@@ -1,0 +1,29 @@
+"""Proportional and derivative control of the joint angles."""
+
+from dataclasses import dataclass
+
+from twolink.arithmetic import Pair, Scalar
+from twolink.chain import Chain
+from twolink.effects.joint_torque import motor_loads
+from twolink.loads import Loads
+
+
+@dataclass(frozen=True)
+class PdControl:
+    """Motors at A and B that drive the joint angles q1 and q2 − q1 to a target (rad).
+
+    `proportional` in N m/rad, `derivative` in N m s/rad.
+    """
+
+    target: tuple[float, float]
+    proportional: tuple[float, float]
+    derivative: tuple[float, float] = (0.0, 0.0)
+
+    def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+        """Return the torques kp (target − θ) − kd dθ/dt of both motors."""
+        (q1, q2), (u1, u2) = q, u
+        (p1, p2), (d1, d2) = self.proportional, self.derivative
+        return motor_loads(
+            p1 * (self.target[0] - q1) - d1 * u1,
+            p2 * (self.target[1] - (q2 - q1)) - d2 * (u2 - u1),
+        )

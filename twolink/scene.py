@@ -1,0 +1,222 @@
+"""A scene: what the chain is, where it starts, for how long, and which effects act.
+
+A scene is read from a TOML file. What the file does not name does not exist: an effect that is
+left out is not imported, not evaluated, not compiled.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import MISSING, dataclass, fields
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_type_hints
+
+from twolink.arithmetic import Pair
+from twolink.chain import Chain
+from twolink.effects import EFFECTS, Effect, effect_class
+from twolink.errors import SceneError, TwolinkError
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+METHODS = (
+    "taylor",
+    "DOP853",
+    "RK45",
+    "Radau",
+    "LSODA",
+    "rk4",
+    "semi-implicit-euler",
+    "implicit-midpoint",
+    "gauss-legendre-4",
+    "gauss-legendre-6",
+)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A chain, its start, a duration (s), and the tuple of effects that act.
+
+    `q` (rad) and `u` (rad/s) are the start. `accuracy` is the global error that is allowed in q
+    (rad) and u (rad/s) over the whole run; `method` names an integration method. `shows` is one
+    line on what the scene is for.
+    """
+
+    chain: Chain
+    q: Pair
+    u: Pair
+    duration: float
+    effects: tuple[Effect, ...] = ()
+    accuracy: float = 1e-9
+    method: str = "taylor"
+    title: str = "untitled"
+    shows: str = ""
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Scene:
+        """Return the scene in a TOML file.
+
+        Raises `SceneError`, in one sentence with the file, the key, what was received and what is
+        allowed.
+        """
+        file = Path(path)
+        return cls.parse(_read(file), source=str(file), folder=file.parent)
+
+    @classmethod
+    def parse(cls, text: str, *, source: str = "<string>", folder: Path = Path()) -> Scene:
+        """Return the scene in a TOML text; `urdf = "…"` is looked for from `folder`."""
+        try:
+            table = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise SceneError(f"{source}: this is not TOML: {error}") from error
+        named = table.get("effects", {})
+        known = {name: EFFECTS[name] for name in named if name in EFFECTS}
+        checked = _checked(scene_model(tuple(known)), table, source)
+        try:
+            return cls(
+                chain=_chain(checked["chain"], folder),
+                q=checked["start"]["q"],
+                u=checked["start"]["u"],
+                effects=tuple(_effects(checked["effects"])),
+                title=checked["title"],
+                shows=checked["shows"],
+                **checked["run"],
+            )
+        except TwolinkError as error:
+            raise SceneError(f"{source}: {error}") from error
+
+
+def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
+    """Return the pydantic model of a scene file with these effects."""
+    from typing import Annotated, Literal
+
+    from pydantic import ConfigDict, Field, create_model
+
+    strict = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+    positive = Annotated[float, Field(gt=0)]
+    pair = tuple[float, float]
+
+    def model(name: str, **entries: Any) -> type[BaseModel]:
+        return create_model(name, __config__=strict, **entries)
+
+    chain = model(
+        "Chain",
+        mass=(pair | None, Field(None, description="masses of links 1 and 2, kg")),
+        length=(pair | None, Field(None, description="lengths, m")),
+        centre=(
+            tuple[pair, pair] | None,
+            Field(None, description="mass centres along and across the links, m; default: bars"),
+        ),
+        inertia=(pair | None, Field(None, description="central inertias, kg m²; default: bars")),
+        urdf=(str | None, Field(None, description="a URDF file instead, from the scene's folder")),
+    )
+    start = model(
+        "Start",
+        q=(pair, Field(description="absolute angles from the x-axis, y downward, rad")),
+        u=(pair, Field((0.0, 0.0), description="their speeds, rad/s")),
+    )
+    run = model(
+        "Run",
+        duration=(positive, Field(description="s")),
+        accuracy=(positive, Field(1e-9, description="global error in q (rad) and u (rad/s)")),
+        method=(Literal[METHODS], Field("taylor", description="integration method")),
+    )
+    tables = {}
+    for name in effects:
+        table = model(f"{name} table", **_entries(effect_class(name)))
+        tables[name] = (table | list[table] | None, None)  # type: ignore[valid-type]
+    return model(
+        "Scene",
+        title=(str, "untitled"),
+        shows=(str, Field("", description="one line on what the scene shows")),
+        chain=(chain, ...),
+        start=(start, ...),
+        run=(run, ...),
+        effects=(model("Effects", **tables), Field(default_factory=dict, validate_default=True)),
+    )
+
+
+def _entries(effect: Any) -> dict[str, Any]:
+    """Return the fields of an effect, as pydantic wants them."""
+    hints = get_type_hints(effect)
+    return {
+        field.name: (hints[field.name], ... if field.default is MISSING else field.default)
+        for field in fields(effect)
+    }
+
+
+def _read(file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise SceneError(
+            f"{file}: there is no file of this name; allowed is the path of a scene file"
+        ) from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(
+            f"{file}: cannot be read ({error}); allowed is a TOML file in UTF-8"
+        ) from error
+
+
+def _checked(model: type[BaseModel], table: dict[str, Any], source: str) -> dict[str, Any]:
+    """Return a table's values, all of the right shape, or raise one sentence on the first fault."""
+    from pydantic import ValidationError
+
+    try:
+        return model.model_validate(_with_tuples(table)).model_dump()
+    except ValidationError as error:
+        fault = error.errors()[0]
+        raise SceneError(f"{source}: {_sentence(fault)}") from error
+
+
+def _with_tuples(value: Any) -> Any:
+    """Return nested lists of numbers as tuples: pairs are tuples here, and lists in TOML."""
+    if isinstance(value, dict):
+        return {key: _with_tuples(entry) for key, entry in value.items()}
+    if isinstance(value, list) and not any(isinstance(entry, dict) for entry in value):
+        return tuple(_with_tuples(entry) for entry in value)
+    return [_with_tuples(entry) for entry in value] if isinstance(value, list) else value
+
+
+def _sentence(fault: Any) -> str:
+    """Return one of pydantic's errors in our words."""
+    # Of the places that pydantic names, those that are no keys are its own: "gravity table".
+    place = [str(part) for part in fault["loc"]]
+    key = ".".join(part for part in place if part.isidentifier() or part.isdigit())
+    if fault["type"] == "extra_forbidden":
+        if place[:-1] == ["effects"]:
+            return f"effect '{place[-1]}' is unknown; allowed are {', '.join(EFFECTS)}"
+        return f"key '{key}' is unknown; allowed are the keys that `twolink scenes --schema` lists"
+    if fault["type"] == "too_long" or (fault["type"] == "missing" and place[-1].isdigit()):
+        return f"{key.removesuffix('.1')} is {fault['input']!r}; allowed are two numbers"
+    if fault["type"] == "missing":
+        return f"key '{key}' is missing; it must be given"
+    allowed = fault["msg"].removeprefix("Input should be ")
+    return f"{key} is {fault['input']!r}; allowed is {allowed}"
+
+
+def _chain(table: dict[str, Any], folder: Path) -> Chain:
+    """Return the chain that a [chain] table describes."""
+    given = {key: value for key, value in table.items() if value is not None}
+    if "urdf" in given:
+        if len(given) > 1:
+            others = ", ".join(sorted(set(given) - {"urdf"}))
+            raise SceneError(f"chain has both urdf and {others}; allowed is one of them")
+        return Chain.from_urdf(folder / given["urdf"])
+    for key in ("mass", "length"):
+        if key not in given:
+            raise SceneError(f"chain.{key} is missing; allowed is a pair of numbers, or urdf")
+    if ("centre" in given) != ("inertia" in given):
+        raise SceneError("chain has only one of centre and inertia; allowed are both, or neither")
+    return Chain(**given) if "centre" in given else Chain.uniform_bars(**given)
+
+
+def _effects(tables: dict[str, Any]) -> list[Effect]:
+    """Return the effects that are named, in the file's order."""
+    found = []
+    for name, value in tables.items():
+        for table in value if isinstance(value, list) else [value]:
+            if table is not None:
+                found.append(effect_class(name)(**table))
+    return found
