@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 from tests.verification.chains import GENERAL
 from twolink import lagrange
 from twolink.cli import app
+from twolink.shipped import shipped
 
 SENTENCE_LINES = 1
 
@@ -161,3 +162,42 @@ def test_help_names_the_exit_codes():
     result = run("--help")
     assert result.exit_code == 0
     assert "Exit code 0: all agree." in result.stdout
+
+
+def simulate(*arguments: str):
+    return CliRunner().invoke(app, ["simulate", *arguments])
+
+
+FREE_FALL = str(shipped("scenes") / "free_fall.toml")
+
+
+def test_simulate_says_what_was_simulated_and_how_well(tmp_path):
+    result = simulate(FREE_FALL, "--out", str(tmp_path / "run.csv"), "--samples", "11")
+    assert result.exit_code == 0
+    for words in ("10 s with Gravity", "taylor on momenta", "1.0e-09 allowed", "2.315203415"):
+        assert words in result.stdout
+    assert len((tmp_path / "run.csv").read_text().splitlines()) == 12
+
+
+def test_an_accuracy_that_is_not_met_ends_with_1():
+    result = simulate(FREE_FALL, "--accuracy", "1e-17")
+    assert result.exit_code == 1
+    assert "holds until 0 s" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nowhere.toml"], "nowhere.toml: there is no file of this name"),
+        ([FREE_FALL, "--method", "euler"], "method is 'euler'; allowed are taylor"),
+        ([FREE_FALL, "--accuracy", "-1"], "accuracy is -1.0; allowed is a positive"),
+        ([FREE_FALL, "--formulation", "newton"], "formulation is 'newton'; allowed are"),
+        ([FREE_FALL, "--out", "run.xlsx"], "--out is run.xlsx; allowed is a .npz or .csv"),
+        ([FREE_FALL, "--out", "nowhere/run.csv"], "--out is nowhere/run.csv; allowed is"),
+    ],
+)
+def test_bad_simulations_are_refused(arguments, words):
+    result = simulate(*arguments)
+    assert result.exit_code == 2
+    assert words in result.stderr
+    assert "Traceback" not in result.stderr

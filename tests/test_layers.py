@@ -23,7 +23,9 @@ LAYERS = [
     "twolink.kane",
     "twolink.lagrange",
     "twolink.effects",
+    "twolink.scene",
     "twolink.engines",
+    "twolink.simulation",
     "twolink.verification",
     "viz",
     "twolink.cli",
@@ -142,6 +144,23 @@ def loaded_after(statement: str) -> set[str]:
 def test_help_imports_nothing_heavy():
     heavy = {"numpy", "scipy", "pinocchio", "rich", "yourdfpy", "pydantic", "matplotlib"}
     assert not loaded_after("import twolink.cli") & heavy
+
+
+def test_simulate_imports_only_the_effects_of_its_scene():
+    """SymPy, which heyoka would import, and SciPy are not needed; nor are effects left out."""
+    program = (
+        "from twolink.scene import Scene\n"
+        "from twolink.simulation import simulate\n"
+        "from twolink.shipped import shipped\n"
+        "simulate(Scene.load(shipped('scenes') / 'free_fall.toml'))\n"
+        "import sys\n"
+        "print(*[m for m in sys.modules if m.startswith('twolink.effects.')])\n"
+        "assert not {'sympy', 'scipy', 'matplotlib', 'pinocchio', 'rich'} & set(sys.modules)"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    assert set(run.stdout.split()) <= {"twolink.effects.gravity", "twolink.effects.end_force"}
 
 
 def test_verify_imports_no_more_than_it_needs():

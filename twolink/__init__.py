@@ -10,8 +10,18 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from twolink.chain import Chain, Point
     from twolink.compilation import Compiled
-    from twolink.errors import EngineError, ParameterError, TwolinkError, UrdfError
-    from twolink.verification import verify
+    from twolink.errors import (
+        EngineError,
+        ParameterError,
+        SceneError,
+        SimulationError,
+        TwolinkError,
+        UrdfError,
+    )
+    from twolink.scene import Scene
+    from twolink.simulation.simulate import simulate
+    from twolink.simulation.trajectory import Trajectory
+    from twolink.verification.verify import verify
 
 # Name and home. Each is imported when it is first asked for: `twolink --help` needs none.
 _HOMES = {
@@ -20,8 +30,13 @@ _HOMES = {
     "EngineError": "twolink.errors",
     "ParameterError": "twolink.errors",
     "Point": "twolink.chain",
+    "Scene": "twolink.scene",
+    "SceneError": "twolink.errors",
+    "SimulationError": "twolink.errors",
+    "Trajectory": "twolink.simulation",
     "TwolinkError": "twolink.errors",
     "UrdfError": "twolink.errors",
+    "simulate": "twolink.simulation",
     "verify": "twolink.verification",
 }
 
@@ -31,8 +46,13 @@ __all__ = [
     "EngineError",
     "ParameterError",
     "Point",
+    "Scene",
+    "SceneError",
+    "SimulationError",
+    "Trajectory",
     "TwolinkError",
     "UrdfError",
+    "simulate",
     "verify",
 ]
 

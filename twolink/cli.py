@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 import tempfile
@@ -17,6 +18,7 @@ import typer
 from twolink.errors import TwolinkError
 
 if TYPE_CHECKING:
+    from twolink.simulation import Trajectory
     from twolink.verification import Comparison, Verdict
 
 FAILED, BAD_INPUT = 1, 2
@@ -204,6 +206,105 @@ def _write_json(path: Path, verdict: Verdict) -> None:
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
+
+
+@app.command()
+def simulate(
+    scene: Annotated[Path, typer.Argument(help="A scene file (TOML); see `twolink scenes`.")],
+    accuracy: Annotated[
+        float | None,
+        typer.Option(help="Global error allowed in q (rad) and u (rad/s). Default: the scene's."),
+    ] = None,
+    method: Annotated[
+        str | None, typer.Option(help="Integration method. Default: the scene's.")
+    ] = None,
+    formulation: Annotated[
+        str, typer.Option(help="Variables and equations: momenta, lagrange or kane.")
+    ] = "momenta",
+    samples: Annotated[int, typer.Option(help="How many evenly spaced samples to keep.")] = 501,
+    out: Annotated[
+        Path | None, typer.Option(help="Write the trajectory to this .npz or .csv file.")
+    ] = None,
+) -> None:
+    """Simulate a scene, and say what was simulated, what it cost and how accurate it is.
+
+    Exit code 0: the accuracy is met. 1: only up to the time that is printed. 2: refused.
+    """
+    if out is not None and (out.suffix not in (".npz", ".csv") or not out.parent.is_dir()):
+        _refuse(f"--out is {out}; allowed is a .npz or .csv file in a folder that exists")
+    from rich.console import Console
+
+    from twolink.scene import Scene
+    from twolink.simulation import simulate as run
+
+    try:
+        with Console(stderr=True).status("simulating"):
+            trajectory = run(
+                Scene.load(scene),
+                accuracy=accuracy,
+                method=method,
+                formulation=formulation,
+                samples=samples,
+            )
+    except TwolinkError as error:
+        _refuse(str(error))
+    _print_trajectory(trajectory)
+    if out is not None:
+        trajectory.save(out)
+    if trajectory.notes:
+        raise typer.Exit(FAILED)
+
+
+@app.command()
+def scenes(
+    schema: Annotated[
+        bool, typer.Option("--schema", help="Print the JSON schema of scene files, for editors.")
+    ] = False,
+) -> None:
+    """List the scenes that come with the library, or print the schema of scene files."""
+    from twolink.scene import Scene, scene_model
+    from twolink.shipped import shipped
+
+    if schema:
+        typer.echo(json.dumps(scene_model().model_json_schema(), indent=2))
+        return
+    for file in sorted(shipped("scenes").rglob("*.toml")):
+        typer.echo(f"{file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file}")
+        scene = Scene.load(file)
+        typer.echo(f"    {scene.title}: {scene.shows}")
+
+
+def _print_trajectory(trajectory: Trajectory) -> None:
+    """Print what was simulated, what it cost, and how accurate it is."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    scene, statistics = trajectory.scene, trajectory.statistics
+    energy = trajectory.energy
+    table = Table(title=scene.title, title_justify="left", box=box.SIMPLE_HEAD, show_header=False)
+    table.add_column(no_wrap=True)
+    table.add_column()
+    # As many decimals as are right.
+    decimals = max(0, min(15, int(-math.log10(trajectory.error))))
+    q, u = ([f"{x:.{decimals}f}" for x in pair[:, -1]] for pair in (trajectory.q, trajectory.u))
+    rows = {
+        "simulated": f"{scene.duration:g} s with {', '.join(trajectory.effects) or 'no effects'}",
+        "method": f"{trajectory.method} on {trajectory.formulation}, {trajectory.precision}",
+        "global error": f"{trajectory.error:.1e} measured, {trajectory.accuracy:.1e} allowed",
+        "steps": f"{statistics.steps} kept, in {statistics.runs} runs",
+        "time": f"{statistics.run_seconds * 1e3:.1f} ms to run, "
+        f"{statistics.compile_seconds * 1e3:.0f} ms to compile",
+        "energy T + V": f"{energy[0]:.9g} J at the start, {energy[-1]:.9g} J at the end",
+        "q at the end": f"{q[0]}, {q[1]} rad",
+        "u at the end": f"{u[0]}, {u[1]} rad/s",
+    }
+    for name, value in rows.items():
+        table.add_row(name, value)
+    console = Console(width=None if sys.stdout.isatty() else _WIDE, highlight=False)
+    console.print(table)
+    for note in trajectory.notes:
+        console.print(note, style="bold red", soft_wrap=True)
 
 
 def _refuse(sentence: str) -> NoReturn:

@@ -164,7 +164,7 @@ class Compiled:
         """Run `text`, a function of pairs, once, and compile what it does."""
         self.arguments = tuple(inspect.signature(text).parameters)
         recording = Recording()
-        pairs = ([Written(recording, f"{a}{k}") for k in (1, 2)] for a in self.arguments)
+        pairs = ((Written(recording, f"{a}1"), Written(recording, f"{a}2")) for a in self.arguments)
         result = text(*pairs)
         self._shape = np.shape(_nested_zeros(result))
         operations = recording.needed_for(_word(result))

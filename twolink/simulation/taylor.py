@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import math
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
@@ -20,10 +21,14 @@ from twolink.chain import Chain
 from twolink.effects import Effect
 from twolink.errors import SimulationError
 from twolink.scene import Scene
-from twolink.simulation.equations import EQUATIONS, Equations
+from twolink.simulation.equations import EQUATIONS
 
-# Digits (bits) of each precision, and the most that can be asked of it.
-PRECISIONS = {"double": 53, "long double": 64, "quadruple": 113}
+# The tolerance of a step in each precision: a little below its own rounding, and such that the
+# order is no multiple of four. From the source's natural start (q = 0 at rest) only every fourth
+# coefficient of a series in t is there, and an order that ends on two missing ones sees an
+# endless step.
+TOLERANCES = {"double": 1e-17, "long double": 1e-19, "quadruple": 1e-35}
+PRECISIONS = tuple(TOLERANCES)
 
 
 def heyoka() -> Any:
@@ -56,88 +61,97 @@ def number_type(precision: str) -> Any:
 
 @dataclass(frozen=True)
 class TaylorRun:
-    """A motion as Taylor polynomials: what an integration leaves behind.
+    """A motion by Taylor series, at the times that were asked for.
 
-    `output` is heyoka's continuous output in the equations' variables; `steps` were taken to
-    reach `end` (s), and `seconds` of compiling and of running were spent.
+    `q` (rad) and `u` (rad/s) have shape (2, n), in the numbers of the precision. `steps` of the
+    given order were taken, with `operations` for a term of the series; `compile_seconds` were
+    spent on compiling (none, if a like scene was compiled before) and `run_seconds` on running.
     """
 
-    output: Any
-    equations: Equations
-    chain: Chain
+    scene: Scene
+    formulation: str
     precision: str
+    longest_step: float
+    q: Any
+    u: Any
     steps: int
     order: int
     operations: int
-    end: float
     compile_seconds: float
     run_seconds: float
 
-    def at(self, times: Any) -> tuple[Any, Any]:
-        """Return q (rad) and u (rad/s), each of shape (2, n), at times (s) within the run."""
-        kind = number_type(self.precision)
-        moments = np.array([kind(t) for t in np.atleast_1d(times)])
-        variables = np.array(self.output(moments)).T
-        q, second = variables[:2], variables[2:]
-        return q, np.array(self.equations.to_speeds(self.chain, q, second))
+    def dense(self) -> Callable[[Any], tuple[Any, Any]]:
+        """Return q and u as functions of time (s): the very polynomials of this run's steps."""
+        compiled, kind = _ready(self.scene, self.formulation, self.precision)
+        *_, output, _ = compiled.integrator.propagate_until(
+            kind(self.scene.duration), c_output=True, max_delta_t=kind(self.longest_step)
+        )
+        equations, chain = EQUATIONS[self.formulation], compiled.chain
+
+        def at(times: Any) -> tuple[Any, Any]:
+            variables = np.array(output(np.array([kind(t) for t in times]))).T
+            q, second = variables[:2], variables[2:]
+            return q, np.array(equations.to_speeds(chain, q, second))
+
+        return at
 
 
 def taylor_run(
-    scene: Scene, formulation: str, precision: str = "double", tolerance: float | None = None
+    scene: Scene,
+    times: Any,
+    *,
+    formulation: str,
+    precision: str = "double",
+    longest_step: float | None = None,
 ) -> TaylorRun:
-    """Return a scene's motion by Taylor series.
+    """Return a scene's motion by Taylor series, each step to rounding, at increasing times (s).
 
-    `tolerance` is heyoka's, for a step; by default the precision's own. Raises `SimulationError`
-    when the motion cannot be followed to its end.
+    The first time is 0. `longest_step` (s) caps the steps. Raises `SimulationError` when the
+    motion cannot be followed to the last time.
     """
-    equations = EQUATIONS[formulation]
     start = perf_counter()
-    cached = _compiled(
-        scene.chain, scene.effects, formulation, precision, tolerance, scene.chain._exact_inertia
-    )
+    compiled, kind = _ready(scene, formulation, precision)
     compile_seconds = perf_counter() - start
-    integrator = cached.integrator
-    kind = number_type(precision)
-    q = tuple(kind(x) for x in scene.q)
-    u = tuple(kind(x) for x in scene.u)
-    integrator.state[:] = [*q, *equations.from_speeds(cached.chain, q, u)]
-    integrator.time = kind(0)
+    integrator = compiled.integrator
+    cap = longest_step or first_step(scene)
     start = perf_counter()
-    outcome, _, _, steps, output, _ = integrator.propagate_until(
-        kind(scene.duration), c_output=True, max_delta_t=kind(longest_step(scene))
+    outcome, _, _, steps, _, variables = integrator.propagate_grid(
+        np.array([kind(t) for t in times]), max_delta_t=kind(cap)
     )
     run_seconds = perf_counter() - start
     if outcome != heyoka().taylor_outcome.time_limit:
         raise SimulationError(
-            f"the motion could not be followed beyond {float(integrator.time):.6g} s of "
-            f"{scene.duration:.6g} s ({outcome.name}); allowed are scenes whose motion stays finite"
+            f"the motion could not be followed beyond {float(integrator.time):.6g} s "
+            f"({outcome.name}); allowed are scenes whose motion stays finite until "
+            f"{scene.duration:.6g} s"
         )
+    q, second = np.array(variables).T[:2], np.array(variables).T[2:]
     return TaylorRun(
-        output=output,
-        equations=equations,
-        chain=cached.chain,
+        scene=scene,
+        formulation=formulation,
         precision=precision,
+        longest_step=cap,
+        q=q,
+        u=np.array(EQUATIONS[formulation].to_speeds(compiled.chain, q, second)),
         steps=steps,
         order=integrator.order,
         operations=len(integrator.decomposition) - 8,
-        end=scene.duration,
         compile_seconds=compile_seconds,
         run_seconds=run_seconds,
     )
 
 
-def longest_step(scene: Scene) -> float:
-    """Return the longest step to allow (s).
+def first_step(scene: Scene) -> float:
+    """Return the longest step to allow (s), from how fast the scene starts.
 
-    From a symmetric start the highest derivatives can all vanish, and a step that is chosen by
-    them would be endless. A fraction of the time in which the chain falls or turns through about
-    a radian is never much shorter than the step that is needed.
+    The series of a chain that turns through a radian in a time τ does not converge much beyond τ.
+    A longer step is one that the last coefficients, vanishing by some symmetry, have feigned.
     """
     rates = EQUATIONS["lagrange"].rates(scene.chain, scene.effects, scene.q, scene.u, 0.0)[1]
     fastest = max(
         *(abs(float(u)) for u in scene.u), *(math.sqrt(abs(float(du))) for du in rates), 1e-300
     )
-    return min(scene.duration, 0.5 / fastest)
+    return min(scene.duration, 1 / fastest)
 
 
 @dataclass(frozen=True)
@@ -148,13 +162,26 @@ class _Compiled:
     chain: Chain
 
 
+def _ready(scene: Scene, formulation: str, precision: str) -> tuple[_Compiled, Any]:
+    """Return a scene's compiled integrator, set to its start, and its kind of number."""
+    compiled = _compiled(
+        scene.chain, scene.effects, formulation, precision, scene.chain._exact_inertia
+    )
+    kind = number_type(precision)
+    q = (kind(scene.q[0]), kind(scene.q[1]))
+    u = (kind(scene.u[0]), kind(scene.u[1]))
+    second = EQUATIONS[formulation].from_speeds(compiled.chain, q, u)
+    compiled.integrator.state[:] = [*q, *second]
+    compiled.integrator.time = kind(0)
+    return compiled, kind
+
+
 @functools.lru_cache(maxsize=32)
 def _compiled(
     chain: Chain,
     effects: tuple[Effect, ...],
     formulation: str,
     precision: str,
-    tolerance: float | None,
     exact_inertia: Pair | None,
 ) -> _Compiled:
     """Return a compiled integrator, kept for scenes that differ in their start alone.
@@ -168,11 +195,6 @@ def _compiled(
     q1, q2, x1, x2 = hy.make_vars(*names)
     first, second = EQUATIONS[formulation].rates(own, effects, (q1, q2), (x1, x2), hy.time)
     system = list(zip((q1, q2, x1, x2), (*first, *second), strict=True))
-    options = {} if tolerance is None else {"tol": kind(tolerance)}
     zeros = np.array([kind(0)] * 4)
-    integrator = hy.taylor_adaptive(system, zeros, fp_type=_fp_type(precision), **options)
-    return _Compiled(integrator, own)
-
-
-def _fp_type(precision: str) -> Any:
-    return number_type(precision)
+    tolerance = kind(TOLERANCES[precision])
+    return _Compiled(hy.taylor_adaptive(system, zeros, tol=tolerance, fp_type=kind), own)

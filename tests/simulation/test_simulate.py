@@ -1,0 +1,226 @@
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.verification.chains import GENERAL
+from twolink.chain import Chain
+from twolink.effects.end_force import EndForce
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_spring import JointSpring
+from twolink.effects.joint_torque import JointTorque
+from twolink.errors import SimulationError
+from twolink.scene import METHODS, Scene
+from twolink.shipped import shipped
+from twolink.simulation import simulate
+from twolink.simulation.equations import EQUATIONS
+from twolink.simulation.fixed_step import FIXED_STEP
+from twolink.simulation.numeric import SCIPY, numeric_run
+from twolink.simulation.taylor import taylor_run
+
+FALL = Scene.load(shipped("scenes") / "free_fall.toml")
+SHORT = Scene(chain=GENERAL, q=(0.3, -0.4), u=(1.1, -0.7), duration=1.0, effects=(Gravity(),))
+TIMES = np.linspace(0, 1, 11)
+
+
+@pytest.fixture(scope="module")
+def truth():
+    return taylor_run(SHORT, TIMES, formulation="momenta", precision="quadruple")
+
+
+def error_of(run, truth) -> float:
+    q, u = truth.q.astype(float), truth.u.astype(float)
+    return float(max(np.abs(run.q - q).max(), np.abs(run.u - u).max()))
+
+
+@pytest.mark.parametrize("formulation", EQUATIONS)
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_taylor_is_right_to_rounding(formulation, precision, truth):
+    run = taylor_run(SHORT, TIMES, formulation=formulation, precision=precision)
+    difference = np.abs(run.q.astype(truth.q.dtype) - truth.q) if precision == "quadruple" else None
+    if difference is not None:
+        assert float(difference.max()) < 1e-29
+    else:
+        assert error_of(run, truth) < 1e-13
+
+
+@pytest.mark.parametrize("formulation", EQUATIONS)
+@pytest.mark.parametrize("method", FIXED_STEP)
+def test_fixed_step_methods_have_their_order(method, formulation, truth):
+    """The measured slope, over two halvings in the asymptotic range."""
+    finest = {1: 1 / 4000, 2: 1 / 800, 4: 1 / 200, 6: 1 / 320}[FIXED_STEP[method].order]
+    errors = [
+        error_of(
+            numeric_run(SHORT, TIMES, method=method, formulation=formulation, fineness=h), truth
+        )
+        for h in (4 * finest, 2 * finest, finest)
+    ]
+    slope = math.log2(errors[0] / errors[2]) / 2
+    assert slope == pytest.approx(FIXED_STEP[method].order, abs=0.2)
+
+
+@pytest.mark.parametrize("formulation", EQUATIONS)
+@pytest.mark.parametrize("method", SCIPY)
+def test_scipys_methods_reach_the_same_trajectory(method, formulation, truth):
+    run = numeric_run(SHORT, TIMES, method=method, formulation=formulation, fineness=1e-10)
+    assert error_of(run, truth) < 2e-7
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_meets_what_is_asked(method, truth):
+    accuracy = 1e-3 if method == "semi-implicit-euler" else 1e-6
+    trajectory = simulate(SHORT, accuracy=accuracy, method=method, samples=11)
+    assert trajectory.error <= accuracy
+    assert trajectory.notes == ()
+    assert error_of(trajectory, truth) <= accuracy
+
+
+@pytest.mark.parametrize("formulation", EQUATIONS)
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-9, 1e-12])
+def test_the_natural_start_is_right_at_every_accuracy(formulation, accuracy):
+    """From q = 0 at rest a series has every fourth coefficient only: a trap for step control."""
+    exact = simulate(FALL, accuracy=1e-15)
+    trajectory = simulate(FALL, accuracy=accuracy, formulation=formulation)
+    assert np.abs(trajectory.q - exact.q).max() <= accuracy
+    assert np.abs(trajectory.u - exact.u).max() <= accuracy
+
+
+CASES = [
+    (Chain.uniform_bars(), (Gravity(),)),
+    (GENERAL, (Gravity(), JointDamping((0.2, 0.1)))),
+    (Chain.point_masses((1.0, 0.3), (0.7, 1.1)), (Gravity(),)),
+    (GENERAL, (JointSpring((9.0, 5.0)), JointTorque((0.0, 0.0), (2.0, 1.0), (3.0, 2.0)))),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", range(len(CASES)))
+def test_asked_accuracy_is_honoured(case, random):
+    """25 random starts of each case, against a 113-bit run: never worse than was asked."""
+    chain, effects = CASES[case]
+    for _ in range(25):
+        q, u = random.uniform(-3, 3, (2, 2)).tolist()
+        scene = Scene(
+            chain=chain,
+            q=tuple(q),
+            u=tuple(u),
+            duration=float(random.uniform(1, 10)),
+            effects=effects,
+        )
+        accuracy = 10 ** float(random.uniform(-12, -3))
+        trajectory = simulate(scene, accuracy=accuracy, samples=101)
+        exact = taylor_run(scene, trajectory.t, formulation="lagrange", precision="quadruple")
+        assert error_of(trajectory, exact) <= accuracy
+        assert trajectory.error <= accuracy
+
+
+def test_what_cannot_be_met_is_said():
+    trajectory = simulate(FALL, accuracy=1e-17)
+    assert trajectory.precision == "quadruple"
+    assert trajectory.holds_until == 0
+    assert trajectory.error > 1e-17
+    assert "holds until 0 s" in trajectory.notes[0]
+
+
+def test_coarse_methods_say_how_far_they_hold():
+    trajectory = simulate(replace(FALL, duration=1.0), accuracy=1e-9, method="semi-implicit-euler")
+    assert 0 <= trajectory.holds_until < 1.0
+    assert trajectory.notes
+
+
+def test_dense_output_is_as_accurate_as_the_samples():
+    trajectory = simulate(SHORT, accuracy=1e-10)
+    times = np.array([0.0, 0.123456, 0.5, 0.987, 1.0])
+    exact = taylor_run(SHORT, times, formulation="lagrange", precision="long double")
+    q, u = trajectory.at(times)
+    assert np.abs(q - exact.q.astype(float)).max() <= 1e-10
+    assert np.abs(u - exact.u.astype(float)).max() <= 1e-10
+    q, u = trajectory.at(trajectory.t)
+    assert q == pytest.approx(trajectory.q, abs=1e-13)
+
+
+def test_a_trajectory_cannot_be_written_to():
+    trajectory = simulate(SHORT)
+    for array in (trajectory.t, trajectory.q, trajectory.u):
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0
+
+
+def test_a_trajectory_is_saved_and_read_back(tmp_path):
+    trajectory = simulate(SHORT, samples=7)
+    trajectory.save(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as archive:
+        assert np.array_equal(archive["q"], trajectory.q)
+        assert np.array_equal(archive["u"], trajectory.u)
+        about = json.loads(str(archive["about"]))
+    assert about["effects"] == ["Gravity"]
+    assert about["error"] == trajectory.error
+    trajectory.save(tmp_path / "run.csv")
+    table = np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1)
+    assert np.array_equal(table[:, 1:3].T, trajectory.q)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["run.csv", "run.npz"]
+    with pytest.raises(SimulationError, match=r"allowed are \.npz, \.csv"):
+        trajectory.save(tmp_path / "run.xlsx")
+
+
+def test_a_compiled_scene_is_kept():
+    scene = replace(SHORT, q=(0.5, 0.6))
+    simulate(scene, accuracy=1e-6)
+    assert simulate(replace(scene, q=(0.1, 0.2)), accuracy=1e-6).statistics.compile_seconds < 0.01
+
+
+def test_what_is_not_named_is_not_compiled():
+    """Each effect adds operations to the series, and none are left when it is left out."""
+    plain = taylor_run(SHORT, TIMES, formulation="momenta").operations
+    gravity_free = taylor_run(replace(SHORT, effects=()), TIMES, formulation="momenta").operations
+    assert gravity_free < plain
+    for effect in (JointDamping((0.2, 0.1)), JointSpring((9.0, 5.0))):
+        with_effect = replace(SHORT, effects=(*SHORT.effects, effect))
+        assert taylor_run(with_effect, TIMES, formulation="momenta").operations > plain
+    again = taylor_run(replace(SHORT, effects=(Gravity(),)), TIMES, formulation="momenta")
+    assert again.operations == plain
+
+
+class Wind:
+    """An effect of a user's own: a constant force on D."""
+
+    def loads(self, chain, q, u, t=0.0):
+        from twolink.loads import Force
+
+        return (Force(chain.D, (1.5, 0.0)),)
+
+
+def test_an_effect_of_ones_own_acts():
+    ours = simulate(replace(SHORT, effects=(Gravity(), Wind())))
+    known = simulate(replace(SHORT, effects=(Gravity(), Gravity(0.0))))
+    assert ours.effects == ("Gravity", "Wind")
+    assert np.abs(ours.q - known.q).max() > 0.1
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"accuracy": 0.0}, "accuracy is 0.0"),
+        ({"accuracy": math.nan}, "accuracy is nan"),
+        ({"method": "euler"}, "method is 'euler'; allowed are taylor"),
+        ({"formulation": "newton"}, "formulation is 'newton'; allowed are momenta"),
+        ({"samples": 1}, "samples is 1"),
+    ],
+)
+def test_bad_wishes_are_refused(options, words):
+    with pytest.raises(SimulationError, match=words):
+        simulate(SHORT, **options)
+
+
+def test_friction_that_may_stick_is_refused_for_now():
+    with pytest.raises(SimulationError, match="sliding = 1 or -1"):
+        simulate(replace(SHORT, effects=(EndForce(-3.0, 0.5),)))
+
+
+@pytest.mark.parametrize("times", [[-0.1], [1.1], [math.nan]])
+def test_times_outside_the_run_are_refused(times):
+    with pytest.raises(SimulationError, match="allowed is 0 to 1 s"):
+        simulate(SHORT).at(times)

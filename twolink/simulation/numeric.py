@@ -1,0 +1,126 @@
+"""Motion by methods that only ask for rates: SciPy's, and the fixed-step ones of this library."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twolink.arithmetic import Pair
+from twolink.compilation import Compiled
+from twolink.errors import SimulationError
+from twolink.scene import Scene
+from twolink.simulation.equations import EQUATIONS
+from twolink.simulation.fixed_step import FIXED_STEP
+
+Array = NDArray[np.float64]
+Rates = Callable[[float, Array], Array]
+
+# The orders that SciPy's methods declare; that of LSODA varies.
+SCIPY = {"DOP853": 8, "RK45": 5, "Radau": 5, "LSODA": None}
+
+
+@dataclass(frozen=True)
+class NumericRun:
+    """A motion at the times that were asked for, and what it cost.
+
+    `q` (rad) and `u` (rad/s) have shape (2, n); the rates were evaluated `evaluations` times.
+    """
+
+    q: Array
+    u: Array
+    steps: int
+    evaluations: int
+    run_seconds: float
+
+
+def numeric_run(
+    scene: Scene, times: Array, *, method: str, formulation: str, fineness: float
+) -> NumericRun:
+    """Return a scene's motion at increasing times (s), the first of them 0.
+
+    `fineness` is the tolerance (rtol and atol) of a SciPy method, or the step (s) of a fixed-step
+    one, which is shortened to divide the time between two samples. Raises `SimulationError` when
+    the method gives up.
+    """
+    equations = EQUATIONS[formulation]
+    rates = _Counted(_rates(scene, formulation))
+    start_variables = [*scene.q, *equations.from_speeds(scene.chain, scene.q, scene.u)]
+    start = perf_counter()
+    if method in SCIPY:
+        variables, steps = _by_scipy(rates, times, start_variables, method, fineness)
+    else:
+        variables, steps = _by_fixed_steps(rates, times, start_variables, method, fineness)
+    seconds = perf_counter() - start
+    if not np.isfinite(variables).all():
+        raise SimulationError(
+            f"{method} leaves the numbers at fineness {fineness:.3g}; allowed is a finer one"
+        )
+    q, second = variables[:2], variables[2:]
+    u = np.array(equations.to_speeds(scene.chain, tuple(q), tuple(second)))
+    return NumericRun(q, u, steps, rates.count, seconds)
+
+
+def _rates(scene: Scene, formulation: str) -> Rates:
+    """Return the rates of the equations' variables as a function of time and variables."""
+    equations = EQUATIONS[formulation]
+
+    def text(q: Pair, x: Pair, time: Pair) -> tuple[Pair, Pair]:
+        return equations.rates(scene.chain, scene.effects, q, x, time[0])
+
+    compiled = Compiled(text)
+
+    def rates(t: float, variables: Array) -> Array:
+        q1, q2, x1, x2 = variables.tolist()
+        first, second = compiled((q1, q2), (x1, x2), (float(t), 0.0))
+        return np.array([*first, *second])
+
+    return rates
+
+
+class _Counted:
+    """A function that counts its calls."""
+
+    def __init__(self, rates: Rates) -> None:
+        self._rates = rates
+        self.count = 0
+
+    def __call__(self, t: float, variables: Array) -> Array:
+        self.count += 1
+        return self._rates(t, variables)
+
+
+def _by_scipy(
+    rates: Rates, times: Array, start: list[float], method: str, tolerance: float
+) -> tuple[Array, int]:
+    from scipy import integrate
+
+    solve_ivp: Any = integrate.solve_ivp
+    span = (float(times[0]), float(times[-1]))
+    solution = solve_ivp(
+        rates, span, start, method=method, t_eval=times, rtol=tolerance, atol=tolerance
+    )
+    if not solution.success:
+        raise SimulationError(f"SciPy's {method} gives up: {solution.message}")
+    return solution.y, int(solution.nfev)
+
+
+def _by_fixed_steps(
+    rates: Rates, times: Array, start: list[float], method: str, longest: float
+) -> tuple[Array, int]:
+    step = FIXED_STEP[method].step
+    variables = np.array(start)
+    found, steps = [variables], 0
+    for earlier, later in pairwise(times):
+        count = max(1, int(np.ceil((later - earlier) / longest * (1 - 1e-12))))
+        h = (later - earlier) / count
+        for index in range(count):
+            variables = step(rates, float(earlier + index * h), variables, float(h))
+        steps += count
+        found.append(variables)
+    return np.array(found).T, steps
