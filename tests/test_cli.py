@@ -91,6 +91,7 @@ def test_assumptions_are_told(tmp_path):
         (["--urdf", "nowhere.urdf"], "nowhere.urdf: there is no file of this name"),
         (["--urdf", "."], ".: is a folder; allowed is a URDF file"),
         (["--json", "nowhere/verdict.json"], "--json is nowhere/verdict.json; allowed is"),
+        (["--json", "tests"], "--json is tests; allowed is a file in a folder that can be"),
         (
             ["--tip", "hand"],
             "tip 'hand' is not a frame fixed to link 'link2'; allowed is one of 'link2', 'C2', 'D'",
@@ -201,3 +202,10 @@ def test_bad_simulations_are_refused(arguments, words):
     assert result.exit_code == 2
     assert words in result.stderr
     assert "Traceback" not in result.stderr
+
+
+def test_the_cost_of_effects_is_printed():
+    result = simulate(str(shipped("scenes") / "acrobot.toml"), "--effects-cost")
+    assert result.exit_code == 0
+    for words in ("all effects", "without Gravity", "without JointDamping", "operations"):
+        assert words in result.stdout

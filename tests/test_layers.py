@@ -12,6 +12,7 @@ ROOT = Path(__file__).parent.parent
 # A file imports only from files above it in this list.
 LAYERS = [
     "twolink.errors",
+    "twolink.files",
     "twolink.arithmetic",
     "twolink.shipped",
     "twolink.coordinates",

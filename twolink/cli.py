@@ -6,7 +6,6 @@ import json
 import math
 import os
 import sys
-import tempfile
 from dataclasses import asdict
 from enum import StrEnum
 from io import TextIOWrapper
@@ -16,8 +15,10 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from twolink.errors import TwolinkError
+from twolink.files import written_whole
 
 if TYPE_CHECKING:
+    from twolink.scene import Scene
     from twolink.simulation import Trajectory
     from twolink.verification import Comparison, Verdict
 
@@ -80,8 +81,7 @@ def verify(
         _refuse(f"--states is {states}; allowed is a positive whole number")
     if seed < 0:
         _refuse(f"--seed is {seed}; allowed is zero or a positive whole number")
-    if json_file is not None and not json_file.parent.is_dir():
-        _refuse(f"--json is {json_file}; allowed is a file in a folder that exists")
+    _check_target("--json", json_file)
     try:
         verdict = _verdict(urdf, states, seed, formulation, tip, oblique_gravity)
     except TwolinkError as error:
@@ -198,14 +198,18 @@ def _write_json(path: Path, verdict: Verdict) -> None:
         "sentence": verdict.sentence,
     }
     text = json.dumps(document, indent=2, ensure_ascii=False) + "\n"
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with written_whole(path) as file:
+        file.write_text(text, encoding="utf-8")
+
+
+def _check_target(option: str, path: Path | None, suffixes: tuple[str, ...] = ()) -> None:
+    """Refuse a file that could not be written in the end, before any work is done."""
+    if path is None:
+        return
+    kind = f"a {' or '.join(suffixes)} file" if suffixes else "a file"
+    wrong_kind = bool(suffixes) and path.suffix not in suffixes
+    if wrong_kind or path.is_dir() or not os.access(path.parent, os.W_OK):
+        _refuse(f"{option} is {path}; allowed is {kind} in a folder that can be written to")
 
 
 @app.command()
@@ -225,19 +229,27 @@ def simulate(
     out: Annotated[
         Path | None, typer.Option(help="Write the trajectory to this .npz or .csv file.")
     ] = None,
+    effects_cost: Annotated[
+        bool,
+        typer.Option(
+            "--effects-cost", help="Print what each effect adds to a step's cost, and nothing else."
+        ),
+    ] = False,
 ) -> None:
     """Simulate a scene, and say what was simulated, what it cost and how accurate it is.
 
     Exit code 0: the accuracy is met. 1: only up to the time that is printed. 2: refused.
     """
-    if out is not None and (out.suffix not in (".npz", ".csv") or not out.parent.is_dir()):
-        _refuse(f"--out is {out}; allowed is a .npz or .csv file in a folder that exists")
+    _check_target("--out", out, (".npz", ".csv"))
     from rich.console import Console
 
     from twolink.scene import Scene
     from twolink.simulation import simulate as run
 
     try:
+        if effects_cost:
+            _print_effects_cost(Scene.load(scene), formulation)
+            return
         with Console(stderr=True).status("simulating"):
             trajectory = run(
                 Scene.load(scene),
@@ -251,7 +263,7 @@ def simulate(
     _print_trajectory(trajectory)
     if out is not None:
         trajectory.save(out)
-    if trajectory.notes:
+    if not trajectory.met:
         raise typer.Exit(FAILED)
 
 
@@ -272,6 +284,31 @@ def scenes(
         typer.echo(f"{file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file}")
         scene = Scene.load(file)
         typer.echo(f"    {scene.title}: {scene.shows}")
+
+
+def _print_effects_cost(scene: Scene, formulation: str) -> None:
+    """Print the cost of a step, and what it is without each effect."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    from twolink.simulation.effects_cost import effects_cost
+
+    cost = effects_cost(scene, formulation=formulation)
+    table = Table(title="Cost of a step", title_justify="left", box=box.SIMPLE_HEAD)
+    for column in ("", "operations a term", "ns a step", "it adds"):
+        table.add_column(column, justify="left" if column == "" else "right")
+    whole = cost.whole
+    table.add_row("all effects", f"{whole.operations}", f"{whole.seconds * 1e9:.0f}", "")
+    for name, step in cost.without.items():
+        added = whole.operations - step.operations, whole.seconds - step.seconds
+        table.add_row(
+            f"without {name}",
+            f"{step.operations}",
+            f"{step.seconds * 1e9:.0f}",
+            f"{added[0]} operations, {added[1] * 1e9:+.0f} ns",
+        )
+    Console(width=None if sys.stdout.isatty() else _WIDE, highlight=False).print(table)
 
 
 def _print_trajectory(trajectory: Trajectory) -> None:

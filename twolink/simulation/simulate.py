@@ -9,7 +9,7 @@ which is as good as the truth. When double precision cannot deliver, the longer 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from twolink.errors import SimulationError
 from twolink.scene import METHODS, Scene
 from twolink.simulation.equations import EQUATIONS
 from twolink.simulation.numeric import SCIPY, NumericRun, numeric_run
-from twolink.simulation.taylor import PRECISIONS, TaylorRun, taylor_run
+from twolink.simulation.taylor import PRECISIONS, TaylorRun, heyoka_is_here, taylor_run
 from twolink.simulation.trajectory import Array, Statistics, Trajectory
 
 # Two runs of one precision may err alike by chance. Their difference times the first number
@@ -54,7 +54,13 @@ def simulate(
     times = np.linspace(0.0, scene.duration, samples)
     asked = _Asked(scene, accuracy, formulation, times)
     if method == "taylor":
-        return _by_taylor(asked)
+        if heyoka_is_here():
+            return _by_taylor(asked)
+        stand_in = simulate(
+            scene, accuracy=accuracy, method="DOP853", formulation=formulation, samples=samples
+        )
+        note = "heyoka is not installed here, so SciPy's DOP853 took the place of Taylor series."
+        return replace(stand_in, notes=(note, *stand_in.notes))
     if method in SCIPY:
         return _by_refining(asked, method, first=min(1e-3, accuracy), least=_FINEST_TOLERANCE)
     between_samples = scene.duration / (samples - 1)

@@ -53,6 +53,15 @@ def heyoka() -> Any:
     return heyoka
 
 
+def heyoka_is_here() -> bool:
+    """Return whether heyoka can be imported."""
+    try:
+        heyoka()
+    except SimulationError:
+        return False
+    return True
+
+
 def number_type(precision: str) -> Any:
     """Return the kind of number that heyoka computes with in a precision."""
     kinds = {"double": float, "long double": np.longdouble}

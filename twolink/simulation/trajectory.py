@@ -16,7 +16,13 @@ from numpy.typing import NDArray
 from twolink import kinematics, lagrange
 from twolink.chain import Chain, Point
 from twolink.errors import SimulationError
+from twolink.files import written_whole
+from twolink.loads import Force
 from twolink.scene import Scene
+from twolink.simulation.equations import loads_of
+
+# Between two samples the motion is a polynomial or two of some twentieth degree.
+_NODES = 16
 
 Array = NDArray[np.float64]
 Dense = Callable[[Array], tuple[Any, Any]]
@@ -64,6 +70,11 @@ class Trajectory:
         """Keep the arrays from being written to."""
         for array in (self.t, self.q, self.u):
             array.setflags(write=False)
+
+    @property
+    def met(self) -> bool:
+        """Whether the accuracy that was asked for holds over the whole run."""
+        return self.error <= self.accuracy
 
     @property
     def chain(self) -> Chain:
@@ -123,6 +134,47 @@ class Trajectory:
         """T + V (J), shape (n,)."""
         return self.kinetic_energy + self.potential_energy
 
+    def reactions(self) -> tuple[Array, Array]:
+        """Return the forces of the ground on link 1 at A, and of link 1 on link 2 at B (N).
+
+        Each has the x and y components, shape (2, n): what Newton's law leaves for the joint,
+        m a_C less the effects' forces on the link.
+        """
+        chain, q, u = self.chain, tuple(self.q), tuple(self.u)
+        loads = loads_of(self.scene.effects, chain, q, u, self.t)
+        du = lagrange.forward_dynamics(chain, q, u, loads)
+        missing = []
+        for link, mass, centre in ((1, chain.m1, chain.C1), (2, chain.m2, chain.C2)):
+            total = mass * np.array(kinematics.acceleration(chain, q, u, du, centre))
+            for load in loads:
+                if isinstance(load, Force) and load.point.link == link:
+                    total = total - np.array(np.broadcast_arrays(*load.components, self.t)[:2])
+            missing.append(total)
+        at_B = missing[1]
+        return missing[0] + at_B, at_B
+
+    def work(self) -> dict[str, Array]:
+        """Return the work of each effect since the start (J), shape (n,), by its name.
+
+        The power is integrated by Gauss's rule between samples, on the run's own polynomials, so
+        the sum of all is the change of T to rounding. Raises `SimulationError` for methods without
+        polynomials.
+        """
+        nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+        half = np.diff(self.t)[:, None] / 2
+        moments = self.t[:-1, None] + half * (1 + nodes)
+        q, u = (tuple(pair) for pair in self.at(moments.ravel()))
+        found: dict[str, Array] = {}
+        for number, effect in enumerate(self.scene.effects):
+            loads = effect.loads(self.chain, q, u, moments.ravel())
+            Q1, Q2 = lagrange.generalized_active_force(self.chain, q, loads)
+            power = np.asarray(Q1 * u[0] + Q2 * u[1]).reshape(moments.shape)
+            pieces = (half * weights * power).sum(axis=1)
+            name = type(effect).__name__
+            key = name if name not in found else f"{name} {number + 1}"
+            found[key] = np.concatenate([[0.0], np.cumsum(pieces)])
+        return found
+
     def save(self, path: str | PathLike[str]) -> None:
         """Write t, q and u to a .npz file (with what is known of them) or a .csv file."""
         file = Path(path)
@@ -146,21 +198,14 @@ class Trajectory:
             "statistics": asdict(self.statistics),
             "notes": self.notes,
         }
-        temporary = file.with_name(f".{file.name}.part")
-        try:
-            with temporary.open("wb") as stream:
-                np.savez(stream, t=self.t, q=self.q, u=self.u, about=json.dumps(about))
-            temporary.replace(file)
-        finally:
-            temporary.unlink(missing_ok=True)
+        with written_whole(file) as temporary, temporary.open("wb") as stream:
+            np.savez(stream, t=self.t, q=self.q, u=self.u, about=json.dumps(about))
 
     def _save_csv(self, file: Path) -> None:
-        temporary = file.with_name(f".{file.name}.part")
-        try:
-            with temporary.open("w", newline="", encoding="utf-8") as stream:
-                writer = csv.writer(stream)
-                writer.writerow(["t_s", "q1_rad", "q2_rad", "u1_rad_per_s", "u2_rad_per_s"])
-                writer.writerows(zip(self.t, *self.q, *self.u, strict=True))
-            temporary.replace(file)
-        finally:
-            temporary.unlink(missing_ok=True)
+        with (
+            written_whole(file) as temporary,
+            temporary.open("w", newline="", encoding="utf-8") as stream,
+        ):
+            writer = csv.writer(stream)
+            writer.writerow(["t_s", "q1_rad", "q2_rad", "u1_rad_per_s", "u2_rad_per_s"])
+            writer.writerows(zip(self.t, *self.q, *self.u, strict=True))
