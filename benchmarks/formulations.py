@@ -185,6 +185,13 @@ def print_start_up(console: Console) -> None:
             "--states",
             "1",
         ],
+        "twolink simulate free_fall.toml (aim: < 4 x import pinocchio)": [
+            sys.executable,
+            "-m",
+            "twolink.cli",
+            "simulate",
+            str(shipped("scenes") / "free_fall.toml"),
+        ],
         "python -c 'import pinocchio'": [sys.executable, "-c", "import pinocchio"],
     }
     functions = [

@@ -97,6 +97,11 @@ def test_signs_are_carried_along():
     assert compiled((3.0, 5.0)) == (11.0, 2.0, 2.0)
 
 
+def test_arguments_may_have_any_name():
+    compiled = Compiled(lambda t, e: (t[0] * t[1] + e[0], sin(t[0] * t[1]) - e[1]))
+    assert compiled((2.0, 3.0), (1.0, 4.0)) == (7.0, math.sin(6.0) - 4.0)
+
+
 def test_division_and_constants():
     compiled = Compiled(lambda q: (q[0] / q[1], -1.0 / q[0], q[0] / -4.0, 0 / q[1], 7.0))
     assert compiled((3.0, 5.0)) == (3.0 / 5.0, -1.0 / 3.0, -0.75, 0.0, 7.0)

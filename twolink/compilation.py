@@ -61,7 +61,7 @@ class Recording:
         """Return the variable that an operation sets, written down unless it already was."""
         # Addition and multiplication give the same bits whichever operand comes first.
         key = (symbol, *(sorted(operands) if symbol in ("+", "*") else operands))
-        name = f"t{len(self._operations)}"
+        name = f"t_{len(self._operations)}"
         return self._operations.setdefault(key, Operation(name, symbol, operands)).name
 
     def has(self, *key: str) -> bool:
@@ -174,11 +174,6 @@ class Compiled:
         self._of_floats = _function(self.source, sin=math.sin, cos=math.cos)
         paired = _source(self.arguments, operations, _word(result), _in_pairs)
         self._of_arrays = _function(paired, sin_and_cos=_sin_and_cos)
-
-    @property
-    def scalar(self) -> Callable[..., Any]:
-        """The bare function of pairs of floats."""
-        return self._of_floats
 
     def __call__(self, *state: Any) -> Any:
         """Return the formula's value for one state: an argument is a pair of floats."""

@@ -38,7 +38,7 @@ that of the long lever, and no choice of ours; `from_world` and `inertia_force` 
 
 *Two algorithms* differ by no more than the sum of their bounds, so N is the sum of theirs: for a
 formula of ours the depth of its compiled text, which is counted; for an engine, an upper count of
-its recursion over two joints (see `twolink.engines`).
+its recursion over two joints (see `twolink/engines/pinocchio.py`).
 """
 
 from __future__ import annotations
