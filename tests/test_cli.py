@@ -66,6 +66,17 @@ def test_json_holds_the_verdict(tmp_path):
     assert os.listdir(tmp_path) == ["verdict.json"]
 
 
+def test_json_is_json_also_where_nothing_is_a_number(tmp_path, monkeypatch):
+    monkeypatch.setattr(lagrange, "kinetic_energy", lambda chain, q, u: u[0] / (u[0] - u[0]))
+    file = tmp_path / "verdict.json"
+    with pytest.warns(RuntimeWarning):
+        assert run("--states", "5", "--json", str(file)).exit_code == 1
+    document = json.loads(file.read_text(), parse_constant=pytest.fail)
+    worst = [c for c in document["comparisons"] if not c["passed"]]
+    assert worst
+    assert {c["quantity"] for c in worst} == {"kinetic energy"}
+
+
 def test_a_users_urdf(tmp_path):
     file = tmp_path / "mine.urdf"
     GENERAL.to_urdf(file)

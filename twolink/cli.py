@@ -73,9 +73,10 @@ def verify(
         Path | None, typer.Option("--json", help="Write the verdict to this file as JSON.")
     ] = None,
 ) -> None:
-    """Check Kane's and Lagrange's equations against Pinocchio at random states.
+    """Check Kane's and Lagrange's equations against Pinocchio.
 
-    Exit code 0: all agree. 1: some do not. 2: the input was refused.
+    At random states, each quantity by each formulation and by Pinocchio; and Kane against
+    Lagrange. Exit code 0: all agree. 1: some do not. 2: the input was refused.
     """
     if states < 1:
         _refuse(f"--states is {states}; allowed is a positive whole number")
@@ -197,9 +198,18 @@ def _write_json(path: Path, verdict: Verdict) -> None:
         "passed": verdict.passed,
         "sentence": verdict.sentence,
     }
-    text = json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    text = json.dumps(_as_json(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     with written_whole(path) as file:
         file.write_text(text, encoding="utf-8")
+
+
+def _as_json(value: Any) -> Any:
+    """Return a value with NaN and infinities as words, since JSON has no numbers for them."""
+    if isinstance(value, dict):
+        return {key: _as_json(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_as_json(entry) for entry in value]
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _check_target(option: str, path: Path | None, suffixes: tuple[str, ...] = ()) -> None:
@@ -236,9 +246,10 @@ def simulate(
         ),
     ] = False,
 ) -> None:
-    """Simulate a scene, and say what was simulated, what it cost and how accurate it is.
+    """Simulate a scene to a measured accuracy.
 
-    Exit code 0: the accuracy is met. 1: only up to the time that is printed. 2: refused.
+    Says what was simulated, what it cost and how accurate it is. Exit code 0: the accuracy is
+    met. 1: only up to the time that is printed. 2: the input was refused.
     """
     _check_target("--out", out, (".npz", ".csv"))
     from rich.console import Console
@@ -273,7 +284,7 @@ def scenes(
         bool, typer.Option("--schema", help="Print the JSON schema of scene files, for editors.")
     ] = False,
 ) -> None:
-    """List the scenes that come with the library, or print the schema of scene files."""
+    """List the scenes that come along, or print the schema."""
     from twolink.scene import Scene, scene_model
     from twolink.shipped import shipped
 
