@@ -215,8 +215,18 @@ def test_bad_simulations_are_refused(arguments, words):
     assert "Traceback" not in result.stderr
 
 
-def test_the_cost_of_effects_is_printed():
-    result = simulate(str(shipped("scenes") / "acrobot.toml"), "--effects-cost")
+@pytest.mark.parametrize(
+    ("scene", "effect"), [("acrobot", "JointDamping"), ("stick_slip", "JointFriction")]
+)
+def test_the_cost_of_effects_is_printed(scene, effect):
+    result = simulate(str(shipped("scenes") / f"{scene}.toml"), "--effects-cost")
     assert result.exit_code == 0
-    for words in ("all effects", "without Gravity", "without JointDamping", "operations"):
+    for words in ("all effects", "without Gravity", f"without {effect}", "operations"):
         assert words in result.stdout
+
+
+def test_stick_and_slip_are_told():
+    result = simulate(str(shipped("scenes") / "stick_slip.toml"))
+    assert result.exit_code == 0
+    assert "0 s: A slips forward, B sticks" in result.stdout
+    assert "A sticks, B sticks" in result.stdout

@@ -156,12 +156,13 @@ def test_simulate_imports_only_the_effects_of_its_scene():
         "simulate(Scene.load(shipped('scenes') / 'free_fall.toml'))\n"
         "import sys\n"
         "print(*[m for m in sys.modules if m.startswith('twolink.effects.')])\n"
+        "assert 'twolink.simulation.events' not in sys.modules\n"
         "assert not {'sympy', 'scipy', 'matplotlib', 'pinocchio', 'rich'} & set(sys.modules)"
     )
     run = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT
     )
-    assert set(run.stdout.split()) <= {"twolink.effects.gravity", "twolink.effects.end_force"}
+    assert run.stdout.split() == ["twolink.effects.gravity"]
 
 
 def test_verify_imports_no_more_than_it_needs():

@@ -351,6 +351,8 @@ def _print_trajectory(trajectory: Trajectory) -> None:
         table.add_row(name, value)
     console = Console(width=None if sys.stdout.isatty() else _WIDE, highlight=False)
     console.print(table)
+    for event in trajectory.events:
+        console.print(f"  {event.time:.9g} s: {event.what}")
     for note in trajectory.notes:
         console.print(note, style="bold red", soft_wrap=True)
 

@@ -28,6 +28,7 @@ EFFECTS = {
     "end_force": ("twolink.effects.end_force", "EndForce"),
     "joint_torque": ("twolink.effects.joint_torque", "JointTorque"),
     "joint_damping": ("twolink.effects.joint_damping", "JointDamping"),
+    "joint_friction": ("twolink.effects.joint_friction", "JointFriction"),
     "joint_spring": ("twolink.effects.joint_spring", "JointSpring"),
     "pd_control": ("twolink.effects.pd_control", "PdControl"),
     "end_drag": ("twolink.effects.end_drag", "EndDrag"),

@@ -39,6 +39,11 @@ class EndForce:
                 "from the velocity of D"
             )
 
+    @property
+    def may_stick(self) -> bool:
+        """Whether D may stop sliding, where its friction is no single force."""
+        return self.friction != 0 and self.sliding is None
+
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return P at D. Raises `ParameterError` where D does not slide and μ is not zero."""
         if isinstance(self.friction, (int, float)) and self.friction == 0:

@@ -10,18 +10,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twolink.effects.end_force import EndForce
 from twolink.errors import SimulationError
 from twolink.scene import METHODS, Scene
 from twolink.simulation.equations import EQUATIONS
+from twolink.simulation.motion import has_modes, motion_run
 from twolink.simulation.numeric import SCIPY, NumericRun, numeric_run
-from twolink.simulation.taylor import PRECISIONS, TaylorRun, heyoka_is_here, taylor_run
+from twolink.simulation.taylor import PRECISIONS, heyoka_is_here
 from twolink.simulation.trajectory import Array, Statistics, Trajectory
+
+if TYPE_CHECKING:
+    from twolink.simulation.motion import MotionRun
 
 # Two runs of one precision may err alike by chance. Their difference times the first number
 # stands for the error, and only where it is that far below what is allowed; else a longer
@@ -87,8 +90,18 @@ def _check(scene: Scene, accuracy: float, method: str, formulation: str, samples
         raise SimulationError(f"formulation is '{formulation}'; allowed are {', '.join(EQUATIONS)}")
     if samples < 2:
         raise SimulationError(f"samples is {samples}; allowed is 2 or more")
+    if has_modes(scene.effects):
+        if method != "taylor":
+            raise SimulationError(
+                f"method is '{method}' and joints may stick; allowed is taylor, which finds when"
+            )
+        if formulation == "kane":
+            raise SimulationError(
+                "formulation is 'kane' and joints may stick; allowed is lagrange, in which the "
+                "modes are written"
+            )
     for effect in scene.effects:
-        if isinstance(effect, EndForce) and effect.friction != 0 and effect.sliding is None:
+        if getattr(effect, "may_stick", False):
             raise SimulationError(
                 "the end force has friction and D may stop; allowed is friction with sliding = 1 "
                 "or -1, for a motion in which D slides one way"
@@ -97,11 +110,11 @@ def _check(scene: Scene, accuracy: float, method: str, formulation: str, samples
 
 def _by_taylor(asked: _Asked) -> Trajectory:
     """Go up the precisions until one meets what was asked."""
-    runs: list[TaylorRun] = []
+    runs: list[MotionRun] = []
 
-    def run(precision: str, longest_step: float | None = None) -> TaylorRun:
+    def run(precision: str, longest_step: float | None = None) -> MotionRun:
         runs.append(
-            taylor_run(
+            motion_run(
                 asked.scene,
                 asked.times,
                 formulation=asked.formulation,
@@ -126,7 +139,7 @@ def _by_taylor(asked: _Asked) -> Trajectory:
     return _trajectory(asked, kept, errors, runs)
 
 
-def _difference(first: TaylorRun | NumericRun, second: TaylorRun | NumericRun) -> Array:
+def _difference(first: MotionRun | NumericRun, second: MotionRun | NumericRun) -> Array:
     """Return the largest difference so far of any angle or speed (rad, rad/s), shape (n,)."""
     earlier, later = np.concatenate([first.q, first.u]), np.concatenate([second.q, second.u])
     if earlier.dtype != later.dtype:
@@ -164,7 +177,12 @@ def _numeric(asked: _Asked, method: str, fineness: float) -> NumericRun:
     )
 
 
-def _trajectory(asked: _Asked, kept: TaylorRun, errors: Array, runs: list[TaylorRun]) -> Trajectory:
+def _trajectory(
+    asked: _Asked,
+    kept: MotionRun,
+    errors: Array,
+    runs: list[MotionRun],
+) -> Trajectory:
     statistics = Statistics(
         steps=kept.steps,
         evaluations=sum(run.steps * run.order * run.operations for run in runs),
@@ -172,9 +190,10 @@ def _trajectory(asked: _Asked, kept: TaylorRun, errors: Array, runs: list[Taylor
         compile_seconds=sum(run.compile_seconds for run in runs),
         run_seconds=sum(run.run_seconds for run in runs),
     )
-    return _made(
+    made = _made(
         asked, kept.q, kept.u, errors, "taylor", kept.precision, statistics, dense=kept.dense
     )
+    return replace(made, events=kept.events, formulation=kept.formulation)
 
 
 def _made(

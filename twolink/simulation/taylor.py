@@ -89,6 +89,11 @@ class TaylorRun:
     compile_seconds: float
     run_seconds: float
 
+    @property
+    def events(self) -> tuple[()]:
+        """The events of a motion without modes: none."""
+        return ()
+
     def dense(self) -> Callable[[Any], tuple[Any, Any]]:
         """Return q and u as functions of time (s): the very polynomials of this run's steps."""
         compiled, kind = _ready(self.scene, self.formulation, self.precision)

@@ -20,6 +20,7 @@ from twolink.files import written_whole
 from twolink.loads import Force
 from twolink.scene import Scene
 from twolink.simulation.equations import loads_of
+from twolink.simulation.mode import Event
 
 # Between two samples the motion is a polynomial or two of some twentieth degree.
 _NODES = 16
@@ -48,8 +49,8 @@ class Trajectory:
 
     `error` is the measured global error (rad, rad/s), and `accuracy` what was asked for;
     `holds_until` is the time (s) up to which it is met. `effects` are the effects that were
-    simulated. `notes` has a sentence for whatever was done otherwise than asked. Arrays cannot
-    be written to.
+    simulated. `notes` has a sentence for whatever was done otherwise than asked. `events` are the
+    beginnings of modes of stick and slip. Arrays cannot be written to.
     """
 
     scene: Scene
@@ -64,6 +65,7 @@ class Trajectory:
     precision: str
     statistics: Statistics
     notes: tuple[str, ...] = ()
+    events: tuple[Event, ...] = ()
     _dense: Callable[[], Dense] | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -142,16 +144,36 @@ class Trajectory:
         """
         chain, q, u = self.chain, tuple(self.q), tuple(self.u)
         loads = loads_of(self.scene.effects, chain, q, u, self.t)
-        du = lagrange.forward_dynamics(chain, q, u, loads)
+        du = self._accelerations()
         missing = []
         for link, mass, centre in ((1, chain.m1, chain.C1), (2, chain.m2, chain.C2)):
-            total = mass * np.array(kinematics.acceleration(chain, q, u, du, centre))
+            total = mass * np.array(kinematics.acceleration(chain, q, u, tuple(du), centre))
             for load in loads:
                 if isinstance(load, Force) and load.point.link == link:
                     total = total - np.array(np.broadcast_arrays(*load.components, self.t)[:2])
             missing.append(total)
         at_B = missing[1]
         return missing[0] + at_B, at_B
+
+    def _accelerations(self) -> Array:
+        """Return du/dt (rad/s²) at the samples, shape (2, n): in each mode by its own equations."""
+        q, u = tuple(self.q), tuple(self.u)
+        if not self.events:
+            loads = loads_of(self.scene.effects, self.chain, q, u, self.t)
+            return np.array(lagrange.forward_dynamics(self.chain, q, u, loads))
+        from twolink.simulation.modes import FrictionModes, split_friction
+
+        smooth, friction = split_friction(self.scene.effects)
+        assert friction is not None
+        modes = FrictionModes(self.chain, smooth, friction)
+        found = np.empty_like(self.q)
+        index = np.searchsorted([event.time for event in self.events], self.t, side="right") - 1
+        for number, event in enumerate(self.events):
+            now = index == number
+            q, u = tuple(self.q[:, now]), tuple(self.u[:, now])
+            rates = modes.accelerations(event.mode, q, u, self.t[now])
+            found[:, now] = np.array(np.broadcast_arrays(*rates))
+        return found
 
     def work(self) -> dict[str, Array]:
         """Return the work of each effect since the start (J), shape (n,), by its name.
@@ -161,8 +183,10 @@ class Trajectory:
         polynomials.
         """
         nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-        half = np.diff(self.t)[:, None] / 2
-        moments = self.t[:-1, None] + half * (1 + nodes)
+        # The power may have kinks where a mode begins: no piece reaches over one.
+        edges = np.union1d(self.t, [event.time for event in self.events])
+        half = np.diff(edges)[:, None] / 2
+        moments = edges[:-1, None] + half * (1 + nodes)
         q, u = (tuple(pair) for pair in self.at(moments.ravel()))
         found: dict[str, Array] = {}
         for number, effect in enumerate(self.scene.effects):
@@ -172,7 +196,8 @@ class Trajectory:
             pieces = (half * weights * power).sum(axis=1)
             name = type(effect).__name__
             key = name if name not in found else f"{name} {number + 1}"
-            found[key] = np.concatenate([[0.0], np.cumsum(pieces)])
+            total = np.concatenate([[0.0], np.cumsum(pieces)])
+            found[key] = total[np.searchsorted(edges, self.t)]
         return found
 
     def save(self, path: str | PathLike[str]) -> None:
@@ -197,6 +222,7 @@ class Trajectory:
             "precision": self.precision,
             "statistics": asdict(self.statistics),
             "notes": self.notes,
+            "events": [[event.time, event.what] for event in self.events],
         }
         with written_whole(file) as temporary, temporary.open("wb") as stream:
             np.savez(stream, t=self.t, q=self.q, u=self.u, about=json.dumps(about))

@@ -1,0 +1,204 @@
+"""Coulomb friction in the joints: stick and slip are modes, with exact times between them."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.verification.chains import GENERAL
+from twolink.chain import Chain
+from twolink.coordinates import JointConvention
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_torque import JointTorque
+from twolink.engines.pinocchio import Pinocchio
+from twolink.errors import ParameterError, SimulationError
+from twolink.scene import Scene
+from twolink.shipped import shipped
+from twolink.simulation import simulate
+from twolink.simulation.events import event_run
+from twolink.simulation.mode import Mode
+from twolink.urdf import parse_planar_urdf
+
+BALANCED = Chain((1.0, 1.0), (1.0, 1.0), ((0.0, 0.0), (0.0, 0.0)), (2.0, 0.5))
+"""Both mass centres on the joints: each link turns on its own, and M = diag(3, 0.5)."""
+
+STICK_SLIP = Scene.load(shipped("scenes") / "stick_slip.toml")
+
+
+def scene(friction, *effects, chain=BALANCED, q=(0.0, 0.0), u=(0.0, 0.0), duration=5.0):
+    return Scene(
+        chain=chain, q=q, u=u, duration=duration, effects=(*effects, friction), accuracy=1e-12
+    )
+
+
+def test_a_joint_stops_at_the_computed_instant_and_then_stays_exactly():
+    """3 du/dt = −1.5 from 2 rad/s: at rest after 4 s and 4 rad."""
+    trajectory = simulate(scene(JointFriction((1.5, 0.0)), u=(2.0, 0.0)))
+    assert [event.mode for event in trajectory.events] == [Mode(1, None), Mode(0, None)]
+    assert trajectory.events[1].time == pytest.approx(4.0, abs=1e-14)
+    moving = trajectory.t < 4.0
+    t = trajectory.t[moving]
+    assert trajectory.q[0, moving] == pytest.approx(2 * t - t * t / 4, abs=1e-13)
+    assert np.all(trajectory.u[0, ~moving] == 0)
+    assert np.all(trajectory.q[0, ~moving] == trajectory.q[0, -1])
+    assert trajectory.q[0, -1] == pytest.approx(4.0, abs=1e-13)
+
+
+# The weight of the bars, held out horizontally, asks for these torques at A and at B.
+HELD = (9.81 * 2.0, 9.81 * 0.5)
+
+
+@pytest.mark.parametrize(
+    ("at_A", "at_B", "mode"),
+    [
+        (1.01, 1.01, Mode(0, 0)),
+        (0.99, 1.01, Mode(1, 0)),
+        (1.01, 0.99, Mode(0, 1)),
+    ],
+)
+def test_the_threshold_of_sticking(at_A, at_B, mode):
+    friction = JointFriction((at_A * HELD[0], at_B * HELD[1]))
+    start = scene(friction, Gravity(), chain=Chain.uniform_bars(), duration=0.2)
+    trajectory = simulate(start)
+    assert trajectory.events[0].mode == mode
+    speeds = (trajectory.u[0], trajectory.u[1] - trajectory.u[0])
+    for speed, direction in zip(speeds, mode, strict=True):
+        assert np.all(speed[1:] > 0) if direction else np.all(speed == 0)
+
+
+def test_static_friction_holds_more_than_kinetic():
+    slow_push = JointTorque(amplitude=(6.0, 0.0), frequency=(0.5, 0.0))
+    for static, start in ((3.0, 1 / 2), (4.5, 3 / 4)):
+        friction = JointFriction((3.0, 1.0), (static, 1.0))
+        trajectory = simulate(scene(friction, slow_push, duration=3.0))
+        assert [event.mode.A for event in trajectory.events[:2]] == [0, 1]
+        assert trajectory.events[1].time == pytest.approx(2 * math.asin(start), abs=1e-12)
+
+
+def test_rest_is_reached_for_good():
+    trajectory = simulate(STICK_SLIP)
+    assert trajectory.events[-1].mode == Mode(0, 0)
+    after = trajectory.t > trajectory.events[-1].time
+    assert np.all(trajectory.u[:, after] == 0)
+    assert np.all(trajectory.q[:, after] == trajectory.q[:, -1:])
+
+
+def test_a_stuck_elbow_stays_bent_exactly():
+    trajectory = simulate(STICK_SLIP)
+    starts = [event.time for event in trajectory.events] + [trajectory.t[-1]]
+    for event, start, end in zip(trajectory.events, starts[:-1], starts[1:], strict=True):
+        inside = (trajectory.t > start) & (trajectory.t < end)
+        q, u = trajectory.q[:, inside], trajectory.u[:, inside]
+        if event.mode.A == 0:
+            assert np.all(u[0] == 0)
+        if event.mode.B == 0:
+            assert np.all(u[0] == u[1])
+            elbow = q[1] - q[0]
+            assert np.ptp(elbow) < 1e-14 if elbow.size else True
+
+
+def test_works_close_the_balance_and_friction_only_takes():
+    trajectory = simulate(STICK_SLIP)
+    works, T = trajectory.work(), trajectory.kinetic_energy
+    assert sum(works.values()) == pytest.approx(T - T[0], abs=1e-10)
+    assert np.all(np.diff(works["JointFriction"]) <= 1e-15)
+
+
+def test_pinocchio_finds_the_laws_of_friction_along_the_trajectory():
+    """RNEA at our accelerations: −σ kinetic where a joint slips, at most static where it sticks."""
+    trajectory = simulate(STICK_SLIP, samples=400)
+    friction = STICK_SLIP.effects[1]
+    engine = Pinocchio(parse_planar_urdf(STICK_SLIP.chain.to_urdf()))
+    joints = JointConvention()
+    torques = engine.inverse_dynamics(
+        np.array(joints.joint_angles(tuple(trajectory.q))),
+        np.array(joints.joint_speeds(tuple(trajectory.u))),
+        np.array(joints.joint_speeds(tuple(trajectory._accelerations()))),
+    )
+    times = [event.time for event in trajectory.events]
+    for number, t in enumerate(trajectory.t):
+        mode = trajectory.events[int(np.searchsorted(times, t, side="right")) - 1].mode
+        for joint, direction in enumerate(mode):
+            if direction == 0:
+                assert abs(torques[joint, number]) <= friction.holding[joint] * (1 + 1e-12)
+            else:
+                expected = -direction * friction.kinetic[joint]
+                assert torques[joint, number] == pytest.approx(expected, abs=1e-11)
+
+
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-10, 1e-14])
+def test_accuracy_is_honoured_across_events(accuracy):
+    trajectory = simulate(STICK_SLIP, accuracy=accuracy, samples=101)
+    exact = event_run(STICK_SLIP, trajectory.t, precision="quadruple")
+    assert np.abs(trajectory.q - exact.q.astype(float)).max() <= accuracy
+    assert np.abs(trajectory.u - exact.u.astype(float)).max() <= accuracy
+    assert len(trajectory.events) == len(exact.events)
+    for found, true in zip(trajectory.events, exact.events, strict=True):
+        assert found.mode == true.mode
+        assert found.time == pytest.approx(true.time, abs=1e-13)
+
+
+def test_dense_output_reaches_over_events():
+    trajectory = simulate(STICK_SLIP)
+    times = np.sort(np.concatenate([np.linspace(0, 10, 77), [e.time for e in trajectory.events]]))
+    exact = event_run(STICK_SLIP, times, precision="long double")
+    q, u = trajectory.at(times)
+    assert np.abs(q - exact.q.astype(float)).max() < 1e-12
+    assert np.abs(u - exact.u.astype(float)).max() < 1e-12
+
+
+def test_events_are_saved(tmp_path):
+    trajectory = simulate(scene(JointFriction((1.5, 0.0)), u=(2.0, 0.0)))
+    trajectory.save(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as archive:
+        assert '"A sticks"' in str(archive["about"])
+
+
+def test_a_general_chain_comes_to_rest(random):
+    for _ in range(3):
+        q, u = random.uniform(-3, 3, (2, 2)).tolist()
+        start = scene(
+            JointFriction((1.0, 0.5), (1.2, 0.6)),
+            Gravity(),
+            chain=GENERAL,
+            q=tuple(q),
+            u=tuple(u),
+            duration=40.0,
+        )
+        trajectory = simulate(start, accuracy=1e-8)
+        assert trajectory.met
+        assert trajectory.events[-1].mode == Mode(0, 0)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"method": "DOP853"}, "method is 'DOP853' and joints may stick; allowed is taylor"),
+        ({"formulation": "kane"}, "formulation is 'kane' and joints may stick; allowed is"),
+    ],
+)
+def test_what_cannot_find_events_is_refused(options, words):
+    with pytest.raises(SimulationError, match=words):
+        simulate(STICK_SLIP, **options)
+
+
+def test_two_frictions_are_refused():
+    twice = replace(STICK_SLIP, effects=(JointFriction((1.0, 1.0)), JointFriction((1.0, 1.0))))
+    with pytest.raises(SimulationError, match="joint friction is there twice"):
+        simulate(twice)
+
+
+@pytest.mark.parametrize(
+    ("kinetic", "static", "words"),
+    [
+        ((-1.0, 0.0), None, "joint friction at A is -1.0; allowed is zero or a positive"),
+        ((1.0, math.nan), None, "joint friction at B is nan"),
+        ((1.0, 1.0), (0.5, 1.0), "static joint friction at A is 0.5; allowed is the kinetic 1.0"),
+        ((1.0, 1.0), (1.0, math.inf), "static joint friction at B is inf"),
+    ],
+)
+def test_bad_friction_is_refused(kinetic, static, words):
+    with pytest.raises(ParameterError, match=words):
+        JointFriction(kinetic, static)
