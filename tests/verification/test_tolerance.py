@@ -1,11 +1,14 @@
 """The tolerance: what it is made of, and that it is neither vacuous nor unfair."""
 
+import math
+
 import numpy as np
 import pytest
 
 from tests.verification.chains import GENERAL
 from twolink import lagrange
 from twolink.chain import Chain
+from twolink.coordinates import JointConvention
 from twolink.engines.protocol import Sizes
 from twolink.verification.states import random_states
 from twolink.verification.tolerance import EPSILON, Problem, Scale, tolerance
@@ -49,6 +52,20 @@ def test_conditioning_enters_the_solution():
     states.angles[:, 1] = (0.3, 0.3 + np.pi / 2)
     light = Chain.point_masses((1e-6, 1.0))
     stretched, bent = tolerance("forward dynamics", problem(light, states=states)).max(axis=0)
+    assert stretched > 1e5 * bent
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("offset", [0.0, 1.3, -math.pi / 2])
+def test_conditioning_is_that_of_the_elbow_however_it_is_counted(sign, offset):
+    """The chain is ill-conditioned where it is stretched, not where a joint angle is zero."""
+    light = Chain.point_masses((1e-6, 1.0))
+    joints = JointConvention((1, sign), (0.0, offset))
+    states = random_states(2, seed=3)
+    for number, q in enumerate(((0.3, 0.3 + 1e-4), (0.3, 0.3 + math.pi / 2))):
+        states.angles[:, number] = joints.joint_angles(q)
+    posed = Problem(light, Scale.of(light, joint=True, joints=joints), states, roundings=20)
+    stretched, bent = tolerance("forward dynamics", posed).max(axis=0)
     assert stretched > 1e5 * bent
 
 

@@ -47,6 +47,19 @@ def test_random_chains_agree_on_ten_thousand_states(random):
         assert verdict.passed, verdict.sentence
 
 
+def test_an_ill_conditioned_chain_drawn_bent_and_turning_backwards():
+    """Its condition is that of the elbow angle, not of the URDF's joint angle."""
+    text = Chain((1e-5, 1.0), (1.0, 1.0), ((1.0, 0.0), (1.0, 0.0)), (0.0, 0.0)).to_urdf()
+    second = text.index('<joint name="joint2"')
+    bent = text[second:].replace('xyz="1.0 0 0.0"', 'xyz="1.0 0 0.0" rpy="0 1.3 0"', 1)
+    bent = bent.replace('xyz="0 1 0"', 'xyz="0 -1 0"', 1)
+    drawn = parse_planar_urdf(text[:second] + bent)
+    assert drawn.joints.sign == (1, -1)
+    assert drawn.joints.offset[1] == pytest.approx(1.3)
+    verdict = verify(drawn, states=20_000, seed=SEED)
+    assert verdict.passed, verdict.sentence
+
+
 def test_a_revolute_model_agrees_with_a_continuous_one():
     """`continuous` has nq = 2 a joint in Pinocchio, `revolute` 1: both load, and agree."""
     limit = '<limit lower="-7" upper="7" effort="1" velocity="1"/>'

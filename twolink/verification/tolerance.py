@@ -49,10 +49,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twolink.chain import Chain
+from twolink.coordinates import JointConvention
 from twolink.engines.protocol import Sizes
 from twolink.verification.states import Array, States
 
 EPSILON = float(np.finfo(np.float64).eps)
+
+_AS_THE_SOURCE = JointConvention()
 
 
 @dataclass(frozen=True)
@@ -60,9 +63,8 @@ class Scale:
     """The sizes of what a computation on a chain meets, all positive.
 
     `mass` (kg), `radius` of the mass centre from its own joint (m), `length` of link 1 (m) and
-    `inertia` (kg m²) of both links; `offset`, the angles (rad) added to form absolute ones;
-    `origin`, the distance of A from where positions are counted (m); `gravity` (m/s²).
-    In `joint` angles link 2 is carried by both coordinates, in absolute ones by its own. What is
+    `inertia` (kg m²) of both links; `joints`, how joint angles are counted; `origin`, the distance
+    of A from where positions are counted (m); `gravity` (m/s²). In `joint` angles link 2 is carried by both coordinates, in absolute ones by its own. What is
     computed `in_space` meets products that are zero in the plane; seen `from_world` every lever
     is counted from where positions are.
     """
@@ -73,14 +75,21 @@ class Scale:
     inertia: tuple[float, float]
     joint: bool
     tip: float = 0.0
-    offset: float = 0.0
+    joints: JointConvention = _AS_THE_SOURCE
     origin: float = 0.0
     gravity: float = 0.0
     in_space: bool = False
     from_world: bool = False
 
     @classmethod
-    def of(cls, chain: Chain, *, joint: bool, gravity: float = 0.0, offset: float = 0.0) -> Scale:
+    def of(
+        cls,
+        chain: Chain,
+        *,
+        joint: bool,
+        gravity: float = 0.0,
+        joints: JointConvention = _AS_THE_SOURCE,
+    ) -> Scale:
         """Return the sizes of a chain's own parameters."""
         (a1, b1), (a2, b2) = chain.centre
         return cls(
@@ -90,7 +99,7 @@ class Scale:
             inertia=chain.inertia,
             joint=joint,
             tip=chain.L2,
-            offset=offset,
+            joints=joints,
             gravity=abs(gravity),
         )
 
@@ -114,6 +123,15 @@ class Scale:
         if link == 1:
             return np.array([[radius], [0.0]])
         return np.array([[self.length + radius * self.joint], [radius]])
+
+    def angles_met(self, angles: Array) -> Array:
+        """Return the sum of the sizes of all angles that are added up (rad), shape (n,)."""
+        return np.asarray(np.abs(angles).sum(axis=0) + sum(map(abs, self.joints.offset)))
+
+    def elbow(self, angles: Array) -> Array:
+        """Return q2 − q1 (rad), shape (n,), of angles of the scale's own kind."""
+        q1, q2 = self.joints.absolute_angles(tuple(angles)) if self.joint else angles
+        return np.asarray(q2 - q1)
 
     def turning(self, speeds: Array) -> Array:
         """Return how fast the links may turn, from the sizes of both speeds: shape (2, n)."""
@@ -215,8 +233,7 @@ class Problem:
     @property
     def units(self) -> Array:
         """N ε with the angles' share (see the module's derivation), shape (n,)."""
-        angles = np.abs(self.states.angles).sum(axis=0) + self.scale.offset
-        return (self.roundings + 2 + 2 * angles) * EPSILON
+        return (self.roundings + 2 + 2 * self.scale.angles_met(self.states.angles)) * EPSILON
 
     @property
     def value(self) -> Array:
@@ -231,10 +248,9 @@ class Problem:
 
     def solution(self, right: Array | float, found: Array) -> Array:
         """Return |M⁻¹| (right + N ε M̄ |found|), for columns of any number k: shape (2, k, n)."""
-        angles = np.abs(self.states.angles).sum(axis=0) + self.scale.offset
-        first, second = self.states.angles
-        elbow = second if self.scale.joint else second - first
-        inverse = self.scale.inverse(self.chain, elbow, EPSILON * (1 + angles))
+        angles = self.states.angles
+        uncertainty = EPSILON * (1 + self.scale.angles_met(angles))
+        inverse = self.scale.inverse(self.chain, self.scale.elbow(angles), uncertainty)
         matrix = np.einsum("ij,jkn->ikn", self.scale.mass_matrix, np.abs(found))
         return np.einsum("ijn,jkn->ikn", inverse, right + self.units * matrix)
 

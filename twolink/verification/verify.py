@@ -122,8 +122,7 @@ def verify(
     chain = Chain.from_links(urdf.links)
     machine = Machine(chain, urdf.joints, urdf.gravity)
     engine = engine or Pinocchio(urdf)
-    offset = sum(abs(phi) for phi in urdf.joints.offset)
-    own = Scale.of(chain, joint=True, gravity=urdf.gravity, offset=offset)
+    own = Scale.of(chain, joint=True, gravity=urdf.gravity, joints=urdf.joints)
     largest = {"torque": 100 * float(own.mass_matrix.max()), "force": 10 * sum(chain.mass)}
     texts = {name: JointSpace(f, machine) for name, f in formulations.items()}
     groups = [
