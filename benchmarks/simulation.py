@@ -21,7 +21,7 @@ from twolink.scene import Scene
 from twolink.shipped import shipped
 from twolink.simulation import simulate
 from twolink.simulation.equations import EQUATIONS
-from twolink.simulation.taylor import first_step, heyoka, taylor_run
+from twolink.simulation.taylor import default_longest_step, heyoka, taylor_run
 from twolink.urdf import read_planar_urdf
 
 ROUNDS = 7
@@ -66,7 +66,7 @@ def heyokas_lagrangian(scene: Scene) -> Run:
     def run() -> tuple[float, ...]:
         integrator.state[:] = [*scene.q, *scene.u]
         integrator.time = 0.0
-        integrator.propagate_grid([0.0, scene.duration], max_delta_t=first_step(scene))
+        integrator.propagate_grid([0.0, scene.duration], max_delta_t=default_longest_step(scene))
         return tuple(integrator.state)
 
     return timed(run)

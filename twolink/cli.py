@@ -150,8 +150,9 @@ def _print_verdict(verdict: Verdict) -> None:
     for comparison in verdict.comparisons:
         if not comparison.passed:
             console.print(
-                f"  {comparison.quantity}, {comparison.source}: {comparison.difference:.17g} "
-                f"{comparison.unit} at {comparison.state}"
+                f"  {comparison.quantity}, {comparison.source} − {comparison.against}: "
+                f"{comparison.difference:.17g} {comparison.unit} at {comparison.state}",
+                soft_wrap=True,
             )
 
 
@@ -185,7 +186,10 @@ def _table(title: str, comparisons: list[Comparison], wide: bool) -> Any:
 
 def _cell(comparison: Comparison) -> str:
     mark = "[green]✓[/]" if comparison.passed else "[bold red]✗[/]"
-    units = "<0.01" if 0 < comparison.units < 0.01 else f"{comparison.units:.2g}"
+    # Never longer than "<0.01", so that the mark is never cut off.
+    units = f"{comparison.units:.2g}" if comparison.units < 100 else f"{comparison.units:.0e}"
+    if 0 < comparison.units < 0.01:
+        units = "<0.01"
     return f"{units}/{comparison.allowed_units:.0f} {mark}"
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
-from twolink.simulation.taylor import first_step
+from twolink.simulation.taylor import default_longest_step
 
 _REPEATS = 9
 
@@ -45,7 +45,9 @@ def effects_cost(scene: Scene, *, formulation: str = "momenta") -> EffectsCost:
     for _ in range(_REPEATS):
         for name, variant in scenes.items():
             # The same cap for all, since it may bind: steps of one length are compared.
-            run = motion_run(variant, ends, formulation=formulation, longest_step=first_step(scene))
+            run = motion_run(
+                variant, ends, formulation=formulation, longest_step=default_longest_step(scene)
+            )
             times[name].append(run.run_seconds / run.steps)
             operations[name] = run.operations
     costs = {

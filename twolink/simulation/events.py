@@ -23,7 +23,8 @@ from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.simulation.mode import Event, Mode
 from twolink.simulation.modes import FrictionModes, split_friction
-from twolink.simulation.taylor import TOLERANCES, first_step, heyoka, number_type
+from twolink.simulation.run import MotionRun
+from twolink.simulation.taylor import TOLERANCES, default_longest_step, heyoka, number_type
 
 # Modes that follow each other without time passing: more would go on for ever.
 _MOST_AT_ONCE = 8
@@ -46,23 +47,11 @@ class _Segment:
     starting: int | None
 
 
-@dataclass(frozen=True)
-class EventRun:
-    """A motion with events, at the times that were asked for; fields as in `TaylorRun`."""
+@dataclass(frozen=True, kw_only=True)
+class EventRun(MotionRun):
+    """A motion with events: segments in one mode each, that follow each other in time."""
 
-    scene: Scene
-    precision: str
-    longest_step: float
-    q: Any
-    u: Any
-    steps: int
-    order: int
-    operations: int
-    compile_seconds: float
-    run_seconds: float
     segments: tuple[_Segment, ...]
-    # The modes are written with Lagrange's equations.
-    formulation: str = "lagrange"
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -110,7 +99,7 @@ def event_run(
 
     Raises `SimulationError` when the motion cannot be followed to the last time.
     """
-    course = _Course(scene, times, precision, longest_step or first_step(scene))
+    course = _Course(scene, times, precision, longest_step or default_longest_step(scene))
     while not course.done:
         course.advance()
     return course.run()
@@ -213,6 +202,8 @@ class _Course:
         found = np.array(self._rows, dtype=self._grid.dtype).T
         return EventRun(
             scene=self._scene,
+            # The modes are written with Lagrange's equations.
+            formulation="lagrange",
             precision=self._precision,
             longest_step=self._cap,
             q=found[:2],

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from twolink.effects import Effect
 from twolink.scene import Scene
-from twolink.simulation.taylor import TaylorRun, taylor_run
-
-if TYPE_CHECKING:
-    # What a scene does not call for is not even imported.
-    from twolink.simulation.events import EventRun
-
-    MotionRun = TaylorRun | EventRun
+from twolink.simulation.run import MotionRun
+from twolink.simulation.taylor import taylor_run
 
 
 def has_modes(effects: tuple[Effect, ...]) -> bool:
@@ -33,6 +28,7 @@ def motion_run(
     With stick and slip the modes are written with Lagrange's equations, whatever the formulation.
     """
     if has_modes(scene.effects):
+        # What a scene does not call for is not even imported.
         from twolink.simulation.events import event_run
 
         return event_run(scene, times, precision=precision, longest_step=longest_step)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,9 @@ from twolink.scene import METHODS, Scene
 from twolink.simulation.equations import EQUATIONS
 from twolink.simulation.motion import has_modes, motion_run
 from twolink.simulation.numeric import SCIPY, NumericRun, numeric_run
+from twolink.simulation.run import MotionRun
 from twolink.simulation.taylor import PRECISIONS, heyoka_is_here
 from twolink.simulation.trajectory import Array, Statistics, Trajectory
-
-if TYPE_CHECKING:
-    from twolink.simulation.motion import MotionRun
 
 # Two runs of one precision may err alike by chance. Their difference times the first number
 # stands for the error, and only where it is that far below what is allowed; else a longer

@@ -22,6 +22,7 @@ from twolink.effects import Effect
 from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.simulation.equations import EQUATIONS
+from twolink.simulation.run import MotionRun
 
 # The tolerance of a step in each precision: a little below its own rounding, and such that the
 # order is no multiple of four. From the source's natural start (q = 0 at rest) only every fourth
@@ -68,31 +69,8 @@ def number_type(precision: str) -> Any:
     return kinds[precision] if precision in kinds else heyoka().real128
 
 
-@dataclass(frozen=True)
-class TaylorRun:
-    """A motion by Taylor series, at the times that were asked for.
-
-    `q` (rad) and `u` (rad/s) have shape (2, n), in the numbers of the precision. `steps` of the
-    given order were taken, with `operations` for a term of the series; `compile_seconds` were
-    spent on compiling (none, if a like scene was compiled before) and `run_seconds` on running.
-    """
-
-    scene: Scene
-    formulation: str
-    precision: str
-    longest_step: float
-    q: Any
-    u: Any
-    steps: int
-    order: int
-    operations: int
-    compile_seconds: float
-    run_seconds: float
-
-    @property
-    def events(self) -> tuple[()]:
-        """The events of a motion without modes: none."""
-        return ()
+class TaylorRun(MotionRun):
+    """A motion without events, by one run of one integrator."""
 
     def dense(self) -> Callable[[Any], tuple[Any, Any]]:
         """Return q and u as functions of time (s): the very polynomials of this run's steps."""
@@ -127,7 +105,7 @@ def taylor_run(
     compiled, kind = _ready(scene, formulation, precision)
     compile_seconds = perf_counter() - start
     integrator = compiled.integrator
-    cap = longest_step or first_step(scene)
+    cap = longest_step or default_longest_step(scene)
     start = perf_counter()
     outcome, _, _, steps, _, variables = integrator.propagate_grid(
         np.array([kind(t) for t in times]), max_delta_t=kind(cap)
@@ -155,7 +133,7 @@ def taylor_run(
     )
 
 
-def first_step(scene: Scene) -> float:
+def default_longest_step(scene: Scene) -> float:
     """Return the longest step to allow (s), from how fast the scene starts.
 
     The series of a chain that turns through a radian in a time τ does not converge much beyond τ.

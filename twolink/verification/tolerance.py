@@ -64,9 +64,10 @@ class Scale:
 
     `mass` (kg), `radius` of the mass centre from its own joint (m), `length` of link 1 (m) and
     `inertia` (kg m²) of both links; `joints`, how joint angles are counted; `origin`, the distance
-    of A from where positions are counted (m); `gravity` (m/s²). In `joint` angles link 2 is carried by both coordinates, in absolute ones by its own. What is
-    computed `in_space` meets products that are zero in the plane; seen `from_world` every lever
-    is counted from where positions are.
+    of A from where positions are counted (m); `gravity` (m/s²). In `joint` angles link 2 is
+    carried by both coordinates, in absolute ones by its own. What is computed `in_space` meets
+    products that are zero in the plane; seen `from_world` every lever is counted from where
+    positions are.
     """
 
     mass: tuple[float, float]
