@@ -1,13 +1,17 @@
 import json
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+from tests.urdf.drawing import arm, at, joint
 from twolink.chain import Chain
 from twolink.cli import app
 from twolink.effects import EFFECTS, effect_class
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_stop import JointStop
 from twolink.errors import SceneError
 from twolink.scene import Scene, scene_model
 from twolink.shipped import shipped
@@ -60,6 +64,74 @@ def test_the_chain_may_be_a_urdf_beside_the_scene(tmp_path):
     assert Scene.load(file).chain == Chain.uniform_bars()
 
 
+DRIVEN = arm(
+    elbow=joint(
+        "elbow",
+        "upper",
+        "lower",
+        "revolute",
+        at("1 0 0")
+        + '<limit lower="-1" upper="2" effort="1" velocity="1"/><dynamics damping="0.3"/>',
+    )
+)
+
+
+def with_urdf(folder: Path, more: str = "", urdf: str = DRIVEN) -> Path:
+    """Return a scene file beside a URDF, with more lines in its [chain] table."""
+    (folder / "arm.urdf").write_text(urdf)
+    numbers = "mass = [1.0, 2]\nlength = [1.0, 0.5]"
+    file = folder / "scene.toml"
+    file.write_text(TEXT.replace(numbers, f'urdf = "arm.urdf"\n{more}'))
+    return file
+
+
+def test_a_urdfs_joints_act_where_the_scene_asks_for_them(tmp_path):
+    named = (Gravity(9.81), JointDamping((0.1, 0.0)))
+    plain = Scene.load(with_urdf(tmp_path))
+    assert plain.effects == named
+    asked = Scene.load(with_urdf(tmp_path, 'effects = ["limits", "friction", "damping"]'))
+    stop = JointStop("B", -1.0, 2.0)
+    assert asked.effects == (*named, stop, JointDamping((0.0, 0.3)))
+    assert replace(asked, effects=named) == plain
+
+
+def test_a_scene_may_ask_for_nothing_of_its_urdf(tmp_path):
+    assert Scene.load(with_urdf(tmp_path, "effects = []")) == Scene.load(with_urdf(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ('effects = ["limit"]', "is 'limit'; allowed is 'damping', 'friction' or 'limits'"),
+        ("effects = [1]", "is 1; allowed is 'damping', 'friction' or 'limits'"),
+        ('effects = "damping"', "chain.effects is 'damping'; allowed is a list"),
+        (
+            'effects = ["damping", "limits", "damping"]',
+            "chain.effects is ('damping', 'limits', 'damping'); allowed is each word at most once",
+        ),
+        ('effects = ["friction"]', "joints 'shoulder', 'elbow' have no friction"),
+        ('effects = ["damping"]\nmass = [1.0, 1.0]', "chain has both urdf and mass; allowed is"),
+    ],
+)
+def test_what_cannot_be_asked_of_a_urdf_is_refused(tmp_path, more, words):
+    file = with_urdf(tmp_path, more)
+    with pytest.raises(SceneError) as caught:
+        Scene.load(file)
+    sentence = str(caught.value)
+    assert sentence.startswith(f"{file}: ")
+    assert words in sentence
+    assert "\n" not in sentence
+
+
+def test_the_schema_knows_what_may_be_asked_of_a_urdf():
+    chain = scene_model(()).model_json_schema()["$defs"]["Chain"]["properties"]
+    words, nothing = chain["effects"]["anyOf"]
+    assert words["items"]["enum"] == ["damping", "friction", "limits"]
+    assert words["uniqueItems"]
+    assert nothing == {"type": "null"}
+    assert chain["effects"]["description"]
+
+
 def test_any_chain_may_be_given():
     general = TEXT.replace(
         "[start]", "centre = [[0.3, 0.1], [0.2, -0.1]]\ninertia = [0.1, 0.2]\n[start]"
@@ -86,6 +158,8 @@ def test_any_chain_may_be_given():
         ("mass = [1.0, 2]", "", "chain.mass is missing"),
         ("mass = [1.0, 2]", 'mass = [1.0, 2]\nurdf = "a"', "chain has both urdf and length, mass"),
         ("[start]", "inertia = [0.1, 0.1]\n[start]", "chain has only one of centre and inertia"),
+        ("[start]", 'effects = ["damping"]\n[start]', "('damping',) and there is no chain.urdf"),
+        ("[start]", "effects = []\n[start]", "chain.effects is () and there is no chain.urdf"),
         ("[start]", "[start", "this is not TOML"),
         ("[start]", "[begin]", "key 'start' is missing"),
         ("[start]", "colour = 1\n[start]", "key 'chain.colour' is unknown"),

@@ -58,6 +58,11 @@ def cos(x: Scalar) -> Scalar:
     return _library_of(x).cos(x)
 
 
+def sqrt(x: Scalar) -> Scalar:
+    """Return the square root of x, in the kind of number that x is."""
+    return _library_of(x).sqrt(x)
+
+
 def sign(x: Scalar) -> Scalar:
     """Return -1, 0 or +1 (NaN for NaN) as the sign of x, in the kind of number that x is."""
     library = _library_of(x)

@@ -31,3 +31,12 @@ class Torque:
 
 Load = Force | Torque
 Loads = tuple[Load, ...]
+
+
+def motor_loads(tau1: Scalar, tau2: Scalar) -> Loads:
+    """Return the loads of torques (N m) in the joints A and B, positive as the angles are.
+
+    The motor at A stands on the ground and turns link 1; the one at B stands on link 1 and turns
+    link 2, so its reaction acts on link 1.
+    """
+    return Torque(1, tau1), Torque(1, -tau2), Torque(2, tau2)

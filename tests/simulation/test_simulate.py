@@ -7,7 +7,6 @@ import pytest
 
 from tests.verification.chains import GENERAL
 from twolink.chain import Chain
-from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
@@ -213,11 +212,6 @@ def test_an_effect_of_ones_own_acts():
 def test_bad_wishes_are_refused(options, words):
     with pytest.raises(SimulationError, match=words):
         simulate(SHORT, **options)
-
-
-def test_friction_that_may_stick_is_refused_for_now():
-    with pytest.raises(SimulationError, match="sliding = 1 or -1"):
-        simulate(replace(SHORT, effects=(EndForce(-3.0, 0.5),)))
 
 
 @pytest.mark.parametrize("times", [[-0.1], [1.1], [math.nan]])

@@ -67,6 +67,26 @@ def test_joints_are_ordered_from_the_base_not_as_written():
     assert parse_planar_urdf(text).links == parse_planar_urdf(PLAIN).links
 
 
+@pytest.mark.parametrize("order", [(0, 1, 2), (1, 0, 2), (2, 1, 0), (1, 2, 0)])
+def test_what_joints_have_is_ordered_from_the_base(order):
+    more = (
+        '<limit lower="-1" upper="2" effort="1" velocity="1"/><dynamics damping="3" friction="4"/>'
+    )
+    text = edited(
+        ('type="continuous"', 'type="revolute"'),
+        (SHOULDER_AXIS, SHOULDER_AXIS + more),
+        (ELBOW_AXIS, ELBOW_AXIS + '<limit upper="5" effort="1" velocity="1"/>'),
+        # What holds a fixed joint is no friction of the joints that move.
+        (TOOL_ORIGIN, TOOL_ORIGIN + '<dynamics damping="6" friction="7"/>'),
+    )
+    start, end = text.index("  <joint"), text.index("</robot>")
+    joints = [part + "</joint>" for part in text[start:end].split("</joint>")[:-1]]
+    urdf = parse_planar_urdf(text[:start] + "".join(joints[i] for i in order) + text[end:])
+    assert urdf.joint_names == ("shoulder", "elbow")
+    assert (urdf.damping, urdf.friction) == ((3.0, 0.0), (4.0, 0.0))
+    assert urdf.limits == ((-1.0, 2.0), (0.0, 5.0))
+
+
 def test_defaults_of_the_standard():
     # Without <axis> a joint turns about x; without <origin> it stands in its parent's frame.
     text = edited(

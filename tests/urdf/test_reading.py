@@ -128,7 +128,10 @@ def test_links_that_are_all_in_one_loop():
         ('xyz="1 0 0" rpy="0 0 0"', 'xyz="1 0 0" rpy="0 {} 0"', ["'elbow'", "rpy"]),
         ('axis xyz="0 1.0 0"', 'axis xyz="0 {} 0"', ["'elbow'", "axis"]),
         (ELBOW_AXIS, ELBOW_AXIS + '<limit effort="{}" velocity="1"/>', ["'elbow'", "effort"]),
+        (ELBOW_AXIS, ELBOW_AXIS + LIMIT.replace("/>", ' lower="{}"/>'), ["'elbow'", "lower"]),
+        (ELBOW_AXIS, ELBOW_AXIS + LIMIT.replace("/>", ' upper="{}"/>'), ["'elbow'", "upper"]),
         (ELBOW_AXIS, ELBOW_AXIS + '<dynamics damping="{}"/>', ["'elbow'", "damping"]),
+        (ELBOW_AXIS, ELBOW_AXIS + '<dynamics friction="{}"/>', ["'elbow'", "friction"]),
     ],
 )
 def test_numbers_that_are_not_finite_numbers(old, new, words, number):
@@ -173,6 +176,25 @@ def test_limits(kind):
     edit = (f"{ELBOW_AXIS}\n  </joint>", f"{ELBOW_AXIS}{LIMIT}</joint>")
     text = edited(edit).replace('name="elbow" type="continuous"', f'name="elbow" type="{kind}"')
     assert parse_planar_urdf(text).links == parse_planar_urdf(PLAIN).links
+
+
+@pytest.mark.parametrize(
+    ("attributes", "limits"),
+    [
+        ("", (0.0, 0.0)),
+        ('lower="-1.5"', (-1.5, 0.0)),
+        ('upper="2e-1"', (0.0, 0.2)),
+        ('lower="-1" upper=" 2 "', (-1.0, 2.0)),
+        ('lower="2" upper="-1"', (2.0, -1.0)),
+    ],
+)
+def test_limits_are_read_as_they_stand(attributes, limits):
+    """What is absent is 0; whether they leave room is no matter of reading."""
+    more = LIMIT.replace("/>", f" {attributes}/>")
+    text = edited((f"{ELBOW_AXIS}\n  </joint>", f"{ELBOW_AXIS}{more}</joint>"))
+    assert parse_planar_urdf(text).limits == (None, None)
+    revolute = text.replace('name="elbow" type="continuous"', 'name="elbow" type="revolute"')
+    assert parse_planar_urdf(revolute).limits == (None, limits)
 
 
 def test_revolute_needs_a_limit():

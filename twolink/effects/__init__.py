@@ -3,6 +3,9 @@
 An effect is a small frozen object. Its `loads(chain, q, u, t)` says where on the chain which force
 or torque acts in that state; `potential_energy(chain, q)` is there when it has one. An effect
 that is not wanted is left out: there is no switch, and nothing to switch off.
+
+An effect that is not smooth also has `nonsmooth(chain)`, the dry friction and the obstacles that a
+simulation makes modes of, and may have `smooth_loads`, what remains of its loads beside them.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from typing import Any, Protocol
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
 from twolink.loads import Loads
+from twolink.nonsmooth import DryFriction, Obstacle
 
 
 class Effect(Protocol):
@@ -29,6 +33,7 @@ EFFECTS = {
     "joint_torque": ("twolink.effects.joint_torque", "JointTorque"),
     "joint_damping": ("twolink.effects.joint_damping", "JointDamping"),
     "joint_friction": ("twolink.effects.joint_friction", "JointFriction"),
+    "joint_stop": ("twolink.effects.joint_stop", "JointStop"),
     "joint_spring": ("twolink.effects.joint_spring", "JointSpring"),
     "pd_control": ("twolink.effects.pd_control", "PdControl"),
     "end_drag": ("twolink.effects.end_drag", "EndDrag"),
@@ -39,3 +44,26 @@ def effect_class(name: str) -> Any:
     """Return the class of a named effect."""
     home, class_name = EFFECTS[name]
     return getattr(importlib.import_module(home), class_name)
+
+
+def nonsmooth(effects: tuple[Effect, ...], chain: Chain) -> tuple[DryFriction | Obstacle, ...]:
+    """Return the dry friction and the obstacles of all effects, in their order."""
+    return tuple(
+        element
+        for effect in effects
+        if hasattr(effect, "nonsmooth")
+        for element in effect.nonsmooth(chain)
+    )
+
+
+def smooth_loads(
+    effects: tuple[Effect, ...], chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0
+) -> Loads:
+    """Return the loads of all effects, but for those of dry friction and obstacles."""
+    return tuple(load for effect in effects for load in _smooth_loads_of(effect)(chain, q, u, t))
+
+
+def _smooth_loads_of(effect: Any) -> Any:
+    if hasattr(effect, "smooth_loads"):
+        return effect.smooth_loads
+    return (lambda *_: ()) if hasattr(effect, "nonsmooth") else effect.loads

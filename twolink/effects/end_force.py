@@ -9,23 +9,28 @@ from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar, sign
 from twolink.chain import Chain
+from twolink.directions import PointDirection
 from twolink.errors import ParameterError
 from twolink.kinematics import velocity
 from twolink.loads import Force, Loads
+from twolink.nonsmooth import DryFriction
 
 
 @dataclass(frozen=True)
 class EndForce:
     """P on D: `normal` F along y (N), and friction μ|F| along x, against the sliding of D.
 
-    `friction` is the coefficient μ ≥ 0. `sliding` is the direction in which D slides, +1 or −1;
-    without it, the sign of v_D·**i** in the given state. Where that is zero, D may stick: Coulomb's
-    law then gives a set of forces and not one, so a direction must be named, or an error is raised.
+    `friction` is the coefficient μ ≥ 0 while D slides, `static` the one while it sticks (the same
+    unless given). `sliding` is the direction in which D slides, +1 or −1; without it, the sign of
+    v_D·**i** in the given state. Where that is zero, D may stick: Coulomb's law then gives a set of
+    forces and not one. A simulation finds the one that the motion demands (it makes modes of
+    sticking and slipping); `loads` raises an error there unless a direction is named.
     """
 
     normal: float
     friction: float = 0
     sliding: int | None = None
+    static: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse friction that drives, and directions that are none."""
@@ -39,10 +44,26 @@ class EndForce:
                 "from the velocity of D"
             )
 
-    @property
-    def may_stick(self) -> bool:
-        """Whether D may stop sliding, where its friction is no single force."""
-        return self.friction != 0 and self.sliding is None
+        if self.static is not None and not self.friction <= self.static < float("inf"):
+            raise ParameterError(
+                f"end force: static is {self.static!r}; allowed is the friction {self.friction!r} "
+                "or more"
+            )
+
+    def nonsmooth(self, chain: Chain) -> tuple[DryFriction, ...]:
+        """Return the friction of D, unless there is none or its direction is named."""
+        static = self.friction if self.static is None else self.static
+        if static == 0 or self.sliding is not None:
+            return ()
+        size = abs(self.normal)
+        along_x = PointDirection("D", (1.0, 0.0))
+        return (DryFriction("D", along_x, self.friction * size, static * size),)
+
+    def smooth_loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+        """Return P without what `nonsmooth` hands over."""
+        if self.nonsmooth(chain):
+            return (Force(chain.D, (0, self.normal)),)
+        return self.loads(chain, q, u, t)
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return P at D. Raises `ParameterError` where D does not slide and μ is not zero."""

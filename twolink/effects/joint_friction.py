@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar, sign
 from twolink.chain import Chain
-from twolink.effects.joint_torque import motor_loads
+from twolink.directions import JointDirection
 from twolink.errors import ParameterError
-from twolink.loads import Loads
+from twolink.loads import Loads, motor_loads
+from twolink.nonsmooth import DryFriction
 
 
 @dataclass(frozen=True)
@@ -36,24 +37,24 @@ class JointFriction:
                 )
 
     @property
-    def has_modes(self) -> bool:
-        """Joints under friction stick and slip."""
-        return True
-
-    @property
     def holding(self) -> tuple[float, float]:
         """The largest torques that hold the joints at rest (N m)."""
         return self.kinetic if self.static is None else self.static
 
-    def sliding_loads(self, directions: Pair) -> Loads:
-        """Return the kinetic torques against joints that turn in these directions (+1, −1, 0)."""
-        (k1, k2), (s1, s2) = self.kinetic, directions
-        return motor_loads(-k1 * s1, -k2 * s2)
+    def nonsmooth(self, chain: Chain) -> tuple[DryFriction, ...]:
+        """Return the friction of each joint that has any."""
+        limits = zip(self.kinetic, self.holding, strict=True)
+        joints = (JointDirection("A"), JointDirection("B"))
+        return tuple(
+            DryFriction(joint.joint, joint, kinetic, static)
+            for joint, (kinetic, static) in zip(joints, limits, strict=True)
+            if static != 0
+        )
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the kinetic torques by the joints' speeds; none where a joint is at rest.
 
         At rest friction does no work, and its torque is what the rest of the chain demands.
         """
-        u1, u2 = u
-        return self.sliding_loads((sign(u1), sign(u2 - u1)))
+        (k1, k2), (u1, u2) = self.kinetic, u
+        return motor_loads(-k1 * sign(u1), -k2 * sign(u2 - u1))

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
-from twolink.effects.joint_torque import motor_loads
-from twolink.loads import Loads
+from twolink.loads import Loads, motor_loads
 
 
 @dataclass(frozen=True)

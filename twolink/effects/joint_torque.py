@@ -4,16 +4,7 @@ from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar, sin
 from twolink.chain import Chain
-from twolink.loads import Loads, Torque
-
-
-def motor_loads(tau1: Scalar, tau2: Scalar) -> Loads:
-    """Return the loads of torques (N m) in the joints A and B, positive as the angles are.
-
-    The motor at A stands on the ground and turns link 1; the one at B stands on link 1 and turns
-    link 2, so its reaction acts on link 1.
-    """
-    return Torque(1, tau1), Torque(1, -tau2), Torque(2, tau2)
+from twolink.loads import Loads, motor_loads
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,7 @@ from typing import Any
 from twolink import kane, lagrange
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
-from twolink.effects import Effect
-from twolink.loads import Loads
-
-
-def loads_of(effects: tuple[Effect, ...], chain: Chain, q: Pair, u: Pair, t: Scalar) -> Loads:
-    """Return all that acts: the loads of every effect, and of none other."""
-    return tuple(load for effect in effects for load in effect.loads(chain, q, u, t))
+from twolink.effects import Effect, smooth_loads
 
 
 @dataclass(frozen=True)
@@ -35,7 +29,7 @@ class SpeedEquations:
         self, chain: Chain, effects: tuple[Effect, ...], q: Pair, u: Pair, t: Scalar
     ) -> tuple[Pair, Pair]:
         """Return dq/dt (rad/s) and du/dt (rad/s²)."""
-        loads = loads_of(effects, chain, q, u, t)
+        loads = smooth_loads(effects, chain, q, u, t)
         return u, self.formulation.forward_dynamics(chain, q, u, loads)
 
     def from_speeds(self, chain: Chain, q: Pair, u: Pair) -> Pair:
@@ -59,7 +53,7 @@ class MomentumEquations:
         """Return dq/dt (rad/s) and dp/dt (N m)."""
         u = self.to_speeds(chain, q, p)
         slope1, slope2 = lagrange.energy_gradient(chain, q, u)
-        loads = loads_of(effects, chain, q, u, t)
+        loads = smooth_loads(effects, chain, q, u, t)
         Q1, Q2 = lagrange.generalized_active_force(chain, q, loads)
         return u, (slope1 + Q1, slope2 + Q2)
 

@@ -1,25 +1,57 @@
-"""The mode of a chain whose joints stick and slip, and the events at which one begins."""
+"""The mode of a motion that is not smooth, and the events between modes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from enum import Enum
 
 
-class Mode(NamedTuple):
-    """The direction in which the joints A and B turn: +1 or −1, or 0 for one that sticks.
+class State(Enum):
+    """What a dry friction or an obstacle does: its value is how that is said.
 
-    A joint without friction turns as it likes: its direction is None.
+    What is pressed against an obstacle gives all the friction that it can, and does not move.
     """
 
-    A: int | None
-    B: int | None
+    FORWARD = "slips forward"
+    BACKWARD = "slips backward"
+    STICKS = "sticks"
+    PRESSED_FORWARD = "is pressed forward"
+    PRESSED_BACKWARD = "is pressed backward"
+    OPEN = "is free"
+    CLOSED = "rests"
+
+    @property
+    def direction(self) -> int:
+        """+1 or −1 for one that slips or is pressed forward or backward, else 0."""
+        return _DIRECTIONS.get(self.name, 0)
+
+
+_DIRECTIONS = {"FORWARD": 1, "BACKWARD": -1, "PRESSED_FORWARD": 1, "PRESSED_BACKWARD": -1}
+_PRESSED = {State.FORWARD: State.PRESSED_FORWARD, State.BACKWARD: State.PRESSED_BACKWARD}
+
+
+@dataclass(frozen=True)
+class Mode:
+    """The states of all dry frictions and obstacles, each with the name of what it acts on."""
+
+    names: tuple[str, ...]
+    states: tuple[State, ...]
+
+    def __getitem__(self, name: str) -> State:
+        """Return the state of what has this name."""
+        return self.states[self.names.index(name)]
+
+    def pressed(self, index: int) -> Mode:
+        """Return the same mode, in which the friction of this number cannot slip as it would."""
+        states = list(self.states)
+        states[index] = _PRESSED[states[index]]
+        return Mode(self.names, tuple(states))
 
     def __str__(self) -> str:
-        """Return the mode in words."""
-        words = {1: "slips forward", -1: "slips backward", 0: "sticks"}
-        named = [f"{j} {words[d]}" for j, d in zip("AB", self, strict=True) if d is not None]
-        return ", ".join(named)
+        """Return the mode in words; what is free is not mentioned."""
+        named = zip(self.names, self.states, strict=True)
+        words = [f"{name} {state.value}" for name, state in named if state is not State.OPEN]
+        return ", ".join(words) or "moves freely"
 
 
 @dataclass(frozen=True)
@@ -33,3 +65,40 @@ class Event:
     def what(self) -> str:
         """The mode in words."""
         return str(self.mode)
+
+
+@dataclass(frozen=True)
+class Impact:
+    """What an impact did at a time (s), on the obstacle of this number and name.
+
+    Speeds are those along the obstacle's direction (rad/s or m/s), before and after, and along its
+    tangent where it is rough; impulses likewise (N m s or N s). `energies` are T of link 1 and of
+    link 2 (J), before and after. `regime` says how the point slid.
+    """
+
+    time: float
+    index: int
+    name: str
+    speeds: tuple[float, float]
+    sliding: tuple[float, float]
+    normal_impulse: float
+    tangential_impulse: float
+    regime: str
+    u: tuple[tuple[float, float], tuple[float, float]]
+    energies: tuple[tuple[float, float], tuple[float, float]]
+
+    @property
+    def energy_change(self) -> float:
+        """T after less T before (J)."""
+        before, after = (sum(pair) for pair in self.energies)
+        return after - before
+
+    @property
+    def what(self) -> str:
+        """The impact in words."""
+        before, after = self.speeds
+        gain = "; this law of restitution creates energy here" if self.energy_change > 0 else ""
+        return (
+            f"{self.name}: impact, {before:.6g} to {after:.6g}, {self.regime}, "
+            f"{self.energy_change:+.6g} J{gain}"
+        )

@@ -1,114 +1,320 @@
-"""Modes of friction in the joints: which of them turns which way, and which of them sticks.
+"""The modes of a motion that is not smooth: who slips which way, who sticks, who touches.
 
-In a mode the motion is smooth: a joint that turns is resisted by a constant torque, one that
-sticks is locked. A mode ends when a turning joint comes to rest, or when a stuck one needs more
-torque than friction can give. What follows is the one mode that is consistent with the laws of
-friction: a stuck joint is held by less than the static torque, a starting one starts against its
-friction.
+In a mode the motion is smooth. What slips is resisted by a known force, what sticks or rests is
+held by whatever force that takes: a constraint, whose row and whose force are the generalized
+force of a unit load, by Kane's partial velocities or by Lagrange's gradients. A mode ends where
+its forces or speeds leave what the laws of friction and contact allow. What follows is the mode
+that is consistent with them: what rests is pushed and not pulled, what sticks is held by less than
+the static limit, what starts to slip starts against its friction.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import product
+from types import ModuleType
+from typing import Any, NamedTuple
 
-from twolink import lagrange
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
-from twolink.effects import Effect
-from twolink.effects.joint_friction import JointFriction
+from twolink.directions import Direction, JointDirection
+from twolink.effects import Effect, nonsmooth, smooth_loads
 from twolink.errors import SimulationError
-from twolink.loads import Loads
-from twolink.simulation.equations import loads_of
-from twolink.simulation.mode import Mode
+from twolink.loads import Force, Load, Loads, Torque
+from twolink.nonsmooth import DryFriction, Obstacle
+from twolink.simulation.mode import Mode, State
+
+# Two constraints bring the chain to rest; with more of them their forces are open.
+_MOST_CONSTRAINTS = 2
+
+# Rows that are more nearly parallel than this bar the same motion, but for rounding.
+_PARALLEL = 1e-9
+
+# The rate (1/s) at which what has left its constraint by rounding is pulled back.
+_PULL = 8.0
+
+# A speed below this part of its terms is the rounding of an exact zero.
+_AT_REST = 1e-14
 
 
-class FrictionModes:
-    """The modes of a chain under smooth effects and friction in its joints."""
+class Constraint(NamedTuple):
+    """row · du + drift = 0, kept up by a multiple λ ≥ 0 or < 0 of the generalized force `force`."""
 
-    def __init__(self, chain: Chain, effects: tuple[Effect, ...], friction: JointFriction) -> None:
-        """Take the chain, the effects without friction, and the friction."""
+    row: Pair
+    drift: Scalar
+    force: Pair
+
+
+class Held(NamedTuple):
+    """What a friction or an obstacle gives (N, N m): along its direction, and its tangent."""
+
+    normal: Scalar
+    tangential: Scalar
+
+
+class Solution(NamedTuple):
+    """du/dt (rad/s²) in a mode, and what each friction and obstacle gives."""
+
+    du: Pair
+    held: tuple[Held, ...]
+
+
+class Modes:
+    """The modes of a chain under effects of which some are not smooth, by one formulation."""
+
+    def __init__(self, chain: Chain, effects: tuple[Effect, ...], formulation: ModuleType) -> None:
+        """Take the chain (in numbers of the wanted kind), the effects, and the formulation."""
         self.chain = chain
         self.effects = effects
-        self.friction = friction
+        self.formulation = formulation
+        self.elements = nonsmooth(effects, chain)
+        self.names = tuple(element.name for element in self.elements)
+        rubbing = [e.direction for e in self.elements if isinstance(e, DryFriction)]
+        for element in self.elements:
+            if isinstance(element, DryFriction) and rubbing.count(element.direction) > 1:
+                raise SimulationError(
+                    f"{element.name} has dry friction twice; allowed is one for each"
+                )
 
-    def loads(self, mode: Mode, q: Pair, u: Pair, t: Scalar) -> Loads:
-        """Return what acts in a mode, but for the torques that hold stuck joints."""
-        directions = (mode.A or 0, mode.B or 0)
-        return (
-            *loads_of(self.effects, self.chain, q, u, t),
-            *self.friction.sliding_loads(directions),
-        )
+    def row(self, direction: Direction, q: Pair) -> Pair:
+        """Return the Jacobian of a direction: the generalized force of its unit loads."""
+        loads = direction.unit_loads(self.chain)
+        found: Pair = self.formulation.generalized_active_force(self.chain, q, loads)
+        return found
 
     def accelerations(self, mode: Mode, q: Pair, u: Pair, t: Scalar) -> Pair:
-        """Return du/dt (rad/s²) in a mode, with its stuck joints locked."""
-        loads = self.loads(mode, q, u, t)
-        Q1, Q2 = lagrange.generalized_active_force(self.chain, q, loads)
-        Cu1, Cu2 = lagrange.velocity_terms(self.chain, q, u)
-        (M11, M12), (_, M22) = lagrange.mass_matrix(self.chain, q)
-        r1, r2 = Q1 - Cu1, Q2 - Cu2
-        if mode.A == 0 and mode.B == 0:
-            return 0 * r1, 0 * r2
-        if mode.A == 0:
-            return 0 * r1, r2 / M22
-        if mode.B == 0:
-            together = (r1 + r2) / (M11 + 2 * M12 + M22)
-            return together, together
-        det = lagrange.determinant(self.chain, q)
-        return (M22 * r1 - M12 * r2) / det, (M11 * r2 - M12 * r1) / det
+        """Return du/dt (rad/s²) in a mode."""
+        return self.solution(mode, q, u, t).du
 
-    def holding_torques(self, mode: Mode, q: Pair, u: Pair, t: Scalar) -> Pair:
-        """Return the torques (N m) that hold the stuck joints, and 0 at the others."""
-        du = self.accelerations(mode, q, u, t)
-        loads = self.loads(mode, q, u, t)
-        G1, G2 = lagrange.inverse_dynamics(self.chain, q, u, du, loads)
-        return G1 + G2, G2
+    def solution(self, mode: Mode, q: Pair, u: Pair, t: Scalar) -> Solution:
+        """Return du/dt in a mode, and the forces that keep up its constraints."""
+        loads = smooth_loads(self.effects, self.chain, q, u, t) + self._kinetic_loads(mode)
+        Q1, Q2 = self.formulation.generalized_active_force(self.chain, q, loads)
+        Cu1, Cu2 = self.formulation.velocity_terms(self.chain, q, u)
+        r = Q1 - Cu1, Q2 - Cu2
+        constraints = self._constraints(mode, q, u)
+        flat = [constraint for group in constraints for constraint in group]
+        M = self.formulation.mass_matrix(self.chain, q)
+        if not flat:
+            det = self.formulation.determinant(self.chain, q)
+            return Solution(_cramer(M, r, det), self._held(mode, constraints, []))
+        solve = _with_one if len(flat) == 1 else _with_two
+        du, multipliers = solve(M, r, *flat)
+        return Solution(du, self._held(mode, constraints, multipliers))
 
-    def mode_at(self, q: Pair, u: Pair, t: Scalar, starting: dict[int, int] | None = None) -> Mode:
+    def loads(self, solution: Solution, q: Pair, u: Pair, t: Scalar) -> Loads:
+        """Return all that acts, what frictions and obstacles give included."""
+        given: list[Load] = []
+        for element, held in zip(self.elements, solution.held, strict=True):
+            given += [_scaled(x, held.normal) for x in element.direction.unit_loads(self.chain)]
+            if isinstance(element, Obstacle) and element.tangent is not None:
+                along = element.tangent.unit_loads(self.chain)
+                given += [_scaled(x, held.tangential) for x in along]
+        return smooth_loads(self.effects, self.chain, q, u, t) + tuple(given)
+
+    def _kinetic_loads(self, mode: Mode) -> Loads:
+        """Return the forces of dry friction (not of contacts) where it slips."""
+        return tuple(
+            _scaled(load, -state.direction * element.kinetic)
+            for element, state in zip(self.elements, mode.states, strict=True)
+            if isinstance(element, DryFriction) and state.direction
+            for load in element.direction.unit_loads(self.chain)
+        )
+
+    def _constraints(self, mode: Mode, q: Pair, u: Pair) -> list[list[Constraint]]:
+        """Return the constraints of each friction and obstacle in a mode: none, one or two."""
+        found: list[list[Constraint]] = []
+        for element, state in zip(self.elements, mode.states, strict=True):
+            if state is State.OPEN or (isinstance(element, DryFriction) and state.direction):
+                found.append([])
+                continue
+            bound = element.bound if isinstance(element, Obstacle) else None
+            row, drift = self._kept(element.direction, q, u, bound)
+            if isinstance(element, DryFriction) or element.tangent is None:
+                found.append([Constraint(row, drift, row)])
+                continue
+            tangent, tangent_drift = self._kept(element.tangent, q, u)
+            if state is State.STICKS:
+                sticking = Constraint(tangent, tangent_drift, tangent)
+                found.append([Constraint(row, drift, row), sticking])
+                continue
+            s = -state.direction * element.kinetic
+            force = row[0] + s * tangent[0], row[1] + s * tangent[1]
+            found.append([Constraint(row, drift, force)])
+        return found
+
+    def _kept(
+        self, direction: Direction, q: Pair, u: Pair, bound: Scalar | None = None
+    ) -> tuple[Pair, Scalar]:
+        """Return the row and the drift of a constraint that is kept up for long.
+
+        A joint that is held does not move at all. A point that is held moves by the rounding of
+        each step: a pull back, zero where there is nothing to pull, keeps that from adding up.
+        """
+        row, drift = self._row_and_drift(direction, q, u)
+        if isinstance(direction, JointDirection):
+            return row, drift
+        drift = drift + 2 * _PULL * direction.speed(self.chain, q, u)
+        if bound is not None:
+            drift = drift + _PULL * _PULL * (direction.coordinate(self.chain, q) - bound)
+        return row, drift
+
+    def _row_and_drift(self, direction: Direction, q: Pair, u: Pair) -> tuple[Pair, Scalar]:
+        return self.row(direction, q), direction.drift(self.chain, q, u)
+
+    def _held(
+        self, mode: Mode, constraints: list[list[Constraint]], multipliers: list[Scalar]
+    ) -> tuple[Held, ...]:
+        """Return what each friction and obstacle gives, from the multipliers of the constraints."""
+        left = iter(multipliers)
+        found = []
+        for element, state, group in zip(self.elements, mode.states, constraints, strict=True):
+            values = [next(left) for _ in group]
+            normal = values[0] if values else 0
+            tangential: Scalar = values[1] if len(values) > 1 else 0
+            if isinstance(element, DryFriction) and state.direction:
+                normal = -state.direction * element.kinetic
+            if isinstance(element, Obstacle) and state.direction:
+                tangential = -state.direction * element.kinetic * normal
+            found.append(Held(normal, tangential))
+        return tuple(found)
+
+    def mode_at(
+        self, q: Pair, u: Pair, t: Scalar, choices: Mapping[int, tuple[State, ...]]
+    ) -> Mode:
         """Return the mode that a state goes on in.
 
-        `starting` has the directions of joints that have just broken loose (0 for A, 1 for B),
-        though still at rest.
+        `choices` has the states that come into question for each friction and obstacle, by its
+        number: one for those that move or are known, several for those at rest.
         """
-        speeds = (float(u[0]), float(u[1] - u[0]))
-        choices: list[tuple[int | None, ...]] = []
-        for joint, speed in enumerate(speeds):
-            if self.friction.holding[joint] == 0:
-                choices.append((None,))
-            elif starting is not None and joint in starting:
-                choices.append((starting[joint],))
-            elif speed != 0:
-                choices.append((1 if speed > 0 else -1,))
+        every = [choices[index] for index in range(len(self.elements))]
+        at_rest = [index for index, states in enumerate(every) if len(states) > 1]
+        candidates = [Mode(self.names, states) for states in product(*every)]
+        if not at_rest:
+            return candidates[0]
+        # But for rounding one candidate is consistent: the least wrong is it.
+        return min(candidates, key=lambda mode: self.fault(mode, at_rest, q, u, t))
+
+    def fault(self, mode: Mode, at_rest: list[int], q: Pair, u: Pair, t: Scalar) -> float:
+        """Return by how much (N m) a mode offends the laws of friction and contact, or 0.
+
+        `at_rest` has the numbers of the frictions and obstacles whose state is in question. An
+        acceleration that has the wrong sign counts as the force that would be missing.
+        """
+        flat = [c for group in self._constraints(mode, q, u) for c in group]
+        if len(flat) > _MOST_CONSTRAINTS or _parallel(flat):
+            return float("inf")
+        du, held = self.solution(mode, q, u, t)
+        faults = [0.0]
+        for index in at_rest:
+            element, state = self.elements[index], mode.states[index]
+            row = self.row(element.direction, q)
+            long = max(abs(float(row[0])), abs(float(row[1])))
+            force, tangential = (float(value) for value in held[index])
+            if state is State.STICKS and isinstance(element, DryFriction):
+                faults.append(long * (abs(force) - float(element.static)))
+            elif isinstance(element, DryFriction):
+                start = self._missing_force(element.direction, q, u, du)
+                faults.append(long * -state.direction * start)
+            elif state is State.OPEN:
+                faults.append(long * -self._missing_force(element.direction, q, u, du))
             else:
-                choices.append((0, 1, -1))
-        # Of the candidates at most one is consistent, but for rounding: the least wrong is it.
-        candidates = [Mode(*directions) for directions in product(*choices)]
-        loose = starting or {}
-        known = (speeds[0] != 0 or 0 in loose, speeds[1] != 0 or 1 in loose)
-        return min(candidates, key=lambda mode: self._fault(mode, known, q, u, t))
+                faults.append(long * -force)
+                if element.tangent is None:
+                    continue
+                if state is State.STICKS:
+                    faults.append(long * (abs(tangential) - float(element.static) * force))
+                elif rests(self.row(element.tangent, q), u):
+                    start = self._missing_force(element.tangent, q, u, du)
+                    faults.append(long * -state.direction * start)
+        return max(faults)
 
-    def _fault(self, mode: Mode, known: Pair, q: Pair, u: Pair, t: Scalar) -> float:
-        """Return by how much torque (N m) a mode offends the laws of friction; 0 if not at all.
+    def barred_frictions(self, mode: Mode, q: Pair, u: Pair) -> list[int]:
+        """Return the numbers of the frictions that would slip, were it not for an obstacle."""
+        rows = [c.row for group in self._constraints(mode, q, u) for c in group]
+        return [
+            index
+            for index, (element, state) in enumerate(zip(self.elements, mode.states, strict=True))
+            if isinstance(element, DryFriction)
+            and state.direction
+            and any(same_way(row, self.row(element.direction, q)) for row in rows)
+        ]
 
-        A joint whose direction is known turns, or has just broken loose: it may start slowly.
-        """
-        du1, du2 = self.accelerations(mode, q, u, t)
-        rates = (float(du1), float(du2 - du1))
-        torques = self.holding_torques(mode, q, u, t)
-        fault = 0.0
-        for joint, direction in enumerate(mode):
-            if direction == 0:
-                excess = abs(float(torques[joint])) - self.friction.holding[joint]
-                fault = max(fault, excess)
-            elif direction is not None and not known[joint] and rates[joint] * direction <= 0:
-                # It would start the wrong way: worse than any rounding of a holding torque.
-                fault = max(fault, self.friction.holding[joint])
-        return fault
+    def _missing_force(self, direction: Direction, q: Pair, u: Pair, du: Pair) -> float:
+        """Return a direction's acceleration, as the force (N, N m) along it that would give it."""
+        row, drift = self._row_and_drift(direction, q, u)
+        return float((row[0] * du[0] + row[1] * du[1] + drift) / self.response(row, row, q))
+
+    def response(self, row: Pair, force: Pair, q: Pair) -> Scalar:
+        """Return row · M⁻¹ force: the acceleration along a row that a unit of a force gives."""
+        M = self.formulation.mass_matrix(self.chain, q)
+        x, y = _cramer(M, force, self.formulation.determinant(self.chain, q))
+        return row[0] * x + row[1] * y
 
 
-def split_friction(effects: tuple[Effect, ...]) -> tuple[tuple[Effect, ...], JointFriction | None]:
-    """Return the effects that are smooth, and the friction in the joints, if there is any."""
-    smooth = tuple(effect for effect in effects if not isinstance(effect, JointFriction))
-    found = [effect for effect in effects if isinstance(effect, JointFriction)]
-    if len(found) > 1:
-        raise SimulationError("joint friction is there twice; allowed is one for both joints")
-    return smooth, found[0] if found else None
+def rests(row: Pair, u: Pair) -> bool:
+    """Return whether the speed row · u is zero, but for the rounding of its terms."""
+    first, second = row[0] * u[0], row[1] * u[1]
+    return bool(abs(first + second) <= _AT_REST * (abs(first) + abs(second)))
+
+
+def _scaled(load: Load, factor: Scalar) -> Load:
+    if isinstance(load, Torque):
+        return Torque(load.link, factor * load.moment)
+    x, y = load.components
+    return Force(load.point, (factor * x, factor * y))
+
+
+def _cramer(M: Any, r: Pair, det: Scalar) -> Pair:
+    (M11, M12), (_, M22) = M
+    return (M22 * r[0] - M12 * r[1]) / det, (M11 * r[1] - M12 * r[0]) / det
+
+
+def _with_one(M: Any, r: Pair, constraint: Constraint) -> tuple[Pair, list[Scalar]]:
+    """Return du and λ of M du = r + λ force, row · du = −drift.
+
+    du is what the drift demands, along the row, and a motion across it, which the equation of
+    motion across the force gives: so what a constraint bars is exactly zero.
+    """
+    (M11, M12), (_, M22) = M
+    (x, y), drift, (X, Y) = constraint
+    long = x * x + y * y
+    barred = -drift * x / long, -drift * y / long
+    rest = (
+        r[0] - M11 * barred[0] - M12 * barred[1],
+        r[1] - M12 * barred[0] - M22 * barred[1],
+    )
+    # Across the row is (y, −x), across the force (Y, −X).
+    along = (Y * rest[0] - X * rest[1]) / (Y * (M11 * y - M12 * x) - X * (M12 * y - M22 * x))
+    du = barred[0] + along * y, barred[1] - along * x
+    missing = M11 * du[0] + M12 * du[1] - r[0], M12 * du[0] + M22 * du[1] - r[1]
+    return du, [(X * missing[0] + Y * missing[1]) / (X * X + Y * Y)]
+
+
+def _with_two(M: Any, r: Pair, one: Constraint, two: Constraint) -> tuple[Pair, list[Scalar]]:
+    """Return du and both λ of M du = r + Σ λ force, each row · du = −drift."""
+    (M11, M12), (_, M22) = M
+    (x1, y1), drift1, (X1, Y1) = one
+    (x2, y2), drift2, (X2, Y2) = two
+    rows = x1 * y2 - x2 * y1
+    du = (y1 * drift2 - y2 * drift1) / rows, (x2 * drift1 - x1 * drift2) / rows
+    missing = M11 * du[0] + M12 * du[1] - r[0], M12 * du[0] + M22 * du[1] - r[1]
+    forces = X1 * Y2 - X2 * Y1
+    return du, [
+        (Y2 * missing[0] - X2 * missing[1]) / forces,
+        (X1 * missing[1] - Y1 * missing[0]) / forces,
+    ]
+
+
+def _parallel(constraints: list[Constraint]) -> bool:
+    """Return whether two constraints bar the same motion."""
+    if len(constraints) < 2:
+        return False
+    return same_way(constraints[0].row, constraints[1].row)
+
+
+def same_way(first: Pair, second: Pair) -> bool:
+    """Return whether two rows are parallel, but for rounding."""
+    x1, y1, x2, y2 = (float(entry) for entry in (*first, *second))
+    size = (abs(x1) + abs(y1)) * (abs(x2) + abs(y2))
+    return abs(x1 * y2 - x2 * y1) <= _PARALLEL * size

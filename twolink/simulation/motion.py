@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from twolink.effects import Effect
+from twolink.effects import nonsmooth
 from twolink.scene import Scene
 from twolink.simulation.run import MotionRun
 from twolink.simulation.taylor import taylor_run
 
 
-def has_modes(effects: tuple[Effect, ...]) -> bool:
-    """Return whether any effect makes joints stick and slip."""
-    return any(getattr(effect, "has_modes", False) for effect in effects)
+def has_modes(scene: Scene) -> bool:
+    """Return whether any effect of a scene makes modes: dry friction, or obstacles."""
+    return bool(nonsmooth(scene.effects, scene.chain))
 
 
 def motion_run(
@@ -21,17 +21,22 @@ def motion_run(
     *,
     formulation: str,
     precision: str = "double",
+    order: int | None = None,
     longest_step: float | None = None,
 ) -> MotionRun:
     """Return a scene's motion at increasing times (s), the first of them 0.
 
-    With stick and slip the modes are written with Lagrange's equations, whatever the formulation.
+    Modes are written with speeds: in place of momenta they take Lagrange's equations.
     """
-    if has_modes(scene.effects):
+    options: dict[str, Any] = {
+        "formulation": formulation,
+        "precision": precision,
+        "order": order,
+        "longest_step": longest_step,
+    }
+    if has_modes(scene):
         # What a scene does not call for is not even imported.
         from twolink.simulation.events import event_run
 
-        return event_run(scene, times, precision=precision, longest_step=longest_step)
-    return taylor_run(
-        scene, times, formulation=formulation, precision=precision, longest_step=longest_step
-    )
+        return event_run(scene, times, **options)
+    return taylor_run(scene, times, **options)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from twolink.scene import Scene
-from twolink.simulation.mode import Event
+from twolink.simulation.mode import Event, Impact
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +36,11 @@ class MotionRun(ABC):
     @property
     def events(self) -> tuple[Event, ...]:
         """The beginnings of modes: none in a motion without."""
+        return ()
+
+    @property
+    def log(self) -> tuple[Impact, ...]:
+        """The impacts: none in a motion without."""
         return ()
 
     @abstractmethod

@@ -1,19 +1,20 @@
 """From a scene to a trajectory whose global error was measured.
 
 Accuracy is the largest error of q (rad) and u (rad/s) over the whole run, not a tolerance for a
-step. It is found by running again: in the same precision with shorter steps, which changes both
-truncation and rounding, and where that comes near to what is allowed, in a longer precision,
-which is as good as the truth. When double precision cannot deliver, the longer one does.
+step. It is found by running twice: at an order of the Taylor series whose truncation stands well
+above rounding, and at a higher one. Their difference is the error of the coarser run, and more
+than that of the finer one, which is kept. Where rounding itself is at stake a longer precision
+judges, and where double precision cannot deliver, the longer one does.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twolink.errors import SimulationError
 from twolink.scene import METHODS, Scene
@@ -21,13 +22,15 @@ from twolink.simulation.equations import EQUATIONS
 from twolink.simulation.motion import has_modes, motion_run
 from twolink.simulation.numeric import SCIPY, NumericRun, numeric_run
 from twolink.simulation.run import MotionRun
-from twolink.simulation.taylor import PRECISIONS, heyoka_is_here
+from twolink.simulation.taylor import FULL_ORDERS, PRECISIONS, heyoka_is_here, rounding
 from twolink.simulation.trajectory import Array, Statistics, Trajectory
 
-# Two runs of one precision may err alike by chance. Their difference times the first number
-# stands for the error, and only where it is that far below what is allowed; else a longer
-# precision judges.
-_CAUTION = 10.0
+# The orders at which a step's truncation, exp(−2 (p + 1)), stands some fifty times above rounding.
+_TRUNCATED = {"double": 15, "long double": 19, "quadruple": 33}
+_LOWEST_ORDER = 7
+
+# By so much more than the truncation of a step may errors grow over a run before it is tried again.
+_GROWTH = 100.0
 
 # A fixed step is halved until it has become as short as this many to the run.
 _MOST_STEPS = 200_000
@@ -88,62 +91,138 @@ def _check(scene: Scene, accuracy: float, method: str, formulation: str, samples
         raise SimulationError(f"formulation is '{formulation}'; allowed are {', '.join(EQUATIONS)}")
     if samples < 2:
         raise SimulationError(f"samples is {samples}; allowed is 2 or more")
-    if has_modes(scene.effects):
-        if method != "taylor":
-            raise SimulationError(
-                f"method is '{method}' and joints may stick; allowed is taylor, which finds when"
-            )
-        if formulation == "kane":
-            raise SimulationError(
-                "formulation is 'kane' and joints may stick; allowed is lagrange, in which the "
-                "modes are written"
-            )
-    for effect in scene.effects:
-        if getattr(effect, "may_stick", False):
-            raise SimulationError(
-                "the end force has friction and D may stop; allowed is friction with sliding = 1 "
-                "or -1, for a motion in which D slides one way"
-            )
+    if has_modes(scene) and method != "taylor":
+        raise SimulationError(
+            f"method is '{method}' and the scene has dry friction or obstacles; allowed is taylor, "
+            "which finds when they begin and end"
+        )
 
 
 def _by_taylor(asked: _Asked) -> Trajectory:
-    """Go up the precisions until one meets what was asked."""
+    """Go up the orders, and then the precisions, until one meets what was asked."""
     runs: list[MotionRun] = []
 
-    def run(precision: str, longest_step: float | None = None) -> MotionRun:
+    def run(precision: str, order: int) -> MotionRun:
         runs.append(
             motion_run(
                 asked.scene,
                 asked.times,
                 formulation=asked.formulation,
                 precision=precision,
-                longest_step=longest_step,
+                order=order,
             )
         )
         return runs[-1]
 
-    errors: NDArray[Any] = np.zeros_like(asked.times)
-    kept = run(PRECISIONS[0])
-    for longer in (*PRECISIONS[1:], None):
-        again = run(kept.precision, 0.6 * asked.scene.duration / kept.steps)
-        errors = _CAUTION * _difference(kept, again)
-        if errors.max() <= asked.accuracy / _CAUTION or longer is None:
-            break
-        judge = run(longer)
-        errors = _difference(kept, judge)
+    def ended(kept: MotionRun, errors: Array) -> Trajectory:
+        return _trajectory(asked, kept, errors, runs)
+
+    kept, errors, growth = _by_orders(asked, run)
+    if kept is not None and errors.max() <= asked.accuracy:
+        return ended(kept, errors)
+    if kept is None or kept.order < FULL_ORDERS["double"]:
+        kept = run("double", FULL_ORDERS["double"])
+    for longer in PRECISIONS[1:]:
+        full = FULL_ORDERS[longer]
+        judge = run(longer, _judging_order(asked, growth, kept.precision, full))
+        errors = _difference(kept, judge, asked)
         if errors.max() <= asked.accuracy:
+            return ended(kept, errors)
+        kept = judge if judge.order == full else run(longer, full)
+        truncated = _TRUNCATED[longer]
+        errors = _difference(run(longer, truncated), kept, asked)
+        if errors.max() <= asked.accuracy:
+            return ended(kept, errors)
+        growth = max(growth, float(errors.max()) / _truncation(truncated))
+    return ended(kept, errors)
+
+
+def _by_orders(
+    asked: _Asked, run: Callable[[str, int], MotionRun]
+) -> tuple[MotionRun | None, Array, float]:
+    """Return the run in double precision that was kept, if any, and what its errors stay below.
+
+    The third is by how much the truncation of a step has grown over the run.
+    """
+    errors: Array = np.full_like(asked.times, np.inf)
+    growth = _GROWTH
+    order = _order_for(asked.accuracy / growth)
+    highest = _TRUNCATED["double"]
+    fine: MotionRun | None = None
+    while order <= highest:
+        coarse = fine if fine is not None and fine.order == order else run("double", order)
+        fine = run("double", FULL_ORDERS["double"] if order == highest else order + 2)
+        errors = _difference(coarse, fine, asked)
+        worst = float(errors.max())
+        if worst < np.inf:
+            growth = worst / _truncation(order)
+        if worst <= asked.accuracy or order == highest:
             break
-        kept = judge
-    return _trajectory(asked, kept, errors, runs)
+        order = max(order + 2, min(_order_for(asked.accuracy / growth), highest))
+    return fine, errors, growth
 
 
-def _difference(first: MotionRun | NumericRun, second: MotionRun | NumericRun) -> Array:
-    """Return the largest difference so far of any angle or speed (rad, rad/s), shape (n,)."""
+def _judging_order(asked: _Asked, growth: float, precision: str, full: int) -> int:
+    """Return the order at which a longer precision judges a run in this one.
+
+    It is the full one, unless the run will do and a lower one can tell.
+    """
+    # A step errs by about a quarter of the rounding of a sum.
+    will_do = growth * rounding(precision) / 4 < asked.accuracy
+    return min(full, _order_for(asked.accuracy / 10 / growth)) if will_do else full
+
+
+def _truncation(order: int) -> float:
+    return math.exp(-2 * (order + 1))
+
+
+def _order_for(truncation: float) -> int:
+    """Return the lowest order with exp(−2 (p + 1)) below a truncation."""
+    return max(_LOWEST_ORDER, _odd(-math.log(truncation) / 2 - 1))
+
+
+def _odd(order: float) -> int:
+    """Return the next odd number."""
+    return 2 * math.ceil((order - 1) / 2) + 1
+
+
+def _difference(
+    first: MotionRun | NumericRun, second: MotionRun | NumericRun, asked: _Asked
+) -> Array:
+    """Return the largest difference so far of any angle or speed (rad, rad/s), shape (n,).
+
+    Where events differ, so does the motion from there on: in time by as much as they do (s), or,
+    if they are others, entirely. Samples so near to an impact that it may be before or after them
+    are not compared.
+    """
     earlier, later = np.concatenate([first.q, first.u]), np.concatenate([second.q, second.u])
     if earlier.dtype != later.dtype:
         # NumPy does not mix long doubles with heyoka's quadruple numbers.
         earlier = np.vectorize(type(later.flat[0]), otypes=[later.dtype])(earlier)
-    return np.maximum.accumulate(np.abs(later - earlier).max(axis=0).astype(float))
+    errors = np.abs(later - earlier).max(axis=0).astype(float)
+    if isinstance(first, MotionRun) and isinstance(second, MotionRun):
+        for impact in second.log:
+            errors[np.abs(asked.times - impact.time) <= asked.accuracy] = 0.0
+        for time, error in _event_errors(first, second):
+            errors[asked.times >= time] = np.maximum(errors[asked.times >= time], error)
+    return np.asarray(np.maximum.accumulate(errors))
+
+
+def _event_errors(first: MotionRun, second: MotionRun) -> Iterator[tuple[float, float]]:
+    """Return the time (s) of each event and how much it differs (s): infinitely, if it is another.
+
+    Of bounces that die away, each precision sees so many as it can.
+    """
+    for ours, theirs in zip(first.events, second.events, strict=False):
+        same = ours.mode == theirs.mode
+        yield theirs.time, abs(ours.time - theirs.time) if same else np.inf
+    if len(first.events) != len(second.events):
+        common = min(len(first.events), len(second.events))
+        longer = max(first.events, second.events, key=len)
+        yield longer[common].time, np.inf
+    for one, other in zip(first.log, second.log, strict=False):
+        same = one.index == other.index
+        yield other.time, abs(one.time - other.time) if same else np.inf
 
 
 def _by_refining(asked: _Asked, method: str, *, first: float, least: float) -> Trajectory:
@@ -155,7 +234,7 @@ def _by_refining(asked: _Asked, method: str, *, first: float, least: float) -> T
         fineness *= factor
         runs.append(_numeric(asked, method, fineness))
         # The finer run is kept, and the change stands for the error of the coarser one.
-        errors = _difference(runs[-2], runs[-1])
+        errors = _difference(runs[-2], runs[-1], asked)
         if errors.max() <= asked.accuracy:
             break
     kept = runs[-1]
@@ -191,7 +270,7 @@ def _trajectory(
     made = _made(
         asked, kept.q, kept.u, errors, "taylor", kept.precision, statistics, dense=kept.dense
     )
-    return replace(made, events=kept.events, formulation=kept.formulation)
+    return replace(made, events=kept.events, impacts=kept.log, formulation=kept.formulation)
 
 
 def _made(

@@ -24,12 +24,26 @@ from twolink.scene import Scene
 from twolink.simulation.equations import EQUATIONS
 from twolink.simulation.run import MotionRun
 
-# The tolerance of a step in each precision: a little below its own rounding, and such that the
-# order is no multiple of four. From the source's natural start (q = 0 at rest) only every fourth
-# coefficient of a series in t is there, and an order that ends on two missing ones sees an
-# endless step.
-TOLERANCES = {"double": 1e-17, "long double": 1e-19, "quadruple": 1e-35}
-PRECISIONS = tuple(TOLERANCES)
+# The order that brings a step down to rounding in each precision. Orders are odd: from the source's
+# natural start (q = 0 at rest) only every fourth coefficient of a series in t is there, and an
+# order that ends on two missing ones, a multiple of four, sees an endless step.
+FULL_ORDERS = {"double": 21, "long double": 23, "quadruple": 41}
+PRECISIONS = tuple(FULL_ORDERS)
+
+
+def step_tolerance(precision: str, order: int | None = None) -> float:
+    """Return the tolerance of a step for which heyoka takes an order; by default the full one.
+
+    heyoka takes the smallest order p with exp(−2 (p − 1)) below the tolerance (Jorba and Zou, A
+    software package for the numerical integration of ODEs by means of high-order Taylor methods,
+    2005, section 3.2).
+    """
+    return math.exp(-2 * ((order or FULL_ORDERS[precision]) - 1) + 0.4)
+
+
+def rounding(precision: str) -> float:
+    """Return the distance from 1 to the next number of a precision."""
+    return {"double": 2.0**-52, "long double": 2.0**-63, "quadruple": 2.0**-112}[precision]
 
 
 def heyoka() -> Any:
@@ -74,7 +88,7 @@ class TaylorRun(MotionRun):
 
     def dense(self) -> Callable[[Any], tuple[Any, Any]]:
         """Return q and u as functions of time (s): the very polynomials of this run's steps."""
-        compiled, kind = _ready(self.scene, self.formulation, self.precision)
+        compiled, kind = _ready(self.scene, self.formulation, self.precision, self.order)
         *_, output, _ = compiled.integrator.propagate_until(
             kind(self.scene.duration), c_output=True, max_delta_t=kind(self.longest_step)
         )
@@ -94,15 +108,16 @@ def taylor_run(
     *,
     formulation: str,
     precision: str = "double",
+    order: int | None = None,
     longest_step: float | None = None,
 ) -> TaylorRun:
-    """Return a scene's motion by Taylor series, each step to rounding, at increasing times (s).
+    """Return a scene's motion by Taylor series at increasing times (s), the first of them 0.
 
-    The first time is 0. `longest_step` (s) caps the steps. Raises `SimulationError` when the
-    motion cannot be followed to the last time.
+    Each step goes to rounding, unless a lower `order` is given; `longest_step` (s) caps it. Raises
+    `SimulationError` when the motion cannot be followed to the last time.
     """
     start = perf_counter()
-    compiled, kind = _ready(scene, formulation, precision)
+    compiled, kind = _ready(scene, formulation, precision, order)
     compile_seconds = perf_counter() - start
     integrator = compiled.integrator
     cap = longest_step or default_longest_step(scene)
@@ -154,10 +169,17 @@ class _Compiled:
     chain: Chain
 
 
-def _ready(scene: Scene, formulation: str, precision: str) -> tuple[_Compiled, Any]:
+def _ready(
+    scene: Scene, formulation: str, precision: str, order: int | None
+) -> tuple[_Compiled, Any]:
     """Return a scene's compiled integrator, set to its start, and its kind of number."""
     compiled = _compiled(
-        scene.chain, scene.effects, formulation, precision, scene.chain._exact_inertia
+        scene.chain,
+        scene.effects,
+        formulation,
+        precision,
+        order or FULL_ORDERS[precision],
+        scene.chain._exact_inertia,
     )
     kind = number_type(precision)
     q = (kind(scene.q[0]), kind(scene.q[1]))
@@ -168,12 +190,13 @@ def _ready(scene: Scene, formulation: str, precision: str) -> tuple[_Compiled, A
     return compiled, kind
 
 
-@functools.lru_cache(maxsize=32)
+@functools.lru_cache(maxsize=128)
 def _compiled(
     chain: Chain,
     effects: tuple[Effect, ...],
     formulation: str,
     precision: str,
+    order: int,
     exact_inertia: Pair | None,
 ) -> _Compiled:
     """Return a compiled integrator, kept for scenes that differ in their start alone.
@@ -188,5 +211,5 @@ def _compiled(
     first, second = EQUATIONS[formulation].rates(own, effects, (q1, q2), (x1, x2), hy.time)
     system = list(zip((q1, q2, x1, x2), (*first, *second), strict=True))
     zeros = np.array([kind(0)] * 4)
-    tolerance = kind(TOLERANCES[precision])
+    tolerance = kind(step_tolerance(precision, order))
     return _Compiled(hy.taylor_adaptive(system, zeros, tol=tolerance, fp_type=kind), own)

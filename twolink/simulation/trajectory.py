@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 
 from twolink import kinematics, lagrange
 from twolink.chain import Chain, Point
+from twolink.effects import Effect, nonsmooth, smooth_loads
 from twolink.errors import SimulationError
 from twolink.files import written_whole
-from twolink.loads import Force
+from twolink.loads import Force, Loads
+from twolink.nonsmooth import Obstacle
 from twolink.scene import Scene
-from twolink.simulation.equations import loads_of
-from twolink.simulation.mode import Event
+from twolink.simulation.mode import Event, Impact, Mode
 
 # Between two samples the motion is a polynomial or two of some twentieth degree.
 _NODES = 16
@@ -50,7 +51,8 @@ class Trajectory:
     `error` is the measured global error (rad, rad/s), and `accuracy` what was asked for;
     `holds_until` is the time (s) up to which it is met. `effects` are the effects that were
     simulated. `notes` has a sentence for whatever was done otherwise than asked. `events` are the
-    beginnings of modes of stick and slip. Arrays cannot be written to.
+    beginnings of modes (none in a motion that is smooth), `impacts` what was struck. Arrays cannot
+    be written to.
     """
 
     scene: Scene
@@ -66,6 +68,7 @@ class Trajectory:
     statistics: Statistics
     notes: tuple[str, ...] = ()
     events: tuple[Event, ...] = ()
+    impacts: tuple[Impact, ...] = ()
     _dense: Callable[[], Dense] | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -143,62 +146,121 @@ class Trajectory:
         m a_C less the effects' forces on the link.
         """
         chain, q, u = self.chain, tuple(self.q), tuple(self.u)
-        loads = loads_of(self.scene.effects, chain, q, u, self.t)
+        total = np.zeros((2, *self.q.shape))
         du = self._accelerations()
-        missing = []
-        for link, mass, centre in ((1, chain.m1, chain.C1), (2, chain.m2, chain.C2)):
-            total = mass * np.array(kinematics.acceleration(chain, q, u, tuple(du), centre))
+        links = ((1, chain.m1, chain.C1), (2, chain.m2, chain.C2))
+        for link, mass, centre in links:
+            inertia = mass * np.array(kinematics.acceleration(chain, q, u, tuple(du), centre))
+            total[link - 1] = inertia
+        for now, loads, _ in self._by_mode(self.t, self.q, self.u):
             for load in loads:
-                if isinstance(load, Force) and load.point.link == link:
-                    total = total - np.array(np.broadcast_arrays(*load.components, self.t)[:2])
-            missing.append(total)
-        at_B = missing[1]
-        return missing[0] + at_B, at_B
+                if isinstance(load, Force):
+                    force = np.array(np.broadcast_arrays(*load.components, self.t[now])[:2])
+                    total[load.point.link - 1][:, now] -= force
+        return total[0] + total[1], total[1]
 
     def _accelerations(self) -> Array:
         """Return du/dt (rad/s²) at the samples, shape (2, n): in each mode by its own equations."""
-        q, u = tuple(self.q), tuple(self.u)
-        if not self.events:
-            loads = loads_of(self.scene.effects, self.chain, q, u, self.t)
-            return np.array(lagrange.forward_dynamics(self.chain, q, u, loads))
-        from twolink.simulation.modes import FrictionModes, split_friction
-
-        smooth, friction = split_friction(self.scene.effects)
-        assert friction is not None
-        modes = FrictionModes(self.chain, smooth, friction)
         found = np.empty_like(self.q)
-        index = np.searchsorted([event.time for event in self.events], self.t, side="right") - 1
+        for now, _, du in self._by_mode(self.t, self.q, self.u):
+            found[:, now] = du
+        return found
+
+    def _by_mode(
+        self, times: Array, q: Array, u: Array
+    ) -> Iterator[tuple[NDArray[np.bool_], Loads, Array]]:
+        """Return, for each mode, the times in it (as a mask), all that acts, and du/dt there."""
+        if not self.events:
+            loads = smooth_loads(self.scene.effects, self.chain, tuple(q), tuple(u), times)
+            du = lagrange.forward_dynamics(self.chain, tuple(q), tuple(u), loads)
+            yield np.ones(len(times), dtype=bool), loads, np.array(np.broadcast_arrays(*du))
+            return
+        from twolink.simulation.modes import Modes
+
+        modes = Modes(self.chain, self.scene.effects, lagrange)
+        for now, mode in self._modes_at(times):
+            t, pair, speeds = times[now], tuple(q[:, now]), tuple(u[:, now])
+            solution = modes.solution(mode, pair, speeds, t)
+            loads = modes.loads(solution, pair, speeds, t)
+            yield now, loads, np.array(np.broadcast_arrays(*solution.du, t)[:2])
+
+    def _modes_at(self, times: Array) -> Iterator[tuple[NDArray[np.bool_], Mode]]:
+        """Return each event's mode, and which of the times (s) are in it."""
+        index = np.searchsorted([event.time for event in self.events], times, side="right") - 1
         for number, event in enumerate(self.events):
             now = index == number
-            q, u = tuple(self.q[:, now]), tuple(self.u[:, now])
-            rates = modes.accelerations(event.mode, q, u, self.t[now])
-            found[:, now] = np.array(np.broadcast_arrays(*rates))
-        return found
+            if now.any():
+                yield now, event.mode
 
     def work(self) -> dict[str, Array]:
         """Return the work of each effect since the start (J), shape (n,), by its name.
 
-        The power is integrated by Gauss's rule between samples, on the run's own polynomials, so
-        the sum of all is the change of T to rounding. Raises `SimulationError` for methods without
-        polynomials.
+        The power is integrated by Gauss's rule between samples and events, on the run's own
+        polynomials, and impacts take what they take: the sum of all is the change of T to rounding.
+        Raises `SimulationError` for methods without polynomials.
         """
         nodes, weights = np.polynomial.legendre.leggauss(_NODES)
         # The power may have kinks where a mode begins: no piece reaches over one.
-        edges = np.union1d(self.t, [event.time for event in self.events])
+        edges = np.union1d(
+            self.t, [*(e.time for e in self.events), *(i.time for i in self.impacts)]
+        )
         half = np.diff(edges)[:, None] / 2
         moments = edges[:-1, None] + half * (1 + nodes)
-        q, u = (tuple(pair) for pair in self.at(moments.ravel()))
+        q, u = self.at(moments.ravel())
         found: dict[str, Array] = {}
-        for number, effect in enumerate(self.scene.effects):
-            loads = effect.loads(self.chain, q, u, moments.ravel())
-            Q1, Q2 = lagrange.generalized_active_force(self.chain, q, loads)
-            power = np.asarray(Q1 * u[0] + Q2 * u[1]).reshape(moments.shape)
-            pieces = (half * weights * power).sum(axis=1)
+        for number, (effect, power) in enumerate(self._powers(moments.ravel(), q, u)):
+            pieces = (half * weights * power.reshape(moments.shape)).sum(axis=1)
             name = type(effect).__name__
             key = name if name not in found else f"{name} {number + 1}"
-            total = np.concatenate([[0.0], np.cumsum(pieces)])
-            found[key] = total[np.searchsorted(edges, self.t)]
+            total = np.concatenate([[0.0], np.cumsum(pieces)])[np.searchsorted(edges, self.t)]
+            found[key] = total + self._given_by_impacts(number)
         return found
+
+    def _powers(self, times: Array, q: Array, u: Array) -> Iterator[tuple[Effect, Array]]:
+        """Return the power of each effect (W), but for impacts."""
+        pair, speeds = tuple(q), tuple(u)
+        given = self._given_by_modes(times, q, u)
+        for number, effect in enumerate(self.scene.effects):
+            loads = smooth_loads((effect,), self.chain, pair, speeds, times)
+            Q1, Q2 = lagrange.generalized_active_force(self.chain, pair, loads)
+            yield effect, Q1 * u[0] + Q2 * u[1] + given[number]
+
+    def _given_by_modes(self, times: Array, q: Array, u: Array) -> Array:
+        """Return the power of each effect's frictions and obstacles (W), shape (effects, n)."""
+        power = np.zeros((len(self.scene.effects), len(times)))
+        if not self.events:
+            return power
+        from twolink.simulation.modes import Modes
+
+        modes = Modes(self.chain, self.scene.effects, lagrange)
+        owners = self._owners()
+        for now, mode in self._modes_at(times):
+            pair, speeds = tuple(q[:, now]), tuple(u[:, now])
+            solution = modes.solution(mode, pair, speeds, times[now])
+            for owner, element, held in zip(owners, modes.elements, solution.held, strict=True):
+                along = element.direction.speed(self.chain, pair, speeds)
+                power[owner, now] += held.normal * along
+                if isinstance(element, Obstacle) and element.tangent is not None:
+                    sliding = element.tangent.speed(self.chain, pair, speeds)
+                    power[owner, now] += held.tangential * sliding
+        return power
+
+    def _given_by_impacts(self, number: int) -> Array:
+        """Return the energy that impacts on an effect's obstacles have given so far (J)."""
+        given = np.zeros_like(self.t)
+        owners = self._owners()
+        for impact in self.impacts:
+            if owners[impact.index] == number:
+                given[self.t >= impact.time] += impact.energy_change
+        return given
+
+    def _owners(self) -> list[int]:
+        """Return the number of the effect that each friction and obstacle comes from."""
+        return [
+            number
+            for number, effect in enumerate(self.scene.effects)
+            for _ in nonsmooth((effect,), self.chain)
+        ]
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write t, q and u to a .npz file (with what is known of them) or a .csv file."""
@@ -223,6 +285,7 @@ class Trajectory:
             "statistics": asdict(self.statistics),
             "notes": self.notes,
             "events": [[event.time, event.what] for event in self.events],
+            "impacts": [asdict(impact) for impact in self.impacts],
         }
         with written_whole(file) as temporary, temporary.open("wb") as stream:
             np.savez(stream, t=self.t, q=self.q, u=self.u, about=json.dumps(about))

@@ -1,0 +1,94 @@
+"""Directions of motion: ways to move that friction resists and obstacles bar.
+
+A direction is known by the load that does unit work along it. Each formulation maps that load to
+generalized forces, and by the principle of virtual work these are also the direction's Jacobian:
+its speed is that row times u. So a constraint enters each formulation as a load does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+from twolink.arithmetic import Pair, Scalar
+from twolink.chain import Chain, Point
+from twolink.kinematics import acceleration, position, velocity
+from twolink.loads import Force, Loads, motor_loads
+
+PointName = Literal["B", "C1", "C2", "D"]
+
+
+class Direction(Protocol):
+    """A way to move: its coordinate, how fast it changes, and the load that works along it."""
+
+    def coordinate(self, chain: Chain, q: Pair) -> Scalar:
+        """Return how far the chain is along this direction (rad or m)."""
+
+    def speed(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
+        """Return the coordinate's rate (rad/s or m/s)."""
+
+    def drift(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
+        """Return the coordinate's second derivative when du = 0 (rad/s² or m/s²)."""
+
+    def unit_loads(self, chain: Chain) -> Loads:
+        """Return the loads that do the work of 1 N m a radian, or 1 N a metre, along it."""
+
+
+@dataclass(frozen=True)
+class JointDirection:
+    """The turning of the joint A or B; `sense` is +1 or −1, as its angle grows or falls."""
+
+    joint: Literal["A", "B"]
+    sense: int = 1
+
+    def coordinate(self, chain: Chain, q: Pair) -> Scalar:
+        """Return the joint's angle, q1 or q2 − q1, times the sense (rad)."""
+        return self._of(q)
+
+    def speed(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
+        """Return the joint's speed, u1 or u2 − u1, times the sense (rad/s)."""
+        return self._of(u)
+
+    def drift(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
+        """Return 0: an angle's second derivative is all in du."""
+        return 0
+
+    def unit_loads(self, chain: Chain) -> Loads:
+        """Return a torque of 1 N m in the joint."""
+        return motor_loads(self.sense, 0) if self.joint == "A" else motor_loads(0, self.sense)
+
+    def _of(self, pair: Pair) -> Scalar:
+        of_joint = pair[0] if self.joint == "A" else pair[1] - pair[0]
+        return of_joint if self.sense > 0 else -of_joint
+
+
+@dataclass(frozen=True)
+class PointDirection:
+    """The motion of a named point along a unit vector (x, y)."""
+
+    point: PointName
+    vector: tuple[float, float]
+
+    def coordinate(self, chain: Chain, q: Pair) -> Scalar:
+        """Return the point's position along the vector (m)."""
+        return self._along(position(chain, q, self._of(chain)))
+
+    def speed(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
+        """Return the point's velocity along the vector (m/s)."""
+        return self._along(velocity(chain, q, u, self._of(chain)))
+
+    def drift(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
+        """Return the point's acceleration along the vector when du = 0 (m/s²)."""
+        return self._along(acceleration(chain, q, u, (0, 0), self._of(chain)))
+
+    def unit_loads(self, chain: Chain) -> Loads:
+        """Return a force of 1 N at the point, along the vector."""
+        return (Force(self._of(chain), self.vector),)
+
+    def _of(self, chain: Chain) -> Point:
+        point: Point = getattr(chain, self.point)
+        return point
+
+    def _along(self, vector: Pair) -> Scalar:
+        x, y = self.vector
+        return x * vector[0] + y * vector[1]

@@ -1,0 +1,135 @@
+"""Modes compiled by heyoka, in any precision: each when it is first entered."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from twolink import kane, lagrange
+from twolink.arithmetic import Pair
+from twolink.chain import Chain
+from twolink.effects import Effect
+from twolink.scene import Scene
+from twolink.simulation.mode import Mode, State
+from twolink.simulation.modes import Modes
+from twolink.simulation.taylor import heyoka, number_type, step_tolerance
+from twolink.simulation.watching import Kind, Watch, margin, watches
+
+# Added to what is watched. heyoka misses later roots of a polynomial that starts at zero exactly,
+# as a gap does after an impact: so little moves no root and is not zero.
+_IN_SIGHT = 1e-200
+# Added to what is not to be watched, so that it never falls through zero.
+_OUT_OF_SIGHT = 1e30
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch of the motion in one mode, from a start to an end (s), from q, u and the gaps.
+
+    `unwatched` are those whose quantities have only just left zero, or stay there. `since` is when
+    the mode is said to begin (s).
+    """
+
+    mode: Mode
+    start: Any
+    end: Any
+    state: tuple[Any, ...]
+    unwatched: frozenset[Watch]
+    since: Any
+
+
+@dataclass(frozen=True)
+class CompiledMode:
+    """A mode's integrator, and what it watches for: its event k has the parameter k."""
+
+    integrator: Any
+    watches: tuple[Watch, ...]
+    kind: Any
+
+    def set_to(self, segment: Segment) -> Any:
+        """Return the integrator, set to a segment's start."""
+        integrator = self.integrator
+        integrator.state[:] = segment.state
+        integrator.time = segment.start
+        for number, watch in enumerate(self.watches):
+            hidden = watch in segment.unwatched
+            integrator.pars[number] = self.kind(_OUT_OF_SIGHT if hidden else _IN_SIGHT)
+        if self.watches:
+            integrator.reset_cooldowns()
+        return integrator
+
+
+def compiled_mode(
+    scene: Scene, mode: Mode, formulation: str, precision: str, order: int | None
+) -> CompiledMode:
+    """Return a mode's integrator, compiled unless it already was."""
+    return _compiled(
+        scene.chain,
+        scene.effects,
+        mode,
+        formulation,
+        precision,
+        order,
+        scene.chain._exact_inertia,
+    )
+
+
+@functools.lru_cache(maxsize=256)
+def _compiled(
+    chain: Chain,
+    effects: tuple[Effect, ...],
+    mode: Mode,
+    formulation: str,
+    precision: str,
+    order: int | None,
+    exact_inertia: Pair | None,
+) -> CompiledMode:
+    """Return a mode's integrator, kept for all segments and all runs in this mode."""
+    hy = heyoka()
+    kind = number_type(precision)
+    text = kane if formulation == "kane" else lagrange
+    modes = Modes(chain.convert(kind), effects, text)
+    q, u = hy.make_vars("q1", "q2"), hy.make_vars("u1", "u2")
+    solution = modes.solution(mode, q, u, hy.time)
+    # A gap is a variable of its own: it starts at 0 after an impact, and then has digits of its
+    # own, however low the bounce, where a difference of positions would have none left.
+    free = [i for i, state in enumerate(mode.states) if state is State.OPEN]
+    gaps = {index: hy.make_vars(f"gap{index}") for index in free}
+    gap_rates = [modes.elements[index].direction.speed(modes.chain, q, u) for index in free]
+    variables = [*q, *u, *gaps.values()]
+    events: list[Any] = []
+    watched: list[Watch] = []
+    for watch in watches(modes, mode):
+        if watch.kind is Kind.HITS:
+            quantity = gaps[watch.number]
+        else:
+            quantity = margin(watch, modes, mode, solution, q, u)
+        if not _is_constant(quantity):
+            quantity = quantity + hy.par[len(events)]
+            falling = hy.event_direction.negative
+            events.append(hy.t_event(quantity, direction=falling, fp_type=kind))
+            watched.append(watch)
+    rates = [
+        rate if isinstance(rate, hy.expression) else hy.expression(rate)
+        for rate in (*u, *solution.du, *gap_rates)
+    ]
+    integrator = hy.taylor_adaptive(
+        list(zip(variables, rates, strict=True)),
+        np.array([kind(0)] * len(variables)),
+        tol=kind(step_tolerance(precision, order)),
+        fp_type=kind,
+        t_events=events,
+    )
+    return CompiledMode(integrator, tuple(watched), kind)
+
+
+def _is_constant(value: Any) -> bool:
+    """Return whether a number or an expression is the same always: such an event never comes."""
+    try:
+        float(str(value))
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,307 @@
+"""The course of a motion from mode to mode.
+
+heyoka finds the time at which a mode ends, to rounding of the precision; there what came to rest
+is set to rest exactly, what met an obstacle is struck, and the next mode takes over.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from twolink import kane, lagrange
+from twolink.arithmetic import Pair
+from twolink.directions import Direction
+from twolink.errors import SimulationError
+from twolink.nonsmooth import DryFriction, Obstacle
+from twolink.scene import Scene
+from twolink.simulation.compiled_mode import Segment, compiled_mode
+from twolink.simulation.mode import Impact, Mode, State
+from twolink.simulation.modes import Modes, rests
+from twolink.simulation.striking import Striking
+from twolink.simulation.taylor import heyoka, number_type, rounding
+from twolink.simulation.watching import Kind, Watch
+
+# Modes that follow each other without time passing: more would go on for ever.
+_MOST_AT_ONCE = 8
+
+# The moment for which what has just begun to move is not watched, in longest steps.
+_UNWATCHED = 1e-3
+
+# So near, in units of rounding of where things are, is touching.
+_NEAR = 8
+
+
+class Course:
+    """A motion on its way: where it stands, in which mode, and what it has left behind."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        times: Any,
+        formulation: str,
+        precision: str,
+        order: int | None,
+        cap: float,
+    ) -> None:
+        """Stand at the start of a scene, with steps of at most `cap` (s) to take."""
+        kind = number_type(precision)
+        self._scene, self._precision, self._kind, self._cap = scene, precision, kind, cap
+        self._formulation, self._order_asked = formulation, order
+        text = kane if formulation == "kane" else lagrange
+        self._modes = Modes(scene.chain.convert(kind), scene.effects, text)
+        self._striking = Striking(self._modes)
+        self.grid = np.array([kind(t) for t in times])
+        self._q: Pair = (kind(scene.q[0]), kind(scene.q[1]))
+        self._u: Pair = (kind(scene.u[0]), kind(scene.u[1]))
+        self._now = kind(0)
+        self._resolution = rounding(precision)
+        self._shortest = cap * math.sqrt(self._resolution)
+        # What is touched and not moving away or towards, though it may not push.
+        self._touched: set[int] = set()
+        # When the mode is said to begin: after bounces too low to be seen, a little later.
+        self._since = kind(0)
+        # Until when the motion is followed in one go: to see the end of a short flight.
+        self._horizon = kind(0)
+        self._guards: dict[Watch, Any] = {}
+        self._at_once = 0
+        self.rows: list[Any] = []
+        self.segments: list[Segment] = []
+        self.impacts: list[Impact] = []
+        self.steps = self.order = self.operations = 0
+        self.compile_seconds = self.run_seconds = 0.0
+        self._begin()
+
+    @property
+    def done(self) -> bool:
+        """Whether the last time is reached."""
+        return bool(self._now >= self.grid[-1])
+
+    def _begin(self) -> None:
+        """Refuse a start inside an obstacle, and strike what is run into at once."""
+        for element in self._modes.elements:
+            gap = 0 if isinstance(element, DryFriction) else self._gap(element)
+            if gap < 0 and not self._is_near(element, gap):
+                raise SimulationError(
+                    f"{element.name}: the scene starts {-float(gap):.6g} inside; allowed is a "
+                    "start on its outside, or on it"
+                )
+        self._mode = Mode(self._modes.names, (State.OPEN,) * len(self._modes.elements))
+        self._strike()
+
+    def _gap(self, obstacle: Any) -> Any:
+        """Return how far an obstacle is away (rad or m)."""
+        return obstacle.direction.coordinate(self._modes.chain, self._q) - obstacle.bound
+
+    def _gaps(self) -> list[Any]:
+        """Return the gaps of the obstacles that are free in this mode, 0 where they are touched."""
+        gaps = []
+        for element, state in zip(self._modes.elements, self._mode.states, strict=True):
+            if state is State.OPEN:
+                gap = self._gap(element)
+                gaps.append(0 * gap if self._is_near(element, gap) else gap)
+        return gaps
+
+    def _is_near(self, obstacle: Any, gap: Any) -> bool:
+        """Return whether a gap is no more than rounding."""
+        size = max(1.0, abs(float(obstacle.bound)))
+        return bool(abs(gap) <= _NEAR * self._resolution * size)
+
+    def _near(self) -> set[int]:
+        """Return the obstacles that are touched, but for rounding."""
+        return {
+            index
+            for index, element in enumerate(self._modes.elements)
+            if isinstance(element, Obstacle) and self._is_near(element, self._gap(element))
+        }
+
+    def advance(self) -> None:
+        """Follow the motion to the end of its mode, or to the last time."""
+        self._guards = {watch: t for watch, t in self._guards.items() if t > self._now}
+        until = min([self.grid[-1], *self._guards.values()])
+        if self._now < self._horizon:
+            until = min(until, self._horizon)
+        start = self._now
+        begun = perf_counter()
+        resting = {Watch(Kind.HITS, index) for index in self._touched}
+        unwatched = frozenset({*self._guards, *resting})
+        state = (*self._q, *self._u, *self._gaps())
+        segment = Segment(self._mode, start, until, state, unwatched, max(start, self._since))
+        compiled = compiled_mode(
+            self._scene, self._mode, self._formulation, self._precision, self._order_asked
+        )
+        integrator = compiled.set_to(segment)
+        self.compile_seconds += perf_counter() - begun
+        begun = perf_counter()
+        outcome = self._integrate(integrator, start, until)
+        self.run_seconds += perf_counter() - begun
+        self._now = self._kind(integrator.time)
+        q1, q2, u1, u2 = integrator.state[:4]
+        self._q, self._u = (q1, q2), (u1, u2)
+        self.segments.append(replace(segment, end=self._now))
+        if outcome != heyoka().taylor_outcome.time_limit:
+            self._change_mode(outcome, compiled.watches, start)
+
+    def _integrate(self, integrator: Any, start: Any, until: Any) -> Any:
+        """Run an integrator, keep what it finds at the times asked for, and return its outcome."""
+        # The first time of a grid is where the integrator stands; the last is where it shall stop.
+        ahead = [start]
+        places = []
+        for t in self.grid[len(self.rows) :]:
+            if t > until:
+                break
+            if start < t < until:
+                ahead.append(t)
+            places.append(len(ahead) if t == until and until > start else len(ahead) - 1)
+        outcome, _, _, taken, _, values = integrator.propagate_grid(
+            np.array([*ahead, until]), max_delta_t=self._kind(self._cap)
+        )
+        self.rows += [values[place][:4] for place in places if place < len(values)]
+        self.steps += taken
+        self.order = integrator.order
+        inputs_and_outputs = 2 * len(integrator.state)
+        self.operations = max(self.operations, len(integrator.decomposition) - inputs_and_outputs)
+        return outcome
+
+    def _change_mode(self, outcome: Any, watched: tuple[Watch, ...], start: Any) -> None:
+        """Go on after what was watched for has come to pass."""
+        index = -int(outcome.value) - 1
+        if not 0 <= index < len(watched):
+            raise SimulationError(
+                f"the motion could not be followed beyond {float(self._now):.6g} s "
+                f"({outcome.name}); allowed are scenes whose motion stays finite"
+            )
+        self._at_once = self._at_once + 1 if self._now == start else 0
+        if self._at_once > _MOST_AT_ONCE:
+            raise SimulationError(
+                f"modes follow each other without end at {float(self._now):.9g} s; allowed are "
+                "scenes whose modes last"
+            )
+        watch = watched[index]
+        element = self._modes.elements[watch.number]
+        self._settle()
+        if watch.kind is Kind.HITS or self._runs_into_something():
+            self._strike()
+        elif watch.kind is Kind.STOPS:
+            slides = element.direction if isinstance(element, DryFriction) else element.tangent
+            assert slides is not None
+            self._u = self._striking.stopped([slides, *self._barred()], self._q, self._u)
+            self._enter({})
+        elif watch.kind is Kind.LEAVES:
+            self._touched.discard(watch.number)
+            self._enter({watch.number: State.OPEN})
+        else:
+            slips = State.FORWARD if watch.sense > 0 else State.BACKWARD
+            self._enter({watch.number: slips})
+
+    def _barred(self) -> list[Direction]:
+        """Return the directions in which the mode lets nothing move."""
+        found = []
+        for element, state in zip(self._modes.elements, self._mode.states, strict=True):
+            if isinstance(element, Obstacle) and state is not State.OPEN:
+                found.append(element.direction)
+                if state is State.STICKS and element.tangent is not None:
+                    found.append(element.tangent)
+            elif state is State.STICKS:
+                found.append(element.direction)
+        return found
+
+    def _settle(self) -> None:
+        """Set to rest exactly what the mode holds at rest, where it is so to rounding."""
+        self._u = self._striking.stopped(self._barred(), self._q, self._u)
+
+    def _runs_into_something(self) -> bool:
+        """Return whether what is touched is also approached: by chance two events may coincide."""
+        return any(
+            self._striking.approached(index, self._q, self._u)
+            for index in self._near() - self._touched
+        )
+
+    def _strike(self) -> None:
+        """Let all that is touched and run into be struck, and go on."""
+        near = self._near() | self._touched
+        for index in sorted(near):
+            self._q = self._striking.placed(self._modes.elements[index], self._q)
+        struck = self._striking.impacts(self._q, self._u, near, float(self._now))
+        self._u = struck.u
+        self.impacts += struck.impacts
+        self._touched = struck.resting
+        self._enter({})
+        for index in sorted({impact.index for impact in struck.impacts} - struck.resting):
+            self._rebound(index)
+
+    def _rebound(self, index: int) -> None:
+        """Let fly what has bounced, or let it rest where the bounces to come are over at once.
+
+        From a speed v and under an acceleration −a they take the time 2v/a, e times that, e²
+        times that, …: together 2v/a/(1 − e), with an error of the order of that time's square.
+        They are left out where that is less than rounding.
+        """
+        element = self._modes.elements[index]
+        assert isinstance(element, Obstacle)
+        row = self._modes.row(element.direction, self._q)
+        speed = row[0] * self._u[0] + row[1] * self._u[1]
+        du = self._modes.accelerations(self._mode, self._q, self._u, self._now)
+        drift = element.direction.drift(self._modes.chain, self._q, self._u)
+        back = -(row[0] * du[0] + row[1] * du[1] + drift)
+        if back <= 0:
+            return
+        flight = 2 * speed / back
+        lasting = flight / (1 - element.restitution) if element.restitution < 1 else None
+        if lasting is None or lasting > self._shortest:
+            # A step much longer than the flight would hide its end from heyoka's search for roots.
+            self._horizon = self._now + 2 * flight
+            return
+        self._u = self._striking.captured(element, self._q, self._u)
+        self._touched.add(index)
+        self._enter({})
+        self._since = self._now + lasting
+
+    def _enter(self, known: dict[int, State]) -> None:
+        """Take up the mode that the state goes on in, given what is known of it."""
+        choices = {}
+        for index, element in enumerate(self._modes.elements):
+            choices[index] = (known[index],) if index in known else self._choices(index, element)
+        self._mode = self._modes.mode_at(self._q, self._u, self._now, choices)
+        for index in self._modes.barred_frictions(self._mode, self._q, self._u):
+            self._mode = self._mode.pressed(index)
+        soon = self._now + self._kind(self._cap * _UNWATCHED)
+        for index, state in enumerate(self._mode.states):
+            in_question = len(choices[index]) > 1
+            if state.direction and (index in known or in_question):
+                self._guards[Watch(Kind.STOPS, index)] = soon
+            if state is State.OPEN and (index in known or in_question):
+                self._guards[Watch(Kind.HITS, index)] = soon
+        self._keep_touched()
+
+    def _choices(self, index: int, element: DryFriction | Obstacle) -> tuple[State, ...]:
+        """Return the states that come into question, the most restful first."""
+        slides = element.direction if isinstance(element, DryFriction) else element.tangent
+        if isinstance(element, Obstacle) and index not in self._touched:
+            return (State.OPEN,)
+        if slides is None:
+            return (State.CLOSED, State.OPEN)
+        row = self._modes.row(slides, self._q)
+        leaving = () if isinstance(element, DryFriction) else (State.OPEN,)
+        if rests(row, self._u):
+            return (State.STICKS, State.FORWARD, State.BACKWARD, *leaving)
+        forward = row[0] * self._u[0] + row[1] * self._u[1] > 0
+        return (State.FORWARD if forward else State.BACKWARD, *leaving)
+
+    def _keep_touched(self) -> None:
+        """Forget what is touched no longer; what is held off it by others is touched still."""
+        kept = set()
+        for index in self._touched:
+            if self._mode.states[index] is not State.OPEN:
+                continue
+            element = self._modes.elements[index]
+            row = self._modes.row(element.direction, self._q)
+            du = self._modes.accelerations(self._mode, self._q, self._u, self._now)
+            if rests(row, self._u) and rests(row, du):
+                kept.add(index)
+        pushing = {index for index in self._touched if self._mode.states[index] is not State.OPEN}
+        self._touched = kept | pushing

@@ -1,0 +1,195 @@
+"""What happens in no time: impacts, and what comes to rest exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any, NamedTuple
+
+from twolink import lagrange
+from twolink.arithmetic import Pair, Scalar
+from twolink.directions import Direction, JointDirection
+from twolink.impacts import Response, rough_impulse, smooth_impulse
+from twolink.nonsmooth import DryFriction, Obstacle
+from twolink.simulation.mode import Impact
+from twolink.simulation.modes import Modes, rests, same_way
+
+# Impacts that answer each other at one instant; more than these have come to nothing.
+_MOST_IMPACTS = 1000
+
+# A rebound slower than this part of the approach is the rounding of none.
+_NO_REBOUND = 1e-13
+
+
+class Struck(NamedTuple):
+    """The speeds u (rad/s) after impacts, their log, and the obstacles that are rested on."""
+
+    u: Pair
+    impacts: list[Impact]
+    resting: set[int]
+
+
+class Striking:
+    """Impacts on the obstacles of a chain, and rest that is exact."""
+
+    def __init__(self, modes: Modes) -> None:
+        """Take the chain's modes, which know its obstacles and its formulation."""
+        self._modes = modes
+
+    def placed(self, obstacle: Any, q: Pair) -> Pair:
+        """Return q moved by rounding, so that an obstacle is touched exactly."""
+        direction = obstacle.direction
+        q1, q2 = q
+        if isinstance(direction, JointDirection):
+            angle = direction.sense * obstacle.bound + 0 * q1
+            return (angle, q2) if direction.joint == "A" else (q1, q1 + angle)
+        for _ in range(2):
+            row = self._modes.row(direction, (q1, q2))
+            gap = direction.coordinate(self._modes.chain, (q1, q2)) - obstacle.bound
+            step = gap / (row[0] * row[0] + row[1] * row[1])
+            q1, q2 = q1 - step * row[0], q2 - step * row[1]
+        return q1, q2
+
+    def stopped(self, directions: list[Direction], q: Pair, u: Pair) -> Pair:
+        """Return u with no speed along some directions, where it was no more than rounding."""
+        for direction in directions:
+            if isinstance(direction, JointDirection):
+                u1, u2 = u
+                u = (0 * u1, u2) if direction.joint == "A" else (u1, u1)
+            else:
+                row = self._modes.row(direction, q)
+                u = self._without(row, u)
+        rows = [self._modes.row(direction, q) for direction in directions]
+        if any(not same_way(rows[0], row) for row in rows[1:]):
+            return 0 * u[0], 0 * u[1]
+        return u
+
+    @staticmethod
+    def _without(row: Pair, u: Pair) -> Pair:
+        x, y = row
+        share = (x * u[0] + y * u[1]) / (x * x + y * y)
+        return u[0] - share * x, u[1] - share * y
+
+    def impacts(self, q: Pair, u: Pair, touched: Collection[int], time: float) -> Struck:
+        """Return what becomes of u when all obstacles that are touched and run into strike.
+
+        Where there are several they strike one after the other, the fastest approach first, until
+        nothing is run into any more: each takes no energy or gives none, so neither do they all.
+        """
+        log: list[Impact] = []
+        resting = {index for index in touched if rests(self._row(index, q), u)}
+        for _ in range(_MOST_IMPACTS):
+            speeds = {index: self._speed(index, q, u) for index in touched}
+            approached = {i: speed for i, speed in speeds.items() if self.approached(i, q, u)}
+            if not approached:
+                return Struck(u, log, resting)
+            index = min(approached, key=lambda number: (approached[number], number))
+            impact, u = self._impact(index, q, u, time)
+            log.append(impact)
+            resting = {i for i in resting if i != index and rests(self._row(i, q), u)}
+            if abs(impact.speeds[1]) <= _NO_REBOUND * abs(impact.speeds[0]):
+                u = self.stopped([self._modes.elements[index].direction], q, u)
+                resting.add(index)
+        # They go on answering each other, ever more weakly: in the limit all come to rest.
+        directions = [self._modes.elements[index].direction for index in touched]
+        return Struck(self.stopped(directions, q, u), log, set(touched))
+
+    def approached(self, index: int, q: Pair, u: Pair) -> bool:
+        """Return whether an obstacle is run into, by more than rounding."""
+        row = self._row(index, q)
+        return bool(row[0] * u[0] + row[1] * u[1] < 0) and not rests(row, u)
+
+    def captured(self, obstacle: Obstacle, q: Pair, u: Pair) -> Pair:
+        """Return u without the speed along an obstacle, at which bounces to come are not seen.
+
+        Their impulses, and the friction that goes with them, are those of an impact that takes the
+        rebound back.
+        """
+        row = self._modes.row(obstacle.direction, q)
+        force = row
+        if obstacle.tangent is not None:
+            tangent = self._modes.row(obstacle.tangent, q)
+            if rests(tangent, u):
+                return self.stopped([obstacle.direction, obstacle.tangent], q, u)
+            sliding = tangent[0] * u[0] + tangent[1] * u[1]
+            s = -obstacle.kinetic if sliding > 0 else obstacle.kinetic
+            force = row[0] + s * tangent[0], row[1] + s * tangent[1]
+        speed = row[0] * u[0] + row[1] * u[1]
+        impulse = -speed / self._modes.response(row, force, q)
+        u = self._after(q, u, (impulse * force[0], impulse * force[1]))
+        return self.stopped([obstacle.direction], q, u)
+
+    def _impact(self, index: int, q: Pair, u: Pair, time: float) -> tuple[Impact, Pair]:
+        obstacle = self._modes.elements[index]
+        assert not isinstance(obstacle, DryFriction)
+        row = self._row(index, q)
+        v_n = row[0] * u[0] + row[1] * u[1]
+        G_nn = self._modes.response(row, row, q)
+        sliding = after_sliding = 0 * v_n
+        if obstacle.tangent is None:
+            impulse = smooth_impulse(v_n, G_nn, obstacle.restitution)
+            given = impulse.normal * row[0], impulse.normal * row[1]
+        else:
+            tangent = self._modes.row(obstacle.tangent, q)
+            sliding = tangent[0] * u[0] + tangent[1] * u[1]
+            response = Response(
+                G_nn,
+                self._modes.response(row, tangent, q),
+                self._modes.response(tangent, tangent, q),
+            )
+            impulse = rough_impulse(
+                v_n,
+                sliding,
+                response,
+                friction=obstacle.kinetic,
+                restitution=obstacle.restitution,
+                law=obstacle.law,
+            )
+            given = (
+                impulse.normal * row[0] + impulse.tangential * tangent[0],
+                impulse.normal * row[1] + impulse.tangential * tangent[1],
+            )
+        after = self._after(q, u, given)
+        if obstacle.tangent is not None:
+            if impulse.regime.endswith("sticks"):
+                after = self._stuck(row, tangent, after)
+            after_sliding = tangent[0] * after[0] + tangent[1] * after[1]
+        chain = self._modes.chain
+        energies = tuple(
+            tuple(float(T) for T in lagrange.kinetic_energies(chain, q, speeds))
+            for speeds in (u, after)
+        )
+        log = Impact(
+            time=time,
+            index=index,
+            name=obstacle.name,
+            speeds=(float(v_n), float(row[0] * after[0] + row[1] * after[1])),
+            sliding=(float(sliding), float(after_sliding)),
+            normal_impulse=float(impulse.normal),
+            tangential_impulse=float(impulse.tangential),
+            regime=impulse.regime,
+            u=((float(u[0]), float(u[1])), (float(after[0]), float(after[1]))),
+            energies=energies,  # type: ignore[arg-type]
+        )
+        return log, after
+
+    @staticmethod
+    def _stuck(row: Pair, tangent: Pair, u: Pair) -> Pair:
+        """Return u with the sliding that is no more than rounding taken out, and nothing else."""
+        v = row[0] * u[0] + row[1] * u[1]
+        det = row[0] * tangent[1] - row[1] * tangent[0]
+        return v * tangent[1] / det, -v * tangent[0] / det
+
+    def _after(self, q: Pair, u: Pair, impulse: Pair) -> Pair:
+        """Return u after a generalized impulse (N m s): M Δu = impulse."""
+        chain, formulation = self._modes.chain, self._modes.formulation
+        (M11, M12), (_, M22) = formulation.mass_matrix(chain, q)
+        det = formulation.determinant(chain, q)
+        Q1, Q2 = impulse
+        return u[0] + (M22 * Q1 - M12 * Q2) / det, u[1] + (M11 * Q2 - M12 * Q1) / det
+
+    def _row(self, index: int, q: Pair) -> Pair:
+        return self._modes.row(self._modes.elements[index].direction, q)
+
+    def _speed(self, index: int, q: Pair, u: Pair) -> Scalar:
+        row = self._row(index, q)
+        return row[0] * u[0] + row[1] * u[1]
