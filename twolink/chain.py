@@ -31,20 +31,31 @@ class Point(NamedTuple):
     across: Scalar
 
 
+class Rotor(NamedTuple):
+    """A body on a link that turns at speeds of its own: ω = w1 u1 + w2 u2, with `turning` w.
+
+    `inertia` is about its own axis (kg m²); its mass and place are the link's.
+    """
+
+    inertia: Scalar
+    turning: Pair
+
+
 @dataclass(frozen=True)
 class Chain:
     """A planar two-link chain, each field a pair with an entry for link 1 and link 2.
 
     `mass` in kg; `length` in m, from A to B and from B to D; `centre`, the mass centre's `along`
-    and `across` in m; `inertia` about the mass centre in kg m². Numbers of any kind will do
-    (floats, mpmath, SymPy symbols); real ones are checked, and `ParameterError` names the link,
-    the value received and the values allowed.
+    and `across` in m; `inertia` about the mass centre in kg m². `rotors` turn with the motors, if
+    there are any. Numbers of any kind will do (floats, mpmath, SymPy symbols); real ones are
+    checked, and `ParameterError` names the link, the value received and the values allowed.
     """
 
     mass: Pair
     length: Pair
     centre: tuple[Pair, Pair]
     inertia: Pair
+    rotors: tuple[Rotor, ...] = ()
     # A uniform bar's mL²/12 has no float64 value. Here it is kept whole, for `convert`.
     _exact_inertia: Pair | None = field(default=None, repr=False, compare=False)
 
@@ -119,6 +130,11 @@ class Chain:
 
         Reading it back gives the same parameters (kg, m, kg m²) to the last bit.
         """
+        if self.rotors:
+            raise ParameterError(
+                f"a URDF of a chain with {len(self.rotors)} rotors was asked for; allowed are none, "
+                "since a URDF has no place for them"
+            )
         try:
             plain = self.convert(float)
         except (TypeError, ValueError) as error:
@@ -152,6 +168,7 @@ class Chain:
             length=pair(self.length),
             centre=(pair(self.centre[0]), pair(self.centre[1])),
             inertia=pair(self._exact_inertia or self.inertia),
+            rotors=tuple(Rotor(converted(j), pair(turning)) for j, turning in self.rotors),
         )
 
     # The source's names.

@@ -61,6 +61,10 @@ def generalized_inertia_force(chain: Chain, q: Pair, u: Pair, du: Pair) -> Pair:
     omega1, omega2 = PARTIAL_ANGULAR_VELOCITY[1], PARTIAL_ANGULAR_VELOCITY[2]
     K_in1 = _dot(v_C1.u1, F_in1) + omega1[0] * T_in1 + _dot(v_C2.u1, F_in2) + omega2[0] * T_in2
     K_in2 = _dot(v_C1.u2, F_in1) + omega1[1] * T_in1 + _dot(v_C2.u2, F_in2) + omega2[1] * T_in2
+    for inertia, omega in chain.rotors:
+        # A rotor has the partial angular velocity ω = (w1, w2), and −J α as its inertia torque.
+        T_in = -inertia * (omega[0] * du[0] + omega[1] * du[1])
+        K_in1, K_in2 = K_in1 + omega[0] * T_in, K_in2 + omega[1] * T_in
     return K_in1, K_in2
 
 
@@ -97,6 +101,8 @@ def mass_matrix(chain: Chain, q: Pair) -> Matrix:
     M11 = chain.I_C1 + chain.m1 * _squared_radius(chain.C1) + chain.m2 * chain.L1 * chain.L1
     M12 = chain.m2 * _dot(v_C2.u1, v_C2.u2)
     M22 = chain.I_C2 + chain.m2 * _squared_radius(chain.C2)
+    for inertia, (w1, w2) in chain.rotors:
+        M11, M12, M22 = M11 + inertia * w1 * w1, M12 + inertia * w1 * w2, M22 + inertia * w2 * w2
     return (M11, M12), (M12, M22)
 
 
@@ -130,7 +136,17 @@ def determinant(chain: Chain, q: Pair) -> Scalar:
     _, a, b = chain.C2
     elbow = q[1] - q[0]
     cross = chain.L1 * (a * sin(elbow) + b * cos(elbow))
-    return link1 * link2 + m2 * (chain.L1 * chain.L1 * I_C2 + m2 * (cross * cross))
+    det = link1 * link2 + m2 * (chain.L1 * chain.L1 * I_C2 + m2 * (cross * cross))
+    for number, (inertia, (w1, w2)) in enumerate(chain.rotors):
+        # A rotor's minors: with the links' turning and with the components of their centres.
+        v1, v2 = partial_velocities(chain, q, chain.C2)
+        across = v1[0] * w2 - v2[0] * w1, v1[1] * w2 - v2[1] * w1
+        minors = link1 * w2 * w2 + I_C2 * w1 * w1 + m2 * _dot(across, across)
+        det = det + inertia * minors
+        for other, (x1, x2) in chain.rotors[:number]:
+            minor = w1 * x2 - w2 * x1
+            det = det + inertia * other * minor * minor
+    return det
 
 
 def forward_dynamics(chain: Chain, q: Pair, u: Pair, loads: Loads) -> Pair:

@@ -53,9 +53,13 @@ def kinetic_energies(chain: Chain, q: Pair, u: Pair) -> Pair:
 
 
 def kinetic_energy(chain: Chain, q: Pair, u: Pair) -> Scalar:
-    """Return T = T_1 + T_2 (J)."""
+    """Return T = T_1 + T_2 (J), and the energies of the rotors where there are any."""
     T1, T2 = kinetic_energies(chain, q, u)
-    return T1 + T2
+    T = T1 + T2
+    for inertia, (w1, w2) in chain.rotors:
+        speed = w1 * u[0] + w2 * u[1]
+        T = T + inertia * speed * speed / 2
+    return T
 
 
 def momenta(chain: Chain, q: Pair, u: Pair) -> Pair:
@@ -125,6 +129,8 @@ def mass_matrix(chain: Chain, q: Pair) -> Matrix:
     M11 = pivot_inertia(chain) + chain.m2 * chain.L1 * chain.L1
     M12 = coupling(chain, q)
     M22 = elbow_inertia(chain)
+    for inertia, (w1, w2) in chain.rotors:
+        M11, M12, M22 = M11 + inertia * w1 * w1, M12 + inertia * w1 * w2, M22 + inertia * w2 * w2
     return (M11, M12), (M12, M22)
 
 
@@ -154,9 +160,21 @@ def determinant(chain: Chain, q: Pair) -> Scalar:
     _, a, b = chain.C2
     elbow = q[1] - q[0]
     h = a * sin(elbow) + b * cos(elbow)
-    return pivot_inertia(chain) * elbow_inertia(chain) + chain.m2 * chain.L1 * chain.L1 * (
+    det = pivot_inertia(chain) * elbow_inertia(chain) + chain.m2 * chain.L1 * chain.L1 * (
         chain.I_C2 + chain.m2 * h * h
     )
+    # M + Σ J w wᵀ adds J wᵀ adj(M) w of each rotor, in which m2 L1² w2² − 2 M12 w1 w2 and
+    # m2 |c2|² w1² make two squares, and a product of each two rotors.
+    ahead = a * cos(elbow) - b * sin(elbow)
+    for number, (inertia, (w1, w2)) in enumerate(chain.rotors):
+        along, across = chain.L1 * w2 - ahead * w1, h * w1
+        squares = chain.m2 * (along * along + across * across)
+        links = pivot_inertia(chain) * w2 * w2 + chain.I_C2 * w1 * w1
+        det = det + inertia * (links + squares)
+        for other, (x1, x2) in chain.rotors[:number]:
+            product = w1 * x2 - w2 * x1
+            det = det + inertia * other * product * product
+    return det
 
 
 def forward_dynamics(chain: Chain, q: Pair, u: Pair, loads: Loads) -> Pair:

@@ -16,6 +16,7 @@ from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.effects import EFFECTS, Effect, effect_class
 from twolink.errors import SceneError, TwolinkError
+from twolink.urdf.planar import JOINT_PROPERTIES, read_planar_urdf
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -53,6 +54,15 @@ class Scene:
     title: str = "untitled"
     shows: str = ""
 
+    @property
+    def equipped(self) -> Chain:
+        """The chain that moves: with the rotors that effects put on it."""
+        chain = self.chain
+        for effect in self.effects:
+            if hasattr(effect, "equipped"):
+                chain = effect.equipped(chain)
+        return chain
+
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Scene:
         """Return the scene in a TOML file.
@@ -74,11 +84,12 @@ class Scene:
         known = {name: EFFECTS[name] for name in named if name in EFFECTS}
         checked = _checked(scene_model(tuple(known)), table, source)
         try:
+            chain, of_urdf = _chain(checked["chain"], folder)
             return cls(
-                chain=_chain(checked["chain"], folder),
+                chain=chain,
                 q=checked["start"]["q"],
                 u=checked["start"]["u"],
-                effects=tuple(_effects(checked["effects"])),
+                effects=(*_effects(checked["effects"]), *of_urdf),
                 title=checked["title"],
                 shows=checked["shows"],
                 **checked["run"],
@@ -91,7 +102,7 @@ def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
     """Return the pydantic model of a scene file with these effects."""
     from typing import Annotated, Literal
 
-    from pydantic import ConfigDict, Field, create_model
+    from pydantic import AfterValidator, ConfigDict, Field, create_model
 
     strict = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
     positive = Annotated[float, Field(gt=0)]
@@ -110,6 +121,15 @@ def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
         ),
         inertia=(pair | None, Field(None, description="central inertias, kg m²; default: bars")),
         urdf=(str | None, Field(None, description="a URDF file instead, from the scene's folder")),
+        effects=(
+            Annotated[
+                tuple[Literal[JOINT_PROPERTIES], ...],  # type: ignore[valid-type]
+                AfterValidator(_each_once),
+                Field(json_schema_extra={"uniqueItems": True}),
+            ]
+            | None,
+            Field(None, description="which of the URDF's own act, limits as stops; default: none"),
+        ),
     )
     start = model(
         "Start",
@@ -135,6 +155,15 @@ def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
         run=(run, ...),
         effects=(model("Effects", **tables), Field(default_factory=dict, validate_default=True)),
     )
+
+
+def _each_once(words: tuple[str, ...]) -> tuple[str, ...]:
+    """Return words of which none is given twice, or raise pydantic's error."""
+    from pydantic_core import PydanticCustomError
+
+    if len(set(words)) < len(words):
+        raise PydanticCustomError("repeated", "each word at most once")
+    return words
 
 
 def _entries(effect: Any) -> dict[str, Any]:
@@ -192,18 +221,40 @@ def _sentence(fault: Any) -> str:
         return f"{key.removesuffix('.1')} is {fault['input']!r}; allowed are two numbers"
     if fault["type"] == "missing":
         return f"key '{key}' is missing; it must be given"
-    allowed = fault["msg"].removeprefix("Input should be ")
+    # What pydantic calls a tuple is a list in TOML.
+    allowed = fault["msg"].removeprefix("Input should be ").replace("a valid tuple", "a list")
     return f"{key} is {fault['input']!r}; allowed is {allowed}"
 
 
-def _chain(table: dict[str, Any], folder: Path) -> Chain:
-    """Return the chain that a [chain] table describes."""
+def _chain(table: dict[str, Any], folder: Path) -> tuple[Chain, tuple[Effect, ...]]:
+    """Return the chain that a [chain] table describes, and the effects it asks of its URDF."""
     given = {key: value for key, value in table.items() if value is not None}
+    asked = given.pop("effects", None)
     if "urdf" in given:
         if len(given) > 1:
             others = ", ".join(sorted(set(given) - {"urdf"}))
             raise SceneError(f"chain has both urdf and {others}; allowed is one of them")
-        return Chain.from_urdf(folder / given["urdf"])
+        return _of_urdf(folder / given["urdf"], asked or ())
+    if asked is not None:
+        raise SceneError(
+            f"chain.effects is {asked!r} and there is no chain.urdf; allowed are effects of a URDF"
+        )
+    return _chain_of_numbers(given), ()
+
+
+def _of_urdf(file: Path, asked: tuple[str, ...]) -> tuple[Chain, tuple[Effect, ...]]:
+    """Return the chain that a URDF file describes, and what is asked for of its joints."""
+    read = read_planar_urdf(file)
+    chain = Chain.from_links(read.links)
+    if not asked:
+        return chain, ()
+    from twolink.effects.of_urdf import effects_of
+
+    return chain, effects_of(read, asked)
+
+
+def _chain_of_numbers(given: dict[str, Any]) -> Chain:
+    """Return the chain of the parameters that are given."""
     for key in ("mass", "length"):
         if key not in given:
             raise SceneError(f"chain.{key} is missing; allowed is a pair of numbers, or urdf")

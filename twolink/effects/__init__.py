@@ -5,7 +5,8 @@ or torque acts in that state; `potential_energy(chain, q)` is there when it has 
 that is not wanted is left out: there is no switch, and nothing to switch off.
 
 An effect that is not smooth also has `nonsmooth(chain)`, the dry friction and the obstacles that a
-simulation makes modes of, and may have `smooth_loads`, what remains of its loads beside them.
+simulation makes modes of, and may have `smooth_loads`, what remains of its loads beside them. One
+that adds to what moves has `equipped(chain)`, the chain with its rotors.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ EFFECTS = {
     "joint_torque": ("twolink.effects.joint_torque", "JointTorque"),
     "joint_damping": ("twolink.effects.joint_damping", "JointDamping"),
     "joint_friction": ("twolink.effects.joint_friction", "JointFriction"),
+    "motor_inertia": ("twolink.effects.motor_inertia", "MotorInertia"),
     "joint_stop": ("twolink.effects.joint_stop", "JointStop"),
     "joint_spring": ("twolink.effects.joint_spring", "JointSpring"),
     "pd_control": ("twolink.effects.pd_control", "PdControl"),

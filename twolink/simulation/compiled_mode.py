@@ -67,13 +67,13 @@ def compiled_mode(
 ) -> CompiledMode:
     """Return a mode's integrator, compiled unless it already was."""
     return _compiled(
-        scene.chain,
+        scene.equipped,
         scene.effects,
         mode,
         formulation,
         precision,
         order,
-        scene.chain._exact_inertia,
+        scene.equipped._exact_inertia,
     )
 
 

@@ -53,7 +53,7 @@ class Course:
         self._scene, self._precision, self._kind, self._cap = scene, precision, kind, cap
         self._formulation, self._order_asked = formulation, order
         text = kane if formulation == "kane" else lagrange
-        self._modes = Modes(scene.chain.convert(kind), scene.effects, text)
+        self._modes = Modes(scene.equipped.convert(kind), scene.effects, text)
         self._striking = Striking(self._modes)
         self.grid = np.array([kind(t) for t in times])
         self._q: Pair = (kind(scene.q[0]), kind(scene.q[1]))

@@ -72,8 +72,8 @@ class Impact:
     """What an impact did at a time (s), on the obstacle of this number and name.
 
     Speeds are those along the obstacle's direction (rad/s or m/s), before and after, and along its
-    tangent where it is rough; impulses likewise (N m s or N s). `energies` are T of link 1 and of
-    link 2 (J), before and after. `regime` says how the point slid.
+    tangent where it is rough; impulses likewise (N m s or N s). `kinetic_energy` is T before and
+    after (J), and `link_energies` those of link 1 and link 2. `regime` says how the point slid.
     """
 
     time: float
@@ -85,12 +85,13 @@ class Impact:
     tangential_impulse: float
     regime: str
     u: tuple[tuple[float, float], tuple[float, float]]
-    energies: tuple[tuple[float, float], tuple[float, float]]
+    kinetic_energy: tuple[float, float]
+    link_energies: tuple[tuple[float, float], tuple[float, float]]
 
     @property
     def energy_change(self) -> float:
         """T after less T before (J)."""
-        before, after = (sum(pair) for pair in self.energies)
+        before, after = self.kinetic_energy
         return after - before
 
     @property

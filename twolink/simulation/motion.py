@@ -12,7 +12,7 @@ from twolink.simulation.taylor import taylor_run
 
 def has_modes(scene: Scene) -> bool:
     """Return whether any effect of a scene makes modes: dry friction, or obstacles."""
-    return bool(nonsmooth(scene.effects, scene.chain))
+    return bool(nonsmooth(scene.effects, scene.equipped))
 
 
 def motion_run(

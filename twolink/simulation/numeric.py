@@ -50,7 +50,7 @@ def numeric_run(
     """
     equations = EQUATIONS[formulation]
     rates = _Counted(_rates(scene, formulation))
-    start_variables = [*scene.q, *equations.from_speeds(scene.chain, scene.q, scene.u)]
+    start_variables = [*scene.q, *equations.from_speeds(scene.equipped, scene.q, scene.u)]
     start = perf_counter()
     if method in SCIPY:
         variables, steps = _by_scipy(rates, times, start_variables, method, fineness)
@@ -62,7 +62,7 @@ def numeric_run(
             f"{method} leaves the numbers at fineness {fineness:.3g}; allowed is a finer one"
         )
     q, second = variables[:2], variables[2:]
-    u = np.array(equations.to_speeds(scene.chain, tuple(q), tuple(second)))
+    u = np.array(equations.to_speeds(scene.equipped, tuple(q), tuple(second)))
     return NumericRun(q, u, steps, rates.count, seconds)
 
 
@@ -71,7 +71,7 @@ def _rates(scene: Scene, formulation: str) -> Rates:
     equations = EQUATIONS[formulation]
 
     def text(q: Pair, x: Pair, time: Pair) -> tuple[Pair, Pair]:
-        return equations.rates(scene.chain, scene.effects, q, x, time[0])
+        return equations.rates(scene.equipped, scene.effects, q, x, time[0])
 
     compiled = Compiled(text)
 

@@ -154,10 +154,8 @@ class Striking:
                 after = self._stuck(row, tangent, after)
             after_sliding = tangent[0] * after[0] + tangent[1] * after[1]
         chain = self._modes.chain
-        energies = tuple(
-            tuple(float(T) for T in lagrange.kinetic_energies(chain, q, speeds))
-            for speeds in (u, after)
-        )
+        of_links = [lagrange.kinetic_energies(chain, q, speeds) for speeds in (u, after)]
+        before_T, after_T = (lagrange.kinetic_energy(chain, q, speeds) for speeds in (u, after))
         log = Impact(
             time=time,
             index=index,
@@ -167,8 +165,9 @@ class Striking:
             normal_impulse=float(impulse.normal),
             tangential_impulse=float(impulse.tangential),
             regime=impulse.regime,
-            u=((float(u[0]), float(u[1])), (float(after[0]), float(after[1]))),
-            energies=energies,  # type: ignore[arg-type]
+            u=(_floats(u), _floats(after)),
+            kinetic_energy=(float(before_T), float(after_T)),
+            link_energies=(_floats(of_links[0]), _floats(of_links[1])),
         )
         return log, after
 
@@ -193,3 +192,7 @@ class Striking:
     def _speed(self, index: int, q: Pair, u: Pair) -> Scalar:
         row = self._row(index, q)
         return row[0] * u[0] + row[1] * u[1]
+
+
+def _floats(pair: Pair) -> tuple[float, float]:
+    return float(pair[0]), float(pair[1])

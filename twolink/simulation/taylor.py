@@ -154,7 +154,7 @@ def default_longest_step(scene: Scene) -> float:
     The series of a chain that turns through a radian in a time τ does not converge much beyond τ.
     A longer step is one that the last coefficients, vanishing by some symmetry, have feigned.
     """
-    rates = EQUATIONS["lagrange"].rates(scene.chain, scene.effects, scene.q, scene.u, 0.0)[1]
+    rates = EQUATIONS["lagrange"].rates(scene.equipped, scene.effects, scene.q, scene.u, 0.0)[1]
     fastest = max(
         *(abs(float(u)) for u in scene.u), *(math.sqrt(abs(float(du))) for du in rates), 1e-300
     )
@@ -174,12 +174,12 @@ def _ready(
 ) -> tuple[_Compiled, Any]:
     """Return a scene's compiled integrator, set to its start, and its kind of number."""
     compiled = _compiled(
-        scene.chain,
+        scene.equipped,
         scene.effects,
         formulation,
         precision,
         order or FULL_ORDERS[precision],
-        scene.chain._exact_inertia,
+        scene.equipped._exact_inertia,
     )
     kind = number_type(precision)
     q = (kind(scene.q[0]), kind(scene.q[1]))

@@ -84,7 +84,7 @@ class Trajectory:
     @property
     def chain(self) -> Chain:
         """The chain that moved."""
-        return self.scene.chain
+        return self.scene.equipped
 
     @property
     def effects(self) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from os import PathLike, fspath
 from twolink.coordinates import JointConvention
 from twolink.errors import ParameterError, UrdfError
 from twolink.urdf.lumping import Lump, RigidBody, lump, two_bodies
-from twolink.urdf.reading import listed, naming, parse_tree, quoted, read_text
+from twolink.urdf.reading import Limits, listed, naming, parse_tree, quoted, read_text
 from twolink.urdf.spatial import (
     ZERO,
     Matrix3,
@@ -37,6 +37,10 @@ thousand rotations, and no angle written with fewer than twelve digits comes as 
 NEGLECTED = 1e-5
 """The largest tilt (rad) that is neglected, and told. A right angle typed as 1.5708 is off by
 3.7e-6 and 3.1416 by 7.3e-6, in files whose authors meant a plane; 1.571 is off by 2e-4."""
+
+JOINT_PROPERTIES = ("damping", "friction", "limits")
+"""What a URDF says of its joints beside the chain: fields of `PlanarUrdf`, with an entry a joint.
+`twolink.effects.of_urdf` makes effects of them."""
 
 Point2 = tuple[float, float]
 Axes = tuple[Vector3, Vector3, Vector3]
@@ -62,10 +66,12 @@ class PlanarUrdf:
 
     `path` and `xml` are what was read, so that an engine can load the very same text.
     `joint_names` are the moving joints in order from the base, `link_names` the links they move.
-    `joints` ties joint angles to the source's absolute angles. `origin` is A, and `axes` are x, y
-    and z of the source's frame, all in the world (the root link's frame); `gravity` is its size in
-    the plane, along y. `tip` names the frame taken as D, if the file has one, and `tip_position` is
-    D in the frame of the second moving link.
+    `joints` ties joint angles to the source's absolute angles. `damping` (N m s/rad), `friction`
+    (N m) and `limits` (lower and upper joint angle; none for a joint that turns freely) are those
+    of the moving joints, as the file has them; the chain leaves them out. `origin` is A, and `axes`
+    are x, y and z of the source's frame, all in the world (the root link's frame); `gravity` is
+    its size in the plane, along y. `tip` names the frame taken as D, if the file has one, and
+    `tip_position` is D in the frame of the second moving link.
     `assumptions` has a sentence for each thing that the file does not say or the chain leaves out.
     """
 
@@ -75,6 +81,9 @@ class PlanarUrdf:
     joint_names: tuple[str, str]
     link_names: tuple[str, str]
     joints: JointConvention
+    damping: tuple[float, float]
+    friction: tuple[float, float]
+    limits: tuple[Limits | None, Limits | None]
     origin: Vector3
     axes: tuple[Vector3, Vector3, Vector3]
     gravity: float
@@ -173,6 +182,9 @@ def parse_planar_urdf(
         joint_names=(first.joint.name, second.joint.name),
         link_names=(first.joint.child, second.joint.child),
         joints=JointConvention(sign, offset),
+        damping=(first.joint.damping, second.joint.damping),
+        friction=(first.joint.friction, second.joint.friction),
+        limits=(first.joint.limits, second.joint.limits),
         origin=first.pose.position,
         axes=frame.axes,
         gravity=frame.gravity,

@@ -31,6 +31,9 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 _XACRO = "xacro"
 
+Limits = tuple[float, float]
+"""The lower and the upper angle of a joint (rad)."""
+
 _short = reprlib.Repr()
 _short.maxstring = 60
 
@@ -56,7 +59,8 @@ class Link:
 class Joint:
     """A joint: its child link's frame stands at `pose` in the parent's, and turns about `axis`.
 
-    `axis` is a unit vector. `damping` (N m s/rad) and `friction` (N m) are as the file has them.
+    `axis` is a unit vector. `damping` (N m s/rad), `friction` (N m) and `limits` (rad) are as the
+    file has them; only a revolute joint has limits.
     """
 
     name: str
@@ -68,6 +72,7 @@ class Joint:
     mimics: bool
     damping: float
     friction: float
+    limits: Limits | None
 
 
 @dataclass(frozen=True)
@@ -215,7 +220,7 @@ def _read_joint(element: ET.Element) -> Joint:
     kind = element.get("type")
     if kind not in JOINT_TYPES:
         raise UrdfError(f"{where}: type is {quoted(kind)}; allowed is one of {listed(JOINT_TYPES)}")
-    _check_limit(element.find("{*}limit"), kind, where)
+    limits = _read_limits(element.find("{*}limit"), kind, where)
     dynamics = element.find("{*}dynamics")
     return Joint(
         name=name,
@@ -227,6 +232,7 @@ def _read_joint(element: ET.Element) -> Joint:
         mimics=element.find("{*}mimic") is not None,
         damping=_number(dynamics, "damping", f"{where}: damping", default=0.0),
         friction=_number(dynamics, "friction", f"{where}: friction", default=0.0),
+        limits=limits,
     )
 
 
@@ -249,18 +255,23 @@ def _read_axis(axis: ET.Element | None, where: str) -> Vector3:
     return unit(direction)
 
 
-def _check_limit(limit: ET.Element | None, kind: str, where: str) -> None:
-    """Refuse limits that the URDF standard refuses; no dynamics depends on their values."""
+def _read_limits(limit: ET.Element | None, kind: str, where: str) -> Limits | None:
+    """Return a revolute joint's limits (rad), 0 where one is absent, as the standard has it.
+
+    Refuses limits that the standard refuses; whether they leave room is asked by who uses them.
+    """
     if limit is None:
         if kind == "revolute":
             raise UrdfError(
                 f"{where} is revolute and has no <limit>; allowed is a <limit>, or type continuous"
             )
-        return
+        return None
     for name in ("effort", "velocity"):
         _number(limit, name, f"{where}: limit {name}")
-    for name in ("lower", "upper"):
-        _number(limit, name, f"{where}: limit {name}", default=0.0)
+    lower, upper = (
+        _number(limit, name, f"{where}: limit {name}", default=0.0) for name in ("lower", "upper")
+    )
+    return (lower, upper) if kind == "revolute" else None
 
 
 def _read_pose(element: ET.Element, where: str) -> Pose:
