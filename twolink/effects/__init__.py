@@ -6,7 +6,8 @@ that is not wanted is left out: there is no switch, and nothing to switch off.
 
 An effect that is not smooth also has `nonsmooth(chain)`, the dry friction and the obstacles that a
 simulation makes modes of, and may have `smooth_loads`, what remains of its loads beside them. One
-that adds to what moves has `equipped(chain)`, the chain with its rotors.
+that adds to what moves has `equipped(chain)`, the chain with its rotors. One that is smooth only from
+time to time has `breaks`, those times, and `during(t)`, the smooth effect that acts from t on.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ EFFECTS = {
     "gravity": ("twolink.effects.gravity", "Gravity"),
     "end_force": ("twolink.effects.end_force", "EndForce"),
     "joint_torque": ("twolink.effects.joint_torque", "JointTorque"),
+    "sampled_torque": ("twolink.effects.sampled_torque", "SampledTorque"),
     "joint_damping": ("twolink.effects.joint_damping", "JointDamping"),
     "joint_friction": ("twolink.effects.joint_friction", "JointFriction"),
     "motor_inertia": ("twolink.effects.motor_inertia", "MotorInertia"),
@@ -56,6 +58,16 @@ def nonsmooth(effects: tuple[Effect, ...], chain: Chain) -> tuple[DryFriction | 
         if hasattr(effect, "nonsmooth")
         for element in effect.nonsmooth(chain)
     )
+
+
+def breaks(effects: tuple[Effect, ...]) -> tuple[float, ...]:
+    """Return the rising times (s) at which any of the effects is not smooth."""
+    return tuple(sorted({t for effect in effects for t in getattr(effect, "breaks", ())}))
+
+
+def effects_during(effects: tuple[Effect, ...], t: float) -> tuple[Effect, ...]:
+    """Return the effects that act from a time (s) on, until the next break."""
+    return tuple(effect.during(t) if hasattr(effect, "during") else effect for effect in effects)
 
 
 def smooth_loads(

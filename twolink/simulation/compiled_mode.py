@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +13,6 @@ from twolink import kane, lagrange
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.effects import Effect
-from twolink.scene import Scene
 from twolink.simulation.mode import Mode, State
 from twolink.simulation.modes import Modes
 from twolink.simulation.taylor import heyoka, number_type, step_tolerance
@@ -29,11 +29,12 @@ _OUT_OF_SIGHT = 1e30
 class Segment:
     """A stretch of the motion in one mode, from a start to an end (s), from q, u and the gaps.
 
-    `unwatched` are those whose quantities have only just left zero, or stay there. `since` is when
+    `effects` are those that act in it. `unwatched` are those whose quantities have only just left zero, or stay there. `since` is when
     the mode is said to begin (s).
     """
 
     mode: Mode
+    effects: tuple[Effect, ...]
     start: Any
     end: Any
     state: tuple[Any, ...]
@@ -43,9 +44,14 @@ class Segment:
 
 @dataclass(frozen=True)
 class CompiledMode:
-    """A mode's integrator, and what it watches for: its event k has the parameter k."""
+    """A mode's integrator, and what it watches for.
+
+    Of its parameters the first are the `numbers` of effects that differ from piece to piece; then
+    there is one for each event.
+    """
 
     integrator: Any
+    numbers: int
     watches: tuple[Watch, ...]
     kind: Any
 
@@ -54,27 +60,33 @@ class CompiledMode:
         integrator = self.integrator
         integrator.state[:] = segment.state
         integrator.time = segment.start
-        for number, watch in enumerate(self.watches):
+        numbers = [
+            number for effect in segment.effects for number in getattr(effect, "numbers", ())
+        ]
+        for place, number in enumerate(numbers):
+            integrator.pars[place] = self.kind(number)
+        for place, watch in enumerate(self.watches, start=self.numbers):
             hidden = watch in segment.unwatched
-            integrator.pars[number] = self.kind(_OUT_OF_SIGHT if hidden else _IN_SIGHT)
+            integrator.pars[place] = self.kind(_OUT_OF_SIGHT if hidden else _IN_SIGHT)
         if self.watches:
             integrator.reset_cooldowns()
         return integrator
 
 
 def compiled_mode(
-    scene: Scene, mode: Mode, formulation: str, precision: str, order: int | None
+    chain: Chain,
+    effects: tuple[Effect, ...],
+    mode: Mode,
+    formulation: str,
+    precision: str,
+    order: int | None,
 ) -> CompiledMode:
     """Return a mode's integrator, compiled unless it already was."""
-    return _compiled(
-        scene.equipped,
-        scene.effects,
-        mode,
-        formulation,
-        precision,
-        order,
-        scene.equipped._exact_inertia,
+    blank = tuple(
+        effect.with_numbers((0.0,) * len(effect.numbers)) if hasattr(effect, "numbers") else effect
+        for effect in effects
     )
+    return _compiled(chain, blank, mode, formulation, precision, order, chain._exact_inertia)
 
 
 @functools.lru_cache(maxsize=256)
@@ -91,7 +103,8 @@ def _compiled(
     hy = heyoka()
     kind = number_type(precision)
     text = kane if formulation == "kane" else lagrange
-    modes = Modes(chain.convert(kind), effects, text)
+    numbers = sum(len(getattr(effect, "numbers", ())) for effect in effects)
+    modes = Modes(chain.convert(kind), _with_parameters(effects), text)
     q, u = hy.make_vars("q1", "q2"), hy.make_vars("u1", "u2")
     solution = modes.solution(mode, q, u, hy.time)
     # A gap is a variable of its own: it starts at 0 after an impact, and then has digits of its
@@ -108,7 +121,7 @@ def _compiled(
         else:
             quantity = margin(watch, modes, mode, solution, q, u)
         if not _is_constant(quantity):
-            quantity = quantity + hy.par[len(events)]
+            quantity = quantity + hy.par[numbers + len(events)]
             falling = hy.event_direction.negative
             events.append(hy.t_event(quantity, direction=falling, fp_type=kind))
             watched.append(watch)
@@ -123,7 +136,19 @@ def _compiled(
         fp_type=kind,
         t_events=events,
     )
-    return CompiledMode(integrator, tuple(watched), kind)
+    return CompiledMode(integrator, numbers, tuple(watched), kind)
+
+
+def _with_parameters(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    """Return the effects with parameters in the place of numbers that differ from piece to piece."""
+    parameters = itertools.count()
+    par = heyoka().par
+    return tuple(
+        effect.with_numbers(tuple(par[next(parameters)] for _ in effect.numbers))
+        if hasattr(effect, "numbers")
+        else effect
+        for effect in effects
+    )
 
 
 def _is_constant(value: Any) -> bool:

@@ -16,6 +16,7 @@ import numpy as np
 from twolink import kane, lagrange
 from twolink.arithmetic import Pair
 from twolink.directions import Direction
+from twolink.effects import breaks, effects_during
 from twolink.errors import SimulationError
 from twolink.nonsmooth import DryFriction, Obstacle
 from twolink.scene import Scene
@@ -53,8 +54,9 @@ class Course:
         self._scene, self._precision, self._kind, self._cap = scene, precision, kind, cap
         self._formulation, self._order_asked = formulation, order
         text = kane if formulation == "kane" else lagrange
-        self._modes = Modes(scene.equipped.convert(kind), scene.effects, text)
-        self._striking = Striking(self._modes)
+        self._text, self._chain = text, scene.equipped.convert(kind)
+        self._breaks = [kind(t) for t in breaks(scene.effects) if t > 0]
+        self._take_up_effects(0.0)
         self.grid = np.array([kind(t) for t in times])
         self._q: Pair = (kind(scene.q[0]), kind(scene.q[1]))
         self._u: Pair = (kind(scene.u[0]), kind(scene.u[1]))
@@ -75,6 +77,12 @@ class Course:
         self.steps = self.order = self.operations = 0
         self.compile_seconds = self.run_seconds = 0.0
         self._begin()
+
+    def _take_up_effects(self, t: float) -> None:
+        """Let those effects act that do so from a time (s) on."""
+        self._effects = effects_during(self._scene.effects, t)
+        self._modes = Modes(self._chain, self._effects, self._text)
+        self._striking = Striking(self._modes)
 
     @property
     def done(self) -> bool:
@@ -122,7 +130,7 @@ class Course:
     def advance(self) -> None:
         """Follow the motion to the end of its mode, or to the last time."""
         self._guards = {watch: t for watch, t in self._guards.items() if t > self._now}
-        until = min([self.grid[-1], *self._guards.values()])
+        until = min([self.grid[-1], *self._guards.values(), *self._breaks[:1]])
         if self._now < self._horizon:
             until = min(until, self._horizon)
         start = self._now
@@ -130,9 +138,16 @@ class Course:
         resting = {Watch(Kind.HITS, index) for index in self._touched}
         unwatched = frozenset({*self._guards, *resting})
         state = (*self._q, *self._u, *self._gaps())
-        segment = Segment(self._mode, start, until, state, unwatched, max(start, self._since))
+        segment = Segment(
+            self._mode, self._effects, start, until, state, unwatched, max(start, self._since)
+        )
         compiled = compiled_mode(
-            self._scene, self._mode, self._formulation, self._precision, self._order_asked
+            self._scene.equipped,
+            self._effects,
+            self._mode,
+            self._formulation,
+            self._precision,
+            self._order_asked,
         )
         integrator = compiled.set_to(segment)
         self.compile_seconds += perf_counter() - begun
@@ -145,6 +160,10 @@ class Course:
         self.segments.append(replace(segment, end=self._now))
         if outcome != heyoka().taylor_outcome.time_limit:
             self._change_mode(outcome, compiled.watches, start)
+        elif self._breaks and self._now >= self._breaks[0]:
+            self._take_up_effects(float(self._breaks.pop(0)))
+            self._settle()
+            self._enter({})
 
     def _integrate(self, integrator: Any, start: Any, until: Any) -> Any:
         """Run an integrator, keep what it finds at the times asked for, and return its outcome."""

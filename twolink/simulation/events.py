@@ -26,7 +26,9 @@ class EventRun(MotionRun):
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """The beginnings of all modes that last, the first at 0 s."""
+        """The beginnings of all modes that last, the first at 0 s; none if there is nothing but one."""
+        if not self.segments[0].mode.names:
+            return ()
         found: list[Event] = []
         for segment in self.segments:
             goes_on = bool(found) and found[-1].mode == segment.mode
@@ -53,7 +55,12 @@ class EventRun(MotionRun):
             if index not in outputs:
                 segment = self.segments[index]
                 compiled = compiled_mode(
-                    self.scene, segment.mode, self.formulation, self.precision, self.order_asked
+                    self.scene.equipped,
+                    segment.effects,
+                    segment.mode,
+                    self.formulation,
+                    self.precision,
+                    self.order_asked,
                 )
                 integrator = compiled.set_to(segment)
                 *_, outputs[index], _ = integrator.propagate_until(

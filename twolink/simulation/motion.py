@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from twolink.effects import nonsmooth
+from twolink.effects import breaks, nonsmooth
 from twolink.scene import Scene
 from twolink.simulation.run import MotionRun
 from twolink.simulation.taylor import taylor_run
@@ -34,7 +34,7 @@ def motion_run(
         "order": order,
         "longest_step": longest_step,
     }
-    if has_modes(scene):
+    if has_modes(scene) or breaks(scene.effects):
         # What a scene does not call for is not even imported.
         from twolink.simulation.events import event_run
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from time import perf_counter
@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.arithmetic import Pair
+from twolink.chain import Chain
 from twolink.compilation import Compiled
+from twolink.effects import Effect, breaks, effects_during
 from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.simulation.equations import EQUATIONS
@@ -48,30 +50,40 @@ def numeric_run(
     one, which is shortened to divide the time between two samples. Raises `SimulationError` when
     the method gives up.
     """
-    equations = EQUATIONS[formulation]
-    rates = _Counted(_rates(scene, formulation))
-    start_variables = [*scene.q, *equations.from_speeds(scene.equipped, scene.q, scene.u)]
-    start = perf_counter()
-    if method in SCIPY:
-        variables, steps = _by_scipy(rates, times, start_variables, method, fineness)
-    else:
-        variables, steps = _by_fixed_steps(rates, times, start_variables, method, fineness)
-    seconds = perf_counter() - start
-    if not np.isfinite(variables).all():
-        raise SimulationError(
-            f"{method} leaves the numbers at fineness {fineness:.3g}; allowed is a finer one"
-        )
-    q, second = variables[:2], variables[2:]
-    u = np.array(equations.to_speeds(scene.equipped, tuple(q), tuple(second)))
-    return NumericRun(q, u, steps, rates.count, seconds)
+    equations, chain = EQUATIONS[formulation], scene.equipped
+    variables = np.array([*scene.q, *equations.from_speeds(chain, scene.q, scene.u)], dtype=float)
+    found, steps, evaluations, seconds = [variables[:, None]], 0, 0, 0.0
+    for piece, effects in _pieces(scene, times):
+        rates = _Counted(_rates(chain, effects, formulation))
+        start = perf_counter()
+        follow = _by_scipy if method in SCIPY else _by_fixed_steps
+        states, taken = follow(rates, piece, variables.tolist(), method, fineness)
+        seconds += perf_counter() - start
+        steps, evaluations, variables = steps + taken, evaluations + rates.count, states[:, -1]
+        found.append(states[:, 1:][:, np.isin(piece[1:], times)])
+        if not np.isfinite(states).all():
+            raise SimulationError(
+                f"{method} leaves the numbers at fineness {fineness:.3g}; allowed is a finer one"
+            )
+    whole = np.concatenate(found, axis=1)
+    u = np.array(equations.to_speeds(chain, tuple(whole[:2]), tuple(whole[2:])))
+    return NumericRun(whole[:2], u, steps, evaluations, seconds)
 
 
-def _rates(scene: Scene, formulation: str) -> Rates:
+def _pieces(scene: Scene, times: Array) -> Iterator[tuple[Array, tuple[Effect, ...]]]:
+    """Return the times of each stretch between breaks, its ends included, and what acts in it."""
+    inside = [t for t in breaks(scene.effects) if times[0] < t < times[-1]]
+    for start, end in pairwise([float(times[0]), *inside, float(times[-1])]):
+        within = times[(times > start) & (times < end)]
+        yield np.array([start, *within, end]), effects_during(scene.effects, start)
+
+
+def _rates(chain: Chain, effects: tuple[Effect, ...], formulation: str) -> Rates:
     """Return the rates of the equations' variables as a function of time and variables."""
     equations = EQUATIONS[formulation]
 
     def text(q: Pair, x: Pair, time: Pair) -> tuple[Pair, Pair]:
-        return equations.rates(scene.equipped, scene.effects, q, x, time[0])
+        return equations.rates(chain, effects, q, x, time[0])
 
     compiled = Compiled(text)
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from twolink import kinematics, lagrange
 from twolink.chain import Chain, Point
-from twolink.effects import Effect, nonsmooth, smooth_loads
+from twolink.effects import Effect, breaks, nonsmooth, smooth_loads
 from twolink.errors import SimulationError
 from twolink.files import written_whole
 from twolink.loads import Force, Loads
@@ -201,9 +201,9 @@ class Trajectory:
         """
         nodes, weights = np.polynomial.legendre.leggauss(_NODES)
         # The power may have kinks where a mode begins: no piece reaches over one.
-        edges = np.union1d(
-            self.t, [*(e.time for e in self.events), *(i.time for i in self.impacts)]
-        )
+        jumps = [t for t in breaks(self.scene.effects) if self.t[0] < t < self.t[-1]]
+        kinks = [*(e.time for e in self.events), *(i.time for i in self.impacts), *jumps]
+        edges = np.union1d(self.t, kinks)
         half = np.diff(edges)[:, None] / 2
         moments = edges[:-1, None] + half * (1 + nodes)
         q, u = self.at(moments.ravel())

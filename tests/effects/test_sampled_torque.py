@@ -1,0 +1,160 @@
+"""Sampled torques: what is between samples is what was chosen, and no step reaches over a kink."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+from tests.verification.chains import GENERAL
+from twolink.chain import Chain
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_torque import JointTorque
+from twolink.effects.sampled_torque import SampledTorque
+from twolink.errors import ParameterError
+from twolink.loads import Torque
+from twolink.scene import METHODS, Scene
+from twolink.simulation import simulate
+from twolink.simulation.events import event_run
+from twolink.simulation.numeric import numeric_run
+
+BALANCED = Chain((1.0, 1.0), (1.0, 1.0), ((0.0, 0.0), (0.0, 0.0)), (2.0, 0.5))
+"""Both mass centres on the joints: each link turns on its own, and M = diag(3, 0.5)."""
+
+TIMES = (0.5, 1.0, 1.3, 2.0, 2.2)
+A = (0.3, -1.0, 2.0, 0.7, 0.1)
+B = (-0.2, 0.4, 0.0, 1.1, -0.6)
+
+
+def scene(*effects, chain=BALANCED, **options):
+    values = {"q": (0.0, 0.0), "u": (0.0, 0.0), "duration": 3.0, "accuracy": 1e-11}
+    return Scene(chain=chain, effects=effects, **{**values, **options})
+
+
+def torque_at_A(effect, t):
+    loads = effect.loads(BALANCED, (0.0, 0.0), (0.0, 0.0), t)
+    return sum(load.moment for load in loads if isinstance(load, Torque))
+
+
+@pytest.mark.parametrize("interpolation", ["hold", "linear", "cubic"])
+def test_the_interpolation_is_the_chosen_one(interpolation):
+    effect = SampledTorque(TIMES, A, B, interpolation)
+    t = np.linspace(0, 3, 301)
+    inside = np.clip(t, TIMES[0], TIMES[-1])
+    expected = {
+        "hold": np.array(A)[np.clip(np.searchsorted(TIMES, t, side="right") - 1, 0, None)],
+        "linear": np.interp(t, TIMES, A),
+        "cubic": CubicSpline(TIMES, A)(inside),
+    }[interpolation]
+    assert torque_at_A(effect, t) == pytest.approx(expected, abs=1e-14)
+    for moment, value in zip(t[::37], expected[::37], strict=True):
+        assert torque_at_A(effect, float(moment)) == pytest.approx(value, abs=1e-14)
+        assert torque_at_A(effect.during(float(moment)), float(moment)) == pytest.approx(
+            value, abs=1e-14
+        )
+
+
+def test_a_held_torque_gives_parabolas_to_rounding():
+    """3 du/dt = τ, piece by piece: speed is the integral of a staircase."""
+    trajectory = simulate(
+        scene(SampledTorque((0.0, 1.0, 2.0), (3.0, -6.0, 3.0), (0.0,) * 3, "hold"))
+    )
+    t = trajectory.t
+    expected = np.minimum(t, 1) - 2 * np.clip(t - 1, 0, 1) + np.clip(t - 2, 0, 1)
+    assert trajectory.u[0] == pytest.approx(expected, abs=1e-14)
+    assert trajectory.error < 1e-14
+    assert trajectory.events == ()
+
+
+@pytest.mark.parametrize("interpolation", ["hold", "linear", "cubic"])
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_keeps_its_accuracy_over_kinks(method, interpolation):
+    accuracy = {"semi-implicit-euler": 3e-2, "implicit-midpoint": 1e-4}.get(method, 1e-7)
+    effects = Gravity(), SampledTorque(TIMES, A, B, interpolation)
+    start = scene(*effects, chain=GENERAL, q=(0.3, -0.4), accuracy=accuracy)
+    exact = event_run(start, np.linspace(0, 3, 31), precision="long double")
+    trajectory = simulate(start, method=method, samples=31)
+    assert trajectory.error <= accuracy
+    assert np.abs(trajectory.q - exact.q.astype(float)).max() <= accuracy
+    assert np.abs(trajectory.u - exact.u.astype(float)).max() <= accuracy
+
+
+def test_runge_kutta_keeps_its_order_over_jumps():
+    effects = Gravity(), SampledTorque(TIMES, A, B, "hold")
+    start = scene(*effects, chain=GENERAL, q=(0.3, -0.4))
+    times = np.linspace(0, 3, 11)
+    exact = event_run(start, times, precision="long double").q.astype(float)
+    errors = [
+        np.abs(run.q - exact).max()
+        for h in (0.005, 0.0025, 0.00125)
+        for run in [numeric_run(start, times, method="rk4", formulation="kane", fineness=h)]
+    ]
+    assert math.log2(errors[0] / errors[2]) / 2 == pytest.approx(4, abs=0.2)
+
+
+def test_samples_of_a_sine_come_near_the_sine():
+    sine = scene(Gravity(), JointTorque((0.0, 0.0), (2.0, 0.0), (3.0, 0.0)), chain=GENERAL)
+    exact = simulate(sine)
+    differences = []
+    for count in (121, 241):
+        times = tuple(np.linspace(0, 3, count).tolist())
+        torque = tuple((2 * np.sin(3 * np.array(times))).tolist())
+        sampled = SampledTorque(times, torque, (0.0,) * count, "cubic")
+        moved = simulate(replace(sine, effects=(Gravity(), sampled)))
+        differences.append(np.abs(moved.q - exact.q).max())
+    assert 10 < differences[0] / differences[1] < 25
+
+
+def test_a_jump_breaks_a_stuck_joint_loose_at_its_instant():
+    effects = JointFriction((2.0, 0.0)), SampledTorque((0.0, 1.25), (1.0, 5.0), (0.0, 0.0), "hold")
+    trajectory = simulate(scene(*effects))
+    assert [(e.time, str(e.mode)) for e in trajectory.events] == [
+        (0.0, "A sticks"),
+        (1.25, "A slips forward"),
+    ]
+    t = np.clip(trajectory.t - 1.25, 0, None)
+    assert trajectory.q[0] == pytest.approx(t * t / 2, abs=1e-14)
+
+
+def test_work_closes_the_balance_over_jumps():
+    effects = Gravity(), SampledTorque(TIMES, A, B, "hold")
+    trajectory = simulate(scene(*effects, chain=GENERAL), samples=17)
+    works, T = trajectory.work(), trajectory.kinetic_energy
+    assert sum(works.values()) == pytest.approx(T - T[0], abs=1e-10)
+
+
+def test_a_scene_file_may_have_samples():
+    text = """
+    [chain]
+    mass = [1, 1]
+    length = [1, 1]
+    [start]
+    q = [0, 0]
+    [run]
+    duration = 1
+    [effects.sampled_torque]
+    times = [0.0, 0.5]
+    A = [1.0, 2.0]
+    B = [0.0, 0.0]
+    interpolation = "linear"
+    """
+    assert Scene.parse(text).effects == (
+        SampledTorque((0.0, 0.5), (1.0, 2.0), (0.0, 0.0), "linear"),
+    )
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ((TIMES, A, B, "spline"), "interpolation is 'spline'; allowed are hold, linear, cubic"),
+        ((TIMES, A[:-1], B, "hold"), "A has 4 entries; allowed are as many as times, 5"),
+        (((0.0, 0.0), (1.0, 1.0), (1.0, 1.0), "hold"), "after 0.0 s comes 0.0; allowed are rising"),
+        (((0.0,), (1.0,), (1.0,), "linear"), "there are 1 times; allowed for linear are 2"),
+        (((0.0, 1.0), (1.0, math.nan), (1.0, 1.0), "hold"), "A has .* allowed are numbers"),
+    ],
+)
+def test_bad_samples_are_refused(values, words):
+    with pytest.raises(ParameterError, match=words):
+        SampledTorque(*values)

@@ -1,0 +1,129 @@
+"""Motor torques that were sampled, with an interpolation that is chosen and not guessed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twolink.arithmetic import Pair, Scalar
+from twolink.chain import Chain
+from twolink.errors import ParameterError
+from twolink.loads import Loads, motor_loads
+
+_FEWEST = {"hold": 1, "linear": 2, "cubic": 4}
+
+
+@dataclass(frozen=True)
+class PolynomialTorque:
+    """Torques that are polynomials in t − `start` (s): `coefficients` of A and of B (N m/sᵏ)."""
+
+    start: Scalar
+    coefficients: tuple[tuple[Scalar, ...], tuple[Scalar, ...]]
+
+    @property
+    def numbers(self) -> tuple[Scalar, ...]:
+        """All numbers in it, in an order of their own: those of pieces differ, and nothing else."""
+        return (self.start, *self.coefficients[0], *self.coefficients[1])
+
+    def with_numbers(self, numbers: tuple[Scalar, ...]) -> PolynomialTorque:
+        """Return the polynomial of the same degree with these numbers."""
+        start, *rest = numbers
+        half = len(rest) // 2
+        return PolynomialTorque(start, (tuple(rest[:half]), tuple(rest[half:])))
+
+    def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+        """Return the torques on link 1 and on link 2, by Horner's scheme."""
+        since = t - self.start
+        return motor_loads(*(_horner(row, since) for row in self.coefficients))
+
+
+def _horner(coefficients: tuple[Scalar, ...], x: Scalar) -> Scalar:
+    value = coefficients[-1]
+    for coefficient in coefficients[-2::-1]:
+        value = value * x + coefficient
+    return value
+
+
+@dataclass(frozen=True)
+class SampledTorque:
+    """Torques of the motors at A and B (N m), sampled at rising `times` (s).
+
+    Between samples they are interpolated: `hold` keeps a sample until the next, `linear` draws
+    straight lines, `cubic` a spline that is twice differentiable (not-a-knot at its ends). Before
+    the first sample and after the last they stay as there. The motion is followed from sample to
+    sample, so no step reaches over a kink or a jump.
+    """
+
+    times: tuple[float, ...]
+    A: tuple[float, ...]
+    B: tuple[float, ...]
+    interpolation: Literal["hold", "linear", "cubic"]
+    _pieces: Any = field(default=None, repr=False, compare=False, init=False)
+
+    def __post_init__(self) -> None:
+        """Refuse samples that are too few, out of order, or of unequal number."""
+        if self.interpolation not in _FEWEST:
+            raise ParameterError(
+                f"sampled torque: interpolation is {self.interpolation!r}; allowed are "
+                f"{', '.join(_FEWEST)}"
+            )
+        fewest = _FEWEST[self.interpolation]
+        if len(self.times) < fewest:
+            raise ParameterError(
+                f"sampled torque: there are {len(self.times)} times; allowed for "
+                f"{self.interpolation} are {fewest} or more"
+            )
+        for name, values in (("times", self.times), ("A", self.A), ("B", self.B)):
+            if len(values) != len(self.times):
+                raise ParameterError(
+                    f"sampled torque: {name} has {len(values)} entries; allowed are as many as "
+                    f"times, {len(self.times)}"
+                )
+            if not all(abs(value) < float("inf") for value in values):
+                raise ParameterError(f"sampled torque: {name} has {values!r}; allowed are numbers")
+        for earlier, later in pairwise(self.times):
+            if not earlier < later:
+                raise ParameterError(
+                    f"sampled torque: after {earlier!r} s comes {later!r}; allowed are rising times"
+                )
+        pieces = _coefficients(self, self.A), _coefficients(self, self.B)
+        object.__setattr__(self, "_pieces", pieces)
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """The times (s) at which the torques are not smooth."""
+        return self.times
+
+    def during(self, t: float) -> PolynomialTorque:
+        """Return the torques of the piece that begins at, or reaches over, a time (s)."""
+        piece = int(np.searchsorted(self.times, t, side="right"))
+        start = self.times[max(piece - 1, 0)]
+        A, B = (tuple(rows[piece].tolist()) for rows in self._pieces)
+        return PolynomialTorque(start, (A, B))
+
+    def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+        """Return the torques on link 1 and on link 2 at a time, or at an array of times (s)."""
+        pieces = np.searchsorted(self.times, t, side="right")
+        since = np.asarray(t, dtype=float) - np.asarray(self.times)[np.maximum(pieces - 1, 0)]
+        tau = [_horner(tuple(np.moveaxis(rows[pieces], -1, 0)), since) for rows in self._pieces]
+        return motor_loads(*(value if np.ndim(t) else float(value) for value in tau))
+
+
+def _coefficients(sampled: SampledTorque, values: tuple[float, ...]) -> NDArray[np.float64]:
+    """Return the coefficients of each piece, lowest first: before the samples, between, after."""
+    times, samples = np.array(sampled.times), np.array(values)
+    if sampled.interpolation == "hold":
+        return np.concatenate([samples[:1], samples])[:, None]
+    if sampled.interpolation == "linear":
+        inside = np.stack([samples[:-1], np.diff(samples) / np.diff(times)], axis=-1)
+    else:
+        from scipy.interpolate import CubicSpline
+
+        inside = CubicSpline(times, samples).c[::-1].T
+    ends = np.zeros((2, inside.shape[1]))
+    ends[:, 0] = samples[0], samples[-1]
+    return np.concatenate([ends[:1], inside, ends[1:]])
