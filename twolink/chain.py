@@ -132,8 +132,8 @@ class Chain:
         """
         if self.rotors:
             raise ParameterError(
-                f"a URDF of a chain with {len(self.rotors)} rotors was asked for; allowed are none, "
-                "since a URDF has no place for them"
+                f"a URDF of a chain with {len(self.rotors)} rotors was asked for; allowed are "
+                "none, since a URDF has no place for them"
             )
         try:
             plain = self.convert(float)

@@ -6,8 +6,8 @@ that is not wanted is left out: there is no switch, and nothing to switch off.
 
 An effect that is not smooth also has `nonsmooth(chain)`, the dry friction and the obstacles that a
 simulation makes modes of, and may have `smooth_loads`, what remains of its loads beside them. One
-that adds to what moves has `equipped(chain)`, the chain with its rotors. One that is smooth only from
-time to time has `breaks`, those times, and `during(t)`, the smooth effect that acts from t on.
+that adds to what moves has `equipped(chain)`, the chain with its rotors. One that is smooth piece
+by piece has `breaks`, the times between them, and `during(t)`, the smooth effect from t on.
 """
 
 from __future__ import annotations

@@ -27,8 +27,8 @@ class MotorInertia:
         for joint, inertia, ratio in zip("AB", self.inertia, self.ratio, strict=True):
             if not 0 <= inertia < float("inf"):
                 raise ParameterError(
-                    f"motor inertia at {joint} is {inertia!r}; allowed is zero or a positive number "
-                    "of kg m²"
+                    f"motor inertia at {joint} is {inertia!r}; allowed is zero or a positive "
+                    "number of kg m²"
                 )
             if not abs(ratio) < float("inf"):
                 raise ParameterError(f"gear ratio at {joint} is {ratio!r}; allowed is a number")

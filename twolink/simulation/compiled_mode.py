@@ -29,8 +29,8 @@ _OUT_OF_SIGHT = 1e30
 class Segment:
     """A stretch of the motion in one mode, from a start to an end (s), from q, u and the gaps.
 
-    `effects` are those that act in it. `unwatched` are those whose quantities have only just left zero, or stay there. `since` is when
-    the mode is said to begin (s).
+    `effects` are those that act in it. `unwatched` are those whose quantities have only just left
+    zero, or stay there. `since` is when the mode is said to begin (s).
     """
 
     mode: Mode
@@ -82,9 +82,10 @@ def compiled_mode(
     order: int | None,
 ) -> CompiledMode:
     """Return a mode's integrator, compiled unless it already was."""
+    varying: tuple[Any, ...] = effects
     blank = tuple(
         effect.with_numbers((0.0,) * len(effect.numbers)) if hasattr(effect, "numbers") else effect
-        for effect in effects
+        for effect in varying
     )
     return _compiled(chain, blank, mode, formulation, precision, order, chain._exact_inertia)
 
@@ -139,8 +140,8 @@ def _compiled(
     return CompiledMode(integrator, numbers, tuple(watched), kind)
 
 
-def _with_parameters(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
-    """Return the effects with parameters in the place of numbers that differ from piece to piece."""
+def _with_parameters(effects: tuple[Any, ...]) -> tuple[Effect, ...]:
+    """Return the effects with parameters for the numbers that differ from piece to piece."""
     parameters = itertools.count()
     par = heyoka().par
     return tuple(

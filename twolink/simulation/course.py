@@ -138,9 +138,8 @@ class Course:
         resting = {Watch(Kind.HITS, index) for index in self._touched}
         unwatched = frozenset({*self._guards, *resting})
         state = (*self._q, *self._u, *self._gaps())
-        segment = Segment(
-            self._mode, self._effects, start, until, state, unwatched, max(start, self._since)
-        )
+        since = max(start, self._since)
+        segment = Segment(self._mode, self._effects, start, until, state, unwatched, since)
         compiled = compiled_mode(
             self._scene.equipped,
             self._effects,

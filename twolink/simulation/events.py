@@ -26,7 +26,7 @@ class EventRun(MotionRun):
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """The beginnings of all modes that last, the first at 0 s; none if there is nothing but one."""
+        """The beginnings of all modes that last, the first at 0 s; none if nothing makes modes."""
         if not self.segments[0].mode.names:
             return ()
         found: list[Event] = []
