@@ -1,7 +1,9 @@
 """What a motion costs, beside others: `uv run python -m benchmarks.simulation`.
 
-The free chain for 10 s, from a state without symmetry. Each method runs at settings that keep its
-error at the end below 1e-8, in turn with the others; the medians are compared, compiling apart.
+The free chain for 10 s, from a state without symmetry. Each method runs at the cheapest settings
+measured to keep its error at the end below 1e-8 (SciPy at its finest, which misses that a little),
+in turn with the others; the medians are compared, compiling apart. Then what naming nothing costs:
+the scene, and the same scene after effects were added and left out again.
 """
 
 from __future__ import annotations
@@ -9,6 +11,7 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,14 +20,24 @@ from rich.console import Console
 from rich.table import Table
 from scipy import integrate
 
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_spring import JointSpring
 from twolink.scene import Scene
 from twolink.shipped import shipped
 from twolink.simulation import simulate
 from twolink.simulation.equations import EQUATIONS
-from twolink.simulation.taylor import default_longest_step, heyoka, taylor_run
+from twolink.simulation.taylor import (
+    FULL_ORDERS,
+    default_longest_step,
+    heyoka,
+    step_tolerance,
+    taylor_run,
+)
 from twolink.urdf import read_planar_urdf
 
-ROUNDS = 7
+ROUNDS = 15
+ERROR = 1e-8
 # The start and the end of the published reference point (rad, rad/s).
 EXACT = (0.6316954496532437, 14.846153572263320, 1.6832078686201084, 7.171679436733452)
 
@@ -43,25 +56,36 @@ def timed(function: Callable[[], tuple[float, ...]]) -> Run:
     return run
 
 
-def taylor(formulation: str, scene: Scene) -> Run:
+def taylor(formulation: str, scene: Scene, order: int | None = None) -> Run:
     """Return the bare integrator on a set of equations, timed as heyoka's own is."""
     ends = (0.0, scene.duration)
 
     def run() -> tuple[tuple[float, ...], float]:
-        result = taylor_run(scene, ends, formulation=formulation)
+        result = taylor_run(scene, ends, formulation=formulation, order=order, optimised=True)
         return (*result.q[:, -1], *result.u[:, -1]), result.run_seconds
 
     return run
 
 
-def heyokas_lagrangian(scene: Scene) -> Run:
-    """Return heyoka on its own `lagrangian()` of the same chain."""
+def error_of(run: Run) -> float:
+    """Return the error of a run at the end (rad, rad/s)."""
+    return max(abs(float(x) - y) for x, y in zip(run()[0], EXACT, strict=True))
+
+
+def cheapest_order(scene: Scene) -> int:
+    """Return the lowest order of the Taylor series that keeps the error."""
+    orders = range(7, FULL_ORDERS["double"], 2)
+    return next(order for order in orders if error_of(taylor("momenta", scene, order)) <= ERROR)
+
+
+def heyokas_lagrangian(scene: Scene, order: int) -> Run:
+    """Return heyoka on its own `lagrangian()` of the same chain, at the same order."""
     hy = heyoka()
     q1, q2, v1, v2 = hy.make_vars("q1", "q2", "v1", "v2")
     T = 2 / 3 * v1 * v1 + v2 * v2 / 6 + v1 * v2 * hy.cos(q2 - q1) / 2
     V = -9.81 * (1.5 * hy.sin(q1) + 0.5 * hy.sin(q2))
     system = hy.lagrangian(T - V, qs=[q1, q2], qdots=[v1, v2])
-    integrator = hy.taylor_adaptive(system, [0.0] * 4, tol=1e-17)
+    integrator = hy.taylor_adaptive(system, [0.0] * 4, tol=step_tolerance("double", order))
 
     def run() -> tuple[float, ...]:
         integrator.state[:] = [*scene.q, *scene.u]
@@ -95,45 +119,71 @@ def scipy_over_pinocchio(scene: Scene) -> Run:
     return timed(run)
 
 
-def whole_simulate(scene: Scene) -> Run:
-    """Return `simulate` at accuracy 1e-8: its samples, its error and all runs that measure it."""
+def whole_simulate(scene: Scene, accuracy: float) -> Run:
+    """Return `simulate` as a whole: its samples, its error and all runs that measure it."""
 
     def run() -> tuple[float, ...]:
-        trajectory = simulate(scene, accuracy=1e-8)
+        trajectory = simulate(scene, accuracy=accuracy)
         return (*trajectory.q[:, -1], *trajectory.u[:, -1])
 
     return timed(run)
 
 
 def main() -> None:
-    """Measure and print the table."""
+    """Measure and print the tables."""
     scene = Scene.load(shipped("scenes") / "general.toml")
-    runs = {f"Taylor on {name}": taylor(name, scene) for name in EQUATIONS}
-    runs["heyoka's lagrangian()"] = heyokas_lagrangian(scene)
+    order = cheapest_order(scene)
+    runs = {f"Taylor on {name}, order {order}": taylor(name, scene, order) for name in EQUATIONS}
+    runs["heyoka's lagrangian(), same order"] = heyokas_lagrangian(scene, order)
+    runs["Taylor on momenta, full order"] = taylor("momenta", scene)
     runs["SciPy DOP853 over pin.aba"] = scipy_over_pinocchio(scene)
-    runs["simulate(accuracy=1e-8)"] = whole_simulate(scene)
-    times: dict[str, list[float]] = {name: [] for name in runs}
-    errors = {
-        name: max(abs(float(x) - y) for x, y in zip(run()[0], EXACT, strict=True))
-        for name, run in runs.items()
+    runs["simulate(accuracy=1e-6)"] = whole_simulate(scene, 1e-6)
+    runs["simulate(accuracy=1e-8)"] = whole_simulate(scene, 1e-8)
+    compare(f"10 s of the free chain, median of {ROUNDS} runs", runs)
+    again = replace(scene, effects=(Gravity(), JointDamping((0.1, 0.1)), JointSpring((1.0, 1.0))))
+    named = {
+        "the scene": taylor("momenta", scene),
+        "with damping and springs": taylor("momenta", again),
+        "left out again": taylor("momenta", replace(again, effects=again.effects[:1])),
     }
+    compare("What is not named costs nothing", named, with_errors=False)
+    print_overhead(scene)
+
+
+def print_overhead(scene: Scene) -> None:
+    """Print how much longer `simulate` takes than the integrations in it."""
+    shares = []
+    for _ in range(100 * ROUNDS):
+        start = time.perf_counter()
+        trajectory = simulate(scene, accuracy=1e-6)
+        taken = time.perf_counter() - start
+        shares.append(taken / trajectory.statistics.run_seconds - 1)
+    # By the end all of its integrators have been optimised.
+    share = statistics.median(shares[-10 * ROUNDS :])
+    Console(width=110).print(f"simulate adds {share:.0%} to the bare integrations in it")
+
+
+def compare(title: str, runs: dict[str, Run], with_errors: bool = True) -> None:
+    """Run all in turn, and print their medians beside the first."""
+    times: dict[str, list[float]] = {name: [] for name in runs}
+    errors = {name: error_of(run) for name, run in runs.items()}
     for _ in range(ROUNDS):
         for name, run in runs.items():
             times[name].append(run()[1])
-    fastest = statistics.median(times["Taylor on momenta"])
-    table = Table(title=f"10 s of the free chain, median of {ROUNDS} runs")
+    first = statistics.median(times[next(iter(times))])
+    table = Table(title=title)
     table.add_column("method")
-    for column in ("ms", "ratio to Taylor on momenta", "spread", "error at 10 s"):
+    for column in (
+        "ms",
+        "ratio to the first",
+        "spread",
+        *(("error at 10 s",) if with_errors else ()),
+    ):
         table.add_column(column, justify="right")
     for name, taken in times.items():
         median = statistics.median(taken)
-        table.add_row(
-            name,
-            f"{median * 1e3:.3f}",
-            f"{median / fastest:.2f}",
-            f"{max(taken) / min(taken):.2f}",
-            f"{errors[name]:.1e}",
-        )
+        row = [f"{median * 1e3:.3f}", f"{median / first:.2f}", f"{max(taken) / min(taken):.2f}"]
+        table.add_row(name, *row, *((f"{errors[name]:.1e}",) if with_errors else ()))
     Console(width=110).print(table)
 
 

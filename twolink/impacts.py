@@ -7,9 +7,14 @@ While a point is struck nothing moves, and velocities change linearly with the n
 where G = J M⁻¹ Jᵀ and s = dΛ_t/dp is −μ or +μ while the point slides forward or backward, and what
 keeps v_t at 0 while it sticks. A slide that comes to rest sticks if friction can hold it, and else
 reverses. So there are at most two phases, and every law of restitution ends them in closed form:
-Newton's when v_n is −e times what it was, Poisson's when the impulse of restitution is e times that
-of compression, Stronge's when the normal force has given back e² of the work it has taken
-(W. J. Stronge, Impact Mechanics, 2000, chapters 3 and 5). Numbers may be of any real kind.
+Poisson's when the impulse of restitution is e times that of compression, Stronge's when the normal
+force has given back e² of the work it has taken, `newton-routh` when v_n is −e times what it was
+(W. J. Stronge, Impact Mechanics, 2000, chapters 3 and 5).
+
+`newton` is the older rule that books give under this name (T. R. Kane and D. A. Levinson, Dynamics,
+1985): it asks v_n to become −e times what it was, and Coulomb's law of the impulse as a whole. The
+point sticks if that impulse is in the cone, and else slides to the end as it does then. With
+friction it can create energy. Numbers may be of any real kind.
 """
 
 from __future__ import annotations
@@ -18,7 +23,7 @@ from typing import Any, NamedTuple
 
 from twolink.arithmetic import Scalar, sqrt
 
-LAWS = ("newton", "poisson", "stronge")
+LAWS = ("newton", "newton-routh", "poisson", "stronge")
 
 
 class Response(NamedTuple):
@@ -63,14 +68,41 @@ def rough_impulse(
 
     At 0, which an impact without collision has (Painlevé), friction alone drives the compression.
     """
+    if law == "newton":
+        return _newtons_impulse(normal_speed, tangential_speed, response, friction, restitution)
     phases, regime = _phases(tangential_speed, response, friction)
-    ends = {"newton": _newtons_end, "poisson": _poissons_end, "stronge": _stronges_end}
-    p = ends[law](phases, normal_speed, restitution)
+    ends = {"newton-routh": _newtons_end, "poisson": _poissons_end, "stronge": _stronges_end}
+    return _summed(phases, regime, ends[law](phases, normal_speed, restitution))
+
+
+def _summed(phases: tuple[_Phase, _Phase], regime: tuple[str, str], p: Scalar) -> Impulse:
+    """Return the normal impulse p with the tangential impulse that goes with it."""
     first, second = phases
     early = p if first.length is None or p <= first.length else first.length
     tangential = first.s * early + second.s * (p - early)
     slid = first.length is None or p <= first.length
     return Impulse(p, tangential, regime[0] if slid else regime[1])
+
+
+def _newtons_impulse(v_n: Scalar, v_t: Scalar, G: Response, mu: Scalar, e: Scalar) -> Impulse:
+    """Return the impulse after which v_n is −e v_n, by Coulomb's law of the whole impulse."""
+    needed = -(1 + e) * v_n
+    det = G.nn * G.tt - G.nt * G.nt
+    # Sticking: both velocities are known, and so are both impulses.
+    normal, tangential = (G.tt * needed + G.nt * v_t) / det, (-G.nn * v_t - G.nt * needed) / det
+    if normal >= 0 and abs(tangential) <= mu * normal:
+        return Impulse(normal, tangential, "sticks")
+    for sigma in (1, -1) if v_t > 0 else (-1, 1):
+        slope = G.nn - sigma * mu * G.nt
+        if slope > 0:
+            normal = needed / slope
+            tangential = -sigma * mu * normal
+            if sigma * (v_t + G.nt * normal + G.tt * tangential) >= 0:
+                back = v_t != 0 and (v_t > 0) != (sigma > 0)
+                return Impulse(normal, tangential, "slides back" if back else "slides")
+    # Only where the surface wedges the point is no impulse left: there it goes by its phases.
+    phases, regime = _phases(v_t, G, mu)
+    return _summed(phases, regime, _newtons_end(phases, v_n, e))
 
 
 def _phases(v_t: Scalar, G: Response, mu: Scalar) -> tuple[tuple[_Phase, _Phase], tuple[str, str]]:
@@ -127,7 +159,7 @@ def _stronges_end(phases: tuple[_Phase, _Phase], v0: Scalar, e: Scalar) -> Scala
     first, second = phases
     p_c = _impulse_to(phases, v0, 0 * v0)
     k1, k2 = first.normal_slope, second.normal_slope
-    if first.length is None or p_c <= first.length:
+    if k1 > 0 and (first.length is None or p_c <= first.length):
         # Compression takes k1 p_c²/2, and restitution may last into the second phase.
         given_back = e * e * k1 * p_c * p_c / 2
         q = e * p_c

@@ -134,6 +134,8 @@ def _compiled(
         list(zip(variables, rates, strict=True)),
         np.array([kind(0)] * len(variables)),
         tol=kind(step_tolerance(precision, order)),
+        # A mode lasts for a few steps: optimising them takes longer than they do.
+        opt_level=0,
         fp_type=kind,
         t_events=events,
     )

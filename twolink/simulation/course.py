@@ -24,7 +24,7 @@ from twolink.simulation.compiled_mode import Segment, compiled_mode
 from twolink.simulation.mode import Impact, Mode, State
 from twolink.simulation.modes import Modes, rests
 from twolink.simulation.striking import Striking
-from twolink.simulation.taylor import heyoka, number_type, rounding
+from twolink.simulation.taylor import heyoka, number_type, numbers, rounding
 from twolink.simulation.watching import Kind, Watch
 
 # Modes that follow each other without time passing: more would go on for ever.
@@ -57,7 +57,7 @@ class Course:
         self._text, self._chain = text, scene.equipped.convert(kind)
         self._breaks = [kind(t) for t in breaks(scene.effects) if t > 0]
         self._take_up_effects(0.0)
-        self.grid = np.array([kind(t) for t in times])
+        self.grid = numbers(times, precision)
         self._q: Pair = (kind(scene.q[0]), kind(scene.q[1]))
         self._u: Pair = (kind(scene.u[0]), kind(scene.u[1]))
         self._now = kind(0)

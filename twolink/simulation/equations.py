@@ -13,9 +13,10 @@ from types import ModuleType
 from typing import Any
 
 from twolink import kane, lagrange
-from twolink.arithmetic import Pair, Scalar
+from twolink.arithmetic import Pair, Scalar, cos, sin
 from twolink.chain import Chain
 from twolink.effects import Effect, smooth_loads
+from twolink.loads import Loads, Torque
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,11 @@ class SpeedEquations:
 
 @dataclass(frozen=True)
 class MomentumEquations:
-    """q and p as variables: dq/dt = M⁻¹ p, and dp/dt = ∂T/∂q + Q, by (6.9)."""
+    """q and p as variables: dq/dt = M⁻¹ p, and dp/dt = ∂T/∂q + Q, by (6.9).
+
+    This is Lagrange's text with its constants gathered, so that an integrator has the operations
+    that are needed when the equations of this chain are written by hand, and no more.
+    """
 
     name: str = "momenta"
 
@@ -51,11 +56,10 @@ class MomentumEquations:
         self, chain: Chain, effects: tuple[Effect, ...], q: Pair, p: Pair, t: Scalar
     ) -> tuple[Pair, Pair]:
         """Return dq/dt (rad/s) and dp/dt (N m)."""
-        u = self.to_speeds(chain, q, p)
-        slope1, slope2 = lagrange.energy_gradient(chain, q, u)
-        loads = smooth_loads(effects, chain, q, u, t)
-        Q1, Q2 = lagrange.generalized_active_force(chain, q, loads)
-        return u, (slope1 + Q1, slope2 + Q2)
+        u1, u2 = self.to_speeds(chain, q, p)
+        slope = _ahead_and_across(chain, q)[1] * (u1 * u2)
+        Q1, Q2 = _gathered_force(chain, q, smooth_loads(effects, chain, q, (u1, u2), t))
+        return (u1, u2), (Q1 + slope, Q2 - slope)
 
     def from_speeds(self, chain: Chain, q: Pair, u: Pair) -> Pair:
         """Return p = ∂T/∂u (kg m²/s)."""
@@ -63,10 +67,54 @@ class MomentumEquations:
 
     def to_speeds(self, chain: Chain, q: Any, p: Any) -> Pair:
         """Return u = M⁻¹ p (rad/s), by Cramer's rule."""
-        (M11, M12), (M21, M22) = lagrange.mass_matrix(chain, q)
         p1, p2 = p
-        det = lagrange.determinant(chain, q)
-        return (M22 * p1 - M12 * p2) / det, (M11 * p2 - M21 * p1) / det
+        M11, M12, M22, det = _mass(chain, q)
+        return (M22 * p1 - M12 * p2) / det, (M11 * p2 - M12 * p1) / det
+
+
+def _mass(chain: Chain, q: Pair) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Return M11, M12, M22 (kg m²) and det M (kg² m⁴), a constant and the square of m2 L1 h."""
+    if chain.rotors:
+        (M11, M12), (_, M22) = lagrange.mass_matrix(chain, q)
+        return M11, M12, M22, lagrange.determinant(chain, q)
+    ahead, across = _ahead_and_across(chain, q)
+    link1, M22 = lagrange.pivot_inertia(chain), lagrange.elbow_inertia(chain)
+    carried = chain.m2 * chain.L1 * chain.L1
+    return link1 + carried, ahead, M22, link1 * M22 + carried * chain.I_C2 + across * across
+
+
+def _ahead_and_across(chain: Chain, q: Pair) -> Pair:
+    """Return m2 L1 times how far C2 is ahead of B along link 1, and across it (kg m²)."""
+    _, a, b = chain.C2
+    elbow, first = q[1] - q[0], chain.m2 * chain.L1
+    s, c = sin(elbow), cos(elbow)
+    return first * a * c - first * b * s, first * a * s + first * b * c
+
+
+def _gathered_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
+    """Return Q_1 and Q_2 (N m), each with one sine and one cosine for all forces.
+
+    A force (X, Y) at (a, b) of a link gives cos(q) (a Y − b X) − sin(q) (a X + b Y); one on link 2
+    also acts on link 1, at B. What is constant is added up before it meets an angle.
+    """
+    along: list[Scalar] = [0, 0]
+    across: list[Scalar] = [0, 0]
+    moment: list[Scalar] = [0, 0]
+    for load in loads:
+        link = load.link if isinstance(load, Torque) else load.point.link
+        if isinstance(load, Torque):
+            moment[link - 1] = moment[link - 1] + load.moment
+            continue
+        X, Y = load.components
+        _, a, b = load.point
+        points = [(0, a, b)] if link == 1 else [(0, chain.L1, 0), (1, a, b)]
+        for k, a_k, b_k in points:
+            along[k] = along[k] + (a_k * X + b_k * Y)
+            across[k] = across[k] + (a_k * Y - b_k * X)
+    Q1, Q2 = (
+        moment[k] + (cos(q[k]) * across[k] - sin(q[k]) * along[k]) if loads else 0 for k in (0, 1)
+    )
+    return Q1, Q2
 
 
 Equations = SpeedEquations | MomentumEquations

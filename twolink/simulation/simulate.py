@@ -22,7 +22,13 @@ from twolink.simulation.equations import EQUATIONS
 from twolink.simulation.motion import has_modes, motion_run
 from twolink.simulation.numeric import SCIPY, NumericRun, numeric_run
 from twolink.simulation.run import MotionRun
-from twolink.simulation.taylor import FULL_ORDERS, PRECISIONS, heyoka_is_here, rounding
+from twolink.simulation.taylor import (
+    FULL_ORDERS,
+    PRECISIONS,
+    default_longest_step,
+    heyoka_is_here,
+    rounding,
+)
 from twolink.simulation.trajectory import Array, Statistics, Trajectory
 
 # The orders at which a step's truncation, exp(−2 (p + 1)), stands some fifty times above rounding.
@@ -30,7 +36,7 @@ _TRUNCATED = {"double": 15, "long double": 19, "quadruple": 33}
 _LOWEST_ORDER = 7
 
 # By so much more than the truncation of a step may errors grow over a run before it is tried again.
-_GROWTH = 100.0
+_GROWTH = 1e3
 
 # A fixed step is halved until it has become as short as this many to the run.
 _MOST_STEPS = 200_000
@@ -101,6 +107,7 @@ def _check(scene: Scene, accuracy: float, method: str, formulation: str, samples
 def _by_taylor(asked: _Asked) -> Trajectory:
     """Go up the orders, and then the precisions, until one meets what was asked."""
     runs: list[MotionRun] = []
+    cap = default_longest_step(asked.scene)
 
     def run(precision: str, order: int) -> MotionRun:
         runs.append(
@@ -110,6 +117,7 @@ def _by_taylor(asked: _Asked) -> Trajectory:
                 formulation=asked.formulation,
                 precision=precision,
                 order=order,
+                longest_step=cap,
             )
         )
         return runs[-1]
@@ -142,16 +150,16 @@ def _by_orders(
 ) -> tuple[MotionRun | None, Array, float]:
     """Return the run in double precision that was kept, if any, and what its errors stay below.
 
-    The third is by how much the truncation of a step has grown over the run.
+    The third is by how much the truncation of a step has grown over the run: endlessly, if unknown.
     """
     errors: Array = np.full_like(asked.times, np.inf)
-    growth = _GROWTH
-    order = _order_for(asked.accuracy / growth)
+    growth = np.inf
+    order = _order_for(asked.accuracy / _GROWTH)
     highest = _TRUNCATED["double"]
     fine: MotionRun | None = None
     while order <= highest:
         coarse = fine if fine is not None and fine.order == order else run("double", order)
-        fine = run("double", FULL_ORDERS["double"] if order == highest else order + 2)
+        fine = run("double", order + 2)
         errors = _difference(coarse, fine, asked)
         worst = float(errors.max())
         if worst < np.inf:
@@ -165,11 +173,12 @@ def _by_orders(
 def _judging_order(asked: _Asked, growth: float, precision: str, full: int) -> int:
     """Return the order at which a longer precision judges a run in this one.
 
-    It is the full one, unless the run will do and a lower one can tell.
+    It is the full one, unless the run will do and a lower one is known to err far less than that:
+    errors all point where the motion diverges, so two that are alike may well hide each other.
     """
     # A step errs by about a quarter of the rounding of a sum.
     will_do = growth * rounding(precision) / 4 < asked.accuracy
-    return min(full, _order_for(asked.accuracy / 10 / growth)) if will_do else full
+    return min(full, _order_for(asked.accuracy / 100 / growth)) if will_do else full
 
 
 def _truncation(order: int) -> float:
