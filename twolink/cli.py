@@ -257,6 +257,7 @@ def simulate(
     """
     _check_target("--out", out, (".npz", ".csv"))
     from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     from twolink.scene import Scene
     from twolink.simulation import simulate as run
@@ -265,13 +266,19 @@ def simulate(
         if effects_cost:
             _print_effects_cost(Scene.load(scene), formulation)
             return
-        with Console(stderr=True).status("simulating"):
+        loaded = Scene.load(scene)
+        columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task("simulating", total=1.0)
             trajectory = run(
-                Scene.load(scene),
+                loaded,
                 accuracy=accuracy,
                 method=method,
                 formulation=formulation,
                 samples=samples,
+                progress=lambda what, share: bar.update(
+                    task, description=f"simulating, {what}", completed=share
+                ),
             )
     except TwolinkError as error:
         _refuse(str(error))

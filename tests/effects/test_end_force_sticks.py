@@ -76,3 +76,17 @@ def test_where_the_direction_is_known_there_are_no_modes():
 def test_static_friction_below_the_kinetic_is_refused():
     with pytest.raises(ParameterError, match=r"static is 0.1; allowed is the friction 0.5 or more"):
         EndForce(-1.0, 0.5, static=0.1)
+
+
+@pytest.mark.parametrize(
+    ("q", "sliding", "words"), [((0.0, 0.0), -1, "backward"), ((0.0, np.pi), 1, "forward")]
+)
+def test_a_chain_along_x_starts_to_slide_where_it_will(q, sliding, words):
+    """D cannot move along x at first; a moment later it does, and friction resists that."""
+    found = simulate(scene(Gravity(), EndForce(-3.0, 0.2), q=q, duration=0.3))
+    named = simulate(scene(Gravity(), EndForce(-3.0, 0.2, sliding=sliding), q=q, duration=0.3))
+    assert str(found.events[0].mode) == f"D slips {words}"
+    x = found.velocity(BARS.D)[0]
+    moved = found.t < (found.events[1].time if len(found.events) > 1 else 0.3)
+    assert np.all(x[moved][1:] * sliding > 0)
+    assert found.q[:, moved] == pytest.approx(named.q[:, moved], abs=1e-9)

@@ -218,3 +218,37 @@ def test_bad_wishes_are_refused(options, words):
 def test_times_outside_the_run_are_refused(times):
     with pytest.raises(SimulationError, match="allowed is 0 to 1 s"):
         simulate(SHORT).at(times)
+
+
+def cheapest(scene, times, accuracy, exact) -> int:
+    """The cost of the cheapest setting that meets an accuracy, in terms of a series."""
+    for precision, orders in (("double", range(7, 23, 2)), ("long double", range(15, 25, 2))):
+        for order in orders:
+            run = taylor_run(scene, times, formulation="momenta", precision=precision, order=order)
+            if error_of(run, exact) <= accuracy:
+                return run.steps * run.order * run.operations
+    raise AssertionError("no setting meets the accuracy")
+
+
+@pytest.mark.slow
+def test_the_cost_is_near_that_of_the_cheapest_setting(random):
+    """In terms of series computed: within 8 times it always, within 4 nearly always."""
+    ratios = []
+    for number in range(40):
+        chain, effects = CASES[number % len(CASES)]
+        q, u = random.uniform(-3, 3, (2, 2)).tolist()
+        scene = Scene(
+            chain=chain,
+            q=tuple(q),
+            u=tuple(u),
+            duration=float(random.uniform(1, 10)),
+            effects=effects,
+        )
+        accuracy = 10 ** float(random.uniform(-12, -3))
+        trajectory = simulate(scene, accuracy=accuracy, samples=101)
+        exact = taylor_run(scene, trajectory.t, formulation="lagrange", precision="quadruple")
+        best = cheapest(scene, trajectory.t, accuracy, exact)
+        ratios.append(trajectory.statistics.evaluations / best)
+    print(sorted(ratios))
+    assert max(ratios) <= 8
+    assert np.mean(np.array(ratios) <= 4.2) >= 0.75

@@ -85,6 +85,11 @@ class Course:
         self._striking = Striking(self._modes)
 
     @property
+    def now(self) -> float:
+        """Where the motion stands (s)."""
+        return float(self._now)
+
+    @property
     def done(self) -> bool:
         """Whether the last time is reached."""
         return bool(self._now >= self.grid[-1])
@@ -289,7 +294,7 @@ class Course:
             self._mode = self._mode.pressed(index)
         soon = self._now + self._kind(self._cap * _UNWATCHED)
         for index, state in enumerate(self._mode.states):
-            in_question = len(choices[index]) > 1
+            in_question = len(choices[index]) > 1 or self._now == 0
             if state.direction and (index in known or in_question):
                 self._guards[Watch(Kind.STOPS, index)] = soon
             if state is State.OPEN and (index in known or in_question):
@@ -303,12 +308,25 @@ class Course:
             return (State.OPEN,)
         if slides is None:
             return (State.CLOSED, State.OPEN)
-        row = self._modes.row(slides, self._q)
+        row, u = self._modes.row(slides, self._q), self._u
         leaving = () if isinstance(element, DryFriction) else (State.OPEN,)
-        if rests(row, self._u):
+        if max(abs(row[0]), abs(row[1])) <= self._resolution:
+            # A chain that is stretched along a direction cannot move its end that way yet: where it
+            # will slide shows a moment later.
+            row, u = self._soon(slides)
+        if rests(row, u):
             return (State.STICKS, State.FORWARD, State.BACKWARD, *leaving)
-        forward = row[0] * self._u[0] + row[1] * self._u[1] > 0
+        forward = row[0] * u[0] + row[1] * u[1] > 0
         return (State.FORWARD if forward else State.BACKWARD, *leaving)
+
+    def _soon(self, direction: Direction) -> tuple[Pair, Pair]:
+        """Return the row of a direction, and u, when the chain has moved freely for a moment."""
+        (q1, q2), (u1, u2) = self._q, self._u
+        free = Mode(self._modes.names, (State.OPEN,) * len(self._modes.elements))
+        du1, du2 = self._modes.accelerations(free, self._q, self._u, self._now)
+        h = self._kind(self._cap * _UNWATCHED)
+        q = q1 + h * (u1 + h * du1 / 2), q2 + h * (u2 + h * du2 / 2)
+        return self._modes.row(direction, q), (u1 + h * du1, u2 + h * du2)
 
     def _keep_touched(self) -> None:
         """Forget what is touched no longer; what is held off it by others is touched still."""

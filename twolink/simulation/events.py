@@ -88,10 +88,12 @@ def event_run(
     precision: str = "double",
     order: int | None = None,
     longest_step: float | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> EventRun:
     """Return a scene's motion through its events at increasing times (s), the first of them 0.
 
-    Raises `SimulationError` when the motion cannot be followed to the last time.
+    `progress` is told the share that is done. Raises `SimulationError` when the motion cannot be
+    followed to the last time.
     """
     cap = longest_step or default_longest_step(scene)
     # Modes are written with speeds, so momenta are none of their variables.
@@ -99,6 +101,8 @@ def event_run(
     course = Course(scene, times, formulation, precision, order, cap)
     while not course.done:
         course.advance()
+        if progress is not None:
+            progress(course.now / scene.duration)
     states = np.array(course.rows, dtype=course.grid.dtype).T
     return EventRun(
         scene=scene,

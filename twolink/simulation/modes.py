@@ -125,7 +125,8 @@ class Modes:
         """Return the constraints of each friction and obstacle in a mode: none, one or two."""
         found: list[list[Constraint]] = []
         for element, state in zip(self.elements, mode.states, strict=True):
-            if state is State.OPEN or (isinstance(element, DryFriction) and state.direction):
+            slips = isinstance(element, DryFriction) and state.direction
+            if state is State.OPEN or slips:
                 found.append([])
                 continue
             bound = element.bound if isinstance(element, Obstacle) else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from twolink.effects import breaks, nonsmooth
@@ -23,6 +24,7 @@ def motion_run(
     precision: str = "double",
     order: int | None = None,
     longest_step: float | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> MotionRun:
     """Return a scene's motion at increasing times (s), the first of them 0.
 
@@ -33,6 +35,7 @@ def motion_run(
         "precision": precision,
         "order": order,
         "longest_step": longest_step,
+        "progress": progress,
     }
     if has_modes(scene) or breaks(scene.effects):
         # What a scene does not call for is not even imported.

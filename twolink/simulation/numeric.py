@@ -42,7 +42,13 @@ class NumericRun:
 
 
 def numeric_run(
-    scene: Scene, times: Array, *, method: str, formulation: str, fineness: float
+    scene: Scene,
+    times: Array,
+    *,
+    method: str,
+    formulation: str,
+    fineness: float,
+    progress: Callable[[float], None] | None = None,
 ) -> NumericRun:
     """Return a scene's motion at increasing times (s), the first of them 0.
 
@@ -54,7 +60,7 @@ def numeric_run(
     variables = np.array([*scene.q, *equations.from_speeds(chain, scene.q, scene.u)], dtype=float)
     found, steps, evaluations, seconds = [variables[:, None]], 0, 0, 0.0
     for piece, effects in _pieces(scene, times):
-        rates = _Counted(_rates(chain, effects, formulation))
+        rates = _Counted(_rates(chain, effects, formulation), scene.duration, progress)
         start = perf_counter()
         follow = _by_scipy if method in SCIPY else _by_fixed_steps
         states, taken = follow(rates, piece, variables.tolist(), method, fineness)
@@ -96,14 +102,20 @@ def _rates(chain: Chain, effects: tuple[Effect, ...], formulation: str) -> Rates
 
 
 class _Counted:
-    """A function that counts its calls."""
+    """A function that counts its calls, and tells now and then how far they have come."""
 
-    def __init__(self, rates: Rates) -> None:
-        self._rates = rates
+    _EVERY = 4096
+
+    def __init__(
+        self, rates: Rates, duration: float, progress: Callable[[float], None] | None
+    ) -> None:
+        self._rates, self._duration, self._progress = rates, duration, progress
         self.count = 0
 
     def __call__(self, t: float, variables: Array) -> Array:
         self.count += 1
+        if self._progress is not None and self.count % self._EVERY == 0:
+            self._progress(t / self._duration)
         return self._rates(t, variables)
 
 

@@ -52,22 +52,29 @@ def simulate(
     method: str | None = None,
     formulation: str = "momenta",
     samples: int = 501,
+    progress: Callable[[str, float], None] | None = None,
 ) -> Trajectory:
     """Return a scene's trajectory at evenly spaced samples, with its measured global error.
 
-    `accuracy` (rad and rad/s) and `method` are the scene's unless given. Raises
-    `SimulationError`, in one sentence, for what cannot be simulated as asked.
+    `accuracy` (rad and rad/s) and `method` are the scene's unless given. `progress` is told, now
+    and then, which run is on its way and which share of it is done. Raises `SimulationError`, in
+    one sentence, for what cannot be simulated as asked.
     """
     accuracy = scene.accuracy if accuracy is None else accuracy
     method = scene.method if method is None else method
     _check(scene, accuracy, method, formulation, samples)
     times = np.linspace(0.0, scene.duration, samples)
-    asked = _Asked(scene, accuracy, formulation, times)
+    asked = _Asked(scene, accuracy, formulation, times, progress)
     if method == "taylor":
         if heyoka_is_here():
             return _by_taylor(asked)
         stand_in = simulate(
-            scene, accuracy=accuracy, method="DOP853", formulation=formulation, samples=samples
+            scene,
+            accuracy=accuracy,
+            method="DOP853",
+            formulation=formulation,
+            samples=samples,
+            progress=progress,
         )
         note = "heyoka is not installed here, so SciPy's DOP853 took the place of Taylor series."
         return replace(stand_in, notes=(note, *stand_in.notes))
@@ -86,6 +93,12 @@ class _Asked:
     accuracy: float
     formulation: str
     times: Array
+    progress: Callable[[str, float], None] | None = None
+
+    def told(self, what: str) -> Callable[[float], None] | None:
+        """Return what takes the share of a run that is done (0 to 1), if anybody listens."""
+        progress = self.progress
+        return None if progress is None else lambda share: progress(what, share)
 
 
 def _check(scene: Scene, accuracy: float, method: str, formulation: str, samples: int) -> None:
@@ -118,6 +131,7 @@ def _by_taylor(asked: _Asked) -> Trajectory:
                 precision=precision,
                 order=order,
                 longest_step=cap,
+                progress=asked.told(f"order {order}, {precision}"),
             )
         )
         return runs[-1]
@@ -259,7 +273,12 @@ def _by_refining(asked: _Asked, method: str, *, first: float, least: float) -> T
 
 def _numeric(asked: _Asked, method: str, fineness: float) -> NumericRun:
     return numeric_run(
-        asked.scene, asked.times, method=method, formulation=asked.formulation, fineness=fineness
+        asked.scene,
+        asked.times,
+        method=method,
+        formulation=asked.formulation,
+        fineness=fineness,
+        progress=asked.told(f"{method} at {fineness:.3g}"),
     )
 
 

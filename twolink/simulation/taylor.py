@@ -123,12 +123,13 @@ def taylor_run(
     order: int | None = None,
     longest_step: float | None = None,
     optimised: bool = False,
+    progress: Callable[[float], None] | None = None,
 ) -> TaylorRun:
     """Return a scene's motion by Taylor series at increasing times (s), the first of them 0.
 
     Each step goes to rounding, unless a lower `order` is given; `longest_step` (s) caps it. With
     `optimised` the integrator is compiled for long use at once. Raises `SimulationError` when the
-    motion cannot be followed to the last time.
+    motion cannot be followed to the last time. `progress` is told the share that is done.
     """
     start = perf_counter()
     compiled, kind = _ready(scene, formulation, precision, order)
@@ -139,8 +140,9 @@ def taylor_run(
     integrator = compiled.integrator
     cap = longest_step or default_longest_step(scene)
     start = perf_counter()
+    told = {} if progress is None else {"callback": _Teller(progress, scene.duration)}
     outcome, _, _, steps, _, variables = integrator.propagate_grid(
-        numbers(times, precision), max_delta_t=kind(cap)
+        numbers(times, precision), max_delta_t=kind(cap), **told
     )
     run_seconds = perf_counter() - start
     compiled.spent += run_seconds
@@ -164,6 +166,21 @@ def taylor_run(
         compile_seconds=compile_seconds,
         run_seconds=run_seconds,
     )
+
+
+class _Teller:
+    """A callback of heyoka's that tells now and then which share of a run is done."""
+
+    _EVERY = 256
+
+    def __init__(self, progress: Callable[[float], None], duration: float) -> None:
+        self._progress, self._duration, self._steps = progress, duration, 0
+
+    def __call__(self, integrator: Any) -> bool:
+        self._steps += 1
+        if self._steps % self._EVERY == 0:
+            self._progress(float(integrator.time) / self._duration)
+        return True
 
 
 def default_longest_step(scene: Scene) -> float:
