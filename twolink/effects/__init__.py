@@ -38,6 +38,7 @@ EFFECTS = {
     "joint_friction": ("twolink.effects.joint_friction", "JointFriction"),
     "motor_inertia": ("twolink.effects.motor_inertia", "MotorInertia"),
     "joint_stop": ("twolink.effects.joint_stop", "JointStop"),
+    "surface": ("twolink.effects.surface", "Surface"),
     "joint_spring": ("twolink.effects.joint_spring", "JointSpring"),
     "pd_control": ("twolink.effects.pd_control", "PdControl"),
     "end_drag": ("twolink.effects.end_drag", "EndDrag"),

@@ -18,11 +18,11 @@ from twolink.simulation.modes import Modes
 from twolink.simulation.taylor import heyoka, number_type, step_tolerance
 from twolink.simulation.watching import Kind, Watch, margin, watches
 
-# Added to what is watched. heyoka misses later roots of a polynomial that starts at zero exactly,
-# as a gap does after an impact: so little moves no root and is not zero.
-_IN_SIGHT = 1e-200
-# Added to what is not to be watched, so that it never falls through zero.
-_OUT_OF_SIGHT = 1e30
+# What is watched is a multiple of the quantity and a little more. heyoka misses later roots of a
+# polynomial that starts at zero exactly, as a gap does after an impact: so little moves no root and
+# is not zero. What is not to be watched is 1 all the time.
+_IN_SIGHT = (1.0, 1e-100)
+_OUT_OF_SIGHT = (0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class CompiledMode:
     """A mode's integrator, and what it watches for.
 
     Of its parameters the first are the `numbers` of effects that differ from piece to piece; then
-    there is one for each event.
+    there are two for each event.
     """
 
     integrator: Any
@@ -65,9 +65,10 @@ class CompiledMode:
         ]
         for place, number in enumerate(numbers):
             integrator.pars[place] = self.kind(number)
-        for place, watch in enumerate(self.watches, start=self.numbers):
-            hidden = watch in segment.unwatched
-            integrator.pars[place] = self.kind(_OUT_OF_SIGHT if hidden else _IN_SIGHT)
+        for place, watch in enumerate(self.watches):
+            sight = _OUT_OF_SIGHT if watch in segment.unwatched else _IN_SIGHT
+            for offset, value in enumerate(sight):
+                integrator.pars[self.numbers + 2 * place + offset] = self.kind(value)
         if self.watches:
             integrator.reset_cooldowns()
         return integrator
@@ -122,7 +123,8 @@ def _compiled(
         else:
             quantity = margin(watch, modes, mode, solution, q, u)
         if not _is_constant(quantity):
-            quantity = quantity + hy.par[numbers + len(events)]
+            place = numbers + 2 * len(events)
+            quantity = hy.par[place] * quantity + hy.par[place + 1]
             falling = hy.event_direction.negative
             events.append(hy.t_event(quantity, direction=falling, fp_type=kind))
             watched.append(watch)

@@ -279,7 +279,8 @@ class Course:
             # A step much longer than the flight would hide its end from heyoka's search for roots.
             self._horizon = self._now + 2 * flight
             return
-        self._u = self._striking.captured(element, self._q, self._u)
+        impact, self._u = self._striking.captured(index, self._q, self._u, float(self._now))
+        self.impacts.append(impact)
         self._touched.add(index)
         self._enter({})
         self._since = self._now + lasting

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -33,7 +33,7 @@ class EventRun(MotionRun):
         for segment in self.segments:
             goes_on = bool(found) and found[-1].mode == segment.mode
             if segment.end > segment.start and not goes_on:
-                found.append(Event(float(segment.since), segment.mode))
+                found.append(Event(float(segment.since), segment.mode, float(segment.start)))
         return tuple(found)
 
     @property
@@ -62,7 +62,9 @@ class EventRun(MotionRun):
                     self.precision,
                     self.order_asked,
                 )
-                integrator = compiled.set_to(segment)
+                # Its end is known: nothing need be watched for.
+                unwatched = frozenset(compiled.watches)
+                integrator = compiled.set_to(replace(segment, unwatched=unwatched))
                 *_, outputs[index], _ = integrator.propagate_until(
                     segment.end, c_output=True, max_delta_t=kind(self.longest_step)
                 )

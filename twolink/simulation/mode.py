@@ -56,10 +56,14 @@ class Mode:
 
 @dataclass(frozen=True)
 class Event:
-    """What happened at a time (s): the mode that begins there."""
+    """What happened at a time (s): the mode that begins there.
+
+    Where bounces have died away it was `entered` a moment earlier, at the last one that was seen.
+    """
 
     time: float
     mode: Mode
+    entered: float
 
     @property
     def what(self) -> str:

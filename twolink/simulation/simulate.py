@@ -180,7 +180,8 @@ def _by_orders(
             growth = worst / _truncation(order)
         if worst <= asked.accuracy or order == highest:
             break
-        order = max(order + 2, min(_order_for(asked.accuracy / growth), highest))
+        wanted = _order_for(asked.accuracy / growth) if growth < np.inf else order + 2
+        order = max(order + 2, min(wanted, highest))
     return fine, errors, growth
 
 

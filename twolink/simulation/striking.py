@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 from twolink import lagrange
 from twolink.arithmetic import Pair, Scalar
 from twolink.directions import Direction, JointDirection
-from twolink.impacts import Response, rough_impulse, smooth_impulse
-from twolink.nonsmooth import DryFriction, Obstacle
+from twolink.impacts import Impulse, Response, rough_impulse, smooth_impulse
+from twolink.nonsmooth import Obstacle
 from twolink.simulation.mode import Impact
 from twolink.simulation.modes import Modes, rests, same_way
 
@@ -98,78 +98,91 @@ class Striking:
         row = self._row(index, q)
         return bool(row[0] * u[0] + row[1] * u[1] < 0) and not rests(row, u)
 
-    def captured(self, obstacle: Obstacle, q: Pair, u: Pair) -> Pair:
+    def captured(self, index: int, q: Pair, u: Pair, time: float) -> tuple[Impact, Pair]:
         """Return u without the speed along an obstacle, at which bounces to come are not seen.
 
-        Their impulses, and the friction that goes with them, are those of an impact that takes the
-        rebound back.
+        Their impulses, and the friction that goes with them, are those of resting on the obstacle,
+        and of an impact that takes the rebound back.
         """
-        row = self._modes.row(obstacle.direction, q)
-        force = row
+        obstacle = self._obstacle(index)
+        row = self._row(index, q)
+        speed = row[0] * u[0] + row[1] * u[1]
+        s = sliding = 0 * speed
+        force, held = row, [obstacle.direction]
         if obstacle.tangent is not None:
             tangent = self._modes.row(obstacle.tangent, q)
-            if rests(tangent, u):
-                return self.stopped([obstacle.direction, obstacle.tangent], q, u)
             sliding = tangent[0] * u[0] + tangent[1] * u[1]
-            s = -obstacle.kinetic if sliding > 0 else obstacle.kinetic
-            force = row[0] + s * tangent[0], row[1] + s * tangent[1]
-        speed = row[0] * u[0] + row[1] * u[1]
-        impulse = -speed / self._modes.response(row, force, q)
-        u = self._after(q, u, (impulse * force[0], impulse * force[1]))
-        return self.stopped([obstacle.direction], q, u)
+            if rests(tangent, u):
+                held.append(obstacle.tangent)
+            else:
+                s = -obstacle.kinetic if sliding > 0 else obstacle.kinetic
+                force = row[0] + s * tangent[0], row[1] + s * tangent[1]
+        normal = -speed / self._modes.response(row, force, q)
+        after = self._after(q, u, (normal * force[0], normal * force[1]))
+        after = self.stopped(held, q, after)
+        impulse = Impulse(normal, s * normal, "bounces die away")
+        return self._logged(index, impulse, q, (u, after), time), after
+
+    def _obstacle(self, index: int) -> Obstacle:
+        obstacle = self._modes.elements[index]
+        assert isinstance(obstacle, Obstacle)
+        return obstacle
 
     def _impact(self, index: int, q: Pair, u: Pair, time: float) -> tuple[Impact, Pair]:
-        obstacle = self._modes.elements[index]
-        assert not isinstance(obstacle, DryFriction)
-        row = self._row(index, q)
+        obstacle, row = self._obstacle(index), self._row(index, q)
         v_n = row[0] * u[0] + row[1] * u[1]
         G_nn = self._modes.response(row, row, q)
-        sliding = after_sliding = 0 * v_n
         if obstacle.tangent is None:
             impulse = smooth_impulse(v_n, G_nn, obstacle.restitution)
-            given = impulse.normal * row[0], impulse.normal * row[1]
-        else:
-            tangent = self._modes.row(obstacle.tangent, q)
-            sliding = tangent[0] * u[0] + tangent[1] * u[1]
-            response = Response(
-                G_nn,
-                self._modes.response(row, tangent, q),
-                self._modes.response(tangent, tangent, q),
-            )
-            impulse = rough_impulse(
-                v_n,
-                sliding,
-                response,
-                friction=obstacle.kinetic,
-                restitution=obstacle.restitution,
-                law=obstacle.law,
-            )
-            given = (
-                impulse.normal * row[0] + impulse.tangential * tangent[0],
-                impulse.normal * row[1] + impulse.tangential * tangent[1],
-            )
+            after = self._after(q, u, (impulse.normal * row[0], impulse.normal * row[1]))
+            return self._logged(index, impulse, q, (u, after), time), after
+        tangent = self._modes.row(obstacle.tangent, q)
+        G_nt = self._modes.response(row, tangent, q)
+        impulse = rough_impulse(
+            v_n,
+            tangent[0] * u[0] + tangent[1] * u[1],
+            Response(G_nn, G_nt, self._modes.response(tangent, tangent, q)),
+            friction=obstacle.kinetic,
+            restitution=obstacle.restitution,
+            law=obstacle.law,
+        )
+        given = (
+            impulse.normal * row[0] + impulse.tangential * tangent[0],
+            impulse.normal * row[1] + impulse.tangential * tangent[1],
+        )
         after = self._after(q, u, given)
+        if impulse.regime.endswith("sticks"):
+            after = self._stuck(row, tangent, after)
+        return self._logged(index, impulse, q, (u, after), time), after
+
+    def _logged(
+        self, index: int, impulse: Impulse, q: Pair, speeds: tuple[Pair, Pair], time: float
+    ) -> Impact:
+        """Return the log of an impact that changes u from the first of the speeds to the second."""
+        obstacle, chain = self._obstacle(index), self._modes.chain
+        row = self._row(index, q)
+        along = _floats(tuple(row[0] * u[0] + row[1] * u[1] for u in speeds))
+        sliding = (0.0, 0.0)
         if obstacle.tangent is not None:
-            if impulse.regime.endswith("sticks"):
-                after = self._stuck(row, tangent, after)
-            after_sliding = tangent[0] * after[0] + tangent[1] * after[1]
-        chain = self._modes.chain
-        of_links = [lagrange.kinetic_energies(chain, q, speeds) for speeds in (u, after)]
-        before_T, after_T = (lagrange.kinetic_energy(chain, q, speeds) for speeds in (u, after))
-        log = Impact(
+            tangent = self._modes.row(obstacle.tangent, q)
+            sliding = _floats(tuple(tangent[0] * u[0] + tangent[1] * u[1] for u in speeds))
+        before, after = speeds
+        return Impact(
             time=time,
             index=index,
             name=obstacle.name,
-            speeds=(float(v_n), float(row[0] * after[0] + row[1] * after[1])),
-            sliding=(float(sliding), float(after_sliding)),
+            speeds=along,
+            sliding=sliding,
             normal_impulse=float(impulse.normal),
             tangential_impulse=float(impulse.tangential),
             regime=impulse.regime,
-            u=(_floats(u), _floats(after)),
-            kinetic_energy=(float(before_T), float(after_T)),
-            link_energies=(_floats(of_links[0]), _floats(of_links[1])),
+            u=(_floats(before), _floats(after)),
+            kinetic_energy=_floats(tuple(lagrange.kinetic_energy(chain, q, u) for u in speeds)),
+            link_energies=(
+                _floats(lagrange.kinetic_energies(chain, q, before)),
+                _floats(lagrange.kinetic_energies(chain, q, after)),
+            ),
         )
-        return log, after
 
     @staticmethod
     def _stuck(row: Pair, tangent: Pair, u: Pair) -> Pair:
@@ -194,5 +207,5 @@ class Striking:
         return row[0] * u[0] + row[1] * u[1]
 
 
-def _floats(pair: Pair) -> tuple[float, float]:
+def _floats(pair: Any) -> tuple[float, float]:
     return float(pair[0]), float(pair[1])

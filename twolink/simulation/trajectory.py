@@ -186,7 +186,8 @@ class Trajectory:
 
     def _modes_at(self, times: Array) -> Iterator[tuple[NDArray[np.bool_], Mode]]:
         """Return each event's mode, and which of the times (s) are in it."""
-        index = np.searchsorted([event.time for event in self.events], times, side="right") - 1
+        entered = [event.entered for event in self.events]
+        index = np.searchsorted(entered, times, side="right") - 1
         for number, event in enumerate(self.events):
             now = index == number
             if now.any():
@@ -202,7 +203,7 @@ class Trajectory:
         nodes, weights = np.polynomial.legendre.leggauss(_NODES)
         # The power may have kinks where a mode begins: no piece reaches over one.
         jumps = [t for t in breaks(self.scene.effects) if self.t[0] < t < self.t[-1]]
-        kinks = [*(e.time for e in self.events), *(i.time for i in self.impacts), *jumps]
+        kinks = [*(e.entered for e in self.events), *(i.time for i in self.impacts), *jumps]
         edges = np.union1d(self.t, kinks)
         half = np.diff(edges)[:, None] / 2
         moments = edges[:-1, None] + half * (1 + nodes)

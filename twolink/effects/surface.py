@@ -1,0 +1,94 @@
+"""A rigid surface: a half-plane that points of the chain cannot enter."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from twolink.arithmetic import Pair, Scalar
+from twolink.chain import Chain
+from twolink.directions import PointDirection, PointName
+from twolink.errors import ParameterError
+from twolink.impacts import LAWS
+from twolink.loads import Loads
+from twolink.nonsmooth import Obstacle
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A half-plane through `point` (m), on whose side of the outward `normal` the chain may be.
+
+    It bars the points `on` (of B, C1, C2 and D). `restitution` is e of the law of restitution
+    `law`; `friction` is Coulomb's μ while a point slides and `static` the one while it sticks (the
+    same unless given). In an impact friction is that of sliding. `name` is for the log.
+    """
+
+    point: tuple[float, float]
+    normal: tuple[float, float]
+    on: tuple[PointName, ...] = ("D",)
+    restitution: float = 0.0
+    law: Literal["newton", "newton-routh", "poisson", "stronge"] = "stronge"
+    friction: float = 0.0
+    static: float | None = None
+    name: str = "surface"
+
+    def __post_init__(self) -> None:
+        """Refuse surfaces without a side, restitution that gives, and friction that drives."""
+        if not all(math.isfinite(x) for x in (*self.point, *self.normal)):
+            raise ParameterError(
+                f"{self.name}: point is {self.point!r}, normal is {self.normal!r}; "
+                "allowed are numbers"
+            )
+        if math.hypot(*self.normal) == 0:
+            raise ParameterError(
+                f"{self.name}: normal is {self.normal!r}; allowed are two numbers, not both zero"
+            )
+        if not self.on or len(set(self.on)) < len(self.on) or not set(self.on) <= set(_POINTS):
+            raise ParameterError(
+                f"{self.name}: on is {self.on!r}; allowed are one or more of {', '.join(_POINTS)}"
+            )
+        if not 0 <= self.restitution <= 1:
+            raise ParameterError(
+                f"{self.name}: restitution is {self.restitution!r}; allowed is 0 to 1"
+            )
+        if self.law not in LAWS:
+            raise ParameterError(f"{self.name}: law is {self.law!r}; allowed are {', '.join(LAWS)}")
+        if not 0 <= self.friction < math.inf:
+            raise ParameterError(
+                f"{self.name}: friction is {self.friction!r}; allowed is zero or a positive number"
+            )
+        if self.static is not None and not self.friction <= self.static < math.inf:
+            raise ParameterError(
+                f"{self.name}: static is {self.static!r}; allowed is the friction "
+                f"{self.friction!r} or more"
+            )
+
+    def nonsmooth(self, chain: Chain) -> tuple[Obstacle, ...]:
+        """Return an obstacle for each point, rough if there is friction.
+
+        The tangent is a quarter turn from the normal: along x on a floor, whose normal is −y.
+        """
+        size = math.hypot(*self.normal)
+        x, y = self.normal[0] / size, self.normal[1] / size
+        static = self.friction if self.static is None else self.static
+        return tuple(
+            Obstacle(
+                name=f"{point} on {self.name}",
+                direction=PointDirection(point, (x, y)),
+                bound=x * self.point[0] + y * self.point[1],
+                restitution=self.restitution,
+                tangent=PointDirection(point, (-y, x)) if static else None,
+                kinetic=self.friction,
+                static=static,
+                law=self.law,
+            )
+            for point in self.on
+        )
+
+    def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+        """Return nothing: what a surface gives bars the way, and is no function of state."""
+        return ()
+
+
+_POINTS = ("B", "C1", "C2", "D")
