@@ -1,12 +1,14 @@
 """A scene: what the chain is, where it starts, for how long, and which effects act.
 
-A scene is read from a TOML file. What the file does not name does not exist: an effect that is
-left out is not imported, not evaluated, not compiled.
+A scene is read from a TOML file, and written to one. What the file does not name does not exist: an
+effect that is left out is not imported, not evaluated, not compiled.
 """
 
 from __future__ import annotations
 
+import json
 import tomllib
+from collections import Counter
 from dataclasses import MISSING, dataclass, fields
 from os import PathLike
 from pathlib import Path
@@ -15,7 +17,7 @@ from typing import TYPE_CHECKING, Any, get_type_hints
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.effects import EFFECTS, Effect, effect_class
-from twolink.errors import SceneError, TwolinkError
+from twolink.errors import ParameterError, SceneError, TwolinkError
 from twolink.urdf.planar import JOINT_PROPERTIES, read_planar_urdf
 
 if TYPE_CHECKING:
@@ -80,8 +82,8 @@ class Scene:
             table = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
             raise SceneError(f"{source}: this is not TOML: {error}") from error
-        named = table.get("effects", {})
-        known = {name: EFFECTS[name] for name in named if name in EFFECTS}
+        named = table.get("effects")
+        known = [name for name in named if name in EFFECTS] if isinstance(named, dict) else []
         checked = _checked(scene_model(tuple(known)), table, source)
         try:
             chain, of_urdf = _chain(checked["chain"], folder)
@@ -97,6 +99,19 @@ class Scene:
         except TwolinkError as error:
             raise SceneError(f"{source}: {error}") from error
 
+    def to_toml(self) -> str:
+        """Return a TOML text that `Scene.parse` reads back to an equal scene, to the last bit.
+
+        What is as by default is left out. Raises `SceneError` for what no scene file can say:
+        effects of one's own, rotors that no effect has put there, values that are not allowed.
+        """
+        text = "\n".join(_tables(self))
+        if Scene.parse(text, source="the scene as TOML") != self:
+            raise SceneError(
+                "the scene as TOML reads back otherwise; allowed are numbers that float64 can hold"
+            )
+        return text
+
 
 def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
     """Return the pydantic model of a scene file with these effects."""
@@ -108,8 +123,9 @@ def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
     positive = Annotated[float, Field(gt=0)]
     pair = tuple[float, float]
 
-    def model(name: str, **entries: Any) -> type[BaseModel]:
-        return create_model(name, __config__=strict, **entries)
+    # An effect may have a field of any name, so the model's own is given by its place.
+    def model(title: str, /, **entries: Any) -> type[BaseModel]:
+        return create_model(title, __config__=strict, **entries)
 
     chain = model(
         "Chain",
@@ -142,10 +158,11 @@ def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
         accuracy=(positive, Field(1e-9, description="global error in q (rad) and u (rad/s)")),
         method=(Literal[METHODS], Field("taylor", description="integration method")),
     )
-    tables = {}
+    order = Field(None, description="all effects by name as they act; default: kind by kind")
+    tables: dict[str, Any] = {"order": (tuple[str, ...] | None, order)}
     for name in effects:
         table = model(f"{name} table", **_entries(effect_class(name)))
-        tables[name] = (table | list[table] | None, None)  # type: ignore[valid-type]
+        tables[name] = (table | list[table] | None, None)
     return model(
         "Scene",
         title=(str, "untitled"),
@@ -264,10 +281,116 @@ def _chain_of_numbers(given: dict[str, Any]) -> Chain:
 
 
 def _effects(tables: dict[str, Any]) -> list[Effect]:
-    """Return the effects that are named, in the file's order."""
+    """Return the effects that are named, in the file's order or the one that it asks for."""
+    order = tables.pop("order", None)
     found = []
     for name, value in tables.items():
         for table in value if isinstance(value, list) else [value]:
             if table is not None:
-                found.append(effect_class(name)(**table))
-    return found
+                found.append((name, effect_class(name)(**table)))
+    return [effect for _, effect in (found if order is None else _ordered(found, order))]
+
+
+def _ordered(found: list[tuple[str, Effect]], order: tuple[str, ...]) -> list[tuple[str, Effect]]:
+    """Return named effects in an order of their names; those of one name stay as they are."""
+    if Counter(order) != Counter(name for name, _ in found):
+        raise SceneError(
+            f"effects.order is {order!r}; allowed is each effect's name as often as it is given"
+        )
+    waiting = {name: iter([pair for pair in found if pair[0] == name]) for name in order}
+    return [next(waiting[name]) for name in order]
+
+
+def _tables(scene: Scene) -> list[str]:
+    """Return the tables of a scene file in TOML, each ending with a line break."""
+    told = _told(scene)
+    title = {key: told[key] for key in ("title", "shows") if key in told}
+    run = {key: told[key] for key in ("duration", "accuracy", "method") if key in told}
+    return [
+        *([_lines(title, "")] if title else []),
+        "[chain]\n" + _lines(_chain_entries(scene.chain), "chain."),
+        "[start]\n" + _lines({"q": scene.q, "u": scene.u}, "start."),
+        "[run]\n" + _lines(run, "run."),
+        *_effect_tables(scene.effects),
+    ]
+
+
+def _told(described: Any) -> dict[str, Any]:
+    """Return the fields of a dataclass that are neither None nor as by default, to the last bit."""
+    values = {field: getattr(described, field.name) for field in fields(described) if field.init}
+    return {
+        field.name: value
+        for field, value in values.items()
+        if value is not None and repr(value) != repr(field.default)
+    }
+
+
+def _chain_entries(chain: Chain) -> dict[str, Any]:
+    """Return the entries of a [chain] table: mass and length alone for uniform bars."""
+    if chain.rotors:
+        raise SceneError(
+            f"the chain has {len(chain.rotors)} rotors; allowed are none, and motor_inertia among "
+            "the effects"
+        )
+    bars = {"mass": chain.mass, "length": chain.length}
+    if _of_uniform_bars(chain):
+        return bars
+    return {**bars, "centre": chain.centre, "inertia": chain.inertia}
+
+
+def _of_uniform_bars(chain: Chain) -> bool:
+    """Return whether mass and length give back all of a chain, and its inertia as a rational."""
+    try:
+        bars = Chain.uniform_bars(chain.mass, chain.length)
+    except ParameterError:
+        return False
+    return chain == bars and chain._exact_inertia == bars._exact_inertia
+
+
+def _effect_tables(effects: tuple[Effect, ...]) -> list[str]:
+    """Return the tables of effects, kind by kind, and their order where that is another."""
+    names = [_registered_name(effect) for effect in effects]
+    kinds = list(dict.fromkeys(names))
+    tables = []
+    if names != sorted(names, key=kinds.index):
+        tables.append("[effects]\n" + _lines({"order": tuple(names)}, "effects."))
+    for kind in kinds:
+        header = f"[effects.{kind}]" if names.count(kind) == 1 else f"[[effects.{kind}]]"
+        for name, effect in zip(names, effects, strict=True):
+            if name == kind:
+                tables.append(f"{header}\n" + _lines(_told(effect), f"effects.{kind}."))
+    return tables
+
+
+def _registered_name(effect: Effect) -> str:
+    """Return the name of an effect in scene files."""
+    home = type(effect).__module__, type(effect).__name__
+    for name, registered in EFFECTS.items():
+        if registered == home:
+            return name
+    raise SceneError(
+        f"effect {type(effect).__name__} is not one of scene files; allowed are "
+        f"{', '.join(EFFECTS)}"
+    )
+
+
+def _lines(entries: dict[str, Any], place: str) -> str:
+    """Return entries in TOML, one a line; `place` is what their keys begin with in errors."""
+    return "".join(f"{key} = {_in_toml(value, place + key)}\n" for key, value in entries.items())
+
+
+def _in_toml(value: Any, key: str) -> str:
+    """Return a value in TOML."""
+    if isinstance(value, tuple):
+        return f"[{', '.join(_in_toml(entry, key) for entry in value)}]"
+    if isinstance(value, str):
+        # TOML's strings are JSON's, but for one more character that must be escaped.
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    for kind in (int, float):
+        if isinstance(value, kind):
+            # Not that of a subclass: NumPy's floats call themselves np.float64(…).
+            return kind.__repr__(value)
+    received = " ".join(repr(value).split())
+    raise SceneError(f"{key} is {received}; allowed are numbers, words, true, false, and tuples")
