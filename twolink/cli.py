@@ -241,7 +241,8 @@ def simulate(
     ] = "momenta",
     samples: Annotated[int, typer.Option(help="How many evenly spaced samples to keep.")] = 501,
     out: Annotated[
-        Path | None, typer.Option(help="Write the trajectory to this .npz or .csv file.")
+        Path | None,
+        typer.Option(help="Write the trajectory to this .npz, .csv or .parquet file."),
     ] = None,
     effects_cost: Annotated[
         bool,
@@ -255,14 +256,17 @@ def simulate(
     Says what was simulated, what it cost and how accurate it is. Exit code 0: the accuracy is
     met. 1: only up to the time that is printed. 2: the input was refused.
     """
-    _check_target("--out", out, (".npz", ".csv"))
+    _check_target("--out", out, (".npz", ".csv", ".parquet"))
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     from twolink.scene import Scene
     from twolink.simulation import simulate as run
+    from twolink.simulation.storage import check_kind
 
     try:
+        if out is not None:
+            check_kind(out)
         if effects_cost:
             _print_effects_cost(Scene.load(scene), formulation)
             return
@@ -284,7 +288,7 @@ def simulate(
         _refuse(str(error))
     _print_trajectory(trajectory)
     if out is not None:
-        trajectory.save(out)
+        _save(trajectory, out)
     if not trajectory.met:
         raise typer.Exit(FAILED)
 
@@ -366,6 +370,14 @@ def _print_trajectory(trajectory: Trajectory) -> None:
         console.print(f"  {event.time:.9g} s: {event.what}")
     for note in trajectory.notes:
         console.print(note, style="bold red", soft_wrap=True)
+
+
+def _save(trajectory: Trajectory, path: Path) -> None:
+    """Write a trajectory to a file, or say why that is not possible."""
+    try:
+        trajectory.save(path)
+    except TwolinkError as error:
+        _refuse(str(error))
 
 
 def _refuse(sentence: str) -> NoReturn:

@@ -162,7 +162,7 @@ def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
     tables: dict[str, Any] = {"order": (tuple[str, ...] | None, order)}
     for name in effects:
         table = model(f"{name} table", **_entries(effect_class(name)))
-        tables[name] = (table | list[table] | None, None)
+        tables[name] = (table | list[table] | None, None)  # type: ignore[valid-type]
     return model(
         "Scene",
         title=(str, "untitled"),
@@ -303,9 +303,7 @@ def _ordered(found: list[tuple[str, Effect]], order: tuple[str, ...]) -> list[tu
 
 def _tables(scene: Scene) -> list[str]:
     """Return the tables of a scene file in TOML, each ending with a line break."""
-    told = _told(scene)
-    title = {key: told[key] for key in ("title", "shows") if key in told}
-    run = {key: told[key] for key in ("duration", "accuracy", "method") if key in told}
+    title, run = _told(scene, "title", "shows"), _told(scene, "duration", "accuracy", "method")
     return [
         *([_lines(title, "")] if title else []),
         "[chain]\n" + _lines(_chain_entries(scene.chain), "chain."),
@@ -315,14 +313,18 @@ def _tables(scene: Scene) -> list[str]:
     ]
 
 
-def _told(described: Any) -> dict[str, Any]:
-    """Return the fields of a dataclass that are neither None nor as by default, to the last bit."""
-    values = {field: getattr(described, field.name) for field in fields(described) if field.init}
-    return {
-        field.name: value
-        for field, value in values.items()
-        if value is not None and repr(value) != repr(field.default)
-    }
+def _told(described: Any, *names: str) -> dict[str, Any]:
+    """Return those of a dataclass's fields that are neither None nor, to the last bit, the default.
+
+    With `names`, of these fields alone.
+    """
+    told = {}
+    for field in fields(described):
+        value = getattr(described, field.name)
+        wanted = field.init and (not names or field.name in names)
+        if wanted and value is not None and repr(value) != repr(field.default):
+            told[field.name] = value
+    return told
 
 
 def _chain_entries(chain: Chain) -> dict[str, Any]:

@@ -97,8 +97,13 @@ class Course:
     def _begin(self) -> None:
         """Refuse a start inside an obstacle, and strike what is run into at once."""
         for element in self._modes.elements:
-            gap = 0 if isinstance(element, DryFriction) else self._gap(element)
-            if gap < 0 and not self._is_near(element, gap):
+            if isinstance(element, DryFriction):
+                continue
+            gap = self._gap(element)
+            # A start is given in float64, and is on an obstacle to its rounding.
+            if self._is_near(element, gap, rounding("double")):
+                self._q = self._striking.placed(element, self._q)
+            elif gap < 0:
                 raise SimulationError(
                     f"{element.name}: the scene starts {-float(gap):.6g} inside; allowed is a "
                     "start on its outside, or on it"
@@ -119,10 +124,10 @@ class Course:
                 gaps.append(0 * gap if self._is_near(element, gap) else gap)
         return gaps
 
-    def _is_near(self, obstacle: Any, gap: Any) -> bool:
+    def _is_near(self, obstacle: Any, gap: Any, resolution: float | None = None) -> bool:
         """Return whether a gap is no more than rounding."""
         size = max(1.0, abs(float(obstacle.bound)))
-        return bool(abs(gap) <= _NEAR * self._resolution * size)
+        return bool(abs(gap) <= _NEAR * (resolution or self._resolution) * size)
 
     def _near(self) -> set[int]:
         """Return the obstacles that are touched, but for rounding."""

@@ -34,6 +34,8 @@ from twolink.simulation.trajectory import Array, Statistics, Trajectory
 # The orders at which a step's truncation, exp(−2 (p + 1)), stands some fifty times above rounding.
 _TRUNCATED = {"double": 15, "long double": 19, "quadruple": 33}
 _LOWEST_ORDER = 7
+# With modes it is higher, since what holds in a mode shall hold to rounding, whatever the accuracy.
+_LOWEST_WITH_MODES = 13
 
 # By so much more than the truncation of a step may errors grow over a run before it is tried again.
 _GROWTH = 1e3
@@ -169,6 +171,8 @@ def _by_orders(
     errors: Array = np.full_like(asked.times, np.inf)
     growth = np.inf
     order = _order_for(asked.accuracy / _GROWTH)
+    if has_modes(asked.scene):
+        order = max(order, _LOWEST_WITH_MODES)
     highest = _TRUNCATED["double"]
     fine: MotionRun | None = None
     while order <= highest:

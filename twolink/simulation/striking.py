@@ -16,6 +16,9 @@ from twolink.simulation.modes import Modes, rests, same_way
 # Impacts that answer each other at one instant; more than these have come to nothing.
 _MOST_IMPACTS = 1000
 
+# A row smaller than this part of the other is the rounding of none.
+_NO_LEVER = 1e-14
+
 # A rebound slower than this part of the approach is the rounding of none.
 _NO_REBOUND = 1e-13
 
@@ -132,11 +135,12 @@ class Striking:
         obstacle, row = self._obstacle(index), self._row(index, q)
         v_n = row[0] * u[0] + row[1] * u[1]
         G_nn = self._modes.response(row, row, q)
-        if obstacle.tangent is None:
+        tangent = (0, 0) if obstacle.tangent is None else self._modes.row(obstacle.tangent, q)
+        # A point that cannot move along the surface in this pose has no friction to speak of.
+        if max(abs(entry) for entry in tangent) <= _NO_LEVER * max(abs(entry) for entry in row):
             impulse = smooth_impulse(v_n, G_nn, obstacle.restitution)
             after = self._after(q, u, (impulse.normal * row[0], impulse.normal * row[1]))
             return self._logged(index, impulse, q, (u, after), time), after
-        tangent = self._modes.row(obstacle.tangent, q)
         G_nt = self._modes.response(row, tangent, q)
         impulse = rough_impulse(
             v_n,

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import json
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -17,7 +15,6 @@ from twolink import kinematics, lagrange
 from twolink.chain import Chain, Point
 from twolink.effects import Effect, breaks, nonsmooth, smooth_loads
 from twolink.errors import SimulationError
-from twolink.files import written_whole
 from twolink.loads import Force, Loads
 from twolink.nonsmooth import Obstacle
 from twolink.scene import Scene
@@ -264,38 +261,22 @@ class Trajectory:
         ]
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write t, q and u to a .npz file (with what is known of them) or a .csv file."""
-        file = Path(path)
-        if file.suffix == ".npz":
-            self._save_npz(file)
-        elif file.suffix == ".csv":
-            self._save_csv(file)
-        else:
-            raise SimulationError(f"{file}: the suffix is '{file.suffix}'; allowed are .npz, .csv")
+        """Write t, q and u, and what is known of them, to a .npz, .csv or .parquet file.
 
-    def _save_npz(self, file: Path) -> None:
-        about = {
-            "title": self.scene.title,
-            "effects": self.effects,
-            "accuracy": self.accuracy,
-            "error": self.error,
-            "holds_until": self.holds_until,
-            "method": self.method,
-            "formulation": self.formulation,
-            "precision": self.precision,
-            "statistics": asdict(self.statistics),
-            "notes": self.notes,
-            "events": [[event.time, event.what] for event in self.events],
-            "impacts": [asdict(impact) for impact in self.impacts],
-        }
-        with written_whole(file) as temporary, temporary.open("wb") as stream:
-            np.savez(stream, t=self.t, q=self.q, u=self.u, about=json.dumps(about))
+        The file is written whole or not at all, and `load` reads it back to the last bit. Raises
+        `SimulationError` for other kinds of file, and where it cannot be written.
+        """
+        from twolink.simulation.storage import save
 
-    def _save_csv(self, file: Path) -> None:
-        with (
-            written_whole(file) as temporary,
-            temporary.open("w", newline="", encoding="utf-8") as stream,
-        ):
-            writer = csv.writer(stream)
-            writer.writerow(["t_s", "q1_rad", "q2_rad", "u1_rad_per_s", "u2_rad_per_s"])
-            writer.writerows(zip(self.t, *self.q, *self.u, strict=True))
+        save(self, Path(path))
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Trajectory:
+        """Return the trajectory in a file that `save` wrote: its samples, without dense output.
+
+        Raises `SimulationError` for files that are missing, damaged or of another kind, and for
+        those of a scene that no scene file can hold.
+        """
+        from twolink.simulation.storage import load
+
+        return load(Path(path))

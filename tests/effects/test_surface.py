@@ -1,0 +1,240 @@
+"""Rigid surfaces: impacts, bounces that die away, sliding, sticking, leaving."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.verification.chains import GENERAL
+from twolink import kinematics
+from twolink.chain import Chain
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_torque import JointTorque
+from twolink.effects.surface import Surface
+from twolink.errors import ParameterError, SimulationError
+from twolink.scene import Scene
+from twolink.shipped import shipped
+from twolink.simulation import simulate
+from twolink.simulation.events import event_run
+
+BARS = Chain.uniform_bars()
+DOWN = (0.0, -1.0)
+
+
+def floor(height: float, **options) -> Surface:
+    return Surface((0.0, height), DOWN, name="floor", **options)
+
+
+def scene(*effects, chain=BARS, q=(0.3, -0.2), u=(0.0, 0.0), duration=6.0, accuracy=1e-9):
+    return Scene(chain=chain, q=q, u=u, duration=duration, effects=effects, accuracy=accuracy)
+
+
+def height_of_D(trajectory, times):
+    q, _ = trajectory.at(times)
+    return kinematics.position(trajectory.chain, tuple(q), trajectory.chain.D)[1]
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 0.8])
+@pytest.mark.parametrize("friction", [0.0, 0.2, 0.8])
+def test_it_bounces_to_rest_and_never_enters_the_floor(restitution, friction):
+    trajectory = simulate(
+        scene(Gravity(), floor(1.2, restitution=restitution, friction=friction), duration=10.0)
+    )
+    assert trajectory.met
+    assert height_of_D(trajectory, np.linspace(0, 10, 20_001)).max() <= 1.2 + 5e-15
+    assert "rests" in "".join(map(str, (e.mode for e in trajectory.events))) or friction
+    works, T = trajectory.work(), trajectory.kinetic_energy
+    assert sum(works.values()) == pytest.approx(T - T[0], abs=1e-10)
+    assert np.all(np.diff(works["Surface"]) <= 1e-12)
+    if friction:
+        assert str(trajectory.events[-1].mode) == "D on floor sticks"
+        late = trajectory.t > trajectory.events[-1].time
+        assert np.all(np.abs(trajectory.u[:, late]) < 1e-15)
+
+
+def test_long_contact_does_not_drift():
+    """Pushed to and fro along the floor for 100 s, D stays on it to 1e-12 in place and speed."""
+    effects = (
+        Gravity(),
+        floor(1.2, friction=0.02),
+        JointTorque(amplitude=(3.0, 0.0), frequency=(4.0, 0.0)),
+        JointDamping((0.1, 0.1)),
+    )
+    q1 = math.asin(0.6) + 0.3
+    q = q1, math.asin(1.2 - math.sin(q1))
+    start = scene(*effects, q=q, duration=100.0, accuracy=1e-6)
+    trajectory = simulate(start)
+    assert len(trajectory.events) > 50
+    t = np.linspace(0, 100, 30_001)
+    q, u = trajectory.at(t)
+    on_the_floor = np.zeros(len(t), dtype=bool)
+    for now, mode in trajectory._modes_at(t):
+        on_the_floor |= now & (str(mode) != "moves freely")
+    assert on_the_floor.mean() > 0.9
+    y = kinematics.position(BARS, tuple(q), BARS.D)[1][on_the_floor]
+    v = kinematics.velocity(BARS, tuple(q), tuple(u), BARS.D)[1][on_the_floor]
+    assert np.abs(y - 1.2).max() < 1e-12
+    assert np.abs(v).max() < 1e-12
+
+
+def held_ratio(q):
+    """|T|/N at D when it is held at rest on a floor, from two equations of the whole chain."""
+    Q = 9.81 * np.array([1.5 * math.cos(q[0]), 0.5 * math.cos(q[1])])
+    J = np.array([[-math.sin(q[0]), -math.sin(q[1])], [math.cos(q[0]), math.cos(q[1])]])
+    T, N = np.linalg.solve(J.T, -Q)
+    return abs(T / N)
+
+
+@pytest.mark.parametrize(("share", "sticks"), [(1.01, True), (0.99, False)])
+def test_the_threshold_of_sticking(share, sticks):
+    q = (0.3, 1.1)
+    height = math.sin(q[0]) + math.sin(q[1])
+    rough = floor(height, friction=share * held_ratio(q))
+    trajectory = simulate(scene(Gravity(), rough, q=q, duration=0.5))
+    assert ("sticks" in str(trajectory.events[0].mode)) == sticks
+    assert (np.abs(trajectory.u).max() < 1e-14) == sticks
+
+
+def test_static_friction_holds_more_than_kinetic():
+    q = (0.3, 1.1)
+    height = math.sin(q[0]) + math.sin(q[1])
+    mu = held_ratio(q)
+    held = floor(height, friction=0.5 * mu, static=1.01 * mu)
+    assert str(simulate(scene(Gravity(), held, q=q, duration=0.5)).events[-1].mode).endswith(
+        "sticks"
+    )
+
+
+def test_it_leaves_at_the_instant_at_which_nothing_pushes():
+    """Torque of a sine lifts D off: just before, N is small and positive, and 0 at the instant."""
+    q = (math.asin(0.6), math.asin(0.6))
+    lift = JointTorque(amplitude=(-25.0, 0.0), frequency=(1.0, 0.0))
+    start = scene(Gravity(), floor(1.2), lift, q=q, duration=2.0, accuracy=1e-11)
+    trajectory = simulate(start)
+    leaving = next(e.time for e in trajectory.events if str(e.mode) == "moves freely")
+    exact = event_run(start, trajectory.t, precision="quadruple")
+    true = next(e.time for e in exact.events if str(e.mode) == "moves freely")
+    assert leaving == pytest.approx(true, abs=1e-11)
+    # On the floor and free, D has the same acceleration there: none along the normal.
+    from twolink import lagrange
+    from twolink.effects import smooth_loads
+
+    (q1,), (q2,) = trajectory.at(leaving)[0]
+    (u1,), (u2,) = trajectory.at(leaving)[1]
+    state = (float(q1), float(q2)), (float(u1), float(u2))
+    loads = smooth_loads(start.effects, BARS, *state, leaving)
+    du = lagrange.forward_dynamics(BARS, *state, loads)
+    assert kinematics.acceleration(BARS, *state, du, BARS.D)[1] == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize("gap", [-1e-9, 1e-9])
+def test_a_graze_is_neither_missed_nor_doubled(gap):
+    """A pendulum's lowest point passes a floor by a nanometre, above or below."""
+    swing = scene(Gravity(), q=(0.4, 0.4), duration=2.0)
+    t = np.linspace(0, 2, 200_001)
+    lowest = height_of_D(simulate(swing), t).max()
+    t_low = t[np.argmax(height_of_D(simulate(swing), t))]
+    grazing = replace(swing, effects=(*swing.effects, floor(lowest + gap, restitution=0.5)))
+    trajectory = simulate(replace(grazing, duration=float(t_low) + 0.05))
+    struck = [impact for impact in trajectory.impacts if abs(impact.time - t_low) < 0.01]
+    assert bool(struck) == (gap < 0)
+    speeds = [impact.speeds[0] for impact in struck if impact.speeds[0] < 0]
+    if gap < 0:
+        assert all(abs(speed) < 1e-3 for speed in speeds)
+
+
+def test_the_accumulation_is_the_limit_of_ever_more_bounces():
+    """Three precisions follow the bounces ever further down; the instant of rest is one."""
+    start = scene(Gravity(), floor(1.2, restitution=0.6), duration=2.0)
+    times, counts = [], []
+    for precision in ("double", "long double", "quadruple"):
+        run = event_run(start, (0.0, 2.0), precision=precision)
+        times.append(next(e.time for e in run.events if "rests" in str(e.mode)))
+        counts.append(len(run.log))
+    assert counts[0] < counts[1] < counts[2]
+    assert times == pytest.approx([times[2]] * 3, abs=1e-11)
+
+
+@pytest.mark.parametrize("formulation", ["lagrange", "kane"])
+@pytest.mark.parametrize("law", ["newton", "newton-routh", "poisson", "stronge"])
+def test_accuracy_is_honoured_across_impacts(formulation, law):
+    rough = floor(1.2, restitution=0.7, friction=0.3, law=law)
+    start = scene(Gravity(), rough, duration=1.5, accuracy=1e-10)
+    trajectory = simulate(start, samples=61, formulation=formulation)
+    assert trajectory.error <= 1e-10
+    exact = event_run(start, trajectory.t, precision="quadruple")
+    apart = np.ones(61, dtype=bool)
+    for impact in exact.log:
+        apart &= np.abs(trajectory.t - impact.time) > 1e-9
+    assert np.abs(trajectory.q - exact.q.astype(float))[:, apart].max() <= 1e-10
+    assert np.abs(trajectory.u - exact.u.astype(float))[:, apart].max() <= 1e-10
+    for ours, theirs in zip(trajectory.impacts[:8], exact.log[:8], strict=True):
+        assert ours.time == pytest.approx(theirs.time, abs=1e-10)
+        assert ours.regime == theirs.regime
+
+
+def test_elbow_and_tip_at_once_never_gain_energy(random):
+    """Both points of a stretched chain meet a wall along it at one instant."""
+    for _ in range(20):
+        q1 = float(random.uniform(0.2, 1.4))
+        u = tuple(random.uniform(-3, -0.5, 2).tolist())
+        normal = (-math.sin(q1), math.cos(q1))
+        wall = Surface(
+            (0.0, 0.0), normal, on=("B", "D"), restitution=float(random.uniform(0, 1)),
+            friction=float(random.uniform(0, 1)), name="wall",
+        )  # fmt: skip
+        trajectory = simulate(scene(wall, chain=GENERAL, q=(q1, q1), u=u, duration=0.2))
+        T = trajectory.kinetic_energy
+        assert np.all(np.diff(T) <= 1e-12 * T[0])
+        first = [impact for impact in trajectory.impacts if impact.time == 0]
+        assert {impact.name for impact in first} == {"B on wall", "D on wall"}
+
+
+@pytest.mark.parametrize(("speed", "impacts"), [(0.0, 0), (0.4, 1), (-0.4, 0)])
+def test_a_start_on_the_floor(speed, impacts):
+    """At rest on it, moving into it, and away from it."""
+    q = (math.asin(0.6), math.asin(0.6))
+    start = scene(Gravity(), floor(1.2, restitution=0.5), q=q, u=(speed, 0.0), duration=0.05)
+    trajectory = simulate(start)
+    assert len([impact for impact in trajectory.impacts if impact.time == 0]) == impacts
+
+
+def test_newtons_gain_is_said_in_plain_words():
+    scene_file = shipped("scenes") / "published" / "kane_levinson_impact.toml"
+    impact = simulate(Scene.load(scene_file)).impacts[0]
+    assert impact.energy_change > 0
+    assert "creates energy" in impact.what
+
+
+def test_a_surface_never_touched_changes_nothing():
+    start = scene(Gravity(), duration=3.0)
+    free = simulate(start)
+    far = simulate(replace(start, effects=(*start.effects, floor(5.0, friction=0.5))))
+    assert far.impacts == ()
+    assert far.q == pytest.approx(free.q, abs=2e-9)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"normal": (0.0, 0.0)}, "normal is .* allowed are two numbers, not both zero"),
+        ({"normal": (0.0, math.nan)}, "allowed are numbers"),
+        ({"restitution": 1.01}, "restitution is 1.01; allowed is 0 to 1"),
+        ({"restitution": -0.1}, "restitution is -0.1; allowed is 0 to 1"),
+        ({"friction": -0.5}, "friction is -0.5; allowed is zero or a positive"),
+        ({"friction": 0.5, "static": 0.4}, "static is 0.4; allowed is the friction 0.5 or more"),
+        ({"law": "moreau"}, "law is 'moreau'; allowed are newton"),
+        ({"on": ("E",)}, "on is .* allowed are one or more of B, C1, C2, D"),
+        ({"on": ()}, "on is .* allowed are one or more"),
+    ],
+)
+def test_bad_surfaces_are_refused(options, words):
+    with pytest.raises(ParameterError, match=words):
+        Surface(**{"point": (0.0, 1.0), "normal": DOWN, **options})
+
+
+def test_a_start_inside_is_refused():
+    with pytest.raises(SimulationError, match=r"D on floor: the scene starts 0\.09\d* inside"):
+        simulate(scene(Gravity(), floor(0.0), q=(0.1, 0.0)))
