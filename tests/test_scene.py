@@ -1,19 +1,26 @@
 import json
-from dataclasses import replace
+import math
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from tests.strategies import chains
 from tests.urdf.drawing import arm, at, joint
-from twolink.chain import Chain
+from tests.verification.chains import GENERAL
+from twolink.chain import Chain, Rotor
 from twolink.cli import app
 from twolink.effects import EFFECTS, effect_class
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_stop import JointStop
 from twolink.errors import SceneError
-from twolink.scene import Scene, scene_model
+from twolink.impacts import LAWS
+from twolink.scene import METHODS, Scene, scene_model
 from twolink.shipped import shipped
 
 TEXT = """
@@ -164,6 +171,12 @@ def test_any_chain_may_be_given():
         ("[start]", "[begin]", "key 'start' is missing"),
         ("[start]", "colour = 1\n[start]", "key 'chain.colour' is unknown"),
         ("[0.1, 0.0]", "[-0.1, 0.0]", "joint damping at A is -0.1"),
+        ("[effects.gravity]", "[effects]\norder = 1\n[effects.gravity]", "effects.order is 1"),
+        (
+            "[effects.gravity]",
+            '[effects]\norder = ["gravity"]\n[effects.gravity]',
+            "effects.order is ('gravity',); allowed is each effect's name as often as it is given",
+        ),
     ],
 )
 def test_a_bad_scene_is_refused_in_one_sentence(old, new, words):
@@ -210,3 +223,238 @@ def test_the_command_lists_scenes_and_prints_the_schema():
         assert file.name in listed.stdout
     schema = CliRunner().invoke(app, ["scenes", "--schema"])
     assert json.loads(schema.stdout)["properties"]["run"]
+
+
+@pytest.mark.parametrize("effects", ["1", '"gravity"', "[{}]"])
+def test_effects_that_are_no_table_are_refused(effects):
+    plain = TEXT.partition("[effects")[0]
+    with pytest.raises(SceneError, match=r"scene\.toml: effects.* is .*; allowed is"):
+        Scene.parse(f"effects = {effects}\n{plain}", source="scene.toml")
+
+
+def test_the_order_of_effects_may_be_given():
+    order = 'order = ["joint_damping", "gravity"]'
+    turned = Scene.parse(
+        TEXT.replace("[effects.gravity]", f"[effects]\n{order}\n[effects.gravity]")
+    )
+    assert turned.effects == Scene.parse(TEXT).effects[::-1]
+
+
+# Scenes as TOML. Numbers are drawn from all that float64 has, where an effect allows it.
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+size = st.floats(0, 1e300)
+positive = st.floats(1e-100, 1e100)
+pairs = st.tuples(finite, finite)
+sizes = st.tuples(size, size)
+shares = st.floats(0, 1)
+
+
+def built(effect, /, **values):
+    return st.builds(effect_class(effect), **values)
+
+
+@st.composite
+def with_friction(draw, effect, /, **values):
+    """An effect whose static friction is above that of sliding, or not given."""
+    low, high = sorted([draw(size), draw(size)])
+    static = draw(st.sampled_from([None, high]))
+    return draw(built(effect, friction=st.just(low), static=st.just(static), **values))
+
+
+@st.composite
+def joint_frictions(draw):
+    of_joints = [sorted([draw(size), draw(size)]) for _ in "AB"]
+    kinetic, static = zip(*of_joints, strict=True)
+    return effect_class("joint_friction")(kinetic, draw(st.sampled_from([None, static])))
+
+
+@st.composite
+def joint_stops(draw):
+    lower, upper = sorted(draw(st.lists(finite, min_size=2, max_size=2, unique=True)))
+    angles = draw(st.sampled_from([(lower, None), (None, upper), (lower, upper)]))
+    return JointStop(draw(st.sampled_from("AB")), *angles, restitution=draw(shares))
+
+
+@st.composite
+def sampled_torques(draw):
+    times = sorted(draw(st.lists(st.integers(-999, 999), min_size=4, max_size=6, unique=True)))
+    torques = st.tuples(*[st.floats(-1e9, 1e9)] * len(times))
+    interpolation = draw(st.sampled_from(["hold", "linear", "cubic"]))
+    rising = tuple(time / 7 for time in times)
+    return effect_class("sampled_torque")(rising, draw(torques), draw(torques), interpolation)
+
+
+DRAWN = {
+    "gravity": built("gravity", g=finite, direction=st.tuples(size, positive)),
+    "end_force": with_friction("end_force", normal=finite, sliding=st.sampled_from([None, 1, -1])),
+    "joint_torque": built("joint_torque", torque=pairs, amplitude=pairs, phase=pairs),
+    "sampled_torque": sampled_torques(),
+    "joint_damping": built("joint_damping", coefficient=sizes),
+    "joint_friction": joint_frictions(),
+    "motor_inertia": built("motor_inertia", inertia=sizes, ratio=pairs, carried=st.booleans()),
+    "joint_stop": joint_stops(),
+    "surface": with_friction(
+        "surface",
+        point=pairs,
+        normal=st.tuples(finite, positive),
+        on=st.permutations(["B", "C1", "C2", "D"]).map(lambda points: tuple(points[:2])),
+        restitution=shares,
+        law=st.sampled_from(LAWS),
+        name=st.text(),
+    ),
+    "joint_spring": built("joint_spring", stiffness=pairs, rest=pairs),
+    "pd_control": built("pd_control", target=pairs, proportional=pairs, derivative=pairs),
+    "end_drag": built("end_drag", coefficient=size),
+}
+
+bars = st.builds(
+    Chain.uniform_bars,
+    st.tuples(positive, positive),
+    st.tuples(st.floats(1e-30, 1e30), st.floats(1e-30, 1e30)),
+)
+
+
+def scenes(effects):
+    return st.builds(
+        Scene,
+        chain=bars | chains(),
+        q=pairs,
+        u=pairs,
+        duration=positive,
+        effects=effects,
+        accuracy=positive,
+        method=st.sampled_from(METHODS),
+        title=st.text(),
+        shows=st.text(),
+    )
+
+
+def assert_it_reads_back(scene):
+    """To the last bit: also the sign of zero, and a bar's inertia as a rational."""
+    back = Scene.parse(scene.to_toml())
+    assert back == scene
+    assert repr(back) == repr(scene)
+    assert back.chain._exact_inertia == scene.chain._exact_inertia
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_every_effect_reads_back_from_toml(name):
+    @given(scenes(st.tuples(DRAWN[name])))
+    def reads_back(scene):
+        assert f"\n[effects.{name}]\n" in scene.to_toml()
+        assert_it_reads_back(scene)
+
+    reads_back()
+
+
+@given(scenes(st.lists(st.one_of(*DRAWN.values()), max_size=6).map(tuple)))
+def test_effects_in_any_order_read_back_from_toml(scene):
+    assert_it_reads_back(scene)
+
+
+@pytest.mark.parametrize("file", SCENES, ids=lambda file: file.stem)
+def test_every_shipped_scene_reads_back_from_toml(file):
+    assert_it_reads_back(Scene.load(file))
+
+
+def test_a_scene_of_a_urdf_reads_back_from_toml(tmp_path):
+    assert_it_reads_back(Scene.load(with_urdf(tmp_path, 'effects = ["limits", "damping"]')))
+
+
+def test_toml_says_no_more_than_it_must():
+    gravity, damping = Gravity(9.80665), JointDamping((0.1, 0.0))
+    bars = Chain.uniform_bars((1.0, 2.0), (1.0, 0.5))
+    scene = Scene(bars, (0.1, 0.2), (0.0, 0.0), 3.0, (gravity, damping, Gravity()), title='"1"')
+    assert (
+        scene.to_toml()
+        == """\
+title = "\\"1\\""
+
+[chain]
+mass = [1.0, 2.0]
+length = [1.0, 0.5]
+
+[start]
+q = [0.1, 0.2]
+u = [0.0, 0.0]
+
+[run]
+duration = 3.0
+
+[effects]
+order = ["gravity", "joint_damping", "gravity"]
+
+[[effects.gravity]]
+g = 9.80665
+
+[[effects.gravity]]
+
+[effects.joint_damping]
+coefficient = [0.1, 0.0]
+"""
+    )
+
+
+@pytest.mark.parametrize(
+    "chain",
+    [
+        replace(Chain.uniform_bars(), mass=(2.0, 2.0)),
+        replace(Chain.uniform_bars(), length=(1.0, 0.0)),
+        Chain.uniform_bars().convert(float),
+    ],
+)
+def test_what_was_made_of_uniform_bars_is_written_in_full(chain):
+    scene = replace(Scene.parse(TEXT), chain=chain)
+    assert "inertia" in scene.to_toml()
+    assert Scene.parse(scene.to_toml()) == scene
+
+
+def test_numpys_floats_are_written_as_numbers():
+    scene = replace(Scene.parse(TEXT), q=tuple(np.array([0.1, 0.2])), duration=np.float64(3.0))
+    assert scene.to_toml() == Scene.parse(TEXT).to_toml()
+
+
+@dataclass(frozen=True)
+class Wind:
+    """An effect of a user's own."""
+
+    force: float
+
+    def loads(self, chain, q, u, t=0.0):
+        return ()
+
+
+class Heavier(Gravity):
+    """Nor is one that is made of a registered one."""
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"effects": (Wind(1.0),)}, "effect Wind is not one of scene files; allowed are gravity,"),
+        ({"effects": (Heavier(),)}, "effect Heavier is not one of scene files; allowed are"),
+        ({"effects": (Gravity(math.inf),)}, "effects.gravity.g is inf; allowed is a finite number"),
+        (
+            {"effects": (Gravity(np.float32(9.81)),)},
+            "effects.gravity.g is np.float32(9.81); allowed are numbers, words, true, false",
+        ),
+        ({"q": [0.1, 0.2]}, "start.q is [0.1, 0.2]; allowed are numbers, words"),
+        ({"q": np.eye(2)}, "start.q is array([[1., 0.], [0., 1.]]); allowed are numbers"),
+        ({"u": (math.nan, 0.0)}, "start.u.0 is nan; allowed is a finite number"),
+        ({"duration": -1.0}, "run.duration is -1.0; allowed is greater than 0"),
+        ({"duration": 2**60 + 1}, "reads back otherwise; allowed are numbers that float64 can"),
+        ({"method": "euler"}, "run.method is 'euler'; allowed is"),
+        ({"title": None}, "title is None; allowed are numbers, words"),
+        ({"title": "\ud800"}, "reads back otherwise; allowed are numbers that float64 can hold"),
+        (
+            {"chain": replace(GENERAL, rotors=(Rotor(0.1, (1.0, 0.0)),))},
+            "the chain has 1 rotors; allowed are none, and motor_inertia among the effects",
+        ),
+    ],
+)
+def test_what_no_scene_file_can_say_is_refused(change, words):
+    with pytest.raises(SceneError) as caught:
+        replace(Scene.parse(TEXT), **change).to_toml()
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)

@@ -27,6 +27,9 @@ FAILED, BAD_INPUT = 1, 2
 # Columns that the widest table needs; so wide is the output to files, too.
 _WIDE = 104
 
+# More lines of a log than these are not read.
+_LOG_LINES = 40
+
 app = typer.Typer(
     help="The reference suite for the planar two-link chain (double pendulum).",
     no_args_is_help=True,
@@ -366,8 +369,7 @@ def _print_trajectory(trajectory: Trajectory) -> None:
         table.add_row(name, value)
     console = Console(width=None if sys.stdout.isatty() else _WIDE, highlight=False)
     console.print(table)
-    for event in trajectory.events:
-        console.print(f"  {event.time:.9g} s: {event.what}")
+    _print_log(console, trajectory)
     for note in trajectory.notes:
         console.print(note, style="bold red", soft_wrap=True)
 
@@ -378,6 +380,25 @@ def _save(trajectory: Trajectory, path: Path) -> None:
         trajectory.save(path)
     except TwolinkError as error:
         _refuse(str(error))
+
+
+def _print_log(console: Any, trajectory: Trajectory) -> None:
+    """Print when modes begin and what impacts do; of very many the first and the last."""
+    log = sorted([*trajectory.impacts, *trajectory.events], key=lambda entry: entry.time)
+    hidden = len(log) - _LOG_LINES if len(log) > _LOG_LINES else 0
+    shown = log if not hidden else [*log[: _LOG_LINES // 2], *log[-(_LOG_LINES // 2) :]]
+    for number, entry in enumerate(shown):
+        if hidden and number == _LOG_LINES // 2:
+            console.print(f"  … {hidden} more, in Trajectory.events and Trajectory.impacts …")
+        console.print(f"  {entry.time:.9g} s: {entry.what}", soft_wrap=True)
+    gains = [impact.energy_change for impact in trajectory.impacts if impact.energy_change > 0]
+    if gains:
+        console.print(
+            f"{len(gains)} of {len(trajectory.impacts)} impacts created energy, "
+            f"{sum(gains):.6g} J in all: so does Newton's law with friction.",
+            style="bold red",
+            soft_wrap=True,
+        )
 
 
 def _refuse(sentence: str) -> NoReturn:

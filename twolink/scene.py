@@ -106,9 +106,11 @@ class Scene:
         effects of one's own, rotors that no effect has put there, values that are not allowed.
         """
         text = "\n".join(_tables(self))
-        if Scene.parse(text, source="the scene as TOML") != self:
+        in_a_file = text.encode("utf-8", errors="replace").decode("utf-8")
+        if Scene.parse(in_a_file, source="the scene as TOML") != self:
             raise SceneError(
-                "the scene as TOML reads back otherwise; allowed are numbers that float64 can hold"
+                "the scene as TOML reads back otherwise; allowed are numbers that float64 can hold "
+                "and words that UTF-8 can"
             )
         return text
 
@@ -314,15 +316,13 @@ def _tables(scene: Scene) -> list[str]:
 
 
 def _told(described: Any, *names: str) -> dict[str, Any]:
-    """Return those of a dataclass's fields that are neither None nor, to the last bit, the default.
-
-    With `names`, of these fields alone.
-    """
+    """Return the fields of a dataclass, or those of these names, that are not as by default."""
     told = {}
     for field in fields(described):
         value = getattr(described, field.name)
         wanted = field.init and (not names or field.name in names)
-        if wanted and value is not None and repr(value) != repr(field.default):
+        # Zeros of either sign are equal, and not alike.
+        if wanted and repr(value) != repr(field.default):
             told[field.name] = value
     return told
 

@@ -1,4 +1,3 @@
-import json
 import math
 from dataclasses import replace
 
@@ -146,23 +145,6 @@ def test_a_trajectory_cannot_be_written_to():
     for array in (trajectory.t, trajectory.q, trajectory.u):
         with pytest.raises(ValueError, match="read-only"):
             array[...] = 0
-
-
-def test_a_trajectory_is_saved_and_read_back(tmp_path):
-    trajectory = simulate(SHORT, samples=7)
-    trajectory.save(tmp_path / "run.npz")
-    with np.load(tmp_path / "run.npz") as archive:
-        assert np.array_equal(archive["q"], trajectory.q)
-        assert np.array_equal(archive["u"], trajectory.u)
-        about = json.loads(str(archive["about"]))
-    assert about["effects"] == ["Gravity"]
-    assert about["error"] == trajectory.error
-    trajectory.save(tmp_path / "run.csv")
-    table = np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1)
-    assert np.array_equal(table[:, 1:3].T, trajectory.q)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["run.csv", "run.npz"]
-    with pytest.raises(SimulationError, match=r"allowed are \.npz, \.csv"):
-        trajectory.save(tmp_path / "run.xlsx")
 
 
 def test_a_compiled_scene_is_kept():

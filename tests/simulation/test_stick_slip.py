@@ -154,13 +154,6 @@ def test_dense_output_reaches_over_events():
     assert np.abs(u - exact.u.astype(float)).max() < 1e-12
 
 
-def test_events_are_saved(tmp_path):
-    trajectory = simulate(scene(JointFriction((1.5, 0.0)), u=(2.0, 0.0)))
-    trajectory.save(tmp_path / "run.npz")
-    with np.load(tmp_path / "run.npz") as archive:
-        assert '"A sticks"' in str(archive["about"])
-
-
 def test_a_general_chain_comes_to_rest(random):
     for _ in range(3):
         q, u = random.uniform(-3, 3, (2, 2)).tolist()

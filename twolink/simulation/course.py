@@ -33,6 +33,9 @@ _MOST_AT_ONCE = 8
 # The moment for which what has just begun to move is not watched, in longest steps.
 _UNWATCHED = 1e-3
 
+# So far inside, in units of rounding, is more than rounding.
+_INSIDE = 1e4
+
 # So near, in units of rounding of where things are, is touching.
 _NEAR = 8
 
@@ -74,6 +77,7 @@ class Course:
         self.rows: list[Any] = []
         self.segments: list[Segment] = []
         self.impacts: list[Impact] = []
+        self.notes: list[str] = []
         self.steps = self.order = self.operations = 0
         self.compile_seconds = self.run_seconds = 0.0
         self._begin()
@@ -139,6 +143,7 @@ class Course:
 
     def advance(self) -> None:
         """Follow the motion to the end of its mode, or to the last time."""
+        self._check_outside()
         self._guards = {watch: t for watch, t in self._guards.items() if t > self._now}
         until = min([self.grid[-1], *self._guards.values(), *self._breaks[:1]])
         if self._now < self._horizon:
@@ -173,6 +178,18 @@ class Course:
             self._take_up_effects(float(self._breaks.pop(0)))
             self._settle()
             self._enter({})
+
+    def _check_outside(self) -> None:
+        """Refuse to go on inside an obstacle: an impact that was missed is not passed over."""
+        for element, state in zip(self._modes.elements, self._mode.states, strict=True):
+            if isinstance(element, DryFriction) or state is not State.OPEN:
+                continue
+            gap = self._gap(element)
+            if gap < -_INSIDE * rounding("double") * max(1.0, abs(float(element.bound))):
+                raise SimulationError(
+                    f"{element.name}: at {float(self._now):.9g} s it is {-float(gap):.3g} inside, "
+                    "which must not be; allowed are scenes whose contact can be followed"
+                )
 
     def _integrate(self, integrator: Any, start: Any, until: Any) -> Any:
         """Run an integrator, keep what it finds at the times asked for, and return its outcome."""
@@ -220,6 +237,10 @@ class Course:
             self._u = self._striking.stopped([slides, *self._barred()], self._q, self._u)
             self._enter({})
         elif watch.kind is Kind.LEAVES:
+            if self._modes.wedges(watch.number, self._mode.states[watch.number], self._q):
+                # Where a push presses on, no push left does not mean that it leaves.
+                self._enter({})
+                return
             self._touched.discard(watch.number)
             self._enter({watch.number: State.OPEN})
         else:
@@ -295,7 +316,11 @@ class Course:
         choices = {}
         for index, element in enumerate(self._modes.elements):
             choices[index] = (known[index],) if index in known else self._choices(index, element)
-        self._mode = self._modes.mode_at(self._q, self._u, self._now, choices)
+        modes, kept = self._modes.consistent(self._q, self._u, self._now, choices)
+        if not kept and self._wedge(modes[0], choices):
+            return
+        self._mode = self._mode if self._mode in modes else modes[0]
+        self._say_if_open_to_choice(modes)
         for index in self._modes.barred_frictions(self._mode, self._q, self._u):
             self._mode = self._mode.pressed(index)
         soon = self._now + self._kind(self._cap * _UNWATCHED)
@@ -306,6 +331,33 @@ class Course:
             if state is State.OPEN and (index in known or in_question):
                 self._guards[Watch(Kind.HITS, index)] = soon
         self._keep_touched()
+
+    def _wedge(self, mode: Mode, choices: dict[int, tuple[State, ...]]) -> bool:
+        """Strike what slides on an obstacle that wedges it, and return whether there is any.
+
+        Neither leaving nor sliding on is possible (Painlevé). What theory prescribes is an impact
+        without collision: friction drives the point on until it no longer slides.
+        """
+        for index, states in choices.items():
+            sliding = next((state for state in states if state.direction), State.OPEN)
+            if len(states) > 1 and self._modes.wedges(index, sliding, self._q):
+                self._u = self._striking.without_speed(index, self._q, self._u)
+                impact, self._u = self._striking.impact(index, self._q, self._u, float(self._now))
+                self.impacts.append(impact)
+                self._touched = self._touched if impact.speeds[1] == 0 else self._touched - {index}
+                self._enter({})
+                self._rebound(index) if index not in self._touched else None
+                return True
+        return False
+
+    def _say_if_open_to_choice(self, modes: list[Mode]) -> None:
+        """Note that more than one mode is possible, and which one is taken."""
+        if len(modes) > 1:
+            others = "; or ".join(str(mode) for mode in modes if mode != self._mode)
+            self.notes.append(
+                f"At {float(self._now):.9g} s the laws of contact leave a choice (Painlevé): "
+                f"{self._mode} is taken; or {others}."
+            )
 
     def _choices(self, index: int, element: DryFriction | Obstacle) -> tuple[State, ...]:
         """Return the states that come into question, the most restful first."""

@@ -22,6 +22,7 @@ class EventRun(MotionRun):
 
     segments: tuple[Segment, ...]
     struck: tuple[Impact, ...]
+    open_to_choice: tuple[str, ...]
     order_asked: int | None = None
 
     @property
@@ -40,6 +41,11 @@ class EventRun(MotionRun):
     def log(self) -> tuple[Impact, ...]:
         """The impacts, in the order of time."""
         return self.struck
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Where the laws of contact left a choice, in sentences."""
+        return self.open_to_choice
 
     def mode_indices(self, times: Any) -> Any:
         """Return the index of the segment that each time (s) is in."""
@@ -120,5 +126,6 @@ def event_run(
         run_seconds=course.run_seconds,
         segments=tuple(course.segments),
         struck=tuple(course.impacts),
+        open_to_choice=tuple(course.notes),
         order_asked=order,
     )

@@ -33,6 +33,11 @@ _PARALLEL = 1e-9
 # The rate (1/s) at which what has left its constraint by rounding is pulled back.
 _PULL = 8.0
 
+# A mode whose forces offend the laws by less than this part of all that acts keeps them.
+_KEPT = 1e-9
+# Accelerations that differ by more than this part of those of a free chain are others.
+_OTHER = 1e-6
+
 # A speed below this part of its terms is the rounding of an exact zero.
 _AT_REST = 1e-14
 
@@ -180,21 +185,64 @@ class Modes:
             found.append(Held(normal, tangential))
         return tuple(found)
 
-    def mode_at(
+    def consistent(
         self, q: Pair, u: Pair, t: Scalar, choices: Mapping[int, tuple[State, ...]]
-    ) -> Mode:
-        """Return the mode that a state goes on in.
+    ) -> tuple[list[Mode], bool]:
+        """Return the modes that a state may go on in, and whether they keep the laws.
 
         `choices` has the states that come into question for each friction and obstacle, by its
-        number: one for those that move or are known, several for those at rest.
+        number: one for those that move or are known, several for those at rest. But for rounding
+        one mode keeps the laws of friction and contact, unless a surface is rough enough to wedge
+        what slides on it (Painlevé): then there may be none, and the least wrong one is returned,
+        or several that differ in what they do.
         """
         every = [choices[index] for index in range(len(self.elements))]
         at_rest = [index for index, states in enumerate(every) if len(states) > 1]
         candidates = [Mode(self.names, states) for states in product(*every)]
         if not at_rest:
-            return candidates[0]
-        # But for rounding one candidate is consistent: the least wrong is it.
-        return min(candidates, key=lambda mode: self.fault(mode, at_rest, q, u, t))
+            return candidates, True
+        faults = [self.fault(mode, at_rest, q, u, t) for mode in candidates]
+        allowed = _KEPT * self._size_of_forces(q, u, t)
+        kept = [mode for mode, fault in zip(candidates, faults, strict=True) if fault <= allowed]
+        least = candidates[min(range(len(faults)), key=faults.__getitem__)]
+        if least not in kept:
+            return [least], False
+        return [least, *self._others(least, kept, q, u, t)], True
+
+    def _others(self, least: Mode, kept: list[Mode], q: Pair, u: Pair, t: Scalar) -> list[Mode]:
+        """Return those of the modes that are kept to which give other accelerations."""
+        ours = self.accelerations(least, q, u, t)
+        size = max(abs(float(x)) for x in self._free_accelerations(q, u, t)) or 1.0
+        found = []
+        for mode in kept:
+            du = self.accelerations(mode, q, u, t)
+            apart = max(abs(float(x) - float(y)) for x, y in zip(ours, du, strict=True))
+            if apart > _OTHER * size:
+                found.append(mode)
+        return found
+
+    def _free_accelerations(self, q: Pair, u: Pair, t: Scalar) -> Pair:
+        return self.accelerations(Mode(self.names, (State.OPEN,) * len(self.names)), q, u, t)
+
+    def _size_of_forces(self, q: Pair, u: Pair, t: Scalar) -> float:
+        """Return the sum of all that acts (N m), for what is small beside it."""
+        loads = smooth_loads(self.effects, self.chain, q, u, t)
+        Q = self.formulation.generalized_active_force(self.chain, q, loads)
+        Cu = self.formulation.velocity_terms(self.chain, q, u)
+        return sum(abs(float(x)) for x in (*Q, *Cu))
+
+    def wedges(self, index: int, state: State, q: Pair) -> bool:
+        """Return whether a push on what slides along an obstacle would press it on even more.
+
+        Then row · M⁻¹ (normal + friction) is negative: Painlevé's case.
+        """
+        element = self.elements[index]
+        if isinstance(element, DryFriction) or element.tangent is None or not state.direction:
+            return False
+        row, tangent = self.row(element.direction, q), self.row(element.tangent, q)
+        s = -state.direction * element.kinetic
+        force = row[0] + s * tangent[0], row[1] + s * tangent[1]
+        return bool(self.response(row, force, q) < 0)
 
     def fault(self, mode: Mode, at_rest: list[int], q: Pair, u: Pair, t: Scalar) -> float:
         """Return by how much (N m) a mode offends the laws of friction and contact, or 0.

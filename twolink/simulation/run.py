@@ -43,6 +43,11 @@ class MotionRun(ABC):
         """The impacts: none in a motion without."""
         return ()
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What must be said of the motion, in sentences."""
+        return ()
+
     @abstractmethod
     def dense(self) -> Callable[[Any], tuple[Any, Any]]:
         """Return q and u as functions of time (s): the very polynomials of this run's steps."""

@@ -303,7 +303,13 @@ def _trajectory(
     made = _made(
         asked, kept.q, kept.u, errors, "taylor", kept.precision, statistics, dense=kept.dense
     )
-    return replace(made, events=kept.events, impacts=kept.log, formulation=kept.formulation)
+    return replace(
+        made,
+        events=kept.events,
+        impacts=kept.log,
+        formulation=kept.formulation,
+        notes=(*made.notes, *kept.notes),
+    )
 
 
 def _made(

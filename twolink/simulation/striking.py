@@ -86,7 +86,7 @@ class Striking:
             if not approached:
                 return Struck(u, log, resting)
             index = min(approached, key=lambda number: (approached[number], number))
-            impact, u = self._impact(index, q, u, time)
+            impact, u = self.impact(index, q, u, time)
             log.append(impact)
             resting = {i for i in resting if i != index and rests(self._row(i, q), u)}
             if abs(impact.speeds[1]) <= _NO_REBOUND * abs(impact.speeds[0]):
@@ -126,14 +126,20 @@ class Striking:
         impulse = Impulse(normal, s * normal, "bounces die away")
         return self._logged(index, impulse, q, (u, after), time), after
 
+    def without_speed(self, index: int, q: Pair, u: Pair) -> Pair:
+        """Return u without speed along an obstacle that is touched: exactly, not to rounding."""
+        return self.stopped([self._obstacle(index).direction], q, u)
+
     def _obstacle(self, index: int) -> Obstacle:
         obstacle = self._modes.elements[index]
         assert isinstance(obstacle, Obstacle)
         return obstacle
 
-    def _impact(self, index: int, q: Pair, u: Pair, time: float) -> tuple[Impact, Pair]:
+    def impact(self, index: int, q: Pair, u: Pair, time: float) -> tuple[Impact, Pair]:
+        """Return what an obstacle does when it strikes at u, and u after it."""
         obstacle, row = self._obstacle(index), self._row(index, q)
-        v_n = row[0] * u[0] + row[1] * u[1]
+        # What was stopped along the normal comes in at no speed, and not at that of rounding.
+        v_n = 0 * u[0] if rests(row, u) else row[0] * u[0] + row[1] * u[1]
         G_nn = self._modes.response(row, row, q)
         tangent = (0, 0) if obstacle.tangent is None else self._modes.row(obstacle.tangent, q)
         # A point that cannot move along the surface in this pose has no friction to speak of.

@@ -1,0 +1,107 @@
+"""Painlevé: a rough surface wedges what leans into its slide; never a silent wrong branch."""
+
+import math
+
+import numpy as np
+import pytest
+
+from twolink import lagrange
+from twolink.chain import Chain
+from twolink.effects.gravity import Gravity
+from twolink.effects.surface import Surface
+from twolink.loads import Force
+from twolink.scene import Scene
+from twolink.shipped import shipped
+from twolink.simulation import simulate
+
+BARS = Chain.uniform_bars()
+Q = (1.1, 1.3)
+FLOOR = math.sin(Q[0]) + math.sin(Q[1])
+
+
+def rows() -> np.ndarray:
+    """The Jacobians of D up from the floor and along it."""
+    directions = (0.0, -1.0), (1.0, 0.0)
+    return np.array(
+        [
+            lagrange.generalized_active_force(BARS, Q, (Force(BARS.D, direction),))
+            for direction in directions
+        ],
+        dtype=float,
+    )
+
+
+def contact(speed: float, friction: float):
+    """A = ∂a_n/∂N and b = a_n without contact, of a slide at a speed, from the definitions."""
+    J = rows()
+    u = np.linalg.solve(J, [0.0, speed])
+    M = np.array(lagrange.mass_matrix(BARS, Q))
+    load = J[0] - math.copysign(friction, speed) * J[1]
+    forces = np.array(lagrange.generalized_active_force(BARS, Q, Gravity().loads(BARS, Q, (0, 0))))
+    du = np.linalg.solve(M, forces - np.array(lagrange.velocity_terms(BARS, Q, tuple(u))))
+    drift = math.sin(Q[0]) * u[0] ** 2 + math.sin(Q[1]) * u[1] ** 2
+    return J[0] @ np.linalg.solve(M, load), J[0] @ du + drift, tuple(u.tolist())
+
+
+def scene(speed: float, friction: float, **options) -> Scene:
+    *_, u = contact(speed, friction)
+    floor = Surface((0.0, FLOOR), (0.0, -1.0), friction=friction, name="floor", **options)
+    return Scene(chain=BARS, q=Q, u=u, duration=0.3, effects=(Gravity(), floor), accuracy=1e-9)
+
+
+LEANING = 1.0
+"""The direction of sliding in which the chain leans against it."""
+
+
+@pytest.mark.parametrize("law", ["newton", "newton-routh", "poisson", "stronge"])
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_where_nothing_is_consistent_an_impact_without_collision_comes(law, restitution):
+    A, b, _ = contact(LEANING * 0.2, 2.0)
+    assert A < 0 > b
+    trajectory = simulate(scene(LEANING * 0.2, 2.0, law=law, restitution=restitution))
+    first = trajectory.impacts[0]
+    assert first.time == 0
+    assert first.speeds[0] == 0
+    assert first.normal_impulse > 0
+    assert first.energy_change < 0
+    assert first.sliding[0] > 0
+    assert first.sliding[1] == pytest.approx(0, abs=1e-12)
+    y = trajectory.position(BARS.D)[1]
+    assert y.max() <= FLOOR + 5e-15
+
+
+def test_where_two_are_consistent_it_is_said():
+    A, b, _ = contact(LEANING * 6.0, 2.0)
+    assert A < 0 < b
+    trajectory = simulate(scene(LEANING * 6.0, 2.0))
+    (note, *_) = trajectory.notes
+    assert note.startswith("At 0 s the laws of contact leave a choice (Painlevé): ")
+    assert "is taken; or" in note
+
+
+@pytest.mark.parametrize("speed", [0.2, 6.0])
+def test_sliding_the_other_way_is_as_ever(speed):
+    A, b, _ = contact(-LEANING * speed, 2.0)
+    assert A > 0
+    trajectory = simulate(scene(-LEANING * speed, 2.0))
+    assert trajectory.notes == ()
+    expected = "D on floor slips backward" if b < 0 else "moves freely"
+    assert str(trajectory.events[0].mode) == expected
+
+
+@pytest.mark.parametrize("share", [0.99, 1.01])
+def test_the_threshold_of_wedging(share):
+    """At the μ at which A = 0 the slide goes over from sliding on to the impact."""
+    J, M = rows(), np.array(lagrange.mass_matrix(BARS, Q))
+    G = J @ np.linalg.solve(M, J.T)
+    critical = G[0, 0] / abs(G[0, 1])
+    trajectory = simulate(scene(LEANING * 0.2, share * critical))
+    struck = [impact for impact in trajectory.impacts if impact.time == 0]
+    assert bool(struck) == (share > 1)
+
+
+def test_the_shipped_scene_shows_it():
+    trajectory = simulate(Scene.load(shipped("scenes") / "painleve.toml"))
+    assert trajectory.met
+    assert trajectory.impacts[0].time == 0
+    assert trajectory.impacts[0].speeds[0] == 0
