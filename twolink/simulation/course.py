@@ -37,7 +37,7 @@ _UNWATCHED = 1e-3
 _INSIDE = 1e4
 
 # So near, in units of rounding of where things are, is touching.
-_NEAR = 8
+_NEAR = 64
 
 
 class Course:
@@ -229,7 +229,10 @@ class Course:
         watch = watched[index]
         element = self._modes.elements[watch.number]
         self._settle()
-        if watch.kind is Kind.HITS or self._runs_into_something():
+        if watch.kind is Kind.HITS:
+            self._touched.add(watch.number)
+            self._strike()
+        elif self._runs_into_something():
             self._strike()
         elif watch.kind is Kind.STOPS:
             slides = element.direction if isinstance(element, DryFriction) else element.tangent

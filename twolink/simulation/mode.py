@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+BOUNCES_DIE_AWAY = "bounces die away"
+"""The regime of the impact that stands for bounces too low to be seen."""
+
 
 class State(Enum):
     """What a dry friction or an obstacle does: its value is how that is said.
@@ -99,10 +102,16 @@ class Impact:
         return after - before
 
     @property
+    def creates_energy(self) -> bool:
+        """Whether T grows by more than rounding, other than where bounces are summed up."""
+        of_note = self.regime != BOUNCES_DIE_AWAY
+        return of_note and self.energy_change > 1e-12 * max(self.kinetic_energy)
+
+    @property
     def what(self) -> str:
         """The impact in words."""
         before, after = self.speeds
-        gain = "; this law of restitution creates energy here" if self.energy_change > 0 else ""
+        gain = "; this law of restitution creates energy here" if self.creates_energy else ""
         return (
             f"{self.name}: impact, {before:.6g} to {after:.6g}, {self.regime}, "
             f"{self.energy_change:+.6g} J{gain}"

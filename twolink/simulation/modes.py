@@ -99,6 +99,10 @@ class Modes:
         r = Q1 - Cu1, Q2 - Cu2
         constraints = self._constraints(mode, q, u)
         flat = [constraint for group in constraints for constraint in group]
+        if len(flat) == _MOST_CONSTRAINTS:
+            # The chain is at rest, and shall stay so exactly: there is nothing to pull back.
+            constraints = self._constraints(mode, q, u, pull=0)
+            flat = [constraint for group in constraints for constraint in group]
         M = self.formulation.mass_matrix(self.chain, q)
         if not flat:
             det = self.formulation.determinant(self.chain, q)
@@ -126,7 +130,9 @@ class Modes:
             for load in element.direction.unit_loads(self.chain)
         )
 
-    def _constraints(self, mode: Mode, q: Pair, u: Pair) -> list[list[Constraint]]:
+    def _constraints(
+        self, mode: Mode, q: Pair, u: Pair, pull: float = _PULL
+    ) -> list[list[Constraint]]:
         """Return the constraints of each friction and obstacle in a mode: none, one or two."""
         found: list[list[Constraint]] = []
         for element, state in zip(self.elements, mode.states, strict=True):
@@ -135,11 +141,11 @@ class Modes:
                 found.append([])
                 continue
             bound = element.bound if isinstance(element, Obstacle) else None
-            row, drift = self._kept(element.direction, q, u, bound)
+            row, drift = self._kept(element.direction, q, u, pull, bound)
             if isinstance(element, DryFriction) or element.tangent is None:
                 found.append([Constraint(row, drift, row)])
                 continue
-            tangent, tangent_drift = self._kept(element.tangent, q, u)
+            tangent, tangent_drift = self._kept(element.tangent, q, u, pull)
             if state is State.STICKS:
                 sticking = Constraint(tangent, tangent_drift, tangent)
                 found.append([Constraint(row, drift, row), sticking])
@@ -150,7 +156,7 @@ class Modes:
         return found
 
     def _kept(
-        self, direction: Direction, q: Pair, u: Pair, bound: Scalar | None = None
+        self, direction: Direction, q: Pair, u: Pair, pull: float, bound: Scalar | None = None
     ) -> tuple[Pair, Scalar]:
         """Return the row and the drift of a constraint that is kept up for long.
 
@@ -158,11 +164,11 @@ class Modes:
         each step: a pull back, zero where there is nothing to pull, keeps that from adding up.
         """
         row, drift = self._row_and_drift(direction, q, u)
-        if isinstance(direction, JointDirection):
+        if isinstance(direction, JointDirection) or pull == 0:
             return row, drift
-        drift = drift + 2 * _PULL * direction.speed(self.chain, q, u)
+        drift = drift + 2 * pull * direction.speed(self.chain, q, u)
         if bound is not None:
-            drift = drift + _PULL * _PULL * (direction.coordinate(self.chain, q) - bound)
+            drift = drift + pull * pull * (direction.coordinate(self.chain, q) - bound)
         return row, drift
 
     def _row_and_drift(self, direction: Direction, q: Pair, u: Pair) -> tuple[Pair, Scalar]:

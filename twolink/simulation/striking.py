@@ -10,7 +10,7 @@ from twolink.arithmetic import Pair, Scalar
 from twolink.directions import Direction, JointDirection
 from twolink.impacts import Impulse, Response, rough_impulse, smooth_impulse
 from twolink.nonsmooth import Obstacle
-from twolink.simulation.mode import Impact
+from twolink.simulation.mode import BOUNCES_DIE_AWAY, Impact
 from twolink.simulation.modes import Modes, rests, same_way
 
 # Impacts that answer each other at one instant; more than these have come to nothing.
@@ -123,7 +123,7 @@ class Striking:
         normal = -speed / self._modes.response(row, force, q)
         after = self._after(q, u, (normal * force[0], normal * force[1]))
         after = self.stopped(held, q, after)
-        impulse = Impulse(normal, s * normal, "bounces die away")
+        impulse = Impulse(normal, s * normal, BOUNCES_DIE_AWAY)
         return self._logged(index, impulse, q, (u, after), time), after
 
     def without_speed(self, index: int, q: Pair, u: Pair) -> Pair:
