@@ -22,7 +22,7 @@ from twolink.nonsmooth import DryFriction, Obstacle
 from twolink.scene import Scene
 from twolink.simulation.compiled_mode import Segment, compiled_mode
 from twolink.simulation.mode import Impact, Mode, State
-from twolink.simulation.modes import Modes, rests
+from twolink.simulation.modes import Modes, rests, same_way
 from twolink.simulation.striking import Striking
 from twolink.simulation.taylor import heyoka, number_type, numbers, rounding
 from twolink.simulation.watching import Kind, Watch
@@ -31,7 +31,7 @@ from twolink.simulation.watching import Kind, Watch
 _MOST_AT_ONCE = 8
 
 # The moment for which what has just begun to move is not watched, in longest steps.
-_UNWATCHED = 1e-3
+_UNWATCHED = 1e-5
 
 # So far inside, in units of rounding, is more than rounding.
 _INSIDE = 1e4
@@ -174,6 +174,9 @@ class Course:
         self.segments.append(replace(segment, end=self._now))
         if outcome != heyoka().taylor_outcome.time_limit:
             self._change_mode(outcome, compiled.watches, start)
+            if self.rows and self.grid[len(self.rows) - 1] == self._now:
+                # A sample at the very instant of an event is what comes after it.
+                self.rows[-1] = np.array([*self._q, *self._u])
         elif self._breaks and self._now >= self._breaks[0]:
             self._take_up_effects(float(self._breaks.pop(0)))
             self._settle()
@@ -248,7 +251,20 @@ class Course:
             self._enter({watch.number: State.OPEN})
         else:
             slips = State.FORWARD if watch.sense > 0 else State.BACKWARD
-            self._enter({watch.number: slips})
+            self._enter({watch.number: slips, **self._pushed_by(element, slips)})
+
+    def _pushed_by(self, element: Any, slips: State) -> dict[int, State]:
+        """Return what is touched and would be pushed by a friction that breaks loose this way."""
+        if not isinstance(element, DryFriction):
+            return {}
+        row = self._modes.row(element.direction, self._q)
+        pushed = {}
+        for index in self._touched:
+            across = self._modes.row(self._modes.elements[index].direction, self._q)
+            against = slips.direction * (row[0] * across[0] + row[1] * across[1]) < 0
+            if against and same_way(row, across):
+                pushed[index] = State.CLOSED
+        return pushed
 
     def _barred(self) -> list[Direction]:
         """Return the directions in which the mode lets nothing move."""
@@ -282,9 +298,17 @@ class Course:
         self._u = struck.u
         self.impacts += struck.impacts
         self._touched = struck.resting
+        # What has been given a speed is to be watched at once, whatever it did before.
+        self._guards = {
+            watch: t for watch, t in self._guards.items() if not self._is_moving(watch.number)
+        }
         self._enter({})
         for index in sorted({impact.index for impact in struck.impacts} - struck.resting):
             self._rebound(index)
+
+    def _is_moving(self, index: int) -> bool:
+        direction = self._modes.elements[index].direction
+        return not rests(self._modes.row(direction, self._q), self._u)
 
     def _rebound(self, index: int) -> None:
         """Let fly what has bounced, or let it rest where the bounces to come are over at once.
