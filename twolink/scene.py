@@ -81,7 +81,9 @@ class Scene:
         try:
             table = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
-            raise SceneError(f"{source}: this is not TOML: {error}") from error
+            raise SceneError(
+                f"{source}: this is not TOML ({error}); allowed is a scene file"
+            ) from error
         named = table.get("effects")
         known = [name for name in named if name in EFFECTS] if isinstance(named, dict) else []
         checked = _checked(scene_model(tuple(known)), table, source)
