@@ -384,14 +384,15 @@ def _save(trajectory: Trajectory, path: Path) -> None:
 
 def _print_log(console: Any, trajectory: Trajectory) -> None:
     """Print when modes begin and what impacts do; of very many the first and the last."""
-    log = sorted([*trajectory.impacts, *trajectory.events], key=lambda entry: entry.time)
+    log: list[Any] = [*trajectory.impacts, *trajectory.events]
+    log.sort(key=lambda entry: entry.time)
     hidden = len(log) - _LOG_LINES if len(log) > _LOG_LINES else 0
     shown = log if not hidden else [*log[: _LOG_LINES // 2], *log[-(_LOG_LINES // 2) :]]
     for number, entry in enumerate(shown):
         if hidden and number == _LOG_LINES // 2:
             console.print(f"  … {hidden} more, in Trajectory.events and Trajectory.impacts …")
         console.print(f"  {entry.time:.9g} s: {entry.what}", soft_wrap=True)
-    gains = [impact.energy_change for impact in trajectory.impacts if impact.energy_change > 0]
+    gains = [impact.energy_change for impact in trajectory.impacts if impact.creates_energy]
     if gains:
         console.print(
             f"{len(gains)} of {len(trajectory.impacts)} impacts created energy, "
