@@ -22,6 +22,7 @@ LAYERS = [
     "twolink.kinematics",
     "twolink.loads",
     "twolink.directions",
+    "twolink.compliance",
     "twolink.nonsmooth",
     "twolink.impacts",
     "twolink.kane",

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from twolink.arithmetic import Scalar
+from twolink.compliance import ContactLaw
 from twolink.directions import Direction
 
 
@@ -42,3 +43,19 @@ class Obstacle:
     kinetic: Scalar = 0
     static: Scalar = 0
     law: str = "stronge"
+
+
+@dataclass(frozen=True)
+class Cushion:
+    """A bound beyond which a compliant `law` pushes back; it may be rough as an obstacle is."""
+
+    name: str
+    direction: Direction
+    bound: Scalar
+    law: ContactLaw
+    tangent: Direction | None = None
+    kinetic: Scalar = 0
+    static: Scalar = 0
+
+
+Element = DryFriction | Obstacle | Cushion

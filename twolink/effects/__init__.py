@@ -18,7 +18,7 @@ from typing import Any, Protocol
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
 from twolink.loads import Loads
-from twolink.nonsmooth import DryFriction, Obstacle
+from twolink.nonsmooth import Element
 
 
 class Effect(Protocol):
@@ -39,6 +39,7 @@ EFFECTS = {
     "motor_inertia": ("twolink.effects.motor_inertia", "MotorInertia"),
     "joint_stop": ("twolink.effects.joint_stop", "JointStop"),
     "surface": ("twolink.effects.surface", "Surface"),
+    "compliant_surface": ("twolink.effects.compliant_surface", "CompliantSurface"),
     "joint_spring": ("twolink.effects.joint_spring", "JointSpring"),
     "pd_control": ("twolink.effects.pd_control", "PdControl"),
     "end_drag": ("twolink.effects.end_drag", "EndDrag"),
@@ -51,7 +52,7 @@ def effect_class(name: str) -> Any:
     return getattr(importlib.import_module(home), class_name)
 
 
-def nonsmooth(effects: tuple[Effect, ...], chain: Chain) -> tuple[DryFriction | Obstacle, ...]:
+def nonsmooth(effects: tuple[Effect, ...], chain: Chain) -> tuple[Element, ...]:
     """Return the dry friction and the obstacles of all effects, in their order."""
     return tuple(
         element

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import functools
 import itertools
-from dataclasses import dataclass
+import operator
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from twolink import kane, lagrange
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.effects import Effect
+from twolink.nonsmooth import Cushion
 from twolink.simulation.mode import Mode, State
 from twolink.simulation.modes import Modes
 from twolink.simulation.taylor import heyoka, number_type, step_tolerance
@@ -24,13 +27,20 @@ from twolink.simulation.watching import Kind, Watch, margin, watches
 _IN_SIGHT = (1.0, 1e-100)
 _OUT_OF_SIGHT = (0.0, 1.0)
 
+# An end that the variable of integration never comes to: an event ends it.
+_FOR_EVER = 1e9
+
+# So often an interval is halved until it is down to rounding, in any precision.
+_HALVINGS = 120
+
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of the motion in one mode, from a start to an end (s), from q, u and the gaps.
+    """A stretch of the motion in one mode, from a start to an end (s), from a state.
 
     `effects` are those that act in it. `unwatched` are those whose quantities have only just left
-    zero, or stay there. `since` is when the mode is said to begin (s).
+    zero, or stay there. `since` is when the mode is said to begin (s). `last` is where the variable
+    of integration ends, where that is not time.
     """
 
     mode: Mode
@@ -40,6 +50,7 @@ class Segment:
     state: tuple[Any, ...]
     unwatched: frozenset[Watch]
     since: Any
+    last: Any = None
 
 
 @dataclass(frozen=True)
@@ -47,19 +58,23 @@ class CompiledMode:
     """A mode's integrator, and what it watches for.
 
     Of its parameters the first are the `numbers` of effects that differ from piece to piece; then
-    there are two for each event.
+    there are two for each event. Where a rooted cushion is pressed the integrator's variable is not
+    time but s, with dt = √depth ds, in which the motion is analytic from the first touch to the
+    last. Then the time since the start is the last of its variables, an event ends it, and the last
+    two parameters are the start and the time until that end.
     """
 
     integrator: Any
     numbers: int
     watches: tuple[Watch, ...]
     kind: Any
+    rooted: bool
 
     def set_to(self, segment: Segment) -> Any:
         """Return the integrator, set to a segment's start."""
         integrator = self.integrator
         integrator.state[:] = segment.state
-        integrator.time = segment.start
+        integrator.time = self.kind(0) if self.rooted else segment.start
         numbers = [
             number for effect in segment.effects for number in getattr(effect, "numbers", ())
         ]
@@ -69,9 +84,37 @@ class CompiledMode:
             sight = _OUT_OF_SIGHT if watch in segment.unwatched else _IN_SIGHT
             for offset, value in enumerate(sight):
                 integrator.pars[self.numbers + 2 * place + offset] = self.kind(value)
-        if self.watches:
+        if self.rooted:
+            integrator.pars[-2] = segment.start
+            integrator.pars[-1] = segment.end - segment.start
+        if self.watches or self.rooted:
             integrator.reset_cooldowns()
         return integrator
+
+    def output(self, segment: Segment, longest_step: float) -> Callable[[Any], Any]:
+        """Return q and u, shape (4, n), as a function of times (s) in a segment."""
+        # Its end is known: nothing need be watched for.
+        whole = replace(segment, unwatched=frozenset(self.watches))
+        integrator = self.set_to(whole)
+        if not self.rooted:
+            *_, output, _ = integrator.propagate_until(
+                segment.end, c_output=True, max_delta_t=self.kind(longest_step)
+            )
+            return lambda times: np.array(output(times)).T[:4]
+        integrator.pars[-1] = self.kind(_FOR_EVER)
+        last = segment.last
+        *_, output, _ = integrator.propagate_until(last, c_output=True)
+
+        def at(times: Any) -> Any:
+            """Find s for each time by halving: the clock rises."""
+            low, high = 0 * times, 0 * times + last
+            for _ in range(_HALVINGS):
+                middle = (low + high) / 2
+                early = np.array(output(middle)).T[-1] < times - segment.start
+                low, high = np.where(early, middle, low), np.where(early, high, middle)
+            return np.array(output((low + high) / 2)).T[:4]
+
+        return at
 
 
 def compiled_mode(
@@ -108,18 +151,29 @@ def _compiled(
     numbers = sum(len(getattr(effect, "numbers", ())) for effect in effects)
     modes = Modes(chain.convert(kind), _with_parameters(effects), text)
     q, u = hy.make_vars("q1", "q2"), hy.make_vars("u1", "u2")
-    solution = modes.solution(mode, q, u, hy.time)
+    rooted = [
+        index
+        for index, (element, state) in enumerate(zip(modes.elements, mode.states, strict=True))
+        if isinstance(element, Cushion) and element.law.rooted and state is not State.OPEN
+    ]
+    roots = {index: hy.make_vars(f"root{index}") for index in rooted}
+    clock = hy.make_vars("clock")
+    parameters = numbers + 2 * len(watches(modes, mode))
+    now = hy.par[parameters] + clock if rooted else hy.time
+    solution = modes.solution(mode, q, u, now, roots)
     # A gap is a variable of its own: it starts at 0 after an impact, and then has digits of its
     # own, however low the bounce, where a difference of positions would have none left.
     free = [i for i, state in enumerate(mode.states) if state is State.OPEN]
     gaps = {index: hy.make_vars(f"gap{index}") for index in free}
     gap_rates = [modes.elements[index].direction.speed(modes.chain, q, u) for index in free]
-    variables = [*q, *u, *gaps.values()]
+    variables = [*q, *u, *gaps.values(), *roots.values()]
     events: list[Any] = []
     watched: list[Watch] = []
     for watch in watches(modes, mode):
         if watch.kind is Kind.HITS:
             quantity = gaps[watch.number]
+        elif watch.kind is Kind.LEAVES and watch.number in roots:
+            quantity = roots[watch.number]
         else:
             quantity = margin(watch, modes, mode, solution, q, u)
         if not _is_constant(quantity):
@@ -128,10 +182,20 @@ def _compiled(
             falling = hy.event_direction.negative
             events.append(hy.t_event(quantity, direction=falling, fp_type=kind))
             watched.append(watch)
-    rates = [
-        rate if isinstance(rate, hy.expression) else hy.expression(rate)
-        for rate in (*u, *solution.du, *gap_rates)
-    ]
+    rates = [*u, *solution.du, *gap_rates]
+    if rooted:
+        pace = functools.reduce(operator.mul, roots.values())
+        rates = [rate * pace for rate in rates]
+        for index in rooted:
+            # d√δ/ds = dδ/dt/(2√δ) dt/ds, in which the root cancels.
+            others = [root for other, root in roots.items() if other != index]
+            growth = -modes.elements[index].direction.speed(modes.chain, q, u) / 2
+            rates.append(functools.reduce(operator.mul, others, growth))
+        variables.append(clock)
+        rates.append(pace)
+        ends = hy.par[parameters + 1] - clock
+        events.append(hy.t_event(ends, direction=hy.event_direction.negative, fp_type=kind))
+    rates = [rate if isinstance(rate, hy.expression) else hy.expression(rate) for rate in rates]
     integrator = hy.taylor_adaptive(
         list(zip(variables, rates, strict=True)),
         np.array([kind(0)] * len(variables)),
@@ -141,7 +205,7 @@ def _compiled(
         fp_type=kind,
         t_events=events,
     )
-    return CompiledMode(integrator, numbers, tuple(watched), kind)
+    return CompiledMode(integrator, numbers, tuple(watched), kind, bool(rooted))
 
 
 def _with_parameters(effects: tuple[Any, ...]) -> tuple[Effect, ...]:

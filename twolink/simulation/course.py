@@ -18,7 +18,7 @@ from twolink.arithmetic import Pair
 from twolink.directions import Direction
 from twolink.effects import breaks, effects_during
 from twolink.errors import SimulationError
-from twolink.nonsmooth import DryFriction, Obstacle
+from twolink.nonsmooth import Cushion, DryFriction, Element, Obstacle
 from twolink.scene import Scene
 from twolink.simulation.compiled_mode import Segment, compiled_mode
 from twolink.simulation.mode import Impact, Mode, State
@@ -32,6 +32,9 @@ _MOST_AT_ONCE = 8
 
 # The moment for which what has just begun to move is not watched, in longest steps.
 _UNWATCHED = 1e-5
+
+# An end that the variable of integration never comes to: an event ends it.
+_FOR_EVER = 1e9
 
 # So far inside, in units of rounding, is more than rounding.
 _INSIDE = 1e4
@@ -72,6 +75,8 @@ class Course:
         self._since = kind(0)
         # Until when the motion is followed in one go: to see the end of a short flight.
         self._horizon = kind(0)
+        # The roots of the depths in rooted cushions, which are variables of their own.
+        self._roots: dict[int, Any] = {}
         self._guards: dict[Watch, Any] = {}
         self._at_once = 0
         self.rows: list[Any] = []
@@ -100,13 +105,15 @@ class Course:
 
     def _begin(self) -> None:
         """Refuse a start inside an obstacle, and strike what is run into at once."""
-        for element in self._modes.elements:
+        for number, element in enumerate(self._modes.elements):
             if isinstance(element, DryFriction):
                 continue
             gap = self._gap(element)
             # A start is given in float64, and is on an obstacle to its rounding.
             if self._is_near(element, gap, rounding("double")):
                 self._q = self._striking.placed(element, self._q)
+                if isinstance(element, Cushion) and not self._recedes(element):
+                    self._press(number)
             elif gap < 0:
                 raise SimulationError(
                     f"{element.name}: the scene starts {-float(gap):.6g} inside; allowed is a "
@@ -114,6 +121,18 @@ class Course:
                 )
         self._mode = Mode(self._modes.names, (State.OPEN,) * len(self._modes.elements))
         self._strike()
+
+    def _press(self, number: int) -> None:
+        """Begin to press a cushion: at no depth, or hardly any if it is touched at rest."""
+        cushion = self._modes.elements[number]
+        row = self._modes.row(cushion.direction, self._q)
+        self._touched.add(number)
+        least = math.sqrt(self._resolution) if rests(row, self._u) else 0.0
+        self._roots[number] = self._kind(least)
+
+    def _recedes(self, element: Any) -> bool:
+        row = self._modes.row(element.direction, self._q)
+        return not rests(row, self._u) and bool(row[0] * self._u[0] + row[1] * self._u[1] > 0)
 
     def _gap(self, obstacle: Any) -> Any:
         """Return how far an obstacle is away (rad or m)."""
@@ -153,6 +172,9 @@ class Course:
         resting = {Watch(Kind.HITS, index) for index in self._touched}
         unwatched = frozenset({*self._guards, *resting})
         state = (*self._q, *self._u, *self._gaps())
+        rooted = [index for index in sorted(self._roots) if self._is_rooted(index)]
+        if rooted:
+            state = (*state, *(self._roots[index] for index in rooted), self._kind(0))
         since = max(start, self._since)
         segment = Segment(self._mode, self._effects, start, until, state, unwatched, since)
         compiled = compiled_mode(
@@ -166,9 +188,12 @@ class Course:
         integrator = compiled.set_to(segment)
         self.compile_seconds += perf_counter() - begun
         begun = perf_counter()
-        outcome = self._integrate(integrator, start, until)
+        if compiled.rooted:
+            outcome, segment = self._integrate_rooted(compiled, segment, rooted)
+        else:
+            outcome = self._integrate(integrator, start, until)
+            self._now = self._kind(integrator.time)
         self.run_seconds += perf_counter() - begun
-        self._now = self._kind(integrator.time)
         q1, q2, u1, u2 = integrator.state[:4]
         self._q, self._u = (q1, q2), (u1, u2)
         self.segments.append(replace(segment, end=self._now))
@@ -182,12 +207,40 @@ class Course:
             self._settle()
             self._enter({})
 
+    def _is_rooted(self, index: int) -> bool:
+        element = self._modes.elements[index]
+        return isinstance(element, Cushion) and element.law.rooted
+
+    def _integrate_rooted(
+        self, compiled: Any, segment: Segment, rooted: list[int]
+    ) -> tuple[Any, Segment]:
+        """Follow a motion that presses rooted cushions, and return its outcome and its segment."""
+        integrator = compiled.integrator
+        outcome, _, _, taken, *_ = integrator.propagate_until(self._kind(_FOR_EVER))
+        self.steps += taken
+        self.order = integrator.order
+        first = 4 + len(self._gaps())
+        for place, index in enumerate(rooted):
+            self._roots[index] = integrator.state[first + place]
+        ended = -int(outcome.value) - 1 == len(compiled.watches)
+        self._now = segment.end if ended else segment.start + integrator.state[-1]
+        followed = replace(segment, end=self._now, last=integrator.time)
+        state = [*integrator.state]
+        wanted = [t for t in self.grid[len(self.rows) :] if t <= self._now]
+        if wanted:
+            self.rows += list(compiled.output(followed, self._cap)(np.array(wanted)).T)
+            integrator.state[:] = state
+        return (heyoka().taylor_outcome.time_limit if ended else outcome), followed
+
     def _check_outside(self) -> None:
         """Refuse to go on inside an obstacle: an impact that was missed is not passed over."""
         for element, state in zip(self._modes.elements, self._mode.states, strict=True):
             if isinstance(element, DryFriction) or state is not State.OPEN:
                 continue
             gap = self._gap(element)
+            if isinstance(element, Cushion) and self._recedes(element):
+                # A damped cushion is left before it has sprung back.
+                continue
             if gap < -_INSIDE * rounding("double") * max(1.0, abs(float(element.bound))):
                 raise SimulationError(
                     f"{element.name}: at {float(self._now):.9g} s it is {-float(gap):.3g} inside, "
@@ -232,7 +285,11 @@ class Course:
         watch = watched[index]
         element = self._modes.elements[watch.number]
         self._settle()
-        if watch.kind is Kind.HITS:
+        if watch.kind is Kind.HITS and isinstance(element, Cushion):
+            self._q = self._striking.placed(element, self._q)
+            self._press(watch.number)
+            self._enter({})
+        elif watch.kind is Kind.HITS:
             self._touched.add(watch.number)
             self._strike()
         elif self._runs_into_something():
@@ -248,6 +305,7 @@ class Course:
                 self._enter({})
                 return
             self._touched.discard(watch.number)
+            self._roots.pop(watch.number, None)
             self._enter({watch.number: State.OPEN})
         else:
             slips = State.FORWARD if watch.sense > 0 else State.BACKWARD
@@ -386,15 +444,15 @@ class Course:
                 f"{self._mode} is taken; or {others}."
             )
 
-    def _choices(self, index: int, element: DryFriction | Obstacle) -> tuple[State, ...]:
+    def _choices(self, index: int, element: Element) -> tuple[State, ...]:
         """Return the states that come into question, the most restful first."""
         slides = element.direction if isinstance(element, DryFriction) else element.tangent
-        if isinstance(element, Obstacle) and index not in self._touched:
+        if not isinstance(element, DryFriction) and index not in self._touched:
             return (State.OPEN,)
+        leaving = (State.OPEN,) if isinstance(element, Obstacle) else ()
         if slides is None:
-            return (State.CLOSED, State.OPEN)
+            return (State.CLOSED, *leaving)
         row, u = self._modes.row(slides, self._q), self._u
-        leaving = () if isinstance(element, DryFriction) else (State.OPEN,)
         if max(abs(row[0]), abs(row[1])) <= self._resolution:
             # A chain that is stretched along a direction cannot move its end that way yet: where it
             # will slide shows a moment later.

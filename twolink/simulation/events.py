@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -68,12 +68,7 @@ class EventRun(MotionRun):
                     self.precision,
                     self.order_asked,
                 )
-                # Its end is known: nothing need be watched for.
-                unwatched = frozenset(compiled.watches)
-                integrator = compiled.set_to(replace(segment, unwatched=unwatched))
-                *_, outputs[index], _ = integrator.propagate_until(
-                    segment.end, c_output=True, max_delta_t=kind(self.longest_step)
-                )
+                outputs[index] = compiled.output(segment, self.longest_step)
             return outputs[index]
 
         def at(times: Any) -> tuple[Any, Any]:
@@ -82,7 +77,7 @@ class EventRun(MotionRun):
             for index in np.unique(indices):
                 chosen = indices == index
                 moments = np.array([kind(t) for t in np.asarray(times)[chosen]])
-                values[:, chosen] = np.array(output_of(int(index))(moments)).T[:4]
+                values[:, chosen] = output_of(int(index))(moments)
             return values[:2], values[2:]
 
         return at

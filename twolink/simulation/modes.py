@@ -15,13 +15,13 @@ from itertools import product
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from twolink.arithmetic import Pair, Scalar
+from twolink.arithmetic import Pair, Scalar, sqrt
 from twolink.chain import Chain
 from twolink.directions import Direction, JointDirection
 from twolink.effects import Effect, nonsmooth, smooth_loads
 from twolink.errors import SimulationError
 from twolink.loads import Force, Load, Loads, Torque
-from twolink.nonsmooth import DryFriction, Obstacle
+from twolink.nonsmooth import Cushion, DryFriction, Obstacle
 from twolink.simulation.mode import Mode, State
 
 # Two constraints bring the chain to rest; with more of them their forces are open.
@@ -91,9 +91,16 @@ class Modes:
         """Return du/dt (rad/s²) in a mode."""
         return self.solution(mode, q, u, t).du
 
-    def solution(self, mode: Mode, q: Pair, u: Pair, t: Scalar) -> Solution:
-        """Return du/dt in a mode, and the forces that keep up its constraints."""
+    def solution(
+        self, mode: Mode, q: Pair, u: Pair, t: Scalar, roots: Mapping[int, Scalar] | None = None
+    ) -> Solution:
+        """Return du/dt in a mode, and the forces that keep up its constraints.
+
+        `roots` of the depths in rooted cushions may be given by number; else they are those of q.
+        """
+        pushed = self._pushed(mode, q, u, roots or {})
         loads = smooth_loads(self.effects, self.chain, q, u, t) + self._kinetic_loads(mode)
+        loads = (*loads, *self._cushion_loads(mode, pushed))
         Q1, Q2 = self.formulation.generalized_active_force(self.chain, q, loads)
         Cu1, Cu2 = self.formulation.velocity_terms(self.chain, q, u)
         r = Q1 - Cu1, Q2 - Cu2
@@ -106,17 +113,47 @@ class Modes:
         M = self.formulation.mass_matrix(self.chain, q)
         if not flat:
             det = self.formulation.determinant(self.chain, q)
-            return Solution(_cramer(M, r, det), self._held(mode, constraints, []))
+            return Solution(_cramer(M, r, det), self._held(mode, constraints, [], pushed))
         solve = _with_one if len(flat) == 1 else _with_two
         du, multipliers = solve(M, r, *flat)
-        return Solution(du, self._held(mode, constraints, multipliers))
+        return Solution(du, self._held(mode, constraints, multipliers, pushed))
+
+    def _pushed(
+        self, mode: Mode, q: Pair, u: Pair, roots: Mapping[int, Scalar]
+    ) -> dict[int, Scalar]:
+        """Return the normal forces (N) of the cushions that are pressed, by number."""
+        found = {}
+        for index, (element, state) in enumerate(zip(self.elements, mode.states, strict=True)):
+            if isinstance(element, Cushion) and state is not State.OPEN:
+                rate = -element.direction.speed(self.chain, q, u)
+                if index in roots:
+                    root = roots[index]
+                    depth = root * root
+                else:
+                    inside = element.bound - element.direction.coordinate(self.chain, q)
+                    depth = (inside + abs(inside)) / 2 if element.law.rooted else inside
+                    root = sqrt(depth) if element.law.rooted else 0
+                found[index] = element.law.force(depth, root, rate)
+        return found
+
+    def _cushion_loads(self, mode: Mode, pushed: Mapping[int, Scalar]) -> Loads:
+        """Return the forces of pressed cushions, and their friction where they are slid along."""
+        loads: list[Load] = []
+        for index, normal in pushed.items():
+            element, state = self.elements[index], mode.states[index]
+            assert isinstance(element, Cushion)
+            loads += [_scaled(x, normal) for x in element.direction.unit_loads(self.chain)]
+            if state.direction and element.tangent is not None:
+                s = -state.direction * element.kinetic * normal
+                loads += [_scaled(x, s) for x in element.tangent.unit_loads(self.chain)]
+        return tuple(loads)
 
     def loads(self, solution: Solution, q: Pair, u: Pair, t: Scalar) -> Loads:
         """Return all that acts, what frictions and obstacles give included."""
         given: list[Load] = []
         for element, held in zip(self.elements, solution.held, strict=True):
             given += [_scaled(x, held.normal) for x in element.direction.unit_loads(self.chain)]
-            if isinstance(element, Obstacle) and element.tangent is not None:
+            if not isinstance(element, DryFriction) and element.tangent is not None:
                 along = element.tangent.unit_loads(self.chain)
                 given += [_scaled(x, held.tangential) for x in along]
         return smooth_loads(self.effects, self.chain, q, u, t) + tuple(given)
@@ -139,6 +176,12 @@ class Modes:
             slips = isinstance(element, DryFriction) and state.direction
             if state is State.OPEN or slips:
                 found.append([])
+                continue
+            if isinstance(element, Cushion):
+                found.append([])
+                if state is State.STICKS and element.tangent is not None:
+                    tangent, tangent_drift = self._kept(element.tangent, q, u, pull)
+                    found[-1].append(Constraint(tangent, tangent_drift, tangent))
                 continue
             bound = element.bound if isinstance(element, Obstacle) else None
             row, drift = self._kept(element.direction, q, u, pull, bound)
@@ -175,18 +218,25 @@ class Modes:
         return self.row(direction, q), direction.drift(self.chain, q, u)
 
     def _held(
-        self, mode: Mode, constraints: list[list[Constraint]], multipliers: list[Scalar]
+        self,
+        mode: Mode,
+        constraints: list[list[Constraint]],
+        multipliers: list[Scalar],
+        pushed: Mapping[int, Scalar],
     ) -> tuple[Held, ...]:
         """Return what each friction and obstacle gives, from the multipliers of the constraints."""
         left = iter(multipliers)
         found = []
-        for element, state, group in zip(self.elements, mode.states, constraints, strict=True):
+        for index, group in enumerate(constraints):
+            element, state = self.elements[index], mode.states[index]
             values = [next(left) for _ in group]
+            if isinstance(element, Cushion):
+                values = [pushed.get(index, 0), *values]
             normal = values[0] if values else 0
             tangential: Scalar = values[1] if len(values) > 1 else 0
             if isinstance(element, DryFriction) and state.direction:
                 normal = -state.direction * element.kinetic
-            if isinstance(element, Obstacle) and state.direction:
+            if not isinstance(element, DryFriction) and state.direction:
                 tangential = -state.direction * element.kinetic * normal
             found.append(Held(normal, tangential))
         return tuple(found)
@@ -243,7 +293,7 @@ class Modes:
         Then row · M⁻¹ (normal + friction) is negative: Painlevé's case.
         """
         element = self.elements[index]
-        if isinstance(element, DryFriction) or element.tangent is None or not state.direction:
+        if not isinstance(element, Obstacle) or element.tangent is None or not state.direction:
             return False
         row, tangent = self.row(element.direction, q), self.row(element.tangent, q)
         s = -state.direction * element.kinetic
@@ -265,23 +315,19 @@ class Modes:
             element, state = self.elements[index], mode.states[index]
             row = self.row(element.direction, q)
             long = max(abs(float(row[0])), abs(float(row[1])))
-            force, tangential = (float(value) for value in held[index])
+            force = float(held[index].normal)
             if state is State.STICKS and isinstance(element, DryFriction):
                 faults.append(long * (abs(force) - float(element.static)))
             elif isinstance(element, DryFriction):
                 start = self._missing_force(element.direction, q, u, du)
                 faults.append(long * -state.direction * start)
+            elif isinstance(element, Cushion):
+                faults += self._faults_of_sliding(element, state, held[index], q, u, du)
             elif state is State.OPEN:
                 faults.append(long * -self._missing_force(element.direction, q, u, du))
             else:
                 faults.append(long * -force)
-                if element.tangent is None:
-                    continue
-                if state is State.STICKS:
-                    faults.append(long * (abs(tangential) - float(element.static) * force))
-                elif rests(self.row(element.tangent, q), u):
-                    start = self._missing_force(element.tangent, q, u, du)
-                    faults.append(long * -state.direction * start)
+                faults += self._faults_of_sliding(element, state, held[index], q, u, du)
         return max(faults)
 
     def barred_frictions(self, mode: Mode, q: Pair, u: Pair) -> list[int]:
@@ -294,6 +340,22 @@ class Modes:
             and state.direction
             and any(same_way(row, self.row(element.direction, q)) for row in rows)
         ]
+
+    def _faults_of_sliding(
+        self, element: Obstacle | Cushion, state: State, held: Held, q: Pair, u: Pair, du: Pair
+    ) -> list[float]:
+        """Return by how much (N m) what touches offends Coulomb's law."""
+        if element.tangent is None:
+            return []
+        row = self.row(element.tangent, q)
+        long = max(abs(float(row[0])), abs(float(row[1])))
+        if state is State.STICKS:
+            beyond = abs(float(held.tangential)) - float(element.static) * float(held.normal)
+            return [long * beyond]
+        if state.direction and rests(row, u):
+            start = self._missing_force(element.tangent, q, u, du)
+            return [long * -state.direction * start]
+        return []
 
     def _missing_force(self, direction: Direction, q: Pair, u: Pair, du: Pair) -> float:
         """Return a direction's acceleration, as the force (N, N m) along it that would give it."""

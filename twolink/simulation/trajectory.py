@@ -16,7 +16,7 @@ from twolink.chain import Chain, Point
 from twolink.effects import Effect, breaks, nonsmooth, smooth_loads
 from twolink.errors import SimulationError
 from twolink.loads import Force, Loads
-from twolink.nonsmooth import Obstacle
+from twolink.nonsmooth import DryFriction
 from twolink.scene import Scene
 from twolink.simulation.mode import Event, Impact, Mode
 
@@ -238,7 +238,7 @@ class Trajectory:
             for owner, element, held in zip(owners, modes.elements, solution.held, strict=True):
                 along = element.direction.speed(self.chain, pair, speeds)
                 power[owner, now] += held.normal * along
-                if isinstance(element, Obstacle) and element.tangent is not None:
+                if not isinstance(element, DryFriction) and element.tangent is not None:
                     sliding = element.tangent.speed(self.chain, pair, speeds)
                     power[owner, now] += held.tangential * sliding
         return power

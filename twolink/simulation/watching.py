@@ -6,7 +6,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from twolink.arithmetic import Pair, Scalar
-from twolink.nonsmooth import DryFriction, Obstacle
+from twolink.nonsmooth import DryFriction
 from twolink.simulation.mode import Mode, State
 from twolink.simulation.modes import Modes, Solution
 
@@ -35,7 +35,7 @@ def watches(modes: Modes, mode: Mode) -> list[Watch]:
         if state is State.OPEN:
             found.append(Watch(Kind.HITS, index))
             continue
-        if isinstance(element, Obstacle):
+        if not isinstance(element, DryFriction):
             found.append(Watch(Kind.LEAVES, index))
         if state in (State.FORWARD, State.BACKWARD):
             found.append(Watch(Kind.STOPS, index))
