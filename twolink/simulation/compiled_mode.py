@@ -27,9 +27,6 @@ from twolink.simulation.watching import Kind, Watch, margin, watches
 _IN_SIGHT = (1.0, 1e-100)
 _OUT_OF_SIGHT = (0.0, 1.0)
 
-# An end that the variable of integration never comes to: an event ends it.
-_FOR_EVER = 1e9
-
 # So often an interval is halved until it is down to rounding, in any precision.
 _HALVINGS = 120
 
@@ -101,7 +98,7 @@ class CompiledMode:
                 segment.end, c_output=True, max_delta_t=self.kind(longest_step)
             )
             return lambda times: np.array(output(times)).T[:4]
-        integrator.pars[-1] = self.kind(_FOR_EVER)
+        integrator.pars[-1] = segment.end - segment.start + 1
         last = segment.last
         *_, output, _ = integrator.propagate_until(last, c_output=True)
 

@@ -36,6 +36,10 @@ _UNWATCHED = 1e-5
 # An end that the variable of integration never comes to: an event ends it.
 _FOR_EVER = 1e9
 
+# A press is followed for so long (s) at a time. heyoka's steps are as good as the largest of all
+# that is computed beside them, and the time that is left is computed too.
+_LONGEST_PRESS = 1.0
+
 # So far inside, in units of rounding, is more than rounding.
 _INSIDE = 1e4
 
@@ -167,6 +171,8 @@ class Course:
         until = min([self.grid[-1], *self._guards.values(), *self._breaks[:1]])
         if self._now < self._horizon:
             until = min(until, self._horizon)
+        if any(self._is_rooted(index) for index in self._roots):
+            until = min(until, self._now + _LONGEST_PRESS)
         start = self._now
         begun = perf_counter()
         resting = {Watch(Kind.HITS, index) for index in self._touched}
@@ -349,13 +355,15 @@ class Course:
 
     def _strike(self) -> None:
         """Let all that is touched and run into be struck, and go on."""
-        near = self._near() | self._touched
+        elements = self._modes.elements
+        pressed = {index for index in self._touched if isinstance(elements[index], Cushion)}
+        near = self._near() | self._touched - pressed
         for index in sorted(near):
             self._q = self._striking.placed(self._modes.elements[index], self._q)
         struck = self._striking.impacts(self._q, self._u, near, float(self._now))
         self._u = struck.u
         self.impacts += struck.impacts
-        self._touched = struck.resting
+        self._touched = struck.resting | pressed
         # What has been given a speed is to be watched at once, whatever it did before.
         self._guards = {
             watch: t for watch, t in self._guards.items() if not self._is_moving(watch.number)

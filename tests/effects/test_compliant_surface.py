@@ -1,0 +1,171 @@
+"""Compliant surfaces: their laws, the first touch, and the rigid impact as their limit."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from twolink.chain import Chain
+from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.gravity import Gravity
+from twolink.effects.surface import Surface
+from twolink.errors import ParameterError
+from twolink.scene import Scene
+from twolink.simulation import simulate
+from twolink.simulation.events import event_run
+
+BARS = Chain.uniform_bars()
+Q = (0.3, 1.1)
+HEIGHT = math.sin(Q[0]) + math.sin(Q[1])
+CASES = [
+    ("kelvin-voigt", 1e4, 0.0), ("kelvin-voigt", 1e4, 20.0), ("hertz", 1e5, 0.0),
+    ("hunt-crossley", 1e6, 0.2),
+]  # fmt: skip
+
+
+def floor(law, stiffness, loss=0.0, **options) -> CompliantSurface:
+    height = options.pop("height", HEIGHT)
+    return CompliantSurface(
+        (0.0, height), (0.0, -1.0), law, stiffness, loss, name="floor", **options
+    )
+
+
+def scene(*effects, q=Q, u=(0.0, 0.0), duration=1.5, accuracy=1e-9) -> Scene:
+    return Scene(chain=BARS, q=q, u=u, duration=duration, effects=effects, accuracy=accuracy)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize(("law", "stiffness", "loss"), CASES)
+def test_accuracy_is_honoured_through_contact(law, stiffness, loss, friction):
+    """Samples inside of contacts, too, against a run of 113 bits."""
+    fall = floor(law, stiffness, loss, friction=friction, height=1.2)
+    start = scene(Gravity(), fall, q=(0.3, -0.2))
+    trajectory = simulate(start, samples=3001)
+    assert len(trajectory.events) >= 3
+    exact = event_run(start, trajectory.t, precision="quadruple")
+    assert trajectory.error <= 1e-9
+    assert np.abs(trajectory.q - exact.q.astype(float)).max() <= 1e-9
+    assert np.abs(trajectory.u - exact.u.astype(float)).max() <= 1e-9
+    touches = trajectory.position(BARS.D)[1] > 1.2
+    assert touches.sum() > 10
+
+
+@pytest.mark.parametrize("law", ["hertz", "hunt-crossley"])
+@pytest.mark.parametrize("order", [13, 17, 21])
+def test_the_order_is_kept_at_first_touch(law, order):
+    """A root in the force costs no digits: each order errs as much as it does in free flight."""
+    start = scene(Gravity(), floor(law, 1e5, height=1.2), q=(0.3, -0.2), duration=0.6)
+    times = np.array([0.0, 0.41, 0.42, 0.421, 0.425, 0.43, 0.434, 0.436, 0.5, 0.6])
+    run = event_run(start, times, order=order)
+    exact = event_run(start, times, precision="quadruple")
+    errors = np.abs(run.u - exact.u.astype(float)).max(axis=0)
+    assert errors.max() <= max(10 * 2.2e-16 * 100, 1e3 * math.exp(-2 * (order + 1)))
+    for ours, theirs in zip(run.events, exact.events, strict=True):
+        assert ours.time == pytest.approx(theirs.time, abs=1e-13)
+
+
+def test_without_loss_and_friction_energy_is_kept():
+    for law, stiffness in (("kelvin-voigt", 1e5), ("hertz", 1e6)):
+        trajectory = simulate(
+            scene(Gravity(), floor(law, stiffness, height=1.2), q=(0.3, -0.2), accuracy=1e-11)
+        )
+        free = trajectory.position(BARS.D)[1] < 1.2
+        energy = trajectory.energy[free]
+        assert energy == pytest.approx(energy[0], abs=1e-8)
+
+
+def rebound(surface, speed=-1.0, sliding=0.0):
+    """D's speeds along the normal and along the floor just after it has come off."""
+    J = np.array([[-math.cos(q) for q in Q], [-math.sin(q) for q in Q]])
+    u = np.linalg.solve(J, [speed, sliding])
+    trajectory = simulate(scene(surface, u=tuple(u.tolist()), duration=0.3, accuracy=1e-10))
+    if isinstance(surface, Surface):
+        end = trajectory.impacts[0].u[1]
+        return J @ end
+    leaves = next(event.time for event in trajectory.events if str(event.mode) == "moves freely")
+    q, w = trajectory.at(leaves)
+    J = np.array([[-math.cos(x) for x in q[:, 0]], [-math.sin(x) for x in q[:, 0]]])
+    return J @ w[:, 0]
+
+
+def hunt_crossleys_restitution(av: float) -> float:
+    """e of m dv/dt = −K δ^{3/2} (1 + a v), from ∫ v dv/(1 + a v) over both phases."""
+    return brentq(
+        lambda e: math.log1p(av) - av - (math.log1p(-av * e) + av * e), 1e-9, min(1, 1 / av) - 1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    ("law", "loss", "restitution", "rate"),
+    [
+        ("kelvin-voigt", 0.0, 1.0, 1 / 2),
+        ("hertz", 0.0, 1.0, 2 / 5),
+        ("hunt-crossley", 0.3, hunt_crossleys_restitution(0.3), 2 / 5),
+    ],
+)
+@pytest.mark.parametrize("friction", [0.0, 0.1])
+def test_rigid_is_the_limit_of_compliant(law, loss, restitution, rate, friction):
+    """Over decades of stiffness the rebound goes to the rigid law's, as the time of contact."""
+    rigid = rebound(
+        Surface((0.0, HEIGHT), (0.0, -1.0), restitution=restitution, friction=friction), sliding=3.0
+    )
+    stiffness = np.array([1e6, 1e8, 1e10])
+    misses = np.array(
+        [
+            np.abs(rebound(floor(law, k, loss, friction=friction), sliding=3.0) - rigid).max()
+            for k in stiffness
+        ]
+    )
+    slopes = -np.diff(np.log(misses)) / np.diff(np.log(stiffness))
+    # Were the limit another, the slope would flatten out.
+    assert slopes == pytest.approx([rate, rate], abs=0.1)
+
+
+def test_a_damper_has_the_restitution_of_its_equation():
+    """m δ'' + c δ' + k δ = 0 until the force is zero, with the m that D has along the normal."""
+    from twolink import lagrange
+
+    J = np.array([-math.cos(Q[0]), -math.cos(Q[1])])
+    m = 1 / (J @ np.linalg.solve(np.array(lagrange.mass_matrix(BARS, Q)), J))
+    k, ratio = 1e10, 0.2
+    c = 2 * ratio * math.sqrt(k * m)
+    omega = math.sqrt(1 - ratio**2)
+    phase = math.atan2(2 * ratio * omega, 2 * ratio**2 - 1)
+    expected = math.exp(-ratio / omega * phase)
+    normal, _ = rebound(floor("kelvin-voigt", k, c))
+    assert normal == pytest.approx(expected, abs=1e-3)
+
+
+def test_a_ball_has_hertzs_stiffness():
+    steel = CompliantSurface.of_a_ball(
+        (0.0, 1.0), (0.0, -1.0), radius=0.01, modulus=(2.1e11, 2.1e11), poisson=(0.3, 0.3)
+    )
+    assert steel.stiffness == pytest.approx(4 / 3 * 0.1 * 2.1e11 / (2 * 0.91), rel=1e-14)
+
+
+def test_touched_at_rest_it_sinks_in():
+    """D released on a Hertz floor, touching: it starts from no depth and no speed."""
+    trajectory = simulate(scene(Gravity(), floor("hertz", 1e5), duration=0.05, accuracy=1e-8))
+    depth = trajectory.position(BARS.D)[1] - HEIGHT
+    assert depth[1:20].min() > 0
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"stiffness": 0.0}, "stiffness is 0.0; allowed is a positive"),
+        ({"stiffness": -1.0}, "stiffness is -1.0"),
+        ({"loss": -0.1}, "loss is -0.1; allowed is zero or a positive"),
+        ({"law": "hertz", "loss": 0.1}, "loss is 0.1; allowed is zero"),
+        ({"law": "rubber"}, "law is 'rubber'; allowed is kelvin-voigt"),
+        ({"normal": (0.0, 0.0)}, "normal is .* not both zero"),
+        ({"friction": -0.1}, "friction is -0.1"),
+        ({"friction": 0.3, "static": 0.2}, "static is 0.2; allowed is the friction"),
+        ({"on": ("A",)}, "on is .* allowed is one or more of B, C1, C2, D"),
+    ],
+)
+def test_bad_cushions_are_refused(options, words):
+    values = {"point": (0.0, 1.0), "normal": (0.0, -1.0), "law": "kelvin-voigt", "stiffness": 1.0}
+    with pytest.raises(ParameterError, match=words):
+        CompliantSurface(**{**values, **options})
