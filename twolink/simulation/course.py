@@ -68,6 +68,7 @@ class Course:
         self._breaks = [kind(t) for t in breaks(scene.effects) if t > 0]
         self._take_up_effects(0.0)
         self.grid = numbers(times, precision)
+        self._plain_grid = np.asarray(times, dtype=float)
         self._q: Pair = (kind(scene.q[0]), kind(scene.q[1]))
         self._u: Pair = (kind(scene.u[0]), kind(scene.u[1]))
         self._now = kind(0)
@@ -79,6 +80,8 @@ class Course:
         self._since = kind(0)
         # Until when the motion is followed in one go: to see the end of a short flight.
         self._horizon = kind(0)
+        # How far away the obstacles are: variables of their own, not differences of positions.
+        self._apart: dict[int, Any] = {}
         # The roots of the depths in rooted cushions, which are variables of their own.
         self._roots: dict[int, Any] = {}
         self._guards: dict[Watch, Any] = {}
@@ -112,10 +115,10 @@ class Course:
         for number, element in enumerate(self._modes.elements):
             if isinstance(element, DryFriction):
                 continue
-            gap = self._gap(element)
+            gap = self._apart[number] = self._gap(element)
             # A start is given in float64, and is on an obstacle to its rounding.
             if self._is_near(element, gap, rounding("double")):
-                self._q = self._striking.placed(element, self._q)
+                self._place(number)
                 if isinstance(element, Cushion) and not self._recedes(element):
                     self._press(number)
             elif gap < 0:
@@ -142,14 +145,14 @@ class Course:
         """Return how far an obstacle is away (rad or m)."""
         return obstacle.direction.coordinate(self._modes.chain, self._q) - obstacle.bound
 
-    def _gaps(self) -> list[Any]:
-        """Return the gaps of the obstacles that are free in this mode, 0 where they are touched."""
-        gaps = []
-        for element, state in zip(self._modes.elements, self._mode.states, strict=True):
-            if state is State.OPEN:
-                gap = self._gap(element)
-                gaps.append(0 * gap if self._is_near(element, gap) else gap)
-        return gaps
+    def _place(self, number: int) -> None:
+        """Move q by rounding, so that an obstacle is touched exactly."""
+        self._q = self._striking.placed(self._modes.elements[number], self._q)
+        self._apart[number] = self._kind(0)
+
+    def _free(self) -> list[int]:
+        """Return the numbers of the obstacles that are free in this mode."""
+        return [index for index, state in enumerate(self._mode.states) if state is State.OPEN]
 
     def _is_near(self, obstacle: Any, gap: Any, resolution: float | None = None) -> bool:
         """Return whether a gap is no more than rounding."""
@@ -161,7 +164,7 @@ class Course:
         return {
             index
             for index, element in enumerate(self._modes.elements)
-            if isinstance(element, Obstacle) and self._is_near(element, self._gap(element))
+            if isinstance(element, Obstacle) and self._is_near(element, self._apart[index])
         }
 
     def advance(self) -> None:
@@ -177,7 +180,8 @@ class Course:
         begun = perf_counter()
         resting = {Watch(Kind.HITS, index) for index in self._touched}
         unwatched = frozenset({*self._guards, *resting})
-        state = (*self._q, *self._u, *self._gaps())
+        free = self._free()
+        state = (*self._q, *self._u, *(self._apart[index] for index in free))
         rooted = [index for index in sorted(self._roots) if self._is_rooted(index)]
         if rooted:
             state = (*state, *(self._roots[index] for index in rooted), self._kind(0))
@@ -202,6 +206,8 @@ class Course:
         self.run_seconds += perf_counter() - begun
         q1, q2, u1, u2 = integrator.state[:4]
         self._q, self._u = (q1, q2), (u1, u2)
+        for place, index in enumerate(free, start=4):
+            self._apart[index] = integrator.state[place]
         self.segments.append(replace(segment, end=self._now))
         if outcome != heyoka().taylor_outcome.time_limit:
             self._change_mode(outcome, compiled.watches, start)
@@ -225,7 +231,7 @@ class Course:
         outcome, _, _, taken, *_ = integrator.propagate_until(self._kind(_FOR_EVER))
         self.steps += taken
         self.order = integrator.order
-        first = 4 + len(self._gaps())
+        first = 4 + len(self._free())
         for place, index in enumerate(rooted):
             self._roots[index] = integrator.state[first + place]
         ended = -int(outcome.value) - 1 == len(compiled.watches)
@@ -238,12 +244,15 @@ class Course:
             integrator.state[:] = state
         return (heyoka().taylor_outcome.time_limit if ended else outcome), followed
 
+    def _count_until(self, until: Any) -> int:
+        """Return how many of the times asked for are not after a time."""
+        return int(np.searchsorted(self._plain_grid, float(until), side="right"))
+
     def _check_outside(self) -> None:
         """Refuse to go on inside an obstacle: an impact that was missed is not passed over."""
-        for element, state in zip(self._modes.elements, self._mode.states, strict=True):
-            if isinstance(element, DryFriction) or state is not State.OPEN:
-                continue
-            gap = self._gap(element)
+        for index in self._free():
+            element, gap = self._modes.elements[index], self._apart[index]
+            assert not isinstance(element, DryFriction)
             if isinstance(element, Cushion) and self._recedes(element):
                 # A damped cushion is left before it has sprung back.
                 continue
@@ -256,9 +265,10 @@ class Course:
     def _integrate(self, integrator: Any, start: Any, until: Any) -> Any:
         """Run an integrator, keep what it finds at the times asked for, and return its outcome."""
         # The first time of a grid is where the integrator stands; the last is where it shall stop.
+        done = len(self.rows)
         ahead = [start]
         places = []
-        for t in self.grid[len(self.rows) :]:
+        for t in self.grid[done : self._count_until(until)]:
             if t > until:
                 break
             if start < t < until:
@@ -292,7 +302,7 @@ class Course:
         element = self._modes.elements[watch.number]
         self._settle()
         if watch.kind is Kind.HITS and isinstance(element, Cushion):
-            self._q = self._striking.placed(element, self._q)
+            self._place(watch.number)
             self._press(watch.number)
             self._enter({})
         elif watch.kind is Kind.HITS:
@@ -311,7 +321,11 @@ class Course:
                 self._enter({})
                 return
             self._touched.discard(watch.number)
-            self._roots.pop(watch.number, None)
+            rooted = self._roots.pop(watch.number, None) is not None and self._is_rooted(
+                watch.number
+            )
+            damped = isinstance(element, Cushion) and not rooted
+            self._apart[watch.number] = self._gap(element) if damped else self._kind(0)
             self._enter({watch.number: State.OPEN})
         else:
             slips = State.FORWARD if watch.sense > 0 else State.BACKWARD
@@ -359,7 +373,7 @@ class Course:
         pressed = {index for index in self._touched if isinstance(elements[index], Cushion)}
         near = self._near() | self._touched - pressed
         for index in sorted(near):
-            self._q = self._striking.placed(self._modes.elements[index], self._q)
+            self._place(index)
         struck = self._striking.impacts(self._q, self._u, near, float(self._now))
         self._u = struck.u
         self.impacts += struck.impacts

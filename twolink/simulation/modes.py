@@ -15,7 +15,7 @@ from itertools import product
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from twolink.arithmetic import Pair, Scalar, sqrt
+from twolink.arithmetic import Matrix, Pair, Scalar, sqrt
 from twolink.chain import Chain
 from twolink.directions import Direction, JointDirection
 from twolink.effects import Effect, nonsmooth, smooth_loads
@@ -73,6 +73,9 @@ class Modes:
         self.effects = effects
         self.formulation = formulation
         self.elements = nonsmooth(effects, chain)
+        self._q: Pair | None = None
+        self._rows: dict[Direction, Pair] = {}
+        self._inertia: tuple[Matrix, Scalar] | None = None
         self.names = tuple(element.name for element in self.elements)
         rubbing = [e.direction for e in self.elements if isinstance(e, DryFriction)]
         for element in self.elements:
@@ -83,9 +86,25 @@ class Modes:
 
     def row(self, direction: Direction, q: Pair) -> Pair:
         """Return the Jacobian of a direction: the generalized force of its unit loads."""
-        loads = direction.unit_loads(self.chain)
-        found: Pair = self.formulation.generalized_active_force(self.chain, q, loads)
-        return found
+        self._stand_at(q)
+        if direction not in self._rows:
+            loads = direction.unit_loads(self.chain)
+            found: Pair = self.formulation.generalized_active_force(self.chain, q, loads)
+            self._rows[direction] = found
+        return self._rows[direction]
+
+    def inertia(self, q: Pair) -> tuple[Matrix, Scalar]:
+        """Return M (kg m²) and its determinant (kg² m⁴)."""
+        self._stand_at(q)
+        if self._inertia is None:
+            M = self.formulation.mass_matrix(self.chain, q)
+            self._inertia = M, self.formulation.determinant(self.chain, q)
+        return self._inertia
+
+    def _stand_at(self, q: Pair) -> None:
+        """Forget what was computed in another pose: about one pose there are many questions."""
+        if q is not self._q:
+            self._q, self._rows, self._inertia = q, {}, None
 
     def accelerations(self, mode: Mode, q: Pair, u: Pair, t: Scalar) -> Pair:
         """Return du/dt (rad/s²) in a mode."""
@@ -110,9 +129,8 @@ class Modes:
             # The chain is at rest, and shall stay so exactly: there is nothing to pull back.
             constraints = self._constraints(mode, q, u, pull=0)
             flat = [constraint for group in constraints for constraint in group]
-        M = self.formulation.mass_matrix(self.chain, q)
+        M, det = self.inertia(q)
         if not flat:
-            det = self.formulation.determinant(self.chain, q)
             return Solution(_cramer(M, r, det), self._held(mode, constraints, [], pushed))
         solve = _with_one if len(flat) == 1 else _with_two
         du, multipliers = solve(M, r, *flat)
@@ -364,8 +382,8 @@ class Modes:
 
     def response(self, row: Pair, force: Pair, q: Pair) -> Scalar:
         """Return row · M⁻¹ force: the acceleration along a row that a unit of a force gives."""
-        M = self.formulation.mass_matrix(self.chain, q)
-        x, y = _cramer(M, force, self.formulation.determinant(self.chain, q))
+        M, det = self.inertia(q)
+        x, y = _cramer(M, force, det)
         return row[0] * x + row[1] * y
 
 

@@ -203,9 +203,7 @@ class Striking:
 
     def _after(self, q: Pair, u: Pair, impulse: Pair) -> Pair:
         """Return u after a generalized impulse (N m s): M Δu = impulse."""
-        chain, formulation = self._modes.chain, self._modes.formulation
-        (M11, M12), (_, M22) = formulation.mass_matrix(chain, q)
-        det = formulation.determinant(chain, q)
+        ((M11, M12), (_, M22)), det = self._modes.inertia(q)
         Q1, Q2 = impulse
         return u[0] + (M22 * Q1 - M12 * Q2) / det, u[1] + (M11 * Q2 - M12 * Q1) / det
 
