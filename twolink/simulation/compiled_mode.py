@@ -62,6 +62,7 @@ class CompiledMode:
     """
 
     integrator: Any
+    operations: int
     numbers: int
     watches: tuple[Watch, ...]
     kind: Any
@@ -202,7 +203,8 @@ def _compiled(
         fp_type=kind,
         t_events=events,
     )
-    return CompiledMode(integrator, numbers, tuple(watched), kind, bool(rooted))
+    operations = len(integrator.decomposition) - 2 * len(variables)
+    return CompiledMode(integrator, operations, numbers, tuple(watched), kind, bool(rooted))
 
 
 def _with_parameters(effects: tuple[Any, ...]) -> tuple[Effect, ...]:

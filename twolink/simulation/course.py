@@ -198,6 +198,7 @@ class Course:
         integrator = compiled.set_to(segment)
         self.compile_seconds += perf_counter() - begun
         begun = perf_counter()
+        self.operations = max(self.operations, compiled.operations)
         if compiled.rooted:
             outcome, segment = self._integrate_rooted(compiled, segment, rooted)
         else:
@@ -264,24 +265,22 @@ class Course:
 
     def _integrate(self, integrator: Any, start: Any, until: Any) -> Any:
         """Run an integrator, keep what it finds at the times asked for, and return its outcome."""
+        wanted = self.grid[len(self.rows) : self._count_until(until)]
+        wanted = wanted[wanted <= until]
+        early, late = int((wanted <= start).sum()), int((wanted == until).sum())
+        inside = wanted[early : len(wanted) - late] if until > start else wanted[:0]
         # The first time of a grid is where the integrator stands; the last is where it shall stop.
-        done = len(self.rows)
-        ahead = [start]
-        places = []
-        for t in self.grid[done : self._count_until(until)]:
-            if t > until:
-                break
-            if start < t < until:
-                ahead.append(t)
-            places.append(len(ahead) if t == until and until > start else len(ahead) - 1)
+        ahead = np.concatenate([numbers([start], self._precision), inside, [until]])
         outcome, _, _, taken, _, values = integrator.propagate_grid(
-            np.array([*ahead, until]), max_delta_t=self._kind(self._cap)
+            ahead, max_delta_t=self._kind(self._cap)
         )
-        self.rows += [values[place][:4] for place in places if place < len(values)]
+        states = values[:, :4]
+        self.rows += [states[0]] * early
+        self.rows += list(states[1 : 1 + len(inside)])
+        if len(states) == len(ahead) and until > start:
+            self.rows += [states[-1]] * late
         self.steps += taken
         self.order = integrator.order
-        inputs_and_outputs = 2 * len(integrator.state)
-        self.operations = max(self.operations, len(integrator.decomposition) - inputs_and_outputs)
         return outcome
 
     def _change_mode(self, outcome: Any, watched: tuple[Watch, ...], start: Any) -> None:

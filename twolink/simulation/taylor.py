@@ -162,7 +162,7 @@ def taylor_run(
         u=np.array(EQUATIONS[formulation].to_speeds(compiled.chain, q, second)),
         steps=steps,
         order=integrator.order,
-        operations=len(integrator.decomposition) - 8,
+        operations=compiled.operations,
         compile_seconds=compile_seconds,
         run_seconds=run_seconds,
     )
@@ -211,6 +211,7 @@ class _Compiled:
 
     def __post_init__(self) -> None:
         self.integrator = self.make(0)
+        self.operations = len(self.integrator.decomposition) - 8
 
     def optimise(self) -> None:
         """Compile again, to the best that heyoka can do."""
