@@ -157,7 +157,7 @@ def _by_taylor(asked: _Asked) -> Trajectory:
         errors = _difference(run(longer, truncated), kept, asked)
         if errors.max() <= asked.accuracy:
             return ended(kept, errors)
-        growth = max(growth, float(errors.max()) / _truncation(truncated))
+        growth = float(errors.max()) / _truncation(truncated)
     return ended(kept, errors)
 
 
