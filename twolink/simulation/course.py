@@ -11,8 +11,6 @@ from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
-import numpy as np
-
 from twolink import kane, lagrange
 from twolink.arithmetic import Pair
 from twolink.directions import Direction
@@ -21,10 +19,12 @@ from twolink.errors import SimulationError
 from twolink.nonsmooth import Cushion, DryFriction, Element, Obstacle
 from twolink.scene import Scene
 from twolink.simulation.compiled_mode import Segment, compiled_mode
+from twolink.simulation.constrained import rests, same_way
+from twolink.simulation.following import Following
 from twolink.simulation.mode import Impact, Mode, State
-from twolink.simulation.modes import Modes, rests, same_way
+from twolink.simulation.modes import Modes
 from twolink.simulation.striking import Striking
-from twolink.simulation.taylor import heyoka, number_type, numbers, rounding
+from twolink.simulation.taylor import heyoka, number_type, rounding
 from twolink.simulation.watching import Kind, Watch
 
 # Modes that follow each other without time passing: more would go on for ever.
@@ -32,9 +32,6 @@ _MOST_AT_ONCE = 8
 
 # The moment for which what has just begun to move is not watched, in longest steps.
 _UNWATCHED = 1e-5
-
-# An end that the variable of integration never comes to: an event ends it.
-_FOR_EVER = 1e9
 
 # A press is followed for so long (s) at a time. heyoka's steps are as good as the largest of all
 # that is computed beside them, and the time that is left is computed too.
@@ -67,8 +64,7 @@ class Course:
         self._text, self._chain = text, scene.equipped.convert(kind)
         self._breaks = [kind(t) for t in breaks(scene.effects) if t > 0]
         self._take_up_effects(0.0)
-        self.grid = numbers(times, precision)
-        self._plain_grid = np.asarray(times, dtype=float)
+        self.following = Following(times, precision, cap)
         self._q: Pair = (kind(scene.q[0]), kind(scene.q[1]))
         self._u: Pair = (kind(scene.u[0]), kind(scene.u[1]))
         self._now = kind(0)
@@ -86,11 +82,10 @@ class Course:
         self._roots: dict[int, Any] = {}
         self._guards: dict[Watch, Any] = {}
         self._at_once = 0
-        self.rows: list[Any] = []
         self.segments: list[Segment] = []
         self.impacts: list[Impact] = []
         self.notes: list[str] = []
-        self.steps = self.order = self.operations = 0
+        self.operations = 0
         self.compile_seconds = self.run_seconds = 0.0
         self._begin()
 
@@ -108,7 +103,7 @@ class Course:
     @property
     def done(self) -> bool:
         """Whether the last time is reached."""
-        return bool(self._now >= self.grid[-1])
+        return bool(self._now >= self.following.end)
 
     def _begin(self) -> None:
         """Refuse a start inside an obstacle, and strike what is run into at once."""
@@ -171,7 +166,7 @@ class Course:
         """Follow the motion to the end of its mode, or to the last time."""
         self._check_outside()
         self._guards = {watch: t for watch, t in self._guards.items() if t > self._now}
-        until = min([self.grid[-1], *self._guards.values(), *self._breaks[:1]])
+        until = min([self.following.end, *self._guards.values(), *self._breaks[:1]])
         if self._now < self._horizon:
             until = min(until, self._horizon)
         if any(self._is_rooted(index) for index in self._roots):
@@ -200,9 +195,12 @@ class Course:
         begun = perf_counter()
         self.operations = max(self.operations, compiled.operations)
         if compiled.rooted:
-            outcome, segment = self._integrate_rooted(compiled, segment, rooted)
+            outcome, segment = self.following.in_root_time(compiled, segment)
+            self._now = segment.end
+            for place, index in enumerate(rooted, start=4 + len(free)):
+                self._roots[index] = integrator.state[place]
         else:
-            outcome = self._integrate(integrator, start, until)
+            outcome = self.following.in_time(integrator, start, until)
             self._now = self._kind(integrator.time)
         self.run_seconds += perf_counter() - begun
         q1, q2, u1, u2 = integrator.state[:4]
@@ -212,9 +210,7 @@ class Course:
         self.segments.append(replace(segment, end=self._now))
         if outcome != heyoka().taylor_outcome.time_limit:
             self._change_mode(outcome, compiled.watches, start)
-            if self.rows and self.grid[len(self.rows) - 1] == self._now:
-                # A sample at the very instant of an event is what comes after it.
-                self.rows[-1] = np.array([*self._q, *self._u])
+            self.following.correct(self._now, (*self._q, *self._u))
         elif self._breaks and self._now >= self._breaks[0]:
             self._take_up_effects(float(self._breaks.pop(0)))
             self._settle()
@@ -223,31 +219,6 @@ class Course:
     def _is_rooted(self, index: int) -> bool:
         element = self._modes.elements[index]
         return isinstance(element, Cushion) and element.law.rooted
-
-    def _integrate_rooted(
-        self, compiled: Any, segment: Segment, rooted: list[int]
-    ) -> tuple[Any, Segment]:
-        """Follow a motion that presses rooted cushions, and return its outcome and its segment."""
-        integrator = compiled.integrator
-        outcome, _, _, taken, *_ = integrator.propagate_until(self._kind(_FOR_EVER))
-        self.steps += taken
-        self.order = integrator.order
-        first = 4 + len(self._free())
-        for place, index in enumerate(rooted):
-            self._roots[index] = integrator.state[first + place]
-        ended = -int(outcome.value) - 1 == len(compiled.watches)
-        self._now = segment.end if ended else segment.start + integrator.state[-1]
-        followed = replace(segment, end=self._now, last=integrator.time)
-        state = [*integrator.state]
-        wanted = [t for t in self.grid[len(self.rows) :] if t <= self._now]
-        if wanted:
-            self.rows += list(compiled.output(followed, self._cap)(np.array(wanted)).T)
-            integrator.state[:] = state
-        return (heyoka().taylor_outcome.time_limit if ended else outcome), followed
-
-    def _count_until(self, until: Any) -> int:
-        """Return how many of the times asked for are not after a time."""
-        return int(np.searchsorted(self._plain_grid, float(until), side="right"))
 
     def _check_outside(self) -> None:
         """Refuse to go on inside an obstacle: an impact that was missed is not passed over."""
@@ -262,26 +233,6 @@ class Course:
                     f"{element.name}: at {float(self._now):.9g} s it is {-float(gap):.3g} inside, "
                     "which must not be; allowed are scenes whose contact can be followed"
                 )
-
-    def _integrate(self, integrator: Any, start: Any, until: Any) -> Any:
-        """Run an integrator, keep what it finds at the times asked for, and return its outcome."""
-        wanted = self.grid[len(self.rows) : self._count_until(until)]
-        wanted = wanted[wanted <= until]
-        early, late = int((wanted <= start).sum()), int((wanted == until).sum())
-        inside = wanted[early : len(wanted) - late] if until > start else wanted[:0]
-        # The first time of a grid is where the integrator stands; the last is where it shall stop.
-        ahead = np.concatenate([numbers([start], self._precision), inside, [until]])
-        outcome, _, _, taken, _, values = integrator.propagate_grid(
-            ahead, max_delta_t=self._kind(self._cap)
-        )
-        states = values[:, :4]
-        self.rows += [states[0]] * early
-        self.rows += list(states[1 : 1 + len(inside)])
-        if len(states) == len(ahead) and until > start:
-            self.rows += [states[-1]] * late
-        self.steps += taken
-        self.order = integrator.order
-        return outcome
 
     def _change_mode(self, outcome: Any, watched: tuple[Watch, ...], start: Any) -> None:
         """Go on after what was watched for has come to pass."""

@@ -106,7 +106,8 @@ def event_run(
         course.advance()
         if progress is not None:
             progress(course.now / scene.duration)
-    states = np.array(course.rows, dtype=course.grid.dtype).T
+    followed = course.following
+    states = np.array(followed.rows, dtype=followed.grid.dtype).T
     return EventRun(
         scene=scene,
         formulation=formulation,
@@ -114,8 +115,8 @@ def event_run(
         longest_step=cap,
         q=states[:2],
         u=states[2:],
-        steps=course.steps,
-        order=course.order,
+        steps=followed.steps,
+        order=followed.order,
         operations=course.operations,
         compile_seconds=course.compile_seconds,
         run_seconds=course.run_seconds,

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import product
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from twolink.arithmetic import Matrix, Pair, Scalar, sqrt
 from twolink.chain import Chain
@@ -22,13 +22,20 @@ from twolink.effects import Effect, nonsmooth, smooth_loads
 from twolink.errors import SimulationError
 from twolink.loads import Force, Load, Loads, Torque
 from twolink.nonsmooth import Cushion, DryFriction, Obstacle
+from twolink.simulation.constrained import (
+    Constraint,
+    cramer,
+    parallel,
+    rests,
+    same_way,
+    solved_with_one,
+    solved_with_two,
+)
 from twolink.simulation.mode import Mode, State
 
 # Two constraints bring the chain to rest; with more of them their forces are open.
 _MOST_CONSTRAINTS = 2
 
-# Rows that are more nearly parallel than this bar the same motion, but for rounding.
-_PARALLEL = 1e-9
 
 # The rate (1/s) at which what has left its constraint by rounding is pulled back.
 _PULL = 8.0
@@ -37,17 +44,6 @@ _PULL = 8.0
 _KEPT = 1e-9
 # Accelerations that differ by more than this part of those of a free chain are others.
 _OTHER = 1e-6
-
-# A speed below this part of its terms is the rounding of an exact zero.
-_AT_REST = 1e-14
-
-
-class Constraint(NamedTuple):
-    """row · du + drift = 0, kept up by a multiple λ ≥ 0 or < 0 of the generalized force `force`."""
-
-    row: Pair
-    drift: Scalar
-    force: Pair
 
 
 class Held(NamedTuple):
@@ -131,8 +127,8 @@ class Modes:
             flat = [constraint for group in constraints for constraint in group]
         M, det = self.inertia(q)
         if not flat:
-            return Solution(_cramer(M, r, det), self._held(mode, constraints, [], pushed))
-        solve = _with_one if len(flat) == 1 else _with_two
+            return Solution(cramer(M, r, det), self._held(mode, constraints, [], pushed))
+        solve = solved_with_one if len(flat) == 1 else solved_with_two
         du, multipliers = solve(M, r, *flat)
         return Solution(du, self._held(mode, constraints, multipliers, pushed))
 
@@ -325,7 +321,7 @@ class Modes:
         acceleration that has the wrong sign counts as the force that would be missing.
         """
         flat = [c for group in self._constraints(mode, q, u) for c in group]
-        if len(flat) > _MOST_CONSTRAINTS or _parallel(flat):
+        if len(flat) > _MOST_CONSTRAINTS or parallel(flat):
             return float("inf")
         du, held = self.solution(mode, q, u, t)
         faults = [0.0]
@@ -383,14 +379,8 @@ class Modes:
     def response(self, row: Pair, force: Pair, q: Pair) -> Scalar:
         """Return row · M⁻¹ force: the acceleration along a row that a unit of a force gives."""
         M, det = self.inertia(q)
-        x, y = _cramer(M, force, det)
+        x, y = cramer(M, force, det)
         return row[0] * x + row[1] * y
-
-
-def rests(row: Pair, u: Pair) -> bool:
-    """Return whether the speed row · u is zero, but for the rounding of its terms."""
-    first, second = row[0] * u[0], row[1] * u[1]
-    return bool(abs(first + second) <= _AT_REST * (abs(first) + abs(second)))
 
 
 def _scaled(load: Load, factor: Scalar) -> Load:
@@ -398,58 +388,3 @@ def _scaled(load: Load, factor: Scalar) -> Load:
         return Torque(load.link, factor * load.moment)
     x, y = load.components
     return Force(load.point, (factor * x, factor * y))
-
-
-def _cramer(M: Any, r: Pair, det: Scalar) -> Pair:
-    (M11, M12), (_, M22) = M
-    return (M22 * r[0] - M12 * r[1]) / det, (M11 * r[1] - M12 * r[0]) / det
-
-
-def _with_one(M: Any, r: Pair, constraint: Constraint) -> tuple[Pair, list[Scalar]]:
-    """Return du and λ of M du = r + λ force, row · du = −drift.
-
-    du is what the drift demands, along the row, and a motion across it, which the equation of
-    motion across the force gives: so what a constraint bars is exactly zero.
-    """
-    (M11, M12), (_, M22) = M
-    (x, y), drift, (X, Y) = constraint
-    long = x * x + y * y
-    barred = -drift * x / long, -drift * y / long
-    rest = (
-        r[0] - M11 * barred[0] - M12 * barred[1],
-        r[1] - M12 * barred[0] - M22 * barred[1],
-    )
-    # Across the row is (y, −x), across the force (Y, −X).
-    along = (Y * rest[0] - X * rest[1]) / (Y * (M11 * y - M12 * x) - X * (M12 * y - M22 * x))
-    du = barred[0] + along * y, barred[1] - along * x
-    missing = M11 * du[0] + M12 * du[1] - r[0], M12 * du[0] + M22 * du[1] - r[1]
-    return du, [(X * missing[0] + Y * missing[1]) / (X * X + Y * Y)]
-
-
-def _with_two(M: Any, r: Pair, one: Constraint, two: Constraint) -> tuple[Pair, list[Scalar]]:
-    """Return du and both λ of M du = r + Σ λ force, each row · du = −drift."""
-    (M11, M12), (_, M22) = M
-    (x1, y1), drift1, (X1, Y1) = one
-    (x2, y2), drift2, (X2, Y2) = two
-    rows = x1 * y2 - x2 * y1
-    du = (y1 * drift2 - y2 * drift1) / rows, (x2 * drift1 - x1 * drift2) / rows
-    missing = M11 * du[0] + M12 * du[1] - r[0], M12 * du[0] + M22 * du[1] - r[1]
-    forces = X1 * Y2 - X2 * Y1
-    return du, [
-        (Y2 * missing[0] - X2 * missing[1]) / forces,
-        (X1 * missing[1] - Y1 * missing[0]) / forces,
-    ]
-
-
-def _parallel(constraints: list[Constraint]) -> bool:
-    """Return whether two constraints bar the same motion."""
-    if len(constraints) < 2:
-        return False
-    return same_way(constraints[0].row, constraints[1].row)
-
-
-def same_way(first: Pair, second: Pair) -> bool:
-    """Return whether two rows are parallel, but for rounding."""
-    x1, y1, x2, y2 = (float(entry) for entry in (*first, *second))
-    size = (abs(x1) + abs(y1)) * (abs(x2) + abs(y2))
-    return abs(x1 * y2 - x2 * y1) <= _PARALLEL * size

@@ -10,8 +10,9 @@ from twolink.arithmetic import Pair, Scalar
 from twolink.directions import Direction, JointDirection
 from twolink.impacts import Impulse, Response, rough_impulse, smooth_impulse
 from twolink.nonsmooth import Obstacle
+from twolink.simulation.constrained import rests, same_way
 from twolink.simulation.mode import BOUNCES_DIE_AWAY, Impact
-from twolink.simulation.modes import Modes, rests, same_way
+from twolink.simulation.modes import Modes
 
 # Impacts that answer each other at one instant; more than these have come to nothing.
 _MOST_IMPACTS = 1000
