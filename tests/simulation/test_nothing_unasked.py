@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.end_drag import EndDrag
 from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
@@ -18,6 +19,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.effects.motor_inertia import MotorInertia
 from twolink.effects.pd_control import PdControl
 from twolink.effects.sampled_torque import SampledTorque
+from twolink.effects.surface import Surface
 from twolink.scene import Scene
 from twolink.shipped import shipped
 from twolink.simulation.effects_cost import effects_cost
@@ -36,6 +38,8 @@ EFFECTS = (
     JointFriction((0.1, 0.1)),
     JointSpring((4.0, 3.0)),
     JointStop("A", upper=3.0),
+    Surface((0.0, 1.5), (0.0, -1.0), friction=0.3, restitution=0.5),
+    CompliantSurface((0.0, 1.5), (0.0, -1.0), "hertz", 1e5),
     PdControl((0.4, 0.8), (20.0, 10.0), (2.0, 1.0)),
     MotorInertia((0.1, 0.1), (2.0, 2.0)),
     EndDrag(0.6),
