@@ -169,3 +169,13 @@ def test_bad_cushions_are_refused(options, words):
     values = {"point": (0.0, 1.0), "normal": (0.0, -1.0), "law": "kelvin-voigt", "stiffness": 1.0}
     with pytest.raises(ParameterError, match=words):
         CompliantSurface(**{**values, **options})
+
+
+@pytest.mark.parametrize(("law", "stiffness", "loss"), CASES)
+def test_works_close_the_balance_through_contact(law, stiffness, loss):
+    start = scene(Gravity(), floor(law, stiffness, loss, friction=0.3, height=1.2), q=(0.3, -0.2))
+    trajectory = simulate(start)
+    works, T = trajectory.work(), trajectory.kinetic_energy
+    # Hunt and Crossley's force also has the rate as a factor, and a kink in its slope at the end.
+    allowed = 1e-6 if law == "hunt-crossley" else 1e-10
+    assert sum(works.values()) == pytest.approx(T - T[0], abs=allowed)

@@ -20,8 +20,9 @@ from twolink.nonsmooth import DryFriction
 from twolink.scene import Scene
 from twolink.simulation.mode import Event, Impact, Mode
 
-# Between two samples the motion is a polynomial or two of some twentieth degree.
-_NODES = 16
+# Between two samples the motion is a polynomial or two of some twentieth degree, in time or, where
+# a contact begins or ends, in its square root.
+_NODES = 24
 
 Array = NDArray[np.float64]
 Dense = Callable[[Array], tuple[Any, Any]]
@@ -197,17 +198,17 @@ class Trajectory:
         polynomials, and impacts take what they take: the sum of all is the change of T to rounding.
         Raises `SimulationError` for methods without polynomials.
         """
-        nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+        nodes, weights = _nodes_and_weights()
         # The power may have kinks where a mode begins: no piece reaches over one.
         jumps = [t for t in breaks(self.scene.effects) if self.t[0] < t < self.t[-1]]
         kinks = [*(e.entered for e in self.events), *(i.time for i in self.impacts), *jumps]
         edges = np.union1d(self.t, kinks)
-        half = np.diff(edges)[:, None] / 2
-        moments = edges[:-1, None] + half * (1 + nodes)
+        widths = np.diff(edges)[:, None]
+        moments = edges[:-1, None] + widths * nodes
         q, u = self.at(moments.ravel())
         found: dict[str, Array] = {}
         for number, (effect, power) in enumerate(self._powers(moments.ravel(), q, u)):
-            pieces = (half * weights * power.reshape(moments.shape)).sum(axis=1)
+            pieces = (widths * weights * power.reshape(moments.shape)).sum(axis=1)
             name = type(effect).__name__
             key = name if name not in found else f"{name} {number + 1}"
             total = np.concatenate([[0.0], np.cumsum(pieces)])[np.searchsorted(edges, self.t)]
@@ -280,3 +281,13 @@ class Trajectory:
         from twolink.simulation.storage import load
 
         return load(Path(path))
+
+
+def _nodes_and_weights() -> tuple[Array, Array]:
+    """Return nodes in (0, 1) and weights that sum up to 1, for functions with roots at both ends.
+
+    They are Gauss's in x, with the place 3x² − 2x³: then (place)^{3/2} is a polynomial in x.
+    """
+    x, weights = np.polynomial.legendre.leggauss(_NODES)
+    x, weights = (1 + x) / 2, weights / 2
+    return x * x * (3 - 2 * x), weights * 6 * x * (1 - x)
