@@ -374,7 +374,7 @@ class Course:
         for index, element in enumerate(self._modes.elements):
             choices[index] = (known[index],) if index in known else self._choices(index, element)
         modes, kept = self._modes.consistent(self._q, self._u, self._now, choices)
-        if not kept and self._wedge(modes[0], choices):
+        if not kept and self._wedge(choices):
             return
         self._mode = self._mode if self._mode in modes else modes[0]
         self._say_if_open_to_choice(modes)
@@ -389,7 +389,7 @@ class Course:
                 self._guards[Watch(Kind.HITS, index)] = soon
         self._keep_touched()
 
-    def _wedge(self, mode: Mode, choices: dict[int, tuple[State, ...]]) -> bool:
+    def _wedge(self, choices: dict[int, tuple[State, ...]]) -> bool:
         """Strike what slides on an obstacle that wedges it, and return whether there is any.
 
         Neither leaving nor sliding on is possible (Painlevé). What theory prescribes is an impact
@@ -401,9 +401,12 @@ class Course:
                 self._u = self._striking.without_speed(index, self._q, self._u)
                 impact, self._u = self._striking.impact(index, self._q, self._u, float(self._now))
                 self.impacts.append(impact)
-                self._touched = self._touched if impact.speeds[1] == 0 else self._touched - {index}
+                leaves = impact.speeds[1] != 0
+                if leaves:
+                    self._touched.discard(index)
                 self._enter({})
-                self._rebound(index) if index not in self._touched else None
+                if leaves:
+                    self._rebound(index)
                 return True
         return False
 
