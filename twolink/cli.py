@@ -6,6 +6,7 @@ import json
 import math
 import os
 import sys
+from collections.abc import Callable
 from dataclasses import asdict
 from enum import StrEnum
 from io import TextIOWrapper
@@ -72,6 +73,13 @@ def verify(
             help="Allow a plane of motion that is not vertical; gravity's part in it acts.",
         ),
     ] = False,
+    contact: Annotated[
+        bool,
+        typer.Option(
+            "--contact",
+            help="Compare contact at D instead: impacts, what holds D on a surface, a given force.",
+        ),
+    ] = False,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the verdict to this file as JSON.")
     ] = None,
@@ -87,10 +95,10 @@ def verify(
         _refuse(f"--seed is {seed}; allowed is zero or a positive whole number")
     _check_target("--json", json_file)
     try:
-        verdict = _verdict(urdf, states, seed, formulation, tip, oblique_gravity)
+        verdict = _verdict(urdf, states, seed, formulation, tip, oblique_gravity, contact)
     except TwolinkError as error:
         _refuse(str(error))
-    _print_verdict(verdict)
+    _print_verdict(verdict, contact)
     if json_file is not None:
         _write_json(json_file, verdict)
     if not verdict.passed:
@@ -104,6 +112,7 @@ def _verdict(
     formulation: FormulationName | None,
     tip: str | None,
     oblique_gravity: bool,
+    contact: bool,
 ) -> Verdict:
     """Run the verification under a progress bar."""
     from rich.console import Console
@@ -111,9 +120,9 @@ def _verdict(
 
     from twolink.shipped import shipped
     from twolink.urdf import read_planar_urdf
-    from twolink.verification import verify
     from twolink.verification.jointspace import FORMULATIONS
 
+    compare = _comparing(contact)
     read = read_planar_urdf(
         urdf or shipped("twolink.urdf"), tip=tip, oblique_gravity=oblique_gravity
     )
@@ -121,7 +130,7 @@ def _verdict(
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(f"comparing at {states} states", total=1.0)
-        return verify(
+        return compare(
             read,
             states=states,
             seed=seed,
@@ -130,7 +139,18 @@ def _verdict(
         )
 
 
-def _print_verdict(verdict: Verdict) -> None:
+def _comparing(contact: bool) -> Callable[..., Verdict]:
+    """Return what compares the equations of motion, or contact at D."""
+    if contact:
+        from twolink.verification.contact import verify_contact
+
+        return verify_contact
+    from twolink.verification import verify
+
+    return verify
+
+
+def _print_verdict(verdict: Verdict, contact: bool) -> None:
     """Print what was compared, and the sentence that sums it up."""
     from rich.console import Console
 
@@ -139,8 +159,9 @@ def _print_verdict(verdict: Verdict) -> None:
     motion = [c for c in verdict.comparisons if c.source == "Section 6.1"]
     dynamics = [c for c in verdict.comparisons if c.source != "Section 6.1"]
     wide = console.width >= _WIDE
-    console.print(_table("Equations of motion", dynamics, wide))
-    console.print(_table("Motion of the points", motion, wide))
+    console.print(_table("Contact at D" if contact else "Equations of motion", dynamics, wide))
+    if motion:
+        console.print(_table("Motion of the points", motion, wide))
     console.print(
         "d/n: the largest difference is d units in the last place of what was summed;\n"
         "in that state two correct computations may differ by n.\n"
@@ -353,7 +374,9 @@ def _print_trajectory(trajectory: Trajectory) -> None:
     table.add_column()
     # As many decimals as are right.
     decimals = max(0, min(15, int(-math.log10(trajectory.error))))
-    q, u = ([f"{x:.{decimals}f}" for x in pair[:, -1]] for pair in (trajectory.q, trajectory.u))
+    q, u = (
+        [f"{x + 0.0:.{decimals}f}" for x in pair[:, -1]] for pair in (trajectory.q, trajectory.u)
+    )
     rows = {
         "simulated": f"{scene.duration:g} s with {', '.join(trajectory.effects) or 'no effects'}",
         "method": f"{trajectory.method} on {trajectory.formulation}, {trajectory.precision}",

@@ -63,13 +63,18 @@ def rough_impulse(
     friction: Scalar,
     restitution: Scalar,
     law: str,
+    determinant: Scalar | None = None,
 ) -> Impulse:
     """Return the impulse on a point that comes in at `normal_speed` ≤ 0 (m/s).
+
+    `determinant` is that of G, where it is known better than as a difference: (det J)²/det M.
 
     At 0, which an impact without collision has (Painlevé), friction alone drives the compression.
     """
     if law == "newton":
-        return _newtons_impulse(normal_speed, tangential_speed, response, friction, restitution)
+        G = response
+        det = G.nn * G.tt - G.nt * G.nt if determinant is None else determinant
+        return _newtons_impulse(normal_speed, tangential_speed, G, det, friction, restitution)
     phases, regime = _phases(tangential_speed, response, friction)
     ends = {"newton-routh": _newtons_end, "poisson": _poissons_end, "stronge": _stronges_end}
     return _summed(phases, regime, ends[law](phases, normal_speed, restitution))
@@ -84,10 +89,11 @@ def _summed(phases: tuple[_Phase, _Phase], regime: tuple[str, str], p: Scalar) -
     return Impulse(p, tangential, regime[0] if slid else regime[1])
 
 
-def _newtons_impulse(v_n: Scalar, v_t: Scalar, G: Response, mu: Scalar, e: Scalar) -> Impulse:
+def _newtons_impulse(
+    v_n: Scalar, v_t: Scalar, G: Response, det: Scalar, mu: Scalar, e: Scalar
+) -> Impulse:
     """Return the impulse after which v_n is −e v_n, by Coulomb's law of the whole impulse."""
     needed = -(1 + e) * v_n
-    det = G.nn * G.tt - G.nt * G.nt
     # Sticking: both velocities are known, and so are both impulses.
     normal, tangential = (G.tt * needed + G.nt * v_t) / det, (-G.nn * v_t - G.nt * needed) / det
     if normal >= 0 and abs(tangential) <= mu * normal:

@@ -238,3 +238,18 @@ def test_bad_surfaces_are_refused(options, words):
 def test_a_start_inside_is_refused():
     with pytest.raises(SimulationError, match=r"D on floor: the scene starts 0\.09\d* inside"):
         simulate(scene(Gravity(), floor(0.0), q=(0.1, 0.0)))
+
+
+@pytest.mark.parametrize("bend", [1e-3, 1e-5, 1e-7])
+@pytest.mark.parametrize("law", ["newton", "stronge"])
+def test_an_impact_that_sticks_near_a_straight_pose(law, bend):
+    """e = 0 and no sliding: both speeds of D are zero, so the chain is at rest."""
+    q = (0.6, 0.6 + bend)
+    height = math.sin(q[0]) + math.sin(q[1])
+    rough = floor(height, friction=50.0, law=law)
+    start = scene(rough, q=q, u=(0.4, 0.3), duration=0.01)
+    impact = simulate(start, accuracy=1e-6).impacts[0]
+    assert impact.regime.endswith("sticks")
+    # Rounding of D's speed, through the short lever that is left of the bend.
+    assert np.abs(impact.u[1]).max() <= 1e-14 / bend
+    assert impact.energy_change < 0

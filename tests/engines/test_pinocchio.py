@@ -124,6 +124,81 @@ def test_both_joint_types_answer_alike(state):
     )
 
 
+def normals_and_tangents(count):
+    """Unit vectors at random, and a quarter turn from them: shape (count, 2, N)."""
+    angle = np.linspace(-3, 3, N)
+    x, y = np.cos(angle), np.sin(angle)
+    return np.array([[x, y], [-y, x]][:count])
+
+
+def rows_along(engine, along, angles):
+    return np.einsum("kpn,pcn->kcn", along, engine.jacobian("D", angles))
+
+
+def times(matrices, vectors):
+    return np.einsum("ijn,jn->in", matrices, vectors)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_an_impact_keeps_the_laws_it_is_made_of(engine, state, count):
+    """M (v⁺ − v) = Jᵀ Λ and J v⁺ = −e J v."""
+    angles, speeds, _, _ = state
+    along, e = normals_and_tangents(count), np.linspace(0, 1, N)
+    solution = engine.impact(angles, speeds, along, e)
+    impulses, after = solution[:count], solution[count:]
+    rows = rows_along(engine, along, angles)
+    given = times(rows.swapaxes(0, 1), impulses)
+    change = times(engine.mass_matrix(angles), after - speeds)
+    assert change == pytest.approx(given, rel=1e-9, abs=1e-10)
+    assert times(rows, after) == pytest.approx(-e * times(rows, speeds), rel=1e-9, abs=1e-10)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_what_is_held_does_not_accelerate(engine, state, count):
+    """Inverse dynamics with the force on D gives back the torques, and D stays along the rows."""
+    angles, speeds, _, torques = state
+    along = normals_and_tangents(count)
+    solution = engine.held(angles, speeds, torques, along)
+    forces, accelerations = solution[:count], solution[count:]
+    on_D = np.einsum("kpn,kn->pn", along, forces)
+    needed = engine.inverse_dynamics(angles, speeds, accelerations, on_D)
+    assert needed == pytest.approx(torques, rel=1e-9, abs=1e-10)
+    _, _, acceleration = engine.point_motion("D", angles, speeds, accelerations)
+    assert np.einsum("kpn,pn->kn", along, acceleration) == pytest.approx(0, abs=1e-9)
+
+
+def test_the_newer_constrained_dynamics_agrees(engine, state):
+    """`constraintDynamics` holds a point as a whole, with Jacobian and drift of its own."""
+    angles, speeds, _, torques = state
+    pin, model = pytest.importorskip("pinocchio"), engine.model
+    frame = model.frames[model.getFrameId("twolink D")]
+    models = pin.StdVec_RigidConstraintModel()
+    models.append(
+        pin.RigidConstraintModel(
+            pin.ContactType.CONTACT_3D, model, frame.parentJoint, frame.placement
+        )
+    )
+    datas = pin.StdVec_RigidConstraintData()
+    datas.append(models[0].createData())
+    data = model.createData()
+    pin.initConstraintDynamics(model, data, models, datas)
+    settings = pin.ProximalSettings(1e-14, 1e-14, 1e-8, 100)
+    solution = engine.held(angles, speeds, torques, normals_and_tangents(2))
+    for index, q in enumerate(engine._configurations(angles)):
+        now = speeds[:, index], torques[:, index]
+        accelerations = pin.constraintDynamics(model, data, q, *now, models, datas, settings)
+        assert accelerations == pytest.approx(solution[2:, index], rel=1e-6, abs=1e-6)
+        force = np.linalg.norm(datas[0].contact_force.linear)
+        assert force == pytest.approx(np.hypot(*solution[:2, index]), rel=1e-6)
+
+
+def test_forward_dynamics_hears_of_the_force_on_D(engine, state):
+    angles, speeds, accelerations, force = state
+    torques = engine.inverse_dynamics(angles, speeds, accelerations, force)
+    found = engine.forward_dynamics(angles, speeds, torques, force)
+    assert found == pytest.approx(accelerations, rel=1e-9, abs=1e-11)
+
+
 def test_sizes_are_those_in_space():
     sizes = Pinocchio(parse_planar_urdf(GENERAL.to_urdf())).sizes
     assert sizes.length == GENERAL.L1

@@ -165,3 +165,14 @@ def test_not_a_number_is_seen(urdf, engine, monkeypatch):
     monkeypatch.setattr(kane, "kinetic_energy", lambda chain, q, u: u[0] / (u[0] - u[0]))
     with pytest.warns(RuntimeWarning):
         assert not verify(urdf, states=STATES, engine=engine).passed
+
+
+def test_infinity_is_seen(urdf, engine, monkeypatch):
+    """The tolerance of accelerations grows with those found: infinite ones are not within it."""
+    monkeypatch.setattr(
+        kane, "forward_dynamics", lambda chain, q, u, loads: (q[0] / (q[0] - q[0]), q[1])
+    )
+    with pytest.warns(RuntimeWarning):
+        verdict = verify(urdf, states=STATES, engine=engine)
+    failed = {(c.quantity, c.against) for c in verdict.comparisons if not c.passed}
+    assert {("forward dynamics", engine.name), ("forward dynamics", "Lagrange")} <= failed

@@ -17,6 +17,11 @@ from twolink.urdf import PlanarUrdf
 # and two joints; CRBA and ABA have shorter or like paths.
 _ROUNDINGS = 2 * 58
 
+# From there through a contact: a Jacobian's row along a direction (8), or the factors U D Uᵀ of M
+# (5); then both into J M⁻¹ Jᵀ (6) and its Cholesky factor (5), the solution for the force by two
+# triangles (7), and for the motion by U, D and Uᵀ with the free motion added (8).
+_CONTACT_ROUNDINGS = _ROUNDINGS + 8 + 6 + 5 + 7 + 8
+
 
 class Pinocchio:
     """Pinocchio with a chain's URDF loaded; see `twolink.engines.Engine` for shapes and units.
@@ -26,6 +31,7 @@ class Pinocchio:
     """
 
     roundings = _ROUNDINGS
+    contact_roundings = _CONTACT_ROUNDINGS
 
     def __init__(self, urdf: PlanarUrdf) -> None:
         """Load the very text that the URDF reader read."""
@@ -123,15 +129,62 @@ class Pinocchio:
 
         return _each((2,), with_force, *motion, _rows(end_force))
 
-    def forward_dynamics(self, angles: Array, speeds: Array, torques: Array) -> Array:
-        """Return `aba`."""
+    def forward_dynamics(
+        self, angles: Array, speeds: Array, torques: Array, end_force: Array | None = None
+    ) -> Array:
+        """Return `aba`, with the force on D as `fext` when there is one."""
         aba, model, data = self._pin.aba, self._model, self._data
+        state = (self._configurations(angles), _rows(speeds), _rows(torques))
+        if end_force is None:
+            return _each((2,), lambda q, v, tau: aba(model, data, q, v, tau), *state)
+
+        def with_force(q: Array, v: Array, tau: Array, force: Array) -> Array:
+            return aba(model, data, q, v, tau, self._external_forces(q, force))
+
+        return _each((2,), with_force, *state, _rows(end_force))
+
+    def impact(self, angles: Array, speeds: Array, directions: Array, restitution: Array) -> Array:
+        """Return `impulseDynamics` with the mass matrix of `crba`."""
+        pin, model, data = self._pin, self._model, self._data
+
+        def struck(q: Array, v: Array, jacobian: Array, e: float) -> Array:
+            pin.crba(model, data, q)
+            after = pin.impulseDynamics(model, data, v, jacobian, e, 0.0)
+            return np.concatenate([data.impulse_c, after])
+
         return _each(
-            (2,),
-            lambda q, v, tau: aba(model, data, q, v, tau),
+            (len(directions) + 2,),
+            struck,
+            self._configurations(angles),
+            _rows(speeds),
+            self._jacobians_along(directions, angles),
+            restitution,
+        )
+
+    def held(self, angles: Array, speeds: Array, torques: Array, directions: Array) -> Array:
+        """Return `forwardDynamics` with Jacobian and drift, `crba` and `nonLinearEffects`.
+
+        The newer `constraintDynamics` knows points and frames that are held as wholes. It has no
+        single row; and of a point's three rows one is zero in the plane, which it could only solve
+        by iterations.
+        """
+        pin, model, data = self._pin, self._model, self._data
+        _, _, drift = self.point_motion("D", angles, speeds, np.zeros_like(speeds))
+
+        def constrained(q: Array, v: Array, tau: Array, jacobian: Array, gamma: Array) -> Array:
+            pin.crba(model, data, q)
+            pin.nonLinearEffects(model, data, q, v)
+            accelerations = pin.forwardDynamics(model, data, tau, jacobian, gamma, 0.0)
+            return np.concatenate([data.lambda_c, accelerations])
+
+        return _each(
+            (len(directions) + 2,),
+            constrained,
             self._configurations(angles),
             _rows(speeds),
             _rows(torques),
+            self._jacobians_along(directions, angles),
+            _rows(np.einsum("kpn,pn->kn", directions, drift)),
         )
 
     def inverse_dynamics_derivatives(
@@ -215,6 +268,11 @@ class Pinocchio:
             self._configurations(angles),
         )
         return np.einsum("pw,wcn->pcn", self._plane, jacobians)
+
+    def _jacobians_along(self, directions: Array, angles: Array) -> Array:
+        """Return the rows of D's Jacobian along directions, state by state: shape (n, k, 2)."""
+        rows = np.einsum("kpn,pcn->nkc", directions, self.jacobian("D", angles))
+        return np.ascontiguousarray(rows)
 
     def _inertia(self, link: int) -> Any:
         return self._model.inertias[self._joints[link]]

@@ -40,6 +40,10 @@ class Engine(Protocol):
         """The most operations on any path from a state to an answer."""
 
     @property
+    def contact_roundings(self) -> int:
+        """The same where the forces of constraints are solved for as well."""
+
+    @property
     def sizes(self) -> Sizes:
         """The sizes of the numbers that the engine computes with."""
 
@@ -60,8 +64,10 @@ class Engine(Protocol):
     ) -> Array:
         """Return the joint torques (N m), shape (2, n), under gravity and a force on D (N)."""
 
-    def forward_dynamics(self, angles: Array, speeds: Array, torques: Array) -> Array:
-        """Return the joint accelerations (rad/s²), shape (2, n), under gravity."""
+    def forward_dynamics(
+        self, angles: Array, speeds: Array, torques: Array, end_force: Array | None = None
+    ) -> Array:
+        """Return the joint accelerations (rad/s²), shape (2, n), under gravity and a force on D."""
 
     def inverse_dynamics_derivatives(
         self, angles: Array, speeds: Array, accelerations: Array
@@ -88,3 +94,19 @@ class Engine(Protocol):
 
     def jacobian(self, point: str, angles: Array) -> Array:
         """Return ∂(x, y)/∂θ of a point (m), shape (2, 2, n): component, coordinate, state."""
+
+    def impact(self, angles: Array, speeds: Array, directions: Array, restitution: Array) -> Array:
+        """Return what an impact on D gives, and the joint speeds (rad/s) after it.
+
+        It acts along `directions`, one or two unit vectors in each state, shape (k, 2, n): along
+        each the velocity of D becomes −`restitution` times what it was, shape (n,). The answer has
+        shape (k + 2, n): an impulse (N s) along each direction, then both speeds.
+        """
+
+    def held(self, angles: Array, speeds: Array, torques: Array, directions: Array) -> Array:
+        """Return what holds D along directions, and the joint accelerations (rad/s²) meanwhile.
+
+        Along each of the `directions`, shape (k, 2, n), the acceleration of D is zero, under
+        gravity and joint torques. The answer has shape (k + 2, n): a force (N) along each
+        direction, then both accelerations.
+        """

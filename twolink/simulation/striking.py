@@ -149,6 +149,8 @@ class Striking:
             after = self._after(q, u, (impulse.normal * row[0], impulse.normal * row[1]))
             return self._logged(index, impulse, q, (u, after), time), after
         G_nt = self._modes.response(row, tangent, q)
+        across = row[0] * tangent[1] - row[1] * tangent[0]
+        _, det_M = self._modes.inertia(q)
         impulse = rough_impulse(
             v_n,
             tangent[0] * u[0] + tangent[1] * u[1],
@@ -156,6 +158,7 @@ class Striking:
             friction=obstacle.kinetic,
             restitution=obstacle.restitution,
             law=obstacle.law,
+            determinant=across * across / det_M,
         )
         given = (
             impulse.normal * row[0] + impulse.tangential * tangent[0],
@@ -163,7 +166,11 @@ class Striking:
         )
         after = self._after(q, u, given)
         if impulse.regime.endswith("sticks"):
-            after = self._stuck(row, tangent, after)
+            # Where both speeds are known so is u: impulses lose digits near a straight pose.
+            known = obstacle.law == "newton" or obstacle.restitution == 0
+            found = row[0] * after[0] + row[1] * after[1]
+            speed = -obstacle.restitution * v_n if known else found
+            after = self._with_normal_speed(row, tangent, speed)
         return self._logged(index, impulse, q, (u, after), time), after
 
     def _logged(
@@ -196,11 +203,10 @@ class Striking:
         )
 
     @staticmethod
-    def _stuck(row: Pair, tangent: Pair, u: Pair) -> Pair:
-        """Return u with the sliding that is no more than rounding taken out, and nothing else."""
-        v = row[0] * u[0] + row[1] * u[1]
+    def _with_normal_speed(row: Pair, tangent: Pair, speed: Scalar) -> Pair:
+        """Return the u that has a speed along the normal, and none along the tangent."""
         det = row[0] * tangent[1] - row[1] * tangent[0]
-        return v * tangent[1] / det, -v * tangent[0] / det
+        return speed * tangent[1] / det, -speed * tangent[0] / det
 
     def _after(self, q: Pair, u: Pair, impulse: Pair) -> Pair:
         """Return u after a generalized impulse (N m s): M Δu = impulse."""

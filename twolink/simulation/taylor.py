@@ -133,7 +133,7 @@ def taylor_run(
     """
     start = perf_counter()
     compiled, kind = _ready(scene, formulation, precision, order)
-    if optimised or compiled.spent > _WORTH_OPTIMISING:
+    if not compiled.optimised and (optimised or compiled.spent > _WORTH_OPTIMISING):
         compiled.optimise()
         compiled, kind = _ready(scene, formulation, precision, order)
     compile_seconds = perf_counter() - start

@@ -10,7 +10,6 @@ import numpy as np
 
 from twolink.compilation import Compiled
 from twolink.engines.protocol import Engine
-from twolink.verification.jointspace import JointSpace, PointMotion
 from twolink.verification.states import Array, States
 
 # Imaginary, and so small that its square is nothing beside 1: the complex step's only error is
@@ -23,9 +22,11 @@ class Quantity:
     """A quantity to compare.
 
     `name` is its name in `tolerance`; `algorithm` what Pinocchio calls it; `inputs` the fields of
-    `States` it depends on. `text` picks the formula from a `JointSpace` (or `PointMotion`),
+    `States` it depends on. `text` picks the formula from a `JointSpace` (or `PointMotion`, …),
     `by` the input it is differentiated by. `call` asks the engine; `part` is the wanted part of
-    an answer that holds several; `from_world` tells that the engine computes it there.
+    an answer that holds several; `from_world` tells that the engine computes it there. Where
+    forces and motion are solved for at once (`constrained`), it is some `rows` of the solution:
+    from the first of these numbers to before the second.
     """
 
     name: str
@@ -37,12 +38,18 @@ class Quantity:
     part: int | None = None
     by: str | None = None
     from_world: bool = False
+    constrained: bool = False
+    rows: tuple[int, int] | None = None
+
+    def of(self, solution: Array) -> Array:
+        """Return the rows of a solution that are this quantity, or all of it."""
+        return solution if self.rows is None else solution[slice(*self.rows)]
 
 
 class Formula:
     """A quantity's formula, compiled, with the operations on its longest path."""
 
-    def __init__(self, quantity: Quantity, texts: JointSpace | PointMotion) -> None:
+    def __init__(self, quantity: Quantity, texts: object) -> None:
         """Compile the formula of a quantity."""
         self._compiled = Compiled(quantity.text(texts))
         self._inputs = quantity.inputs

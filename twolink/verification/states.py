@@ -33,6 +33,18 @@ class States:
         return replace(self, accelerations=accelerations)
 
 
+@dataclass(frozen=True)
+class ContactStates(States):
+    """States in which the end point D touches a surface.
+
+    `normal` has the x and y components of the surface's unit normal; `restitution` is e along the
+    normal, in an impact without friction, and 0 along the tangent.
+    """
+
+    normal: Array
+    restitution: Array
+
+
 def random_states(
     n: int, *, seed: int | tuple[int, int], torque: float = 1.0, force: float = 1.0
 ) -> States:
@@ -52,4 +64,19 @@ def random_states(
         accelerations=uniform(100.0),
         torques=uniform(torque),
         end_force=uniform(force),
+    )
+
+
+def random_contact_states(
+    n: int, *, seed: tuple[int, int], torque: float = 1.0, force: float = 1.0
+) -> ContactStates:
+    """Return `random_states` on surfaces that face any way, with any restitution from 0 to 1."""
+    free = random_states(n, seed=seed, torque=torque, force=force)
+    random = np.random.default_rng((*seed, 1))
+    towards = random.uniform(-np.pi, np.pi, size=n)
+    restitution = random.uniform(0.0, 1.0, size=n)
+    return ContactStates(
+        **vars(free),
+        normal=np.stack([np.cos(towards), np.sin(towards)]),
+        restitution=np.stack([restitution, np.zeros(n)]),
     )

@@ -203,19 +203,23 @@ class Scale:
         """Return the size of the generalized force of the force on D (N m), shape (2, n)."""
         return self.levers(2, self.tip) * np.abs(states.end_force).sum(axis=0)
 
-    def inverse(self, chain: Chain, elbow: Array, uncertainty: Array) -> Array:
-        """Return adj(M̄)/det M (1/(kg m²)), shape (2, 2, n), at the elbow angles q2 − q1 (rad).
+    def determinant(self, chain: Chain, elbow: Array, uncertainty: Array | float) -> Array:
+        """Return det M (kg² m⁴), shape (n,), at the elbow angles q2 − q1 (rad).
 
-        The determinant is the smallest within the uncertainty of the angle (rad).
+        It is the smallest within the uncertainty of the angle (rad).
         """
         (a1, b1), (a2, b2) = chain.centre
         h = np.abs(a2 * np.sin(elbow) + b2 * np.cos(elbow)) - self.radius[1] * uncertainty
         h = np.maximum(h, 0.0)
         I_A = chain.I_C1 + chain.m1 * (a1 * a1 + b1 * b1)
         I_B = chain.I_C2 + chain.m2 * (a2 * a2 + b2 * b2)
-        determinant = I_A * I_B + chain.m2 * chain.L1**2 * (chain.I_C2 + chain.m2 * h * h)
+        return np.asarray(I_A * I_B + chain.m2 * chain.L1**2 * (chain.I_C2 + chain.m2 * h * h))
+
+    def inverse(self, chain: Chain, elbow: Array, uncertainty: Array | float) -> Array:
+        """Return adj(M̄)/det M (1/(kg m²)), shape (2, 2, n), likewise."""
         (M11, M12), (_, M22) = replace(self, from_world=False).mass_matrix
-        return np.array([[M22, M12], [M12, M11]])[:, :, None] / determinant
+        adjugate = np.array([[M22, M12], [M12, M11]])
+        return adjugate[:, :, None] / self.determinant(chain, elbow, uncertainty)
 
 
 @dataclass(frozen=True)
@@ -243,17 +247,29 @@ class Problem:
             raise ValueError("this bound depends on the value found: give it as `found`")
         return self.found
 
+    @property
+    def elbow(self) -> Array:
+        """The elbow angle q2 − q1 (rad), shape (n,)."""
+        return self.scale.elbow(self.states.angles)
+
+    @property
+    def uncertainty(self) -> Array:
+        """That of the elbow angle (rad), shape (n,)."""
+        return EPSILON * (1 + self.scale.angles_met(self.states.angles))
+
+    @property
+    def inverse(self) -> Array:
+        """The size of M⁻¹ (1/(kg m²)), shape (2, 2, n)."""
+        return self.scale.inverse(self.chain, self.elbow, self.uncertainty)
+
     def torque(self, *, loads: Array | float) -> Array:
         """Return the tolerance of M u̇ + C u − Q (N m), with Q of size `loads`."""
         return self.units * (self.scale.inertia_force(self.states) + loads)
 
     def solution(self, right: Array | float, found: Array) -> Array:
         """Return |M⁻¹| (right + N ε M̄ |found|), for columns of any number k: shape (2, k, n)."""
-        angles = self.states.angles
-        uncertainty = EPSILON * (1 + self.scale.angles_met(angles))
-        inverse = self.scale.inverse(self.chain, self.scale.elbow(angles), uncertainty)
         matrix = np.einsum("ij,jkn->ikn", self.scale.mass_matrix, np.abs(found))
-        return np.einsum("ijn,jkn->ikn", inverse, right + self.units * matrix)
+        return np.einsum("ijn,jkn->ikn", self.inverse, right + self.units * matrix)
 
 
 def tolerance(quantity: str, problem: Problem) -> Array:

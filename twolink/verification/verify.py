@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import platform
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from importlib.metadata import version
 
@@ -61,7 +62,7 @@ class Comparison:
     @property
     def passed(self) -> bool:
         """Whether the difference is within the tolerance in every state."""
-        return self.difference <= self.allowed
+        return math.isfinite(self.difference) and self.difference <= self.allowed
 
 
 @dataclass(frozen=True)
@@ -117,53 +118,107 @@ def verify(
     library's kinematics. Raises `ParameterError` for less than one state, `EngineError` when the
     engine is missing or refuses the file.
     """
-    if states < 1:
-        raise ParameterError(f"states is {states}; allowed is a positive whole number")
-    chain = Chain.from_links(urdf.links)
-    machine = Machine(chain, urdf.joints, urdf.gravity)
     engine = engine or Pinocchio(urdf)
-    own = Scale.of(chain, joint=True, gravity=urdf.gravity, joints=urdf.joints)
-    largest = {"torque": 100 * float(own.mass_matrix.max()), "force": 10 * sum(chain.mass)}
+    machine = Machine(Chain.from_links(urdf.links), urdf.joints, urdf.gravity)
     texts = {name: JointSpace(f, machine) for name, f in formulations.items()}
-    groups = [
-        (quantity, {name: Formula(quantity, text) for name, text in texts.items()})
-        for quantity in DYNAMICS
-    ] + [
-        (quantity, {"kinematics": Formula(quantity, motion or PointMotion(machine))})
-        for quantity in MOTION
-    ]
-    names = {**{name: f.name for name, f in formulations.items()}, "kinematics": "Section 6.1"}
-    worst: dict[tuple[str, str, str], Comparison] = {}
-    starts = range(0, states, _PORTION)
-    for number, start in enumerate(starts):
-        drawn = random_states(min(_PORTION, states - start), seed=(seed, number), **largest)
-        portion = _Portion(drawn, chain, own, engine)
-        for index, (quantity, formulas) in enumerate(groups):
-            for comparison in portion.comparisons(quantity, formulas, names):
-                key = (quantity.name, comparison.source, comparison.against)
-                if key not in worst or comparison.share > worst[key].share:
-                    worst[key] = comparison
-            progress((number + (index + 1) / len(groups)) / len(starts))
-    return Verdict(
-        urdf=urdf.path,
-        engine=engine.name,
-        states=states,
-        seed=seed,
-        assumptions=urdf.assumptions,
-        comparisons=tuple(worst.values()),
-        versions=_versions(),
-        machine=_machine(),
+    kinematics = {"kinematics": motion or PointMotion(machine)}
+    comparing = Comparing(
+        urdf,
+        engine,
+        groups=(*posed(DYNAMICS, texts), *posed(MOTION, kinematics)),
+        names={**{name: f.name for name, f in formulations.items()}, "kinematics": "Section 6.1"},
     )
+    comparisons, _ = comparing.worst(states, seed, progress)
+    return comparing.verdict(comparisons, states, seed)
+
+
+Group = tuple[Quantity, Mapping[str, Formula]]
+
+
+def posed(quantities: Iterable[Quantity], texts: Mapping[str, object]) -> Iterator[Group]:
+    """Return each quantity with its formulas by every text."""
+    for quantity in quantities:
+        yield quantity, {name: Formula(quantity, text) for name, text in texts.items()}
+
+
+@dataclass(frozen=True)
+class Comparing:
+    """What is compared on a URDF with what an engine answers, where, and how closely.
+
+    `groups` are the quantities with their formulas, by the names of their texts; `names` are how
+    these are printed. `draw` makes states, and `bound` is the tolerance of a quantity there:
+    infinite where what is constrained has no value in float64, and is left out.
+    """
+
+    urdf: PlanarUrdf
+    engine: Engine
+    groups: tuple[Group, ...]
+    names: Mapping[str, str]
+    draw: Callable[..., States] = random_states
+    bound: Callable[[str, Problem], Array] = tolerance
+
+    def worst(
+        self, states: int, seed: int, progress: Progress
+    ) -> tuple[tuple[Comparison, ...], dict[str, int]]:
+        """Return each comparison in its worst state, and how often each quantity is left out."""
+        if states < 1:
+            raise ParameterError(f"states is {states}; allowed is a positive whole number")
+        chain = Chain.from_links(self.urdf.links)
+        own = Scale.of(chain, joint=True, gravity=self.urdf.gravity, joints=self.urdf.joints)
+        largest = {"torque": 100 * float(own.mass_matrix.max()), "force": 10 * sum(chain.mass)}
+        worst: dict[tuple[str, str, str], Comparison] = {}
+        left_out = dict.fromkeys((quantity.name for quantity, _ in self.groups), 0)
+        starts = range(0, states, _PORTION)
+        for number, start in enumerate(starts):
+            drawn = self.draw(min(_PORTION, states - start), seed=(seed, number), **largest)
+            portion = _Portion(drawn, chain, own, self.engine, self.bound)
+            for index, (quantity, formulas) in enumerate(self.groups):
+                for comparison in portion.comparisons(quantity, formulas, self.names):
+                    key = (quantity.name, comparison.source, comparison.against)
+                    if key not in worst or comparison.share > worst[key].share:
+                        worst[key] = comparison
+                left_out[quantity.name] += int(portion.left_out.sum())
+                progress((number + (index + 1) / len(self.groups)) / len(starts))
+        return tuple(worst.values()), left_out
+
+    def verdict(
+        self,
+        comparisons: tuple[Comparison, ...],
+        states: int,
+        seed: int,
+        remarks: tuple[str, ...] = (),
+    ) -> Verdict:
+        """Return comparisons as a verdict, with remarks beside what reading the URDF assumed."""
+        return Verdict(
+            urdf=self.urdf.path,
+            engine=self.engine.name,
+            states=states,
+            seed=seed,
+            assumptions=(*self.urdf.assumptions, *remarks),
+            comparisons=comparisons,
+            versions=_versions(),
+            machine=_machine(),
+        )
 
 
 class _Portion:
     """A portion of the states, with what the engine answered there so far."""
 
-    def __init__(self, states: States, chain: Chain, own: Scale, engine: Engine) -> None:
+    def __init__(
+        self,
+        states: States,
+        chain: Chain,
+        own: Scale,
+        engine: Engine,
+        bound: Callable[[str, Problem], Array],
+    ) -> None:
         self._states = states
         self._chain = chain
         self._own = own
         self._engine = engine
+        self._bound = bound
+        # The states in which the last quantity has no value in float64.
+        self.left_out = np.zeros(len(states), dtype=bool)
         self._answers: dict[object, Array] = {}
         self._accelerations: Array | None = None
 
@@ -172,14 +227,14 @@ class _Portion:
     ) -> list[Comparison]:
         """Compare each formula with the engine, and the formulas with each other."""
         engine = self._engine
+        spent = engine.contact_roundings if quantity.constrained else engine.roundings
+        self.left_out = np.zeros(len(self._states), dtype=bool)
         answer = self._answer(quantity)
         values = {name: formula.values(self._states) for name, formula in formulas.items()}
         met = replace(self._own.widened(engine.sizes), from_world=quantity.from_world)
         found = []
         for name, formula in formulas.items():
-            problem = self._problem(
-                quantity, met, formula.roundings + engine.roundings, values[name]
-            )
+            problem = self._problem(quantity, met, formula.roundings + spent, values[name])
             found.append(
                 self._compare(quantity, names[name], engine.name, values[name], answer, problem)
             )
@@ -215,8 +270,12 @@ class _Portion:
         other: Array,
         problem: Problem,
     ) -> Comparison:
-        difference = np.abs(value - other)
-        allowed = np.broadcast_to(tolerance(quantity.name, problem), difference.shape)
+        difference = np.abs(quantity.of(value) - quantity.of(other))
+        allowed = np.broadcast_to(self._bound(quantity.name, problem), difference.shape)
+        if quantity.constrained:
+            left_out = np.isinf(allowed)
+            self.left_out |= left_out.any(axis=0)
+            difference = np.where(left_out, 0.0, difference)
         excess = np.where(
             difference == 0, 0.0, difference / np.where(allowed > 0, allowed, np.finfo(float).tiny)
         )

@@ -1,0 +1,296 @@
+"""Contact at the end point D: the formulations and the simulation's solver against Pinocchio."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from twolink.arithmetic import Pair, Scalar
+from twolink.chain import Chain
+from twolink.directions import PointDirection
+from twolink.effects import Effect
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_torque import JointTorque
+from twolink.engines.pinocchio import Pinocchio
+from twolink.engines.protocol import Engine
+from twolink.errors import ParameterError
+from twolink.impacts import smooth_impulse
+from twolink.loads import Force, Loads, Torque
+from twolink.nonsmooth import Obstacle
+from twolink.simulation.mode import Mode, State
+from twolink.simulation.modes import Modes, Solution
+from twolink.urdf import PlanarUrdf
+from twolink.verification.contact_tolerance import contact_tolerance
+from twolink.verification.jointspace import FORMULATIONS, Formulation, Machine
+from twolink.verification.quantities import Quantity
+from twolink.verification.states import Array, ContactStates, random_contact_states
+from twolink.verification.verify import Comparing, Progress, Verdict, posed
+
+Three = tuple[Scalar, Scalar, Scalar]
+Four = tuple[Scalar, Scalar, Scalar, Scalar]
+
+
+@dataclass(frozen=True)
+class _Still(PointDirection):
+    """A direction in which D is where it shall be, and does not move.
+
+    The simulation adds a pull to the drift that takes back what rounding has moved. Here there is
+    nothing to take back, so the drift is that of the laws of motion, at any speed.
+    """
+
+    def coordinate(self, chain: Chain, q: Pair) -> Scalar:
+        """Return 0 (m): on the surface."""
+        return 0
+
+    def speed(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
+        """Return 0 (m/s)."""
+        return 0
+
+
+@dataclass(frozen=True)
+class _Touched:
+    """A surface that D touches now, with a unit `normal` of numbers of any kind."""
+
+    normal: Pair
+    rough: bool
+
+    def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+        """Return nothing: what a surface gives is solved for."""
+        return ()
+
+    def nonsmooth(self, chain: Chain) -> tuple[Obstacle, ...]:
+        """Return the surface as the simulation knows it; friction may be as large as it takes."""
+        x, y = self.normal
+        tangent = _Still("D", (-y, x)) if self.rough else None
+        return (Obstacle("surface", _Still("D", self.normal), 0, 0, tangent),)
+
+
+@dataclass(frozen=True)
+class _Given:
+    """Generalized forces over absolute angles (N m), as an effect."""
+
+    generalized: Pair
+
+    def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+        """Return them as torques on both links."""
+        return Torque(1, self.generalized[0]), Torque(2, self.generalized[1])
+
+
+class ContactSpace:
+    """A formulation's contact of D over a URDF's joint angles θ, where engines give theirs.
+
+    Each method is a text for numbers of any kind. `normal` is the surface's unit normal (x, y).
+    Impulses (N s) and forces (N) act on D: the first along the normal, a second along the tangent,
+    a quarter turn from it. After them come the joint speeds (rad/s) or accelerations (rad/s²).
+    """
+
+    def __init__(self, formulation: Formulation, machine: Machine) -> None:
+        """Pose the equations of a formulation for a machine."""
+        self._equations = formulation.equations
+        self._chain = machine.chain
+        self._joints = machine.joints
+        self._gravity = Gravity(machine.gravity)
+
+    def frictionless_impact(
+        self, angles: Pair, speeds: Pair, normal: Pair, restitution: Pair
+    ) -> Three:
+        """Return the impulse of a surface without friction, and the joint speeds after it."""
+        q, u = self._state(angles, speeds)
+        modes = self._modes(_Touched(normal, rough=False))
+        row = modes.row(PointDirection("D", normal), q)
+        approach = row[0] * u[0] + row[1] * u[1]
+        impulse = smooth_impulse(approach, modes.response(row, row, q), restitution[0]).normal
+        # M Δu = Jᵀ Λ is the equation of motion at rest, with the impulse in place of the force.
+        given = Force(self._chain.D, (impulse * normal[0], impulse * normal[1]))
+        change = self._equations.forward_dynamics(self._chain, q, (0, 0), (given,))
+        after = self._joints.joint_speeds((u[0] + change[0], u[1] + change[1]))
+        return (impulse, *after)
+
+    def sticking_impact(self, angles: Pair, speeds: Pair, normal: Pair) -> Four:
+        """Return both impulses that bring D to rest, and the joint speeds after them."""
+        q, (u1, u2) = self._state(angles, speeds)
+        (M11, M12), (M21, M22) = self._equations.mass_matrix(self._chain, q)
+        # M u⁺ = M u + Jᵀ Λ is that equation too, with the momenta M u in place of the torques.
+        momenta = _Given((M11 * u1 + M12 * u2, M21 * u1 + M22 * u2))
+        modes = self._modes(momenta, _Touched(normal, rough=True))
+        return self._four(_solved(modes, State.STICKS, q, (0, 0)))
+
+    def frictionless_contact(
+        self, angles: Pair, speeds: Pair, torques: Pair, normal: Pair
+    ) -> Three:
+        """Return the force of a surface without friction, and the joint accelerations on it."""
+        q, u = self._state(angles, speeds)
+        modes = self._modes(*self._acting(torques), _Touched(normal, rough=False))
+        solution = _solved(modes, State.CLOSED, q, u)
+        return (solution.held[0].normal, *self._joints.joint_speeds(solution.du))
+
+    def sticking_contact(self, angles: Pair, speeds: Pair, torques: Pair, normal: Pair) -> Four:
+        """Return both forces on a D that sticks, and the joint accelerations."""
+        q, u = self._state(angles, speeds)
+        modes = self._modes(*self._acting(torques), _Touched(normal, rough=True))
+        return self._four(_solved(modes, State.STICKS, q, u))
+
+    def pushed(self, angles: Pair, speeds: Pair, torques: Pair, end_force: Pair) -> Pair:
+        """Return the joint accelerations (rad/s²) under a given force on D (N)."""
+        q, u = self._state(angles, speeds)
+        acting = [x for effect in self._acting(torques) for x in effect.loads(self._chain, q, u)]
+        loads = (*acting, Force(self._chain.D, end_force))
+        return self._joints.joint_speeds(self._equations.forward_dynamics(self._chain, q, u, loads))
+
+    def _state(self, angles: Pair, speeds: Pair) -> tuple[Pair, Pair]:
+        return self._joints.absolute_angles(angles), self._joints.absolute_speeds(speeds)
+
+    def _modes(self, *effects: Effect) -> Modes:
+        return Modes(self._chain, effects, self._equations)
+
+    def _acting(self, torques: Pair) -> tuple[Effect, ...]:
+        """Return gravity, and motors with the joint torques (N m)."""
+        Q1, Q2 = self._joints.generalized_forces(torques)
+        return self._gravity, JointTorque((Q1 + Q2, Q2))
+
+    def _four(self, solution: Solution) -> Four:
+        (held,) = solution.held
+        return (held.normal, held.tangential, *self._joints.joint_speeds(solution.du))
+
+
+def _solved(modes: Modes, state: State, q: Pair, u: Pair) -> Solution:
+    """Return what the simulation finds where D rests on the surface, or sticks to it."""
+    return modes.solution(Mode(modes.names, (state,)), q, u, 0.0)
+
+
+def _directions(states: ContactStates, count: int) -> Array:
+    """Return the normal, or normal and tangent, in each state: shape (count, 2, n)."""
+    x, y = states.normal
+    return np.array([[x, y], [-y, x]][:count])
+
+
+def _frictionless_impact(engine: Engine, states: Any) -> Array:
+    along = _directions(states, 1)
+    return engine.impact(states.angles, states.speeds, along, states.restitution[0])
+
+
+def _sticking_impact(engine: Engine, states: Any) -> Array:
+    along = _directions(states, 2)
+    return engine.impact(states.angles, states.speeds, along, states.restitution[1])
+
+
+def _frictionless_contact(engine: Engine, states: Any) -> Array:
+    return engine.held(states.angles, states.speeds, states.torques, _directions(states, 1))
+
+
+def _sticking_contact(engine: Engine, states: Any) -> Array:
+    return engine.held(states.angles, states.speeds, states.torques, _directions(states, 2))
+
+
+def _solved_for(
+    situation: str,
+    parts: Mapping[str, tuple[str, tuple[int, int]]],
+    algorithm: str,
+    inputs: tuple[str, ...],
+    text: Callable[[Any], Callable[..., Any]],
+    call: Callable[[Engine, Any], Array],
+) -> tuple[Quantity, ...]:
+    """Return the quantities that a situation is solved for, by their units and rows."""
+    return tuple(
+        Quantity(
+            f"{situation}: {part}",
+            unit,
+            algorithm,
+            inputs,
+            text,
+            call,
+            from_world=True,
+            constrained=True,
+            rows=rows,
+        )
+        for part, (unit, rows) in parts.items()
+    )
+
+
+_DRIVEN = ("angles", "speeds", "torques")
+
+CONTACT: tuple[Quantity, ...] = (
+    *_solved_for(
+        "frictionless impact",
+        {"impulse": ("N s", (0, 1)), "speeds after": ("rad/s", (1, 3))},
+        "impulseDynamics",
+        ("angles", "speeds", "normal", "restitution"),
+        lambda texts: texts.frictionless_impact,
+        _frictionless_impact,
+    ),
+    *_solved_for(
+        "sticking impact",
+        {"impulses": ("N s", (0, 2)), "speeds after": ("rad/s", (2, 4))},
+        "impulseDynamics",
+        ("angles", "speeds", "normal"),
+        lambda texts: texts.sticking_impact,
+        _sticking_impact,
+    ),
+    *_solved_for(
+        "frictionless contact",
+        {"force": ("N", (0, 1)), "motion": ("rad/s²", (1, 3))},
+        "forwardDynamics",
+        (*_DRIVEN, "normal"),
+        lambda texts: texts.frictionless_contact,
+        _frictionless_contact,
+    ),
+    *_solved_for(
+        "sticking contact",
+        {"forces": ("N", (0, 2)), "motion": ("rad/s²", (2, 4))},
+        "forwardDynamics",
+        (*_DRIVEN, "normal"),
+        lambda texts: texts.sticking_contact,
+        _sticking_contact,
+    ),
+    Quantity(
+        "given force on D: motion",
+        "rad/s²",
+        "aba, fext",
+        (*_DRIVEN, "end_force"),
+        lambda texts: texts.pushed,
+        lambda engine, s: engine.forward_dynamics(s.angles, s.speeds, s.torques, s.end_force),
+    ),
+)
+
+
+def verify_contact(
+    urdf: PlanarUrdf,
+    *,
+    states: int = 10_000,
+    seed: int = 1,
+    formulations: Mapping[str, Formulation] = FORMULATIONS,
+    engine: Engine | None = None,
+    draw: Callable[..., ContactStates] = random_contact_states,
+    progress: Progress = lambda share: None,
+) -> Verdict:
+    """Compare contact at D as `verify` compares motion: impacts, what holds D, a force on it.
+
+    `draw` makes the states. The last remark counts the poses that are left out, since J M⁻¹ Jᵀ is
+    singular there to rounding. Raises `ParameterError` for less than one state, or if a quantity is
+    left out in all of them; `EngineError` when the engine is missing or refuses the file.
+    """
+    machine = Machine(Chain.from_links(urdf.links), urdf.joints, urdf.gravity)
+    texts = {name: ContactSpace(f, machine) for name, f in formulations.items()}
+    comparing = Comparing(
+        urdf,
+        engine or Pinocchio(urdf),
+        groups=tuple(posed(CONTACT, texts)),
+        names={name: f.name for name, f in formulations.items()},
+        draw=draw,
+        bound=contact_tolerance,
+    )
+    comparisons, left_out = comparing.worst(states, seed, progress)
+    for quantity, count in left_out.items():
+        if count == states:
+            raise ParameterError(
+                f"{urdf.path}: {quantity}: J M⁻¹ Jᵀ of D is singular to rounding at all {states} "
+                "states; allowed is a chain whose D can move along x and y"
+            )
+    remark = (
+        f"Left out: {max(left_out.values())} of {states} poses, in which J M⁻¹ Jᵀ is singular to "
+        "rounding."
+    )
+    return comparing.verdict(comparisons, states, seed, (remark,))
