@@ -241,7 +241,7 @@ def _sentence(fault: Any) -> str:
     if fault["type"] == "too_long" or (fault["type"] == "missing" and place[-1].isdigit()):
         return f"{key.removesuffix('.1')} is {fault['input']!r}; allowed are two numbers"
     if fault["type"] == "missing":
-        return f"key '{key}' is missing; it must be given"
+        return f"key '{key}' is missing; allowed is a scene that gives it"
     # What pydantic calls a tuple is a list in TOML.
     allowed = fault["msg"].removeprefix("Input should be ").replace("a valid tuple", "a list")
     return f"{key} is {fault['input']!r}; allowed is {allowed}"
