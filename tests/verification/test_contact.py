@@ -550,7 +550,12 @@ def test_every_break_of_the_solution_is_seen(
     for mutant in mutants(home, skip):
         with monkeypatch.context() as broken, np.errstate(all="ignore"):
             broken.setattr(user, mutant.function, getattr(mutant.module, mutant.function))
-            if verify_contact(urdf, states=FEW, engine=engine).passed:
+            try:
+                passed = verify_contact(urdf, states=FEW, engine=engine).passed
+            except ZeroDivisionError:
+                # A product that has become a division by an exact zero is seen at once.
+                passed = False
+            if passed:
                 alive.append(str(mutant))
     assert alive == []
 
