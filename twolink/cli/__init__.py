@@ -1,0 +1,32 @@
+"""The command `twolink`: words in, words out; the only place that prints. One command a file."""
+
+from __future__ import annotations
+
+import sys
+from io import TextIOWrapper
+
+import typer
+
+from twolink.cli.scenes import scenes
+from twolink.cli.simulate import simulate
+from twolink.cli.verify import verify
+
+app = typer.Typer(
+    help="The reference suite for the planar two-link chain (double pendulum).",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+for command in (verify, simulate, scenes):
+    app.command()(command)
+
+
+def main() -> None:
+    """Run the command line."""
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal without Greek letters shows question marks, not a traceback.
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")
+    app()
