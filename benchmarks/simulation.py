@@ -23,6 +23,7 @@ from scipy import integrate
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
+from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.shipped import shipped
 from twolink.simulation import simulate
@@ -30,7 +31,6 @@ from twolink.simulation.equations import EQUATIONS
 from twolink.simulation.taylor import (
     FULL_ORDERS,
     default_longest_step,
-    heyoka,
     step_tolerance,
     taylor_run,
 )

@@ -20,11 +20,12 @@ from twolink.effects.motor_inertia import MotorInertia
 from twolink.effects.pd_control import PdControl
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
+from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.shipped import shipped
 from twolink.simulation.effects_cost import effects_cost
 from twolink.simulation.motion import motion_run
-from twolink.simulation.taylor import heyoka, taylor_run
+from twolink.simulation.taylor import taylor_run
 
 FALL = Scene.load(shipped("scenes") / "free_fall.toml")
 

@@ -16,9 +16,10 @@ from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.effects import Effect
 from twolink.nonsmooth import Cushion
+from twolink.optional import heyoka
 from twolink.simulation.mode import Mode, State
 from twolink.simulation.modes import Modes
-from twolink.simulation.taylor import heyoka, number_type, step_tolerance
+from twolink.simulation.taylor import number_type, step_tolerance
 from twolink.simulation.watching import Kind, Watch, margin, watches
 
 # What is watched is a multiple of the quantity and a little more. heyoka misses later roots of a

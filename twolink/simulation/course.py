@@ -17,6 +17,7 @@ from twolink.directions import Direction
 from twolink.effects import breaks, effects_during
 from twolink.errors import SimulationError
 from twolink.nonsmooth import Cushion, DryFriction, Element, Obstacle
+from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.compiled_mode import Segment, compiled_mode
 from twolink.simulation.constrained import rests, same_way
@@ -24,7 +25,7 @@ from twolink.simulation.following import Following
 from twolink.simulation.mode import Impact, Mode, State
 from twolink.simulation.modes import Modes
 from twolink.simulation.striking import Striking
-from twolink.simulation.taylor import heyoka, number_type, rounding
+from twolink.simulation.taylor import number_type, rounding
 from twolink.simulation.watching import Kind, Watch
 
 # Modes that follow each other without time passing: more would go on for ever.

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 import math
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
@@ -20,6 +19,7 @@ from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.effects import Effect
 from twolink.errors import SimulationError
+from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.equations import EQUATIONS
 from twolink.simulation.run import MotionRun
@@ -56,28 +56,6 @@ def numbers(values: Any, precision: str) -> Any:
 def rounding(precision: str) -> float:
     """Return the distance from 1 to the next number of a precision."""
     return {"double": 2.0**-52, "long double": 2.0**-63, "quadruple": 2.0**-112}[precision]
-
-
-def heyoka() -> Any:
-    """Return the module heyoka.
-
-    Where SymPy is installed, heyoka imports it, which takes seconds and is of no use here: it is
-    kept out of the way. Raises `SimulationError` where heyoka is not installed.
-    """
-    hidden = "sympy" not in sys.modules and "heyoka" not in sys.modules
-    if hidden:
-        sys.modules["sympy"] = None  # type: ignore[assignment]
-    try:
-        import heyoka
-    except ImportError as error:
-        raise SimulationError(
-            "heyoka is not installed; allowed is version 7 or later (pip install heyoka), or "
-            "method DOP853"
-        ) from error
-    finally:
-        if hidden:
-            del sys.modules["sympy"]
-    return heyoka
 
 
 def heyoka_is_here() -> bool:

@@ -1,0 +1,30 @@
+"""Packages that may be missing, or that are to be imported with care."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from twolink.errors import SimulationError
+
+
+def heyoka() -> Any:
+    """Return the module heyoka.
+
+    Where SymPy is installed, heyoka imports it, which takes seconds and is of no use here: it is
+    kept out of the way. Raises `SimulationError` where heyoka is not installed.
+    """
+    hidden = "sympy" not in sys.modules and "heyoka" not in sys.modules
+    if hidden:
+        sys.modules["sympy"] = None  # type: ignore[assignment]
+    try:
+        import heyoka
+    except ImportError as error:
+        raise SimulationError(
+            "heyoka is not installed; allowed is version 7 or later (pip install heyoka), or "
+            "method DOP853"
+        ) from error
+    finally:
+        if hidden:
+            del sys.modules["sympy"]
+    return heyoka
