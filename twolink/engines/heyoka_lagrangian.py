@@ -1,0 +1,159 @@
+"""heyoka used plainly: its own `lagrangian()`, its own choice of order and step."""
+
+from __future__ import annotations
+
+import math
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from twolink.arithmetic import Pair
+from twolink.chain import Chain
+from twolink.engines.joint_model import JointModel, at_state, joint_model, why_not
+from twolink.engines.peer import Installed, PeerMethod, PeerRun, Prepared, check_method
+from twolink.engines.protocol import Array
+from twolink.errors import EngineError
+from twolink.optional import heyoka
+from twolink.scene import Scene
+
+_EVENTS = "heyoka has events, and the motion between and after them would be this library's own"
+_REASONS = dict.fromkeys(
+    ("joint_friction", "joint_stop", "surface", "compliant_surface", "end_force"), _EVENTS
+) | {"end_drag": "its dissipation function depends on speeds alone"}
+_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "drive"})
+
+
+class HeyokaLagrangian:
+    """heyoka's `taylor_adaptive` on its `lagrangian()`; see `twolink.engines.peers.Peer`.
+
+    The knob is the tolerance of a step, which sets the order too. `taylor` takes the steps that
+    heyoka finds; `taylor, capped` none longer than in which the start turns through a radian.
+    """
+
+    name = "heyoka"
+    methods = (
+        PeerMethod("taylor", None, "tolerance"),
+        PeerMethod("taylor, capped", None, "tolerance"),
+    )
+    _installed = Installed(name, (("heyoka", "heyoka"),), extra=None)
+
+    def missing(self) -> str | None:
+        """Return the sentence that it is not installed; None if it is."""
+        return self._installed.missing()
+
+    def version(self) -> str:
+        """Return heyoka's version."""
+        return self._installed.version()
+
+    def cannot(self, scene: Scene) -> str | None:
+        """Return why it cannot express a scene; None if it can."""
+        return why_not(scene, self.name, _EXPRESSES, _REASONS)
+
+    def prepared(self, scene: Scene, method: str) -> Prepared:
+        """Return what runs a scene; it is compiled once for each tolerance."""
+        self._installed.check()
+        check_method(self.name, self.methods, method)
+        sentence = self.cannot(scene)
+        if sentence:
+            raise EngineError(sentence)
+        model = joint_model(scene)
+        cap = {} if method == "taylor" else {"max_delta_t": _longest_step(model)}
+        compiled: dict[float, tuple[Any, float]] = {}
+
+        def run(tolerance: float, times: Array) -> PeerRun:
+            if tolerance not in compiled:
+                compiled[tolerance] = _compiled(model, tolerance)
+            integrator, setup = compiled[tolerance]
+            integrator.state[:] = [*model.q, *model.u]
+            integrator.time = 0.0
+            begin = perf_counter()
+            outcome, _, _, steps, _, states = integrator.propagate_grid(times, **cap)
+            seconds = perf_counter() - begin
+            if outcome != heyoka().taylor_outcome.time_limit:
+                raise EngineError(f"heyoka gives up at {integrator.time:.6g} s: {outcome.name}")
+            found = np.array(states).T
+            return PeerRun(found[:2], found[2:], seconds, setup, None, int(steps))
+
+        return run
+
+    def accelerations(
+        self,
+        chain: Chain,
+        q: Pair,
+        u: Pair,
+        *,
+        gravity: Pair = (0.0, 9.81),
+        torque: Pair = (0.0, 0.0),
+    ) -> Pair:
+        """Return du (rad/s²) at a state, by heyoka's compiled function of its `lagrangian()`."""
+        self._installed.check()
+        return _accelerations(at_state(chain, q, u, gravity, torque))
+
+
+def _compiled(model: JointModel, tolerance: float) -> tuple[Any, float]:
+    """Return an integrator, and how long its making took (s)."""
+    begin = perf_counter()
+    integrator = heyoka().taylor_adaptive(_equations(model)[1], [0.0] * 4, tol=tolerance)
+    return integrator, perf_counter() - begin
+
+
+def _equations(model: JointModel) -> tuple[list[Any], Any]:
+    """Return heyoka's variables, and its Euler–Lagrange equations of the energies."""
+    hy = heyoka()
+    q1, q2, v1, v2 = variables = hy.make_vars("q1", "q2", "v1", "v2")
+    T, V, D = _kinetic_energy(hy, model, variables), _potential_of_gravity(hy, model, q1, q2), 0.0
+    for joint, (angle, speed) in enumerate(((q1, v1), (q2 - q1, v2 - v1))):
+        if model.armature[joint]:
+            T = T + model.armature[joint] / 2 * speed * speed
+        if model.damping[joint]:
+            D = D + model.damping[joint] / 2 * speed * speed
+        if model.torque[joint]:
+            V = V - model.torque[joint] * angle
+        if model.stiffness[joint]:
+            V = V + model.stiffness[joint] / 2 * (angle - model.rest[joint]) ** 2.0
+        for wave in model.waves:
+            if wave.joint == joint:
+                V = V - wave.amplitude * hy.sin(wave.frequency * hy.time + wave.phase) * angle
+    return variables, hy.lagrangian(T - V, [q1, q2], [v1, v2], hy.expression(0.0) + D)
+
+
+def _kinetic_energy(hy: Any, model: JointModel, variables: list[Any]) -> Any:
+    """Return T (J) of both links; a centre on the axis adds no sine, as nobody would write it."""
+    q1, q2, v1, v2 = variables
+    chain = model.chain
+    (a1, b1), (a2, b2) = chain.centre
+    first = chain.I_C1 + chain.m1 * (a1**2 + b1**2) + chain.m2 * chain.L1**2
+    second = chain.I_C2 + chain.m2 * (a2**2 + b2**2)
+    ahead = a2 * hy.cos(q2 - q1)
+    if b2:
+        ahead = ahead - b2 * hy.sin(q2 - q1)
+    return first / 2 * v1 * v1 + second / 2 * v2 * v2 + chain.m2 * chain.L1 * v1 * v2 * ahead
+
+
+def _potential_of_gravity(hy: Any, model: JointModel, q1: Any, q2: Any) -> Any:
+    """Return V (J) of gravity: each link's angle with the moment of all that it carries."""
+    chain, (gx, gy), V = model.chain, model.gravity, 0.0
+    (a1, b1), (a2, b2) = chain.centre
+    along = (chain.m1 * a1 + chain.m2 * chain.L1, chain.m2 * a2)
+    across = (chain.m1 * b1, chain.m2 * b2)
+    for q, a, b in zip((q1, q2), along, across, strict=True):
+        for g, towards, beside in ((gx, hy.cos(q), -hy.sin(q)), (gy, hy.sin(q), hy.cos(q))):
+            V = V - g * a * towards if g else V
+            V = V - g * b * beside if g and b else V
+    return V
+
+
+def _accelerations(model: JointModel) -> tuple[float, float]:
+    hy = heyoka()
+    variables, equations = _equations(model)
+    rates = [right for left, right in equations if left in variables[2:]]
+    function = hy.cfunc(rates, vars=variables)
+    du1, du2 = function(np.array([*model.q, *model.u]), time=0.0)
+    return float(du1), float(du2)
+
+
+def _longest_step(model: JointModel) -> float:
+    """Return the time (s) in which the start turns or gathers speed for a radian, at most."""
+    fast = [abs(x) for x in model.u] + [math.sqrt(abs(x)) for x in _accelerations(model)]
+    return 1 / max(*fast, 1e-300)

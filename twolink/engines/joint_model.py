@@ -1,0 +1,218 @@
+"""A scene in the words that engines have: a chain, gravity, and what acts in its joints.
+
+Engines know joint angles, and per joint a spring, a damper, a torque and an armature. Effects that
+are made of these are gathered; a PD controller is a spring and a damper too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from twolink.arithmetic import Pair
+from twolink.chain import Chain
+from twolink.coordinates import JointConvention
+from twolink.effects import EFFECTS
+from twolink.errors import EngineError
+from twolink.scene import Scene
+
+# The URDF that the library writes counts θ1 = q1 and θ2 = q2 − q1.
+JOINTS = JointConvention()
+
+Numbers = tuple[float, float]
+_NONE = (0.0, 0.0)
+
+_GATHERED = {"gravity", "joint_damping", "joint_spring", "pd_control", "joint_torque"}
+
+
+@dataclass(frozen=True)
+class Wave:
+    """A torque `amplitude` sin(`frequency` t + `phase`) in a joint: 0 is A, 1 is B.
+
+    In N m, rad/s and rad.
+    """
+
+    joint: int
+    amplitude: float
+    frequency: float
+    phase: float
+
+
+@dataclass(frozen=True)
+class JointModel:
+    """A chain of floats without rotors, its start, and what acts, in pairs for the joints A and B.
+
+    `q` (rad) and `u` (rad/s) are absolute. `gravity` is along x and y (m/s²). In a joint act
+    `torque` − `stiffness` (θ − `rest`) − `damping` θ̇ and the waves (N m, N m/rad, rad, N m s/rad);
+    `armature` is added to the joint's inertia (kg m²).
+    """
+
+    chain: Chain
+    q: Numbers
+    u: Numbers
+    gravity: Numbers = _NONE
+    torque: Numbers = _NONE
+    stiffness: Numbers = _NONE
+    rest: Numbers = _NONE
+    damping: Numbers = _NONE
+    armature: Numbers = _NONE
+    waves: tuple[Wave, ...] = ()
+
+    @property
+    def uses(self) -> frozenset[str]:
+        """The names of the fields that are not zero, and of "drive" where damping drives."""
+        names = ("torque", "stiffness", "damping", "armature", "waves")
+        drive = {"drive"} if min(self.damping) < 0 else set()
+        return frozenset(name for name in names if any(getattr(self, name))) | drive
+
+    @property
+    def theta(self) -> Numbers:
+        """The joint angles of the start (rad)."""
+        return JOINTS.joint_angles(self.q)
+
+    @property
+    def theta_speed(self) -> Numbers:
+        """The joint speeds of the start (rad/s)."""
+        return JOINTS.joint_speeds(self.u)
+
+    @property
+    def size(self) -> float:
+        """The size of gravity (m/s²)."""
+        return float((self.gravity[0] ** 2 + self.gravity[1] ** 2) ** 0.5)
+
+    @property
+    def gravity_in_space(self) -> tuple[float, float, float]:
+        """Gravity in the world of the URDF, with z up (m/s²)."""
+        return (self.gravity[0], 0.0, -self.gravity[1])
+
+
+def at_state(chain: Chain, q: Pair, u: Pair, gravity: Pair, torque: Pair) -> JointModel:
+    """Return the model of a chain in a state (rad, rad/s) under gravity (m/s²) and torques (N m).
+
+    Raises `EngineError` for rotors that no engine has.
+    """
+    plain, armature = without_rotors(chain)
+    return JointModel(
+        plain, _floats(q), _floats(u), _floats(gravity), _floats(torque), armature=armature
+    )
+
+
+def joint_model(scene: Scene) -> JointModel:
+    """Return the model of a scene. Raises `EngineError` for an effect that has no place in it."""
+    chain, armature = without_rotors(scene.equipped)
+    model = JointModel(chain, _floats(scene.q), _floats(scene.u), armature=armature)
+    for effect in scene.effects:
+        name = effect_name(effect)
+        if name in _GATHERED:
+            model = _with(model, name, effect)
+        elif not hasattr(effect, "equipped"):
+            raise EngineError(f"{name} is not among gravity and what acts in joints")
+    return model
+
+
+def why_not(
+    scene: Scene, engine: str, expresses: frozenset[str], reasons: dict[str, str]
+) -> str | None:
+    """Return why an engine that `expresses` these fields cannot express a scene; None if it can.
+
+    `reasons` are the engine's own, by the name of an effect or of a field.
+    """
+    for effect in scene.effects:
+        name = effect_name(effect)
+        if name in reasons:
+            return f"{engine} cannot express {name}: {reasons[name]}"
+    try:
+        uses = joint_model(scene).uses
+    except EngineError as error:
+        return f"{engine} cannot express the scene: {error}"
+    for use in sorted(uses - expresses):
+        reason = reasons.get(use, "it has no such thing")
+        return f"{engine} cannot express {_WORDS[use]}: {reason}"
+    return None
+
+
+_WORDS = {
+    "torque": "a joint's torque",
+    "stiffness": "a joint's spring",
+    "damping": "a joint's damping",
+    "armature": "a rotor's inertia",
+    "waves": "a torque that varies with time",
+    "drive": "damping that drives",
+}
+
+
+def effect_name(effect: Any) -> str:
+    """Return an effect's name in scene files, or its class's where it has none."""
+    home = type(effect).__module__, type(effect).__name__
+    return next((name for name, known in EFFECTS.items() if known == home), home[1])
+
+
+def without_rotors(chain: Chain) -> tuple[Chain, Numbers]:
+    """Return a chain's links in floats, and the armature of its joints (kg m²).
+
+    A rotor that turns as θ1 or as θ2 does is armature, one that turns as link 2 is part of it.
+    Raises `EngineError` for others: there is no place where engines could have them.
+    """
+    first, second, carried = 0.0, 0.0, 0.0
+    for inertia, (w1, w2) in chain.rotors:
+        if w2 == 0:
+            first += float(inertia * w1 * w1)
+        elif w1 == 0:
+            carried += float(inertia * w2 * w2)
+        elif w1 + w2 == 0:
+            second += float(inertia * w2 * w2)
+        else:
+            raise EngineError(
+                "an armature leaves out that link 1 carries the rotor of B along; allowed are "
+                "carried = false, or a ratio of 1"
+            )
+    plain = replace(chain, rotors=()).convert(float)
+    if carried:
+        plain = replace(plain, inertia=(plain.I_C1, plain.I_C2 + carried))
+    return plain, (first, second)
+
+
+def _with(model: JointModel, name: str, effect: Any) -> JointModel:
+    if name == "gravity":
+        gravity = effect.acceleration
+        return replace(model, gravity=_sum(model.gravity, gravity))
+    if name == "joint_damping":
+        return replace(model, damping=_sum(model.damping, effect.coefficient))
+    if name == "joint_spring":
+        return _with_spring(model, effect.stiffness, effect.rest)
+    if name == "pd_control":
+        model = replace(model, damping=_sum(model.damping, effect.derivative))
+        return _with_spring(model, effect.proportional, effect.target)
+    waves = tuple(
+        Wave(joint, effect.amplitude[joint], effect.frequency[joint], effect.phase[joint])
+        for joint in (0, 1)
+        if effect.amplitude[joint]
+    )
+    return replace(model, torque=_sum(model.torque, effect.torque), waves=model.waves + waves)
+
+
+def _with_spring(model: JointModel, stiffness: Pair, rest: Pair) -> JointModel:
+    """Return the model with a spring more in each joint: two springs are one, at rest between."""
+    total = _sum(model.stiffness, stiffness)
+    rests, torque = [], list(model.torque)
+    for joint in (0, 1):
+        moments = ((model.stiffness[joint], model.rest[joint]), (stiffness[joint], rest[joint]))
+        # One spring keeps its angle of rest to the last bit.
+        alone = [angle for k, angle in moments if k]
+        moment = sum(k * angle for k, angle in moments)
+        if len(alone) < 2:
+            rests.append(float(sum(alone)))
+        elif total[joint]:
+            rests.append(moment / total[joint])
+        else:
+            rests.append(0.0)
+            torque[joint] += moment
+    return replace(model, stiffness=total, rest=(rests[0], rests[1]), torque=(torque[0], torque[1]))
+
+
+def _sum(first: Pair, second: Pair) -> Numbers:
+    return float(first[0] + second[0]), float(first[1] + second[1])
+
+
+def _floats(pair: Pair) -> Numbers:
+    return float(pair[0]), float(pair[1])

@@ -1,0 +1,148 @@
+"""MuJoCo: `mj_step` with its own integrators, on the URDF that the library writes."""
+
+from __future__ import annotations
+
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from twolink.arithmetic import Pair
+from twolink.chain import Chain
+from twolink.engines.joint_model import JOINTS, JointModel, at_state, joint_model, why_not
+from twolink.engines.peer import Installed, PeerMethod, PeerRun, Prepared, check_method, stretches
+from twolink.engines.protocol import Array
+from twolink.errors import EngineError
+from twolink.scene import Scene
+
+_SOFT = "its constraints are soft, and it has no coefficient of restitution"
+_REASONS = {
+    "joint_friction": "its frictionloss is a soft constraint that creeps, and does not stick",
+    "joint_stop": _SOFT,
+    "surface": _SOFT,
+    "compliant_surface": "its contact forces follow from an impedance, and not from a force law",
+    "end_force": "its friction is that of contacts, which creep under load",
+    "waves": "mj_step holds a torque over its step, so that no method keeps its order",
+}
+_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "drive"})
+_INTEGRATORS = {
+    "Euler": "mjINT_EULER",
+    "implicit": "mjINT_IMPLICIT",
+    "implicitfast": "mjINT_IMPLICITFAST",
+    "discrete": "mjINT_DISCRETE",
+    "RK4": "mjINT_RK4",
+}
+_STAGES = {"RK4": 4}
+
+
+class Mujoco:
+    """MuJoCo; see `twolink.engines.peers.Peer`. Its Euler method takes damping implicitly."""
+
+    name = "MuJoCo"
+    methods = (
+        PeerMethod("Euler", 1, "step"),
+        PeerMethod("implicit", 1, "step"),
+        PeerMethod("implicitfast", 1, "step"),
+        PeerMethod("discrete", 1, "step"),
+        PeerMethod("RK4", 4, "step"),
+    )
+    _installed = Installed(name, (("mujoco", "mujoco"),))
+
+    def missing(self) -> str | None:
+        """Return the sentence that it is not installed; None if it is."""
+        return self._installed.missing()
+
+    def version(self) -> str:
+        """Return MuJoCo's version."""
+        return self._installed.version()
+
+    def cannot(self, scene: Scene) -> str | None:
+        """Return why it cannot express a scene; None if it can."""
+        return why_not(scene, self.name, _EXPRESSES, _REASONS)
+
+    def prepared(self, scene: Scene, method: str) -> Prepared:
+        """Return what runs a scene; `mj_step` is called once between two samples."""
+        self._installed.check()
+        check_method(self.name, self.methods, method)
+        sentence = self.cannot(scene)
+        if sentence:
+            raise EngineError(sentence)
+        import mujoco
+
+        begin = perf_counter()
+        model = joint_model(scene)
+        robot = _robot(mujoco, model)
+        robot.opt.integrator = getattr(mujoco.mjtIntegrator, _INTEGRATORS[method])
+        data = mujoco.MjData(robot)
+        setup = perf_counter() - begin
+
+        def run(step: float, times: Array) -> PeerRun:
+            plan = list(stretches(times, step))
+            found = np.empty((len(times), 4))
+            _start(mujoco, robot, data, model)
+            found[0] = *data.qpos, *data.qvel
+            begin = perf_counter()
+            for index, (count, size) in enumerate(plan, start=1):
+                robot.opt.timestep = size
+                mujoco.mj_step(robot, data, count)
+                found[index, :2], found[index, 2:] = data.qpos, data.qvel
+            seconds = perf_counter() - begin
+            steps = sum(count for count, _ in plan)
+            q = np.array(JOINTS.absolute_angles((found[:, 0], found[:, 1])))
+            u = np.array(JOINTS.absolute_speeds((found[:, 2], found[:, 3])))
+            evaluations = steps * _STAGES.get(method, 1)
+            return PeerRun(q, u, seconds, setup, evaluations, steps, _warnings(mujoco, data))
+
+        return run
+
+    def accelerations(
+        self,
+        chain: Chain,
+        q: Pair,
+        u: Pair,
+        *,
+        gravity: Pair = (0.0, 9.81),
+        torque: Pair = (0.0, 0.0),
+    ) -> Pair:
+        """Return du (rad/s²) at a state, by `mj_forward`."""
+        self._installed.check()
+        import mujoco
+
+        model = at_state(chain, q, u, gravity, torque)
+        robot = _robot(mujoco, model)
+        data = mujoco.MjData(robot)
+        _start(mujoco, robot, data, model)
+        mujoco.mj_forward(robot, data)
+        du1, du2 = JOINTS.absolute_speeds((data.qacc[0], data.qacc[1]))
+        return float(du1), float(du2)
+
+
+def _robot(mujoco: Any, model: JointModel) -> Any:
+    """Return MuJoCo's model of the chain, in which nothing collides."""
+    try:
+        robot = mujoco.MjModel.from_xml_string(model.chain.to_urdf())
+    except (ValueError, mujoco.FatalError) as error:
+        raise EngineError(f"MuJoCo refuses the chain: {error}") from error
+    robot.opt.gravity[:] = model.gravity_in_space
+    robot.geom_contype[:] = 0
+    robot.geom_conaffinity[:] = 0
+    robot.dof_armature[:] = model.armature
+    robot.dof_damping[:] = model.damping
+    robot.jnt_stiffness[:] = model.stiffness
+    robot.qpos_spring[:] = model.rest
+    return robot
+
+
+def _start(mujoco: Any, robot: Any, data: Any, model: JointModel) -> None:
+    """Put the chain to its start."""
+    mujoco.mj_resetData(robot, data)
+    data.qpos[:], data.qvel[:] = model.theta, model.theta_speed
+    data.qfrc_applied[:] = model.torque
+
+
+def _warnings(mujoco: Any, data: Any) -> tuple[str, ...]:
+    """Return what MuJoCo counted of its own warnings, such as a reset after a bad state."""
+    counted = {kind: data.warning[kind].number for kind in range(mujoco.mjtWarning.mjNWARNING)}
+    return tuple(
+        f"{mujoco.mjtWarning(kind).name}: {number}" for kind, number in counted.items() if number
+    )

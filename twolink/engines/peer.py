@@ -1,0 +1,164 @@
+"""What a peer is: somebody else's engine that moves a chain by its own integrator.
+
+States go in and come out in the source's absolute angles. What the engine computes in between, in
+what coordinates and with which equations, is its own.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal, Protocol
+
+import numpy as np
+
+from twolink.arithmetic import Pair
+from twolink.chain import Chain
+from twolink.engines.protocol import Array
+from twolink.errors import EngineError
+from twolink.scene import Scene
+
+
+@dataclass(frozen=True)
+class PeerRun:
+    """A motion at the times that were asked for, and what it cost.
+
+    `q` (rad) and `u` (rad/s) are absolute, shape (2, n). `seconds` is the run itself, without
+    set-up; `setup_seconds` the building of models, tracing and compiling. `evaluations` of the
+    rates and `steps` are None where the engine does not tell. `warnings` are what it said itself.
+    """
+
+    q: Array
+    u: Array
+    seconds: float
+    setup_seconds: float
+    evaluations: int | None = None
+    steps: int | None = None
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class PeerMethod:
+    """An integrator of a peer: its declared order (None if that varies), and what refines it.
+
+    With a `step` the knob is the longest step (s), which is shortened to divide the time between
+    two samples; with a `tolerance` it is whatever the engine calls its tolerance or accuracy.
+    """
+
+    name: str
+    order: int | None
+    knob: Literal["step", "tolerance"]
+
+
+Prepared = Callable[[float, Array], PeerRun]
+"""Runs a scene: knob value, and increasing times (s) of which the first is 0."""
+
+
+class Peer(Protocol):
+    """Somebody else's engine, with integrators of its own."""
+
+    @property
+    def name(self) -> str:
+        """The engine's name, such as "MuJoCo"."""
+
+    @property
+    def methods(self) -> tuple[PeerMethod, ...]:
+        """Its integrators."""
+
+    def missing(self) -> str | None:
+        """Return the sentence that it is not installed, and how to install it; None if it is."""
+
+    def version(self) -> str:
+        """Return the version that is installed."""
+
+    def cannot(self, scene: Scene) -> str | None:
+        """Return the sentence that says why it cannot express a scene; None if it can."""
+
+    def prepared(self, scene: Scene, method: str) -> Prepared:
+        """Return what runs a scene by one of the methods, with all set-up done that can be.
+
+        Raises `EngineError` for a scene that it cannot express or that the engine refuses; what is
+        returned raises it where the engine gives up.
+        """
+
+    def accelerations(
+        self,
+        chain: Chain,
+        q: Pair,
+        u: Pair,
+        *,
+        gravity: Pair = (0.0, 9.81),
+        torque: Pair = (0.0, 0.0),
+    ) -> Pair:
+        """Return du (rad/s²) at a state, by the engine's own forward dynamics.
+
+        `gravity` (m/s²) is along x and y, `torque` (N m) that of the motors at A and B. Raises
+        `EngineError` where the engine refuses the chain.
+        """
+
+
+@dataclass(frozen=True)
+class Installed:
+    """What is known of the packages that an engine needs, without importing them.
+
+    `packages` are pairs of a distribution's name and the module to look for; the first is the
+    engine.
+    """
+
+    engine: str
+    packages: tuple[tuple[str, str], ...]
+    extra: str | None = "engines"
+
+    def missing(self) -> str | None:
+        """Return the sentence that a package is missing; None if all are there."""
+        for package, module in self.packages:
+            if importlib.util.find_spec(module) is None:
+                wanted = f"'twolink[{self.extra}]'" if self.extra else package
+                return (
+                    f"{self.engine} needs {package}, which is not installed; allowed is to "
+                    f"install it: pip install {wanted}"
+                )
+        return None
+
+    def version(self) -> str:
+        """Return the versions of all packages, the engine's first."""
+        return ", ".join(importlib.metadata.version(package) for package, _ in self.packages)
+
+    def check(self) -> None:
+        """Raise `EngineError` where a package is missing."""
+        sentence = self.missing()
+        if sentence:
+            raise EngineError(sentence)
+
+
+def check_method(engine: str, methods: tuple[PeerMethod, ...], name: str) -> PeerMethod:
+    """Return the method of a name, or raise `EngineError` with the names that are allowed."""
+    for method in methods:
+        if method.name == name:
+            return method
+    allowed = ", ".join(method.name for method in methods)
+    raise EngineError(f"{engine}: method is '{name}'; allowed are {allowed}")
+
+
+def stretches(times: Array, longest: float) -> Iterator[tuple[int, float]]:
+    """Yield, between each two times (s), the number of equal steps and their size (s)."""
+    for earlier, later in pairwise(times.tolist()):
+        count = max(1, int(np.ceil((later - earlier) / longest * (1 - 1e-12))))
+        yield count, (later - earlier) / count
+
+
+@contextmanager
+def heard() -> Iterator[list[str]]:
+    """Collect the warnings that Python code gives meanwhile, each once."""
+    found: list[str] = []
+    with warnings.catch_warnings(record=True) as given:
+        warnings.simplefilter("always")
+        try:
+            yield found
+        finally:
+            found += dict.fromkeys(str(warning.message) for warning in given)

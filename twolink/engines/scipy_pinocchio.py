@@ -1,0 +1,155 @@
+"""SciPy's integrators over Pinocchio's ABA: what a user of both writes in ten lines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from twolink.arithmetic import Pair
+from twolink.chain import Chain
+from twolink.engines.joint_model import JOINTS, JointModel, at_state, joint_model, why_not
+from twolink.engines.peer import Installed, PeerMethod, PeerRun, Prepared, check_method, heard
+from twolink.engines.protocol import Array
+from twolink.errors import EngineError
+from twolink.scene import Scene
+
+_EVENTS = "solve_ivp integrates smooth equations; events and modes would have to be written anew"
+_REASONS = dict.fromkeys(
+    ("joint_friction", "joint_stop", "surface", "compliant_surface", "end_force"), _EVENTS
+)
+_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "drive"})
+
+
+class ScipyOverPinocchio:
+    """`scipy.integrate.solve_ivp` over `pinocchio.aba`; see `twolink.engines.peers.Peer`.
+
+    The knob is rtol and atol both. Values between steps are SciPy's dense output.
+    """
+
+    name = "SciPy over Pinocchio"
+    methods = (
+        PeerMethod("DOP853", 8, "tolerance"),
+        PeerMethod("RK45", 5, "tolerance"),
+        PeerMethod("Radau", 5, "tolerance"),
+        PeerMethod("LSODA", None, "tolerance"),
+    )
+    _installed = Installed(name, (("pin", "pinocchio"), ("scipy", "scipy")), extra=None)
+
+    def missing(self) -> str | None:
+        """Return the sentence that it is not installed; None if it is."""
+        return self._installed.missing()
+
+    def version(self) -> str:
+        """Return the versions of Pinocchio and of SciPy."""
+        return self._installed.version()
+
+    def cannot(self, scene: Scene) -> str | None:
+        """Return why it cannot express a scene; None if it can."""
+        return why_not(scene, self.name, _EXPRESSES, _REASONS)
+
+    def prepared(self, scene: Scene, method: str) -> Prepared:
+        """Return what runs a scene; the model is built once."""
+        self._installed.check()
+        check_method(self.name, self.methods, method)
+        sentence = self.cannot(scene)
+        if sentence:
+            raise EngineError(sentence)
+        from scipy import integrate
+
+        solve: Any = integrate.solve_ivp
+        begin = perf_counter()
+        model = joint_model(scene)
+        rates = _rates(model)
+        start = [*model.theta, *model.theta_speed]
+        setup = perf_counter() - begin
+
+        def run(tolerance: float, times: Array) -> PeerRun:
+            span = (float(times[0]), float(times[-1]))
+            with heard() as warnings:
+                begin = perf_counter()
+                found = solve(
+                    rates, span, start, method=method, t_eval=times, rtol=tolerance, atol=tolerance
+                )
+                seconds = perf_counter() - begin
+            if not found.success:
+                raise EngineError(f"SciPy's {method} gives up: {found.message}")
+            q = np.array(JOINTS.absolute_angles((found.y[0], found.y[1])))
+            u = np.array(JOINTS.absolute_speeds((found.y[2], found.y[3])))
+            return PeerRun(q, u, seconds, setup, int(found.nfev), None, tuple(warnings))
+
+        return run
+
+    def accelerations(
+        self,
+        chain: Chain,
+        q: Pair,
+        u: Pair,
+        *,
+        gravity: Pair = (0.0, 9.81),
+        torque: Pair = (0.0, 0.0),
+    ) -> Pair:
+        """Return du (rad/s²) at a state, by `aba`."""
+        self._installed.check()
+        model = at_state(chain, q, u, gravity, torque)
+        rates = _rates(model)(0.0, np.array([*model.theta, *model.theta_speed]))
+        du1, du2 = JOINTS.absolute_speeds((rates[2], rates[3]))
+        return float(du1), float(du2)
+
+
+def _rates(model: JointModel) -> Callable[[float, Array], Array]:
+    """Return the rates of joint angles and speeds, by ABA."""
+    import pinocchio
+
+    robot = _robot(pinocchio, model)
+    data, aba, together = robot.createData(), pinocchio.aba, np.concatenate
+    if not model.uses - {"armature"}:
+        nothing = np.zeros(2)
+
+        def free(_: float, x: Array) -> Array:
+            return together([x[2:], aba(robot, data, x[:2], x[2:], nothing)])
+
+        return free
+    torque = _torque(model)
+
+    def driven(t: float, x: Array) -> Array:
+        return together([x[2:], aba(robot, data, x[:2], x[2:], torque(t, x))])
+
+    return driven
+
+
+def _robot(pinocchio: Any, model: JointModel) -> Any:
+    """Return Pinocchio's model, with an angle and not a cosine and a sine for each joint."""
+    limits = '"revolute"><limit effort="1" velocity="1"/>'
+    text = model.chain.to_urdf().replace('"continuous">', limits)
+    try:
+        robot = pinocchio.buildModelFromXML(text)
+    except (ValueError, RuntimeError) as error:
+        raise EngineError(f"Pinocchio refuses the chain: {error}") from error
+    robot.gravity.linear = np.array(model.gravity_in_space)
+    robot.armature = np.array(model.armature)
+    return robot
+
+
+def _torque(model: JointModel) -> Callable[[float, Array], Array]:
+    """Return the torques in the joints (N m) as a function of time and state."""
+    constant, k, c = (np.array(x) for x in (model.torque, model.stiffness, model.damping))
+    rest = np.array(model.rest)
+
+    def steady(_: float, x: Array) -> Array:
+        return np.asarray(constant - k * (x[:2] - rest) - c * x[2:])
+
+    if not model.waves:
+        return steady
+    place = np.zeros((2, len(model.waves)))
+    for column, wave in enumerate(model.waves):
+        place[wave.joint, column] = wave.amplitude
+    frequency = np.array([wave.frequency for wave in model.waves])
+    phase = np.array([wave.phase for wave in model.waves])
+
+    def varying(t: float, x: Array) -> Array:
+        return steady(t, x) + place @ np.sin(frequency * t + phase)
+
+    return varying
