@@ -33,6 +33,7 @@ LAYERS = [
     "twolink.engines",
     "twolink.simulation",
     "twolink.verification",
+    "twolink.accuracy",
     "viz",
     "twolink.cli",
 ]

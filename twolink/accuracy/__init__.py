@@ -1,0 +1,1 @@
+"""What accuracy costs in time: references, work-precision, drift over long times."""
