@@ -1,0 +1,131 @@
+"""The style of all plots: labels at the lines, themes, files that are the same each time."""
+
+import colorsys
+import re
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+from twolink.errors import ParameterError
+from viz.plots.style import (
+    THEMES,
+    figure,
+    label_lines,
+    overlaps,
+    save,
+    spread,
+    stroke,
+    theme_named,
+)
+
+themes = pytest.mark.parametrize("theme", THEMES.values(), ids=list(THEMES))
+
+
+def drawn(theme, ends=(0.0, 0.01, 0.02, 1.0, 1.0, 1.0)):
+    made, (axes,) = figure(theme, "Six lines", rows=1)
+    for number, end in enumerate(ends):
+        axes.plot([0, 1], [0.5, end], label=f"line {number} (m)", **stroke(theme, number))
+    axes.set_xlim(0, 1)
+    return made, axes
+
+
+@themes
+def test_labels_that_would_meet_are_moved_apart(theme):
+    made, axes = drawn(theme)
+    words = label_lines(axes)
+    assert [word.get_text() for word in words] == [f"line {k} (m)" for k in range(6)]
+    made.draw_without_rendering()
+    assert not overlaps(words)
+    boxes = [word.get_window_extent() for word in words]
+    assert all(box.x0 > axes.bbox.x1 for box in boxes)
+    assert all(box.x1 < made.bbox.x1 for box in boxes), "the layout leaves room for the words"
+    # They stand in the order of the lines' ends.
+    heights = [box.y0 for box in boxes]
+    assert heights[:3] == sorted(heights[:3])
+    assert max(heights[:3]) < min(heights[3:])
+
+
+def test_overlaps_are_found():
+    made, axes = drawn(THEMES["light"])
+    words = label_lines(axes)
+    words[0].xy = words[1].xy
+    made.draw_without_rendering()
+    assert overlaps(words)
+
+
+def test_a_label_that_is_alone_stands_at_its_lines_end():
+    _made, axes = drawn(THEMES["light"], ends=(0.3, 0.9))
+    axes.set_ylim(0, 1)
+    for word, end in zip(label_lines(axes), (0.3, 0.9), strict=True):
+        assert word.xy[1] == pytest.approx(end)
+
+
+def test_lines_without_a_label_get_none():
+    _made, (axes,) = figure(THEMES["light"])
+    axes.plot([0, 1], [0, 1])
+    assert label_lines(axes) == []
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_spread_keeps_labels_apart_inside_and_in_order(seed):
+    random = np.random.default_rng(seed)
+    wanted = list(random.random(int(random.integers(1, 9))))
+    height = 0.1
+    places = spread(wanted, height)
+    ordered = [places[k] for k in np.argsort(wanted)]
+    assert np.all(np.diff(ordered) >= height * (1 - 1e-12))
+    assert min(places) >= height / 2 - 1e-12
+    assert max(places) <= 1 - height / 2 + 1e-12
+    if np.all(np.diff(sorted(wanted)) > height) and min(wanted) > 0.05 and max(wanted) < 0.95:
+        assert places == pytest.approx(wanted)
+
+
+def luminance(colour):
+    channels = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
+    return 0.2126 * channels[0] + 0.7152 * channels[1] + 0.0722 * channels[2]
+
+
+def contrast(one, other):
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+@themes
+def test_words_and_the_first_lines_stand_out(theme):
+    """WCAG 2: 4.5 for text, 3 for graphics; text is read on shaded bands, too."""
+    for ground in (theme.paper, *theme.bands):
+        assert contrast(theme.ink, ground) > 4.5
+    for colour in theme.lines[:3]:
+        assert contrast(colour, theme.paper) > 3
+
+
+@themes
+def test_lines_differ_without_colour(theme):
+    strokes = [str(stroke(theme, k)["linestyle"]) for k in range(len(theme.lines))]
+    assert len(set(strokes)) == len(strokes)
+    hues = {tuple(round(x, 3) for x in colorsys.rgb_to_hls(*to_rgb(c))) for c in theme.lines}
+    assert len(hues) == len(theme.lines)
+
+
+@themes
+@pytest.mark.parametrize("kind", ["svg", "png"])
+def test_a_file_is_the_same_each_time(tmp_path, theme, kind):
+    for name in ("one", "two"):
+        made, axes = drawn(theme)
+        label_lines(axes)
+        save(made, tmp_path / f"{name}.{kind}")
+    one = (tmp_path / f"one.{kind}").read_bytes()
+    assert one == (tmp_path / f"two.{kind}").read_bytes()
+    assert len(one) > 3000
+    if kind == "svg":
+        assert not re.search(rb"<dc:date>", one)
+
+
+def test_what_is_not_allowed_is_said(tmp_path):
+    made, _ = figure(THEMES["light"])
+    with pytest.raises(ParameterError, match=r"plot\.pdf .*allowed is one of \.svg or \.png"):
+        save(made, tmp_path / "plot.pdf")
+    with pytest.raises(ParameterError, match="'sepia'; allowed are light, dark"):
+        theme_named("sepia")
+    assert not list(tmp_path.iterdir())
