@@ -41,6 +41,9 @@ def _find_library(kind: type) -> ModuleType:
     if package == "heyoka" and kind.__name__.startswith("real"):
         # heyoka's functions are of expressions; those of its long numbers are NumPy's.
         package = "numpy"
+    if package in ("jax", "jaxlib"):
+        # Arrays and tracers live in several modules of JAX, and its functions in one.
+        package = "jax.numpy"
     for name in (package, kind.__module__):
         module = sys.modules.get(name)
         if module is not None and hasattr(module, "sin"):
