@@ -10,10 +10,14 @@ No engine is imported before it is asked to do something.
 
 from __future__ import annotations
 
+from twolink.engines.diffrax import Diffrax
+from twolink.engines.drake import Drake
 from twolink.engines.heyoka_lagrangian import HeyokaLagrangian
 from twolink.engines.mujoco import Mujoco
 from twolink.engines.peer import Peer, PeerMethod, PeerRun, Prepared
+from twolink.engines.pybullet import Pybullet
 from twolink.engines.scipy_pinocchio import ScipyOverPinocchio
+from twolink.engines.sympy_code import SympyCode
 from twolink.errors import EngineError
 
 __all__ = ["PEERS", "Peer", "PeerMethod", "PeerRun", "Prepared", "peer_named"]
@@ -22,6 +26,10 @@ PEERS: tuple[Peer, ...] = (
     HeyokaLagrangian(),
     ScipyOverPinocchio(),
     Mujoco(),
+    Drake(),
+    Diffrax(),
+    Pybullet(),
+    SympyCode(),
 )
 
 

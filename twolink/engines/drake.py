@@ -1,0 +1,231 @@
+"""Drake: its `Simulator` on a continuous `MultibodyPlant`, by its own integrators."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from twolink.arithmetic import Pair
+from twolink.chain import Chain
+from twolink.engines.joint_model import JOINTS, JointModel, at_state, joint_model, why_not
+from twolink.engines.peer import Installed, PeerMethod, PeerRun, Prepared, check_method, stretches
+from twolink.engines.protocol import Array
+from twolink.errors import EngineError
+from twolink.scene import Scene
+
+_DISCRETE = "its friction is regularised in a continuous plant, and does not stick"
+_REASONS = {
+    "joint_friction": "its joints have no dry friction",
+    "joint_stop": "its joint limits are springs and dampers, and act in discrete plants alone",
+    "surface": "its contacts are compliant, and it has no coefficient of restitution",
+    "compliant_surface": "its law of contact is k x (1 + d dx/dt), which is none of the three",
+    "end_force": _DISCRETE,
+    "drive": "it refuses negative damping",
+}
+_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves"})
+
+# Its longest step with error control is 0.1 s by default, and remains so.
+_ERROR_CONTROLLED = (
+    ("runge_kutta3", 3),
+    ("runge_kutta5", 5),
+    ("bogacki_shampine3", 3),
+    ("radau3", 3),
+)
+_FIXED = (
+    ("runge_kutta2", 2),
+    ("runge_kutta3", 3),
+    ("runge_kutta5", 5),
+    ("bogacki_shampine3", 3),
+    ("radau3", 3),
+    ("radau1", 1),
+    ("implicit_euler", 1),
+    ("semi_explicit_euler", 1),
+)
+
+
+class Drake:
+    """Drake; see `twolink.engines.peers.Peer`.
+
+    The knob of a method with error control is Drake's `accuracy`; one named "…, fixed step" takes
+    equal steps.
+    """
+
+    name = "Drake"
+    methods = (
+        *(PeerMethod(name, order, "tolerance") for name, order in _ERROR_CONTROLLED),
+        *(PeerMethod(f"{name}, fixed step", order, "step") for name, order in _FIXED),
+    )
+    _installed = Installed(name, (("drake", "pydrake"),))
+
+    def missing(self) -> str | None:
+        """Return the sentence that it is not installed; None if it is."""
+        return self._installed.missing()
+
+    def version(self) -> str:
+        """Return Drake's version."""
+        return self._installed.version()
+
+    def cannot(self, scene: Scene) -> str | None:
+        """Return why it cannot express a scene; None if it can."""
+        return why_not(scene, self.name, _EXPRESSES, _REASONS)
+
+    def prepared(self, scene: Scene, method: str) -> Prepared:
+        """Return what runs a scene; plant and simulator are built once."""
+        self._installed.check()
+        chosen = check_method(self.name, self.methods, method)
+        sentence = self.cannot(scene)
+        if sentence:
+            raise EngineError(sentence)
+        begin = perf_counter()
+        model = joint_model(scene)
+        built = _built(model)
+        controlled = chosen.knob == "tolerance"
+        scheme = method.partition(",")[0]
+        setup = perf_counter() - begin
+
+        def run(knob: float, times: Array) -> PeerRun:
+            begin = perf_counter()
+            simulator = _simulator(built, model, scheme, knob, controlled)
+            integrator = simulator.get_mutable_integrator()
+            sizes = [size for _, size in stretches(times, knob)] if not controlled else []
+            preparing = perf_counter() - begin
+            found = np.empty((len(times), 4))
+            context = simulator.get_context()
+            found[0] = context.get_continuous_state_vector().CopyToVector()
+            begin = perf_counter()
+            try:
+                for index, time in enumerate(times[1:].tolist(), start=1):
+                    if sizes:
+                        integrator.set_maximum_step_size(sizes[index - 1])
+                    simulator.AdvanceTo(time)
+                    found[index] = context.get_continuous_state_vector().CopyToVector()
+            except RuntimeError as error:
+                raise EngineError(f"Drake gives up: {error}") from error
+            seconds = perf_counter() - begin
+            q = np.array(JOINTS.absolute_angles((found[:, 0], found[:, 1])))
+            u = np.array(JOINTS.absolute_speeds((found[:, 2], found[:, 3])))
+            return PeerRun(
+                q,
+                u,
+                seconds,
+                setup + preparing,
+                int(integrator.get_num_derivative_evaluations()),
+                int(integrator.get_num_steps_taken()),
+            )
+
+        return run
+
+    def accelerations(
+        self,
+        chain: Chain,
+        q: Pair,
+        u: Pair,
+        *,
+        gravity: Pair = (0.0, 9.81),
+        torque: Pair = (0.0, 0.0),
+    ) -> Pair:
+        """Return du (rad/s²) at a state, by the plant's own time derivatives."""
+        self._installed.check()
+        model = at_state(chain, q, u, gravity, torque)
+        built = _built(model)
+        context = built.system.CreateDefaultContext()
+        _start(built, model, context)
+        try:
+            rates = built.system.EvalTimeDerivatives(context).CopyToVector()
+        except RuntimeError as error:
+            raise EngineError(f"Drake refuses the state: {error}") from error
+        du1, du2 = JOINTS.absolute_speeds((rates[2], rates[3]))
+        return float(du1), float(du2)
+
+
+@dataclass(frozen=True)
+class _Built:
+    """The system that moves, and the plant in it."""
+
+    system: Any
+    plant: Any
+
+
+def _built(model: JointModel) -> _Built:
+    """Return the plant of a model, in a diagram with sines where torques vary with time."""
+    from pydrake.systems.framework import DiagramBuilder
+
+    builder = DiagramBuilder()
+    try:
+        plant = builder.AddSystem(_plant(model))
+    except RuntimeError as error:
+        raise EngineError(f"Drake refuses the chain: {error}") from error
+    if any(model.torque) or model.waves:
+        _add_torques(builder, plant, model)
+    return _Built(builder.Build(), plant)
+
+
+def _plant(model: JointModel) -> Any:
+    """Return a finished continuous plant. Without a scene graph it leaves the shapes aside."""
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+    from pydrake.multibody.tree import RevoluteSpring
+
+    plant = MultibodyPlant(0.0)
+    Parser(plant).AddModelsFromString(model.chain.to_urdf(), "urdf")
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("ground"))
+    plant.mutable_gravity_field().set_gravity_vector(model.gravity_in_space)
+    for index, name in enumerate(("joint1", "joint2")):
+        joint = plant.GetJointByName(name)
+        if model.damping[index]:
+            joint.set_default_damping_vector([model.damping[index]])
+        if model.stiffness[index]:
+            spring = RevoluteSpring(joint, model.rest[index], model.stiffness[index])
+            plant.AddForceElement(spring)
+        if model.armature[index]:
+            motor = plant.AddJointActuator(f"{name}_motor", joint)
+            motor.set_default_rotor_inertia(model.armature[index])
+            motor.set_default_gear_ratio(1.0)
+    plant.Finalize()
+    return plant
+
+
+def _add_torques(builder: Any, plant: Any, model: JointModel) -> None:
+    """Wire sources of constant torque and of sines to the plant's generalized forces."""
+    from pydrake.systems.primitives import Adder, ConstantVectorSource, Sine
+
+    total = builder.AddSystem(Adder(1 + len(model.waves), 2))
+    constant = builder.AddSystem(ConstantVectorSource(np.array(model.torque)))
+    builder.Connect(constant.get_output_port(), total.get_input_port(0))
+    for number, wave in enumerate(model.waves, start=1):
+        of_joint = np.eye(2)[wave.joint]
+        sine = builder.AddSystem(
+            Sine(of_joint * wave.amplitude, of_joint * wave.frequency, of_joint * wave.phase)
+        )
+        builder.Connect(sine.get_output_port(0), total.get_input_port(number))
+    builder.Connect(total.get_output_port(), plant.get_applied_generalized_force_input_port())
+
+
+def _start(built: _Built, model: JointModel, context: Any) -> None:
+    """Put the chain to its start."""
+    context.SetTime(0.0)
+    own = built.plant.GetMyMutableContextFromRoot(context)
+    built.plant.SetPositions(own, model.theta)
+    built.plant.SetVelocities(own, model.theta_speed)
+
+
+def _simulator(built: _Built, model: JointModel, scheme: str, knob: float, controlled: bool) -> Any:
+    """Return an initialised simulator at the start."""
+    from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+
+    simulator = Simulator(built.system)
+    config = SimulatorConfig(integration_scheme=scheme, use_error_control=controlled)
+    if controlled:
+        config.accuracy = knob
+    else:
+        config.max_step_size = knob
+    _start(built, model, simulator.get_mutable_context())
+    try:
+        ApplySimulatorConfig(config, simulator)
+        simulator.Initialize()
+    except RuntimeError as error:
+        raise EngineError(f"Drake refuses the run: {error}") from error
+    return simulator

@@ -1,0 +1,202 @@
+"""PyBullet: `stepSimulation` on the URDF that the library writes.
+
+PyBullet's own defaults are for games: a joint motor that brakes, damping of all motion, speeds
+clipped at 100 rad/s. They are switched off here, as its users do for mechanics.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from twolink.arithmetic import Pair
+from twolink.chain import Chain
+from twolink.engines.joint_model import JOINTS, JointModel, at_state, joint_model, why_not
+from twolink.engines.peer import Installed, PeerMethod, PeerRun, Prepared, check_method, stretches
+from twolink.engines.protocol import Array
+from twolink.errors import EngineError
+from twolink.scene import Scene
+
+_REASONS = {
+    "joint_friction": "its joints have no dry friction but a motor that brakes step by step",
+    "joint_stop": "its joint limits let no rebound through",
+    "surface": "its impacts are resolved by a velocity solver, with one law for all contacts",
+    "compliant_surface": "its contacts are resolved by a velocity solver, and follow no force law",
+    "end_force": "its friction is that of contacts",
+    "armature": "its joints have no armature",
+    "drive": "its damping cannot be negative",
+}
+_EXPRESSES = frozenset({"torque", "stiffness", "damping", "waves"})
+_FASTEST = 1e12
+
+
+class Pybullet:
+    """PyBullet; see `twolink.engines.peers.Peer`.
+
+    Springs and torques are set before every step, as its users do; damping is its own.
+    """
+
+    name = "PyBullet"
+    methods = (PeerMethod("stepSimulation", 1, "step"),)
+    _installed = Installed(name, (("pybullet", "pybullet"),))
+
+    def missing(self) -> str | None:
+        """Return the sentence that it is not installed; None if it is."""
+        return self._installed.missing()
+
+    def version(self) -> str:
+        """Return PyBullet's version."""
+        return self._installed.version()
+
+    def cannot(self, scene: Scene) -> str | None:
+        """Return why it cannot express a scene; None if it can."""
+        return why_not(scene, self.name, _EXPRESSES, _REASONS)
+
+    def prepared(self, scene: Scene, method: str) -> Prepared:
+        """Return what runs a scene, in a world that lasts for the run."""
+        self._installed.check()
+        check_method(self.name, self.methods, method)
+        sentence = self.cannot(scene)
+        if sentence:
+            raise EngineError(sentence)
+        model = joint_model(scene)
+
+        def run(step: float, times: Array) -> PeerRun:
+            begin = perf_counter()
+            with _World(model) as world:
+                plan = list(stretches(times, step))
+                found = np.empty((len(times), 4))
+                found[0] = world.state()
+                setup = perf_counter() - begin
+                begin, now = perf_counter(), 0.0
+                for index, (count, size) in enumerate(plan, start=1):
+                    world.advance(now, count, size)
+                    found[index], now = world.state(), float(times[index])
+                seconds = perf_counter() - begin
+            steps = sum(count for count, _ in plan)
+            q = np.array(JOINTS.absolute_angles((found[:, 0], found[:, 1])))
+            u = np.array(JOINTS.absolute_speeds((found[:, 2], found[:, 3])))
+            return PeerRun(q, u, seconds, setup, steps, steps)
+
+        return run
+
+    def accelerations(
+        self,
+        chain: Chain,
+        q: Pair,
+        u: Pair,
+        *,
+        gravity: Pair = (0.0, 9.81),
+        torque: Pair = (0.0, 0.0),
+    ) -> Pair:
+        """Return du (rad/s²) at a state, by its mass matrix and inverse dynamics.
+
+        It has no forward dynamics to ask for: `calculateMassMatrix` is solved for what
+        `calculateInverseDynamics` leaves at rest.
+        """
+        self._installed.check()
+        model = at_state(chain, q, u, gravity, torque)
+        with _World(model) as world:
+            angles, speeds = list(model.theta), list(model.theta_speed)
+            matrix = np.array(world.ask("calculateMassMatrix", world.body, angles))
+            terms = world.ask("calculateInverseDynamics", world.body, angles, speeds, [0.0, 0.0])
+        try:
+            found = np.linalg.solve(matrix, np.array(model.torque) - np.array(terms))
+        except np.linalg.LinAlgError as error:
+            raise EngineError(f"PyBullet's mass matrix cannot be solved: {error}") from error
+        du1, du2 = JOINTS.absolute_speeds((found[0], found[1]))
+        return float(du1), float(du2)
+
+
+class _World:
+    """A world of PyBullet's with a chain at its start, closed when it is left."""
+
+    def __init__(self, model: JointModel) -> None:
+        import pybullet
+
+        self._bullet: Any = pybullet
+        self._model = model
+
+    def __enter__(self) -> _World:
+        self._client = self._bullet.connect(self._bullet.DIRECT)
+        try:
+            self._load()
+        except self._bullet.error as error:
+            self._bullet.disconnect(self._client)
+            raise EngineError(f"PyBullet refuses the chain: {error}") from error
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bullet.disconnect(self._client)
+
+    def ask(self, function: str, *arguments: Any, **named: Any) -> Any:
+        """Call a function of PyBullet's in this world."""
+        return getattr(self._bullet, function)(*arguments, physicsClientId=self._client, **named)
+
+    def _load(self) -> None:
+        bullet, model = self._bullet, self._model
+        with tempfile.TemporaryDirectory(prefix="twolink-") as folder:
+            file = Path(folder, "chain.urdf")
+            model.chain.to_urdf(file)
+            # Without the flag it forms inertias of its own from the shapes.
+            flags = bullet.URDF_USE_INERTIA_FROM_FILE
+            self.body = self.ask("loadURDF", str(file), useFixedBase=True, flags=flags)
+        self.ask("setGravity", *model.gravity_in_space)
+        count = self.ask("getNumJoints", self.body)
+        names = {self.ask("getJointInfo", self.body, i)[1].decode(): i for i in range(count)}
+        self.joints = [names["joint1"], names["joint2"]]
+        for link in range(-1, count):
+            self.ask(
+                "changeDynamics",
+                self.body,
+                link,
+                linearDamping=0.0,
+                angularDamping=0.0,
+                jointDamping=0.0,
+                maxJointVelocity=_FASTEST,
+            )
+            self.ask("setCollisionFilterGroupMask", self.body, link, 0, 0)
+        for joint, angle, speed, damping in zip(
+            self.joints, model.theta, model.theta_speed, model.damping, strict=True
+        ):
+            self.ask("changeDynamics", self.body, joint, jointDamping=damping)
+            self.ask("resetJointState", self.body, joint, angle, speed)
+        # Every joint has a motor at the start that holds it still.
+        mode = bullet.VELOCITY_CONTROL
+        self.ask("setJointMotorControlArray", self.body, self.joints, mode, forces=[0.0, 0.0])
+
+    def state(self) -> list[float]:
+        """Return the joint angles (rad) and speeds (rad/s)."""
+        first, second = self.ask("getJointStates", self.body, self.joints)
+        return [first[0], second[0], first[1], second[1]]
+
+    def advance(self, time: float, count: int, size: float) -> None:
+        """Go so many steps of a size (s) from a time (s)."""
+        step, client = self._bullet.stepSimulation, self._client
+        self.ask("setTimeStep", size)
+        if not self._model.uses - {"damping"}:
+            for _ in range(count):
+                step(physicsClientId=client)
+            return
+        for index in range(count):
+            self._set_torques(time + index * size)
+            step(physicsClientId=client)
+
+    def _set_torques(self, time: float) -> None:
+        """Set what springs and motors give at a time (s), for one step."""
+        model = self._model
+        theta1, theta2, _, _ = self.state()
+        forces = [
+            tau - k * (angle - rest)
+            for tau, k, rest, angle in zip(
+                model.torque, model.stiffness, model.rest, (theta1, theta2), strict=True
+            )
+        ]
+        for wave in model.waves:
+            forces[wave.joint] += wave.amplitude * np.sin(wave.frequency * time + wave.phase)
+        mode = self._bullet.TORQUE_CONTROL
+        self.ask("setJointMotorControlArray", self.body, self.joints, mode, forces=forces)
