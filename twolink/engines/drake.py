@@ -193,7 +193,8 @@ def _add_torques(builder: Any, plant: Any, model: JointModel) -> None:
     from pydrake.systems.primitives import Adder, ConstantVectorSource, Sine
 
     total = builder.AddSystem(Adder(1 + len(model.waves), 2))
-    constant = builder.AddSystem(ConstantVectorSource(np.array(model.torque)))
+    steady: Any = np.array(model.torque)
+    constant = builder.AddSystem(ConstantVectorSource(steady))
     builder.Connect(constant.get_output_port(), total.get_input_port(0))
     for number, wave in enumerate(model.waves, start=1):
         of_joint = np.eye(2)[wave.joint]
