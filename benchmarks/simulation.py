@@ -1,9 +1,9 @@
 """What a motion costs, beside others: `uv run python -m benchmarks.simulation`.
 
 The free chain for 10 s, from a state without symmetry. Each method runs at the cheapest settings
-measured to keep its error at the end below 1e-8 (SciPy at its finest, which misses that a little),
-in turn with the others; the medians are compared, compiling apart. Then what naming nothing costs:
-the scene, and the same scene after effects were added and left out again.
+measured to keep its error at the end below 1e-8, in turn with the others; the medians are compared,
+compiling apart (`benchmarks.peers` has many more of other people's). Then what naming nothing
+costs: the scene, and the same scene after effects were added and left out again.
 """
 
 from __future__ import annotations
@@ -12,29 +12,24 @@ import statistics
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-import pinocchio
 from rich.console import Console
 from rich.table import Table
-from scipy import integrate
 
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
-from twolink.optional import heyoka
+from twolink.engines.peers import peer_named
 from twolink.scene import Scene
 from twolink.shipped import shipped
 from twolink.simulation import simulate
 from twolink.simulation.equations import EQUATIONS
 from twolink.simulation.taylor import (
     FULL_ORDERS,
-    default_longest_step,
     step_tolerance,
     taylor_run,
 )
-from twolink.urdf import read_planar_urdf
 
 ROUNDS = 15
 ERROR = 1e-8
@@ -78,45 +73,15 @@ def cheapest_order(scene: Scene) -> int:
     return next(order for order in orders if error_of(taylor("momenta", scene, order)) <= ERROR)
 
 
-def heyokas_lagrangian(scene: Scene, order: int) -> Run:
-    """Return heyoka on its own `lagrangian()` of the same chain, at the same order."""
-    hy = heyoka()
-    q1, q2, v1, v2 = hy.make_vars("q1", "q2", "v1", "v2")
-    T = 2 / 3 * v1 * v1 + v2 * v2 / 6 + v1 * v2 * hy.cos(q2 - q1) / 2
-    V = -9.81 * (1.5 * hy.sin(q1) + 0.5 * hy.sin(q2))
-    system = hy.lagrangian(T - V, qs=[q1, q2], qdots=[v1, v2])
-    integrator = hy.taylor_adaptive(system, [0.0] * 4, tol=step_tolerance("double", order))
+def peer(name: str, method: str, scene: Scene, knob: float) -> Run:
+    """Return another engine at one setting, timed without its set-up."""
+    prepared, ends = peer_named(name).prepared(scene, method), np.array([0.0, scene.duration])
 
-    def run() -> tuple[float, ...]:
-        integrator.state[:] = [*scene.q, *scene.u]
-        integrator.time = 0.0
-        integrator.propagate_grid([0.0, scene.duration], max_delta_t=default_longest_step(scene))
-        return tuple(integrator.state)
+    def run() -> tuple[tuple[float, ...], float]:
+        motion = prepared(knob, ends)
+        return (*motion.q[:, -1], *motion.u[:, -1]), motion.seconds
 
-    return timed(run)
-
-
-def scipy_over_pinocchio(scene: Scene) -> Run:
-    """Return SciPy's DOP853 over Pinocchio's ABA, on the shipped URDF with revolute joints."""
-    text = read_planar_urdf(shipped("twolink.urdf")).xml
-    limits = '"revolute"><limit effort="1" velocity="1"/>'
-    model = pinocchio.buildModelFromXML(text.replace('"continuous">', limits))
-    data, no_torque = model.createData(), np.zeros(2)
-
-    def rates(_: float, x: Any) -> Any:
-        return np.concatenate([x[2:], pinocchio.aba(model, data, x[:2], x[2:], no_torque)])
-
-    (q1, q2), (u1, u2) = scene.q, scene.u
-    start = [q1, q2 - q1, u1, u2 - u1]
-    solve: Any = integrate.solve_ivp
-
-    def run() -> tuple[float, ...]:
-        end = solve(rates, (0, scene.duration), start, method="DOP853", rtol=2e-13, atol=2e-13).y[
-            :, -1
-        ]
-        return end[0], end[0] + end[1], end[2], end[2] + end[3]
-
-    return timed(run)
+    return run
 
 
 def whole_simulate(scene: Scene, accuracy: float) -> Run:
@@ -134,9 +99,11 @@ def main() -> None:
     scene = Scene.load(shipped("scenes") / "general.toml")
     order = cheapest_order(scene)
     runs = {f"Taylor on {name}, order {order}": taylor(name, scene, order) for name in EQUATIONS}
-    runs["heyoka's lagrangian(), same order"] = heyokas_lagrangian(scene, order)
+    runs["heyoka's lagrangian(), same order"] = peer(
+        "heyoka", "taylor", scene, step_tolerance("double", order)
+    )
     runs["Taylor on momenta, full order"] = taylor("momenta", scene)
-    runs["SciPy DOP853 over pin.aba"] = scipy_over_pinocchio(scene)
+    runs["SciPy DOP853 over pin.aba"] = peer("SciPy over Pinocchio", "DOP853", scene, 3e-14)
     runs["simulate(accuracy=1e-6)"] = whole_simulate(scene, 1e-6)
     runs["simulate(accuracy=1e-8)"] = whole_simulate(scene, 1e-8)
     compare(f"10 s of the free chain, median of {ROUNDS} runs", runs)
