@@ -11,9 +11,11 @@ import numpy as np
 
 from twolink.accuracy.work_precision import Point
 
-# Where a method's order shows: errors below this (rad, rad/s), and by this factor above the least.
+# Where a method's order shows: errors below this (rad, rad/s), by this factor above rounding, and
+# of fixed steps the finest few.
 _ASYMPTOTIC = 1e-2
-_ABOVE_FLOOR = 30.0
+_ABOVE_ROUNDING = 100.0
+_FINEST = 4
 
 
 @dataclass(frozen=True)
@@ -60,19 +62,26 @@ def _factor_a_digit(point: Point, further: Point | None) -> float | None:
     return float((further.seconds / point.seconds) ** (1 / digits))
 
 
-def measured_order(points: Iterable[Point]) -> float | None:
+def measured_order(points: Iterable[Point], *, floor: float) -> float | None:
     """Return the slope of log error against log step over the asymptotic range of one way.
 
-    Where the knob is a tolerance, the mean step stands for the step: the inverse of their number.
+    Where the knob is a tolerance, the mean step stands for the step, the inverse of their number;
+    since no two tolerances spread their steps alike, errors scatter, and all points are fitted.
     The slope is that of a straight line through at least three points, fitted by least squares;
-    None where there are fewer, or the knob is an order.
+    None where there are fewer, or the way declares no order. `floor` is the error that rounding
+    makes (rad, rad/s): points near to it show no order.
     """
-    usable = [p for p in points if not p.failed and 0 < p.error < _ASYMPTOTIC and p.steps]
-    if not usable or usable[0].knob == "order":
-        return None
-    floor = min(p.error for p in usable)
-    finer = sorted(usable, key=lambda p: -p.error)
-    inside = [p for p in finer if p.error > _ABOVE_FLOOR * floor or p.error > 1e-9]
+    inside = [
+        p
+        for p in points
+        if p.order is not None
+        and p.steps
+        and not p.failed
+        and _ABOVE_ROUNDING * floor < p.error < _ASYMPTOTIC
+    ]
+    inside.sort(key=lambda p: -(p.steps or 0))
+    if inside and inside[0].knob == "step":
+        inside = inside[:_FINEST]
     if len(inside) < 3:
         return None
     steps = [-math.log10(p.steps) for p in inside if p.steps]

@@ -7,6 +7,7 @@ from io import TextIOWrapper
 
 import typer
 
+from twolink.cli.accuracy import accuracy
 from twolink.cli.scenes import scenes
 from twolink.cli.simulate import simulate
 from twolink.cli.verify import verify
@@ -19,7 +20,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-for command in (verify, simulate, scenes):
+for command in (verify, simulate, accuracy, scenes):
     app.command()(command)
 
 

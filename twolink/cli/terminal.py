@@ -41,6 +41,15 @@ def check_target(option: str, path: Path | None, suffixes: tuple[str, ...] = ())
         refuse(f"{option} is {path}; allowed is {kind} in a folder that can be written to")
 
 
+def check_folder(option: str, path: Path | None) -> None:
+    """Refuse a folder that could not be written to in the end, before any work is done."""
+    if path is None:
+        return
+    nearest = next(place for place in (path, *path.absolute().parents) if place.exists())
+    if not nearest.is_dir() or not os.access(nearest, os.W_OK):
+        refuse(f"{option} is {path}; allowed is a folder that can be written to or made")
+
+
 def console() -> Console:
     """Return where tables go: as wide as the terminal is, or as the widest table."""
     from rich.console import Console

@@ -1,0 +1,76 @@
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from twolink.accuracy.study import study
+from twolink.cli import app
+from twolink.scene import Scene
+from twolink.shipped import shipped
+from viz.plots.style import _apart, save
+from viz.plots.work_precision import work_precision_plot
+
+SCENE = shipped("scenes") / "general.toml"
+
+
+@pytest.fixture(scope="module")
+def found():
+    return study(Scene.load(SCENE), methods=("taylor", "DOP853"), budget=3.0)
+
+
+def test_every_way_is_a_line_with_its_name_beside_it(found):
+    axes = work_precision_plot(found).axes[0]
+    lines = {line.get_label(): line for line in axes.lines}
+    names = {text.get_text() for text in axes.texts}
+    for way in {point.way for point in found.points}:
+        seen = [p for p in found.points if p.way == way and not p.failed and p.error < 1]
+        assert np.array_equal(lines[way].get_xdata(), [p.error for p in seen])
+        assert np.array_equal(lines[way].get_ydata(), [p.seconds for p in seen])
+        assert way in names
+
+
+def test_the_axes_carry_units_and_accuracy_grows_to_the_right(found):
+    axes = work_precision_plot(found).axes[0]
+    assert axes.get_xlabel() == "error at the end (rad, rad/s)"
+    assert axes.get_ylabel() == "time to run (s), median"
+    assert axes.xaxis_inverted()
+    assert axes.get_xscale() == axes.get_yscale() == "log"
+
+
+def test_no_name_lies_over_another(found):
+    figure = work_precision_plot(found)
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in figure.axes[0].texts if text.get_text().strip()]
+    assert len(boxes) > 5
+    for index, box in enumerate(boxes):
+        assert not any(box.shrunk(0.98, 0.9).overlaps(other) for other in boxes[index + 1 :])
+
+
+def test_labels_are_pushed_apart_no_more_than_needed():
+    assert _apart({"a": 0.0, "b": 100.0}, 10.0) == {"a": 0.0, "b": 100.0}
+    assert _apart({"a": 4.0, "b": 6.0}, 10.0) == {"a": 0.0, "b": 10.0}
+    spread = sorted(_apart({k: 0.0 for k in range(5)}, 3.0).values())
+    assert np.diff(spread) == pytest.approx([3.0] * 4)
+
+
+@pytest.mark.parametrize("kind", ["svg", "png"])
+def test_the_same_figure_is_the_same_file(found, tmp_path, kind):
+    files = [tmp_path / f"{name}.{kind}" for name in "ab"]
+    for file in files:
+        save(work_precision_plot(found), file)
+    assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_the_command_writes_all_four_files(tmp_path):
+    folder = tmp_path / "new" / "folder"
+    arguments = ["accuracy", str(SCENE), "--methods", "taylor", "--budget", "2"]
+    result = CliRunner().invoke(app, [*arguments, "--out", str(folder)])
+    assert result.exit_code == 0, result.output
+    assert "Take taylor on" in result.output
+    names = {file.name for file in folder.iterdir()}
+    assert names == {"accuracy.json", "accuracy.csv", "accuracy.svg", "accuracy.png"}
+    document = json.loads((folder / "accuracy.json").read_text())
+    assert document["recommendation"].startswith("Take taylor")
+    rows = (folder / "accuracy.csv").read_text().splitlines()
+    assert len(rows) == len(document["points"]) + 1
