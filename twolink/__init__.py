@@ -8,6 +8,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from twolink.accuracy.reference import reference
     from twolink.chain import Chain, Point
     from twolink.compilation import Compiled
     from twolink.errors import (
@@ -36,6 +37,7 @@ _HOMES = {
     "Trajectory": "twolink.simulation",
     "TwolinkError": "twolink.errors",
     "UrdfError": "twolink.errors",
+    "reference": "twolink.accuracy.reference",
     "simulate": "twolink.simulation",
     "verify": "twolink.verification",
 }
@@ -52,6 +54,7 @@ __all__ = [
     "Trajectory",
     "TwolinkError",
     "UrdfError",
+    "reference",
     "simulate",
     "verify",
 ]

@@ -17,7 +17,7 @@ from twolink.cli import app
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.shipped import shipped
-from twolink.simulation import numeric
+from twolink.simulation import numeric, simulate
 from twolink.simulation.fixed_step import FIXED_STEP
 from twolink.simulation.numeric import SCIPY
 
@@ -175,6 +175,15 @@ def test_a_study_recommends_taylor_and_knows_where_double_ends():
     document = json.loads(json.dumps(found.document()))
     assert {point["way"] for point in document["points"]} >= {"taylor on momenta"}
     assert found.csv().count("\n") == len(found.points) + 1
+
+
+@pytest.mark.parametrize("digits", [4, 8, 13])
+def test_simulate_takes_by_default_what_was_measured_to_be_cheapest(digits):
+    found = study(GENERAL, methods=("taylor", "DOP853", "LSODA"), budget=5.0)
+    cheapest = next(c.point for c in found.choices if c.digits == digits)
+    trajectory = simulate(GENERAL, accuracy=10.0**-digits)
+    assert trajectory.met
+    assert (trajectory.method, trajectory.precision) == (cheapest.method, cheapest.precision)
 
 
 def test_across_events_time_and_integration_are_apart():

@@ -8,6 +8,7 @@ from io import TextIOWrapper
 import typer
 
 from twolink.cli.accuracy import accuracy
+from twolink.cli.reference import reference
 from twolink.cli.scenes import scenes
 from twolink.cli.simulate import simulate
 from twolink.cli.verify import verify
@@ -20,7 +21,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-for command in (verify, simulate, accuracy, scenes):
+for command in (verify, simulate, accuracy, reference, scenes):
     app.command()(command)
 
 

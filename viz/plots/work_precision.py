@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from twolink.accuracy.front import ways_of
 from twolink.accuracy.study import Study
 from twolink.accuracy.ways import OWN
 from twolink.accuracy.work_precision import Point
-from viz.plots.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    PURPLE,
-    VERMILION,
-    YELLOW,
-    figure,
-    in_theme,
-    label_lines,
-)
+from viz.plots.style import Theme, figure, label_lines, theme_named
 
-# Colour, dashes and marks by what a way is.
-_TAYLOR = (BLUE, "-", "o")
-_SYMPLECTIC = (GREEN, "--", "^")
-_RUNGE_KUTTA = (VERMILION, "-.", "s")
-_PEER = (PURPLE, ":", "D")
+# The number of a theme's line, dashes and marks, by what a way is.
+_TAYLOR = (0, "-", "o")
+_RUNGE_KUTTA = (1, "-.", "s")
+_SYMPLECTIC = (2, "--", "^")
+_PEER = (3, ":", "D")
 _KEEP_AREAS = ("semi-implicit-euler", "implicit-midpoint", "gauss-legendre-4", "gauss-legendre-6")
 
 # Errors beyond a good part of a radian tell nothing.
@@ -36,46 +27,49 @@ def work_precision_plot(study: Study, theme: str = "light") -> Figure:
 
     Accuracy grows to the right. The best that can be had for any time is a broad band behind.
     """
-    measured = study.work_precision
-    drawn, axes = figure(theme, (8.4, 5.6))
+    measured, colours = study.work_precision, theme_named(theme)
+    scene = measured.scene
+    title = f"{scene.title}, {scene.duration:g} s: what accuracy costs"
+    drawn, (axes,) = figure(colours, title, size=(8.4, 5.8))
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.invert_xaxis()
     front = [point for point in study.front if point.error < _LARGEST_ERROR]
-    axes.plot(*_xy(front), color=YELLOW, linewidth=9, alpha=0.55, solid_capstyle="round", zorder=1)
-    labels = {}
+    axes.plot(
+        *_xy(front), color=colours.bands[0], linewidth=10, solid_capstyle="round", zorder=1,
+        label="_the best to be had",
+    )  # fmt: skip
     for name, points in ways_of(study.points).items():
         seen = [p for p in points if not p.failed and 0 < p.error < _LARGEST_ERROR]
-        if not seen:
-            continue
-        colour, dashes, mark = _family(seen[0])
-        (line,) = axes.plot(
-            *_xy(seen),
-            color=in_theme(colour, theme),
-            linestyle=dashes,
-            linewidth=1.2,
-            marker=mark,
-            markersize=3.5,
-            label=name,
-        )
-        labels[line] = name
-    axes.axvline(study.floor.error, color=GREY, linewidth=1, linestyle=(0, (1, 2)), zorder=0)
-    axes.text(
-        study.floor.error, 0.99, " float64 ends here", transform=axes.get_xaxis_transform(),
-        fontsize=8, va="top", ha="left", color=GREY,
-    )  # fmt: skip
+        if seen:
+            number, dashes, mark = _family(seen[0])
+            axes.plot(
+                *_xy(seen), color=colours.lines[number], linestyle=dashes, linewidth=1.2,
+                marker=mark, markersize=3.5, label=name,
+            )  # fmt: skip
+    _mark_the_floor(axes, study.floor.error, colours)
     axes.set_xlabel(f"error at {measured.judged_at} (rad, rad/s)")
     axes.set_ylabel("time to run (s), median")
-    axes.set_title(f"{measured.scene.title}, {measured.scene.duration:g} s: what accuracy costs")
-    label_lines(axes, labels)
+    label_lines(axes)
     return drawn
+
+
+def _mark_the_floor(axes: Axes, error: float, colours: Theme) -> None:
+    """Draw where double precision ends."""
+    axes.axvline(
+        error, color=colours.ink, linewidth=0.8, linestyle=(0, (1, 2)), zorder=0, label="_floor"
+    )
+    axes.text(
+        error, 0.99, " float64 ends here", transform=axes.get_xaxis_transform(),
+        fontsize=8, va="top", ha="left", color=colours.ink,
+    )  # fmt: skip
 
 
 def _xy(points: list[Point]) -> tuple[list[float], list[float]]:
     return [point.error for point in points], [point.seconds for point in points]
 
 
-def _family(point: Point) -> tuple[str, str, str]:
+def _family(point: Point) -> tuple[int, str, str]:
     if point.engine != OWN:
         return _PEER
     if point.method == "taylor":

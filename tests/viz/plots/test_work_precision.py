@@ -8,7 +8,7 @@ from twolink.accuracy.study import study
 from twolink.cli import app
 from twolink.scene import Scene
 from twolink.shipped import shipped
-from viz.plots.style import _apart, save
+from viz.plots.style import save
 from viz.plots.work_precision import work_precision_plot
 
 SCENE = shipped("scenes") / "general.toml"
@@ -45,13 +45,6 @@ def test_no_name_lies_over_another(found):
     assert len(boxes) > 5
     for index, box in enumerate(boxes):
         assert not any(box.shrunk(0.98, 0.9).overlaps(other) for other in boxes[index + 1 :])
-
-
-def test_labels_are_pushed_apart_no_more_than_needed():
-    assert _apart({"a": 0.0, "b": 100.0}, 10.0) == {"a": 0.0, "b": 100.0}
-    assert _apart({"a": 4.0, "b": 6.0}, 10.0) == {"a": 0.0, "b": 10.0}
-    spread = sorted(_apart({k: 0.0 for k in range(5)}, 3.0).values())
-    assert np.diff(spread) == pytest.approx([3.0] * 4)
 
 
 @pytest.mark.parametrize("kind", ["svg", "png"])

@@ -1,0 +1,174 @@
+import json
+from dataclasses import replace
+from decimal import Decimal, localcontext
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.accuracy.test_study import END
+from twolink.accuracy.reference import MOST_DIGITS_WITH_EVENTS, reference
+from twolink.cli import app
+from twolink.errors import SimulationError
+from twolink.scene import Scene
+from twolink.shipped import shipped
+from twolink.simulation import simulate
+
+SCENES = shipped("scenes")
+GENERAL = Scene.load(SCENES / "general.toml")
+FILES = sorted(shipped("references").glob("*.json"))
+
+
+def test_sixty_digits_and_the_published_ones():
+    found = reference(GENERAL, 60)
+    assert found.digits == (60,)
+    one, other = found.runs
+    assert one.equations != other.equations
+    assert one.bits != other.bits
+    assert one.order != other.order
+    for ours, published in zip(found.states[0], END, strict=True):
+        assert len(ours.split(".")[1]) == 60
+        # The published ones were computed in 256 bits, and may be off by one in the last digit.
+        unit = Decimal(1).scaleb(Decimal(published).as_tuple().exponent)
+        assert abs(Decimal(ours) - Decimal(published)) <= unit
+
+
+def test_more_digits_begin_with_the_fewer():
+    short = replace(GENERAL, duration=1.0)
+    few, many = reference(short, 20), reference(short, 90)
+    for less, more in zip(few.states[0], many.states[0], strict=True):
+        assert abs(Decimal(less) - Decimal(more)) <= Decimal("0.5e-20")
+
+
+def test_orders_are_odd():
+    """From rest at q = 0 an order that is a multiple of four sees an endless step."""
+    scene = replace(Scene.load(SCENES / "free_fall.toml"), duration=0.5)
+    for digits in range(20, 32):
+        found = reference(scene, digits)
+        assert found.digits == (digits,)
+        assert all(run.order % 2 for run in found.runs)
+
+
+def test_it_starts_from_the_very_float64_numbers():
+    found = reference(replace(GENERAL, duration=0.5), 60, (0.0, 0.5))
+    for ours, given in zip(found.states[0], (*GENERAL.q, *GENERAL.u), strict=True):
+        assert Decimal(ours) == Decimal(given)
+
+
+def test_digits_are_vouched_for_by_agreement_alone(monkeypatch):
+    """A run that errs in the 31st digit takes all digits from there on."""
+    from twolink.accuracy import reference as module
+
+    right = module._precise
+
+    def wrong(scene, grid, equations, digits, tell):
+        run, states = right(scene, grid, equations, digits, tell)
+        with localcontext() as context:
+            context.prec = 100
+            return run, [tuple(value + Decimal("3e-31") for value in state) for state in states]
+
+    short = replace(GENERAL, duration=0.5)
+    tries = []
+
+    def alternating(scene, grid, equations, digits, tell):
+        tries.append(digits)
+        return (wrong if equations == "lagrange" else right)(scene, grid, equations, digits, tell)
+
+    monkeypatch.setattr(module, "_precise", alternating)
+    assert reference(short, 25).digits == (25,)
+    assert len(tries) == 2
+    tries.clear()
+    assert reference(short, 40).digits == (29,)
+    # What disagreed was repeated with more and more digits.
+    assert len(tries) == 8
+    assert min(tries[-2:]) > max(tries[:2])
+
+
+def test_across_events_it_says_how_many_digits_there_are():
+    scene = replace(Scene.load(SCENES / "bounce_to_rest.toml"), duration=2.0)
+    found = reference(scene, MOST_DIGITS_WITH_EVENTS)
+    assert 20 <= found.digits[0] <= MOST_DIGITS_WITH_EVENTS
+    trajectory = simulate(scene, accuracy=1e-10)
+    ends = (*trajectory.q[:, -1], *trajectory.u[:, -1])
+    assert np.allclose([float(value) for value in found.states[0]], ends, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("digits", "times", "sentence"),
+    [
+        (0, None, "digits is 0; allowed for this scene is a whole number from 1 to 1000"),
+        (5, (1.0, 1.0), "times are 1, 1; allowed are increasing times from 0 to 10 s"),
+        (5, (11.0,), "times are 11; allowed"),
+        (5, (), "times are none; allowed"),
+    ],
+)
+def test_what_cannot_be_had_is_one_sentence(digits, times, sentence):
+    with pytest.raises(SimulationError, match=sentence):
+        reference(GENERAL, digits, times)
+
+
+def test_events_allow_fewer_digits():
+    with pytest.raises(SimulationError, match="from 1 to 28, since its motion has events"):
+        reference(Scene.load(SCENES / "stick_slip.toml"), 60)
+
+
+def test_the_command_writes_what_it_prints(tmp_path):
+    arguments = ["reference", str(SCENES / "general.toml"), "--digits", "30", "--times", "0.5,1"]
+    for kind in ("json", "csv"):
+        file = tmp_path / f"r.{kind}"
+        result = CliRunner().invoke(app, [*arguments, "--out", str(file)])
+        assert result.exit_code == 0, result.output
+    document = json.loads((tmp_path / "r.json").read_text())
+    last = document["states"][-1]
+    assert last["t"] == "1.0"
+    assert last["digits"] == 30
+    assert last["q1"] in result.output
+    assert float.fromhex(document["start"]["q1"]["hex"]) == GENERAL.q[0]
+    assert (tmp_path / "r.csv").read_text().splitlines()[-1].split(",")[2] == last["q1"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--times", "soon"], "--times is 'soon'; allowed are numbers"),
+        (["--out", "here.txt"], "--out is here.txt; allowed is a .json or .csv file"),
+        (["--digits", "2000"], "digits is 2000; allowed"),
+    ],
+)
+def test_bad_input_is_one_sentence(arguments, sentence):
+    result = CliRunner().invoke(app, ["reference", str(SCENES / "general.toml"), *arguments])
+    assert result.exit_code == 2
+    assert sentence in result.output
+
+
+def scene_of(file):
+    (found,) = SCENES.rglob(f"{file.stem}.toml")
+    return Scene.load(found)
+
+
+def test_every_shipped_scene_has_a_reference():
+    assert {file.stem for file in FILES} == {file.stem for file in SCENES.rglob("*.toml")}
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_float64_results_are_as_near_to_the_references_as_they_say(file):
+    scene, document = scene_of(file), json.loads(file.read_text())
+    assert Scene.parse(document["scene"]) == scene
+    accuracy = 1e-9
+    trajectory = simulate(scene, accuracy=accuracy)
+    times = [float(state["t"]) for state in document["states"]]
+    q, u = trajectory.at(times)
+    for index, state in enumerate(document["states"]):
+        for ours, name in zip((*q[:, index], *u[:, index]), ("q1", "q2", "u1", "u2"), strict=True):
+            error = abs(Decimal(float(ours)) - Decimal(state[name]))
+            assert error <= Decimal(trajectory.error), (name, times[index])
+
+
+def test_a_sample_is_made_again():
+    """What `twolink reference … --fifths --out models/references` wrote, to its last digit."""
+    (file,) = (file for file in FILES if file.stem == "free_fall")
+    document = json.loads(file.read_text())
+    scene = scene_of(file)
+    state = document["states"][0]
+    again = reference(scene, state["digits"], (float(state["t"]),))
+    assert again.states[0] == tuple(state[name] for name in ("q1", "q2", "u1", "u2"))

@@ -1,0 +1,133 @@
+"""The command `twolink report`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from twolink.cli.terminal import FAILED, check_folder, console, progress_bar, refuse
+from twolink.errors import TwolinkError
+
+if TYPE_CHECKING:
+    from twolink.scene import Scene
+    from viz.report.page import Section
+
+# The work of each stage, roughly, in parts of the whole.
+_BUDGET = 12.0
+
+
+def report(
+    scenes: Annotated[
+        list[Path] | None,
+        typer.Argument(help="Scene files (TOML). Default: the source's drop onto a floor."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="The folder to write index.html into.")] = Path("report"),
+    full: Annotated[
+        bool, typer.Option("--full", help="Run the hard cases too, which takes minutes.")
+    ] = False,
+    states: Annotated[int, typer.Option(help="How many random states to verify at.")] = 10_000,
+) -> None:
+    """Verify, simulate, measure, and write one self-contained page of it all.
+
+    The page needs no network and no server: open report/index.html. Exit code 0: all that was
+    checked agrees. 1: something does not; the page says what. 2: the input was refused.
+    """
+    check_folder("--out", out)
+    if states < 1:
+        refuse(f"--states is {states}; allowed is a positive whole number")
+    try:
+        passed, sentence = _made(scenes or [], out, full, states)
+    except TwolinkError as error:
+        refuse(str(error))
+    page = console()
+    page.print(sentence, style="bold green" if passed else "bold red", soft_wrap=True)
+    page.print(f"{out / 'index.html'}", soft_wrap=True)
+    if not passed:
+        raise typer.Exit(FAILED)
+
+
+def _made(files: list[Path], out: Path, full: bool, states: int) -> tuple[bool, str]:
+    """Write the page; return whether all that was checked agrees, and the verdict's sentence."""
+    from twolink.scene import Scene
+    from twolink.shipped import shipped
+    from twolink.urdf import read_planar_urdf
+    from twolink.verification import verify
+    from viz.report import page
+    from viz.report import sections as made
+
+    # All is read before any work is done.
+    loaded = [Scene.load(file) for file in files or [shipped("scenes") / "drop.toml"]]
+    stages = 2 + 2 * len(loaded) + full
+    with progress_bar() as bar:
+        stage = _Stages(bar, stages)
+        with stage("verifying the shipped URDF") as tell:
+            verdict = verify(
+                read_planar_urdf(shipped("twolink.urdf")), states=states, progress=tell
+            )
+        parts: list[Section] = [made.verification(verdict)]
+        for scene in loaded:
+            with stage(f"simulating: {scene.title}"):
+                parts += _motion(scene)
+            with stage(f"measuring what accuracy costs: {scene.title}") as tell:
+                parts.append(_accuracy(scene, tell, alone=len(loaded) == 1))
+        passed = verdict.passed
+        if full:
+            with stage("hard cases") as tell:
+                section, kept = _hardcases(tell)
+                parts.append(section)
+                passed &= kept
+        with stage("writing the page"):
+            parts.append(made.origin(verdict, " ".join(["twolink", *sys.argv[1:]])))
+            out.mkdir(parents=True, exist_ok=True)
+            lead = page.paragraph(
+                "The planar two-link chain (double pendulum), checked, simulated and measured.",
+                "lead",
+            )
+            page.write(out / "index.html", page.page("twolink report", lead, parts))
+    return passed, verdict.sentence
+
+
+class _Stages:
+    """A bar of named stages, each as long as the others."""
+
+    def __init__(self, bar: Any, count: int) -> None:
+        self._bar, self._count, self._done = bar, count, 0
+        self._task = bar.add_task("", total=1.0)
+
+    @contextmanager
+    def __call__(self, name: str) -> Iterator[Callable[[float], None]]:
+        """Name the stage that goes on; it may tell which share of it is done."""
+
+        def tell(share: float) -> None:
+            whole = (self._done + share) / self._count
+            self._bar.update(self._task, description=name, completed=whole)
+
+        tell(0.0)
+        yield tell
+        self._done += 1
+
+
+def _motion(scene: Scene) -> list[Section]:
+    from twolink.simulation import simulate
+    from twolink.simulation.effects_cost import effects_cost
+    from viz.report import sections as made
+
+    trajectory = simulate(scene)
+    return [made.motion(trajectory), made.effects(effects_cost(scene))]
+
+
+def _accuracy(scene: Scene, tell: Callable[[float], None], *, alone: bool) -> Section:
+    from twolink.accuracy.study import study
+    from viz.report import sections as made
+
+    budget = _BUDGET if alone else _BUDGET / 2
+    return made.accuracy(study(scene, budget=budget, progress=lambda _, share: tell(share)))
+
+
+def _hardcases(tell: Callable[[float], None]) -> tuple[Section, bool]:
+    raise NotImplementedError

@@ -1,0 +1,149 @@
+"""A self-contained HTML page: nothing is fetched; it reads well on a phone and on paper."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from twolink.files import written_whole
+
+_STYLE = """
+:root { color-scheme: light dark; --paper: #ffffff; --ink: #1c1e21; --soft: #5d6670;
+  --line: #dfe3e8; --panel: #f6f7f9; --good: #00714f; --bad: #b3261e; --accent: #0072b2; }
+@media (prefers-color-scheme: dark) { :root { --paper: #14171c; --ink: #e6e6e6; --soft: #a3adb8;
+  --line: #333a44; --panel: #1c2128; --good: #3cc99a; --bad: #ff8a80; --accent: #56b4e9; } }
+* { box-sizing: border-box; }
+html { -webkit-text-size-adjust: 100%; }
+body { margin: 0 auto; padding: 1.5rem 1rem 4rem; max-width: 62rem; background: var(--paper);
+  color: var(--ink); font: 16px/1.55 system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; }
+h1 { font-size: 1.9rem; line-height: 1.2; margin: .5rem 0 .25rem; }
+h2 { font-size: 1.3rem; margin: 2.6rem 0 .6rem; padding-top: .8rem;
+  border-top: 1px solid var(--line); }
+h3 { font-size: 1.05rem; margin: 1.6rem 0 .4rem; }
+p { margin: .5rem 0 .8rem; }
+.lead { color: var(--soft); }
+.verdict { padding: .8rem 1rem; border-left: 4px solid var(--good); background: var(--panel);
+  font-weight: 600; }
+.verdict.bad { border-color: var(--bad); }
+.good { color: var(--good); } .bad { color: var(--bad); }
+nav { margin: 1rem 0 0; font-size: .92rem; }
+nav a { color: var(--accent); margin-right: 1rem; white-space: nowrap; }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; width: 100%; font-size: .88rem; }
+caption { text-align: left; font-weight: 600; padding: .3rem 0; }
+th, td { padding: .28rem .6rem; border-bottom: 1px solid var(--line); text-align: left;
+  vertical-align: baseline; }
+th { font-weight: 600; color: var(--soft); }
+td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+figure { margin: 1rem 0; }
+figure img { display: block; width: 100%; height: auto; background: #fff; border-radius: 4px; }
+figcaption, .note { color: var(--soft); font-size: .88rem; margin-top: .4rem; }
+.player { width: 100%; aspect-ratio: 16 / 10; border: 1px solid var(--line); border-radius: 4px; }
+code, pre { font-family: ui-monospace, SFMono-Regular, Menlo, Consolas, monospace;
+  font-size: .88em; }
+pre { padding: .7rem .9rem; background: var(--panel); overflow-x: auto; }
+@media print { body { max-width: none; font-size: 10.5pt; padding: 0; }
+  nav, .player { display: none; } h2 { break-after: avoid; }
+  figure, table { break-inside: avoid; } .scroll { overflow: visible; } }
+"""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading, and the HTML below it."""
+
+    heading: str
+    body: str
+
+    @property
+    def anchor(self) -> str:
+        """What a link to it is called."""
+        return self.heading.lower().replace(" ", "-")
+
+
+def page(title: str, lead: str, sections: Sequence[Section]) -> str:
+    """Return the whole page; `lead` is HTML, and so are the sections' bodies."""
+    links = " ".join(f'<a href="#{s.anchor}">{text(s.heading)}</a>' for s in sections)
+    bodies = "\n".join(
+        f'<section id="{s.anchor}"><h2>{text(s.heading)}</h2>\n{s.body}\n</section>'
+        for s in sections
+    )
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        # An icon of no bytes, or the browser would ask for one.
+        '<link rel="icon" href="data:,">\n'
+        f"<title>{text(title)}</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n"
+        f"<header><h1>{text(title)}</h1>\n{lead}\n<nav>{links}</nav></header>\n"
+        f"<main>\n{bodies}\n</main>\n</body>\n</html>\n"
+    )
+
+
+def text(words: object) -> str:
+    """Return words as HTML shows them."""
+    return html.escape(str(words))
+
+
+def paragraph(words: str, kind: str = "") -> str:
+    """Return a paragraph, of a CSS class if one is named."""
+    return f'<p class="{kind}">{text(words)}</p>' if kind else f"<p>{text(words)}</p>"
+
+
+def table(
+    heads: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    numbers: Sequence[int] = (),
+    caption: str = "",
+) -> str:
+    """Return a table; cells are HTML, and the columns in `numbers` are set to the right."""
+
+    def cells(tag: str, row: Sequence[str]) -> str:
+        right = ' class="number"'
+        return "".join(
+            f"<{tag}{right if index in numbers else ''}>{cell}</{tag}>"
+            for index, cell in enumerate(row)
+        )
+
+    above = f"<caption>{text(caption)}</caption>" if caption else ""
+    body = "\n".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
+    return (
+        f'<div class="scroll"><table>{above}<thead><tr>{cells("th", heads)}</tr></thead>\n'
+        f"<tbody>{body}</tbody></table></div>"
+    )
+
+
+def picture(figure: Figure, alt: str) -> str:
+    """Return a matplotlib figure as an image inside the page.
+
+    An image of its own, and not SVG in the page's text: two of matplotlib's SVGs share ids.
+    """
+    buffer = io.BytesIO()
+    with mpl.rc_context({"svg.hashsalt": "twolink", "svg.fonttype": "path"}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    data = base64.b64encode(buffer.getvalue()).decode("ascii")
+    return (
+        f'<figure><img alt="{text(alt)}" src="data:image/svg+xml;base64,{data}">'
+        f"<figcaption>{text(alt)}</figcaption></figure>"
+    )
+
+
+def inset(document: str, title: str) -> str:
+    """Return another self-contained page as a frame inside this one."""
+    return (
+        f'<iframe class="player" title="{text(title)}" sandbox="allow-scripts" '
+        f'srcdoc="{html.escape(document)}"></iframe>'
+    )
+
+
+def write(path: Path, document: str) -> None:
+    """Write the page, whole or not at all."""
+    with written_whole(path) as file:
+        file.write_text(document, encoding="utf-8")
