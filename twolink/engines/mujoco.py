@@ -9,7 +9,9 @@ import numpy as np
 
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
-from twolink.engines.joint_model import JOINTS, JointModel, at_state, joint_model, why_not
+from twolink.engines import mujoco_contact
+from twolink.engines.joint_model import JOINTS, JointModel, at_state, why_not
+from twolink.engines.nearest import NearestModel, changed, nearest_model, smooth_part
 from twolink.engines.peer import Installed, PeerMethod, PeerRun, Prepared, check_method, stretches
 from twolink.engines.protocol import Array
 from twolink.errors import EngineError
@@ -60,18 +62,23 @@ class Mujoco:
         """Return why it cannot express a scene; None if it can."""
         return why_not(scene, self.name, _EXPRESSES, _REASONS)
 
-    def prepared(self, scene: Scene, method: str) -> Prepared:
+    def changed(self, scene: Scene) -> tuple[str, ...]:
+        """Return what it changes of a scene that it can only run by what it has nearest."""
+        return changed(scene, mujoco_contact.CHANGES)
+
+    def prepared(self, scene: Scene, method: str, *, nearest: bool = False) -> Prepared:
         """Return what runs a scene; `mj_step` is called once between two samples."""
         self._installed.check()
         check_method(self.name, self.methods, method)
-        sentence = self.cannot(scene)
+        sentence = self.cannot(smooth_part(scene) if nearest else scene)
         if sentence:
             raise EngineError(sentence)
         import mujoco
 
         begin = perf_counter()
-        model = joint_model(scene)
-        robot = _robot(mujoco, model)
+        whole = nearest_model(scene)
+        model = whole.smooth
+        robot = _robot(mujoco, whole)
         robot.opt.integrator = getattr(mujoco.mjtIntegrator, _INTEGRATORS[method])
         data = mujoco.MjData(robot)
         setup = perf_counter() - begin
@@ -84,6 +91,7 @@ class Mujoco:
             begin = perf_counter()
             for index, (count, size) in enumerate(plan, start=1):
                 robot.opt.timestep = size
+                mujoco_contact.tune(mujoco, robot, whole, size)
                 mujoco.mj_step(robot, data, count)
                 found[index, :2], found[index, 2:] = data.qpos, data.qvel
             seconds = perf_counter() - begin
@@ -109,7 +117,7 @@ class Mujoco:
         import mujoco
 
         model = at_state(chain, q, u, gravity, torque)
-        robot = _robot(mujoco, model)
+        robot = _robot(mujoco, NearestModel(model))
         data = mujoco.MjData(robot)
         _start(mujoco, robot, data, model)
         mujoco.mj_forward(robot, data)
@@ -117,15 +125,10 @@ class Mujoco:
         return float(du1), float(du2)
 
 
-def _robot(mujoco: Any, model: JointModel) -> Any:
-    """Return MuJoCo's model of the chain, in which nothing collides."""
-    try:
-        robot = mujoco.MjModel.from_xml_string(model.chain.to_urdf())
-    except (ValueError, mujoco.FatalError) as error:
-        raise EngineError(f"MuJoCo refuses the chain: {error}") from error
+def _robot(mujoco: Any, whole: NearestModel) -> Any:
+    """Return MuJoCo's model, in which nothing collides but what the scene lets collide."""
+    robot, model = mujoco_contact.built(mujoco, whole), whole.smooth
     robot.opt.gravity[:] = model.gravity_in_space
-    robot.geom_contype[:] = 0
-    robot.geom_conaffinity[:] = 0
     robot.dof_armature[:] = model.armature
     robot.dof_damping[:] = model.damping
     robot.jnt_stiffness[:] = model.stiffness

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -100,6 +100,17 @@ class Peer(Protocol):
         `gravity` (m/s²) is along x and y, `torque` (N m) that of the motors at A and B. Raises
         `EngineError` where the engine refuses the chain.
         """
+
+
+@runtime_checkable
+class NearestPeer(Peer, Protocol):
+    """A peer that can run friction, stops and surfaces by laws of its own that are near to them."""
+
+    def changed(self, scene: Scene) -> tuple[str, ...]:
+        """Return what it changes of a scene when it takes the nearest that it has, in words."""
+
+    def prepared(self, scene: Scene, method: str, *, nearest: bool = False) -> Prepared:
+        """Return what runs a scene; with `nearest`, also one that it cannot express as it is."""
 
 
 @dataclass(frozen=True)

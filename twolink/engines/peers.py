@@ -14,13 +14,13 @@ from twolink.engines.diffrax import Diffrax
 from twolink.engines.drake import Drake
 from twolink.engines.heyoka_lagrangian import HeyokaLagrangian
 from twolink.engines.mujoco import Mujoco
-from twolink.engines.peer import Peer, PeerMethod, PeerRun, Prepared
+from twolink.engines.peer import NearestPeer, Peer, PeerMethod, PeerRun, Prepared
 from twolink.engines.pybullet import Pybullet
 from twolink.engines.scipy_pinocchio import ScipyOverPinocchio
 from twolink.engines.sympy_code import SympyCode
 from twolink.errors import EngineError
 
-__all__ = ["PEERS", "Peer", "PeerMethod", "PeerRun", "Prepared", "peer_named"]
+__all__ = ["PEERS", "NearestPeer", "Peer", "PeerMethod", "PeerRun", "Prepared", "peer_named"]
 
 PEERS: tuple[Peer, ...] = (
     HeyokaLagrangian(),

@@ -15,7 +15,8 @@ import numpy as np
 
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
-from twolink.engines.joint_model import JOINTS, JointModel, at_state, joint_model, why_not
+from twolink.engines.joint_model import JOINTS, at_state, why_not
+from twolink.engines.nearest import NearestModel, Plane, changed, nearest_model, smooth_part
 from twolink.engines.peer import Installed, PeerMethod, PeerRun, Prepared, check_method, stretches
 from twolink.engines.protocol import Array
 from twolink.errors import EngineError
@@ -32,6 +33,13 @@ _REASONS = {
 }
 _EXPRESSES = frozenset({"torque", "stiffness", "damping", "waves"})
 _FASTEST = 1e12
+_CHANGES = {
+    "joint_friction": "a motor of PyBullet's that holds the joint up to the kinetic torque",
+    "joint_stop": "PyBullet's joint limits, which let no rebound through",
+    "surface": "PyBullet's contacts, by its one law of restitution and with its own solver",
+}
+# The radius (m) of the balls that touch surfaces for points.
+_BALL = 1e-2
 
 
 class Pybullet:
@@ -56,14 +64,18 @@ class Pybullet:
         """Return why it cannot express a scene; None if it can."""
         return why_not(scene, self.name, _EXPRESSES, _REASONS)
 
-    def prepared(self, scene: Scene, method: str) -> Prepared:
+    def changed(self, scene: Scene) -> tuple[str, ...]:
+        """Return what it changes of a scene that it can only run by what it has nearest."""
+        return changed(scene, _CHANGES)
+
+    def prepared(self, scene: Scene, method: str, *, nearest: bool = False) -> Prepared:
         """Return what runs a scene, in a world that lasts for the run."""
         self._installed.check()
         check_method(self.name, self.methods, method)
-        sentence = self.cannot(scene)
+        sentence = self.cannot(smooth_part(scene) if nearest else scene)
         if sentence:
             raise EngineError(sentence)
-        model = joint_model(scene)
+        model = nearest_model(scene)
 
         def run(step: float, times: Array) -> PeerRun:
             begin = perf_counter()
@@ -100,7 +112,7 @@ class Pybullet:
         """
         self._installed.check()
         model = at_state(chain, q, u, gravity, torque)
-        with _World(model) as world:
+        with _World(NearestModel(model)) as world:
             angles, speeds = list(model.theta), list(model.theta_speed)
             matrix = np.array(world.ask("calculateMassMatrix", world.body, angles))
             terms = world.ask("calculateInverseDynamics", world.body, angles, speeds, [0.0, 0.0])
@@ -112,14 +124,28 @@ class Pybullet:
         return float(du1), float(du2)
 
 
+def _urdf(whole: NearestModel) -> str:
+    """Return the chain's URDF, with limits for stops and balls at the points that touch."""
+    text = whole.smooth.chain.to_urdf()
+    for stop in whole.stops:
+        joint = f'<joint name="joint{stop.joint + 1}" type='
+        lower, upper = max(stop.lower, -1e9), min(stop.upper, 1e9)
+        limit = f'<limit lower="{lower!r}" upper="{upper!r}" effort="1e12" velocity="{_FASTEST}"/>'
+        text = text.replace(f'{joint}"continuous">', f'{joint}"revolute">{limit}')
+    for name in {name for plane in whole.planes for name in plane.on}:
+        ball = f'<collision><geometry><sphere radius="{_BALL}"/></geometry></collision>'
+        text = text.replace(f'<link name="{name}">', f'<link name="{name}">{ball}')
+    return text
+
+
 class _World:
     """A world of PyBullet's with a chain at its start, closed when it is left."""
 
-    def __init__(self, model: JointModel) -> None:
+    def __init__(self, whole: NearestModel) -> None:
         import pybullet
 
         self._bullet: Any = pybullet
-        self._model = model
+        self._whole, self._model = whole, whole.smooth
 
     def __enter__(self) -> _World:
         self._client = self._bullet.connect(self._bullet.DIRECT)
@@ -138,17 +164,17 @@ class _World:
         return getattr(self._bullet, function)(*arguments, physicsClientId=self._client, **named)
 
     def _load(self) -> None:
-        bullet, model = self._bullet, self._model
+        model = self._model
         with tempfile.TemporaryDirectory(prefix="twolink-") as folder:
             file = Path(folder, "chain.urdf")
-            model.chain.to_urdf(file)
+            file.write_text(_urdf(self._whole), encoding="utf-8")
             # Without the flag it forms inertias of its own from the shapes.
-            flags = bullet.URDF_USE_INERTIA_FROM_FILE
+            flags = self._bullet.URDF_USE_INERTIA_FROM_FILE
             self.body = self.ask("loadURDF", str(file), useFixedBase=True, flags=flags)
         self.ask("setGravity", *model.gravity_in_space)
         count = self.ask("getNumJoints", self.body)
         names = {self.ask("getJointInfo", self.body, i)[1].decode(): i for i in range(count)}
-        self.joints = [names["joint1"], names["joint2"]]
+        self.joints, self._links = [names["joint1"], names["joint2"]], names
         for link in range(-1, count):
             self.ask(
                 "changeDynamics",
@@ -165,9 +191,29 @@ class _World:
         ):
             self.ask("changeDynamics", self.body, joint, jointDamping=damping)
             self.ask("resetJointState", self.body, joint, angle, speed)
-        # Every joint has a motor at the start that holds it still.
-        mode = bullet.VELOCITY_CONTROL
-        self.ask("setJointMotorControlArray", self.body, self.joints, mode, forces=[0.0, 0.0])
+        for index, plane in enumerate(self._whole.planes):
+            self._add_plane(plane, 1 << index)
+        for name in {name for plane in self._whole.planes for name in plane.on}:
+            self._let_touch(name)
+
+    def _add_plane(self, plane: Plane, group: int) -> None:
+        """Add a plane, lower by a ball's radius, so that it is the balls' centres that it bars."""
+        (x, y), (nx, ny) = plane.point, plane.normal
+        up = [nx, 0.0, -ny]
+        place = [x - _BALL * up[0], 0.0, -y - _BALL * up[2]]
+        shape = self.ask("createCollisionShape", self._bullet.GEOM_PLANE, planeNormal=up)
+        ground = self.ask("createMultiBody", 0.0, shape, basePosition=place)
+        # Bullet multiplies friction and restitution of the two that touch: those of balls are 1.
+        law = {"lateralFriction": plane.friction, "restitution": plane.restitution}
+        self.ask("changeDynamics", ground, -1, **law)
+        self.ask("setCollisionFilterGroupMask", ground, -1, group, group)
+
+    def _let_touch(self, name: str) -> None:
+        """Let a point's ball meet all planes that bar it."""
+        groups = sum(1 << i for i, plane in enumerate(self._whole.planes) if name in plane.on)
+        link = self._links[f"{name}_frame"]
+        self.ask("changeDynamics", self.body, link, lateralFriction=1.0, restitution=1.0)
+        self.ask("setCollisionFilterGroupMask", self.body, link, groups, groups)
 
     def state(self) -> list[float]:
         """Return the joint angles (rad) and speeds (rad/s)."""
@@ -178,6 +224,10 @@ class _World:
         """Go so many steps of a size (s) from a time (s)."""
         step, client = self._bullet.stepSimulation, self._client
         self.ask("setTimeStep", size)
+        # Every joint has a motor that holds it still. The most it may give is kept as an impulse
+        # of the step that is set at the time.
+        mode, brakes = self._bullet.VELOCITY_CONTROL, list(self._whole.friction)
+        self.ask("setJointMotorControlArray", self.body, self.joints, mode, forces=brakes)
         if not self._model.uses - {"damping"}:
             for _ in range(count):
                 step(physicsClientId=client)
