@@ -17,7 +17,7 @@ import numpy as np
 
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
-from twolink.effects import Effect
+from twolink.effects import Effect, breaks
 from twolink.errors import SimulationError
 from twolink.optional import heyoka
 from twolink.scene import Scene
@@ -30,6 +30,9 @@ from twolink.simulation.run import MotionRun
 FULL_ORDERS = {"double": 21, "long double": 23, "quadruple": 41}
 PRECISIONS = tuple(FULL_ORDERS)
 
+
+# At so many times between start and end is looked at what acts.
+_LOOKS = 33
 
 # So long (s) an integrator may run before it is compiled again, optimised, which takes as long.
 _WORTH_OPTIMISING = 0.4
@@ -162,15 +165,20 @@ class _Teller:
 
 
 def default_longest_step(scene: Scene) -> float:
-    """Return the longest step to allow (s), from how fast the scene starts.
+    """Return the longest step to allow (s), from how fast the scene starts, and is driven later.
 
     The series of a chain that turns through a radian in a time τ does not converge much beyond τ.
-    A longer step is one that the last coefficients, vanishing by some symmetry, have feigned.
+    A longer step is one that the last coefficients, vanishing by some symmetry, have feigned: that
+    of a torque which begins as t³, for one, pushes a chain at rest by t⁵ and then by t¹⁵.
     """
-    rates = EQUATIONS["lagrange"].rates(scene.equipped, scene.effects, scene.q, scene.u, 0.0)[1]
-    fastest = max(
-        *(abs(float(u)) for u in scene.u), *(math.sqrt(abs(float(du))) for du in rates), 1e-300
-    )
+    later = np.linspace(0.0, scene.duration, _LOOKS)
+    jumps = [t for t in breaks(scene.effects) if 0 < t < scene.duration]
+    times = np.union1d(later, jumps)
+    # From where the chain stands, by all that acts then.
+    lagrange = EQUATIONS["lagrange"]
+    _, rates = lagrange.rates(scene.equipped, scene.effects, scene.q, scene.u, times)
+    strongest = max(float(np.abs(du).max()) for du in rates)
+    fastest = max(*(abs(float(u)) for u in scene.u), math.sqrt(strongest), 1e-300)
     return min(scene.duration, 1 / fastest)
 
 

@@ -1,0 +1,47 @@
+"""No step reaches over what is to come: a series whose last terms vanish feigns an endless one."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from twolink.chain import Chain
+from twolink.effects.gravity import Gravity
+from twolink.effects.sampled_torque import SampledTorque
+from twolink.scene import Scene
+from twolink.simulation import simulate, taylor
+
+# t³ at the elbow of a straight chain at rest: q begins as t⁵, and goes on with t¹⁵.
+SOFT = SampledTorque((0.0, 1.0, 2.0, 3.0, 4.0), (0.0,) * 5, (0.0, 1.0, 8.0, 27.0, 64.0), "cubic")
+
+
+def scene(effects: tuple, u: tuple[float, float] = (0.0, 0.0)) -> Scene:
+    return Scene(Chain.uniform_bars(), (0.0, 0.0), u, 4.0, effects)
+
+
+def test_what_drives_later_caps_the_steps():
+    """At 4 s the torque is 64 N m: M⁻¹ (−64, 64) is 603 rad/s²."""
+    assert taylor.default_longest_step(scene((SOFT,))) == pytest.approx(603.43**-0.5, rel=1e-4)
+
+
+def test_the_start_caps_them_where_nothing_varies():
+    assert taylor.default_longest_step(scene((Gravity(9.81),))) < 1
+    assert taylor.default_longest_step(scene((), u=(4.0, 0.0))) == 0.25
+    assert taylor.default_longest_step(scene(())) == 4.0
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-9])
+def test_a_torque_that_begins_softly(accuracy):
+    """At low orders, too, the accuracy that is claimed is kept: against SciPy's, step by step."""
+    rough = simulate(scene((SOFT,)), accuracy=accuracy, samples=5)
+    other = simulate(scene((SOFT,)), accuracy=1e-8, samples=5, method="DOP853")
+    assert np.abs(rough.q - other.q).max() <= accuracy + 1e-8
+
+
+def test_without_the_cap_it_is_wrong_and_does_not_say_so(monkeypatch):
+    # The package has a function of the module's name.
+    module = sys.modules["twolink.simulation.simulate"]
+    monkeypatch.setattr(module, "default_longest_step", lambda scene: scene.duration)
+    trajectory = simulate(scene((SOFT,)), accuracy=1e-3, samples=5)
+    assert trajectory.met
+    assert abs(trajectory.q[0, -1] - -29.364678) > 0.1
