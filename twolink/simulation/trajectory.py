@@ -6,19 +6,23 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twolink import kinematics, lagrange
 from twolink.chain import Chain, Point
+from twolink.directions import JointDirection
 from twolink.effects import Effect, breaks, nonsmooth, smooth_loads
 from twolink.errors import SimulationError
 from twolink.loads import Force, Loads
-from twolink.nonsmooth import DryFriction
+from twolink.nonsmooth import DryFriction, Element
 from twolink.scene import Scene
 from twolink.simulation.mode import Event, Impact, Mode
+
+if TYPE_CHECKING:
+    from twolink.simulation.modes import Modes, Solution
 
 # Between two samples the motion is a polynomial or two of some twentieth degree, in time or, where
 # a contact begins or ends, in its square root.
@@ -40,6 +44,20 @@ class Statistics:
     runs: int
     compile_seconds: float
     run_seconds: float
+
+
+@dataclass(frozen=True)
+class ContactForce:
+    """What the dry friction or the obstacle of this name gives over time, in its `unit`.
+
+    `normal` is that along its direction (for a joint's friction the torque of friction), and
+    `tangential` that along its tangent, None where there is none; each of shape (n,).
+    """
+
+    name: str
+    unit: str
+    normal: Array
+    tangential: Array | None
 
 
 @dataclass(frozen=True)
@@ -157,6 +175,33 @@ class Trajectory:
                     total[load.point.link - 1][:, now] -= force
         return total[0] + total[1], total[1]
 
+    def contact_forces(self, times: Any = None) -> tuple[ContactForce, ...]:
+        """Return what each dry friction and obstacle gives, in the order of the modes' names.
+
+        It is that at the samples, or at times (s) within the run; at the time of an event, that of
+        the mode that begins. Impacts are not in it: `impacts` has their impulses. Raises
+        `SimulationError` for times that `at` refuses.
+        """
+        if times is None:
+            moments, q, u = self.t, self.q, self.u
+        else:
+            moments = np.atleast_1d(np.asarray(times, dtype=float))
+            q, u = self.at(moments)
+        elements = nonsmooth(self.scene.effects, self.chain) if self.events else ()
+        given = np.zeros((len(elements), 2, len(moments)))
+        for now, _, solution in self._solutions(moments, q, u):
+            for index, held in enumerate(solution.held):
+                given[index][:, now] = np.array(np.broadcast_arrays(*held, moments[now])[:2])
+        return tuple(
+            ContactForce(
+                name=element.name,
+                unit="N m" if isinstance(element.direction, JointDirection) else "N",
+                normal=forces[0],
+                tangential=None if _is_smooth_along(element) else forces[1],
+            )
+            for element, forces in zip(elements, given, strict=True)
+        )
+
     def _accelerations(self) -> Array:
         """Return du/dt (rad/s²) at the samples, shape (2, n): in each mode by its own equations."""
         found = np.empty_like(self.q)
@@ -173,14 +218,23 @@ class Trajectory:
             du = lagrange.forward_dynamics(self.chain, tuple(q), tuple(u), loads)
             yield np.ones(len(times), dtype=bool), loads, np.array(np.broadcast_arrays(*du))
             return
+        for now, modes, solution in self._solutions(times, q, u):
+            t, pair, speeds = times[now], tuple(q[:, now]), tuple(u[:, now])
+            loads = modes.loads(solution, pair, speeds, t)
+            yield now, loads, np.array(np.broadcast_arrays(*solution.du, t)[:2])
+
+    def _solutions(
+        self, times: Array, q: Array, u: Array
+    ) -> Iterator[tuple[NDArray[np.bool_], Modes, Solution]]:
+        """Return, for each mode that is at some of the times (a mask), what holds in it there."""
+        if not self.events:
+            return
         from twolink.simulation.modes import Modes
 
         modes = Modes(self.chain, self.scene.effects, lagrange)
         for now, mode in self._modes_at(times):
             t, pair, speeds = times[now], tuple(q[:, now]), tuple(u[:, now])
-            solution = modes.solution(mode, pair, speeds, t)
-            loads = modes.loads(solution, pair, speeds, t)
-            yield now, loads, np.array(np.broadcast_arrays(*solution.du, t)[:2])
+            yield now, modes, modes.solution(mode, pair, speeds, t)
 
     def _modes_at(self, times: Array) -> Iterator[tuple[NDArray[np.bool_], Mode]]:
         """Return each event's mode, and which of the times (s) are in it."""
@@ -227,15 +281,9 @@ class Trajectory:
     def _given_by_modes(self, times: Array, q: Array, u: Array) -> Array:
         """Return the power of each effect's frictions and obstacles (W), shape (effects, n)."""
         power = np.zeros((len(self.scene.effects), len(times)))
-        if not self.events:
-            return power
-        from twolink.simulation.modes import Modes
-
-        modes = Modes(self.chain, self.scene.effects, lagrange)
         owners = self._owners()
-        for now, mode in self._modes_at(times):
+        for now, modes, solution in self._solutions(times, q, u):
             pair, speeds = tuple(q[:, now]), tuple(u[:, now])
-            solution = modes.solution(mode, pair, speeds, times[now])
             for owner, element, held in zip(owners, modes.elements, solution.held, strict=True):
                 along = element.direction.speed(self.chain, pair, speeds)
                 power[owner, now] += held.normal * along
@@ -281,6 +329,11 @@ class Trajectory:
         from twolink.simulation.storage import load
 
         return load(Path(path))
+
+
+def _is_smooth_along(element: Element) -> bool:
+    """Return whether nothing rubs along what an element bars, or it is friction itself."""
+    return isinstance(element, DryFriction) or element.tangent is None
 
 
 def _nodes_and_weights() -> tuple[Array, Array]:

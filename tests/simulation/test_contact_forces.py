@@ -1,0 +1,131 @@
+"""What holds and rubs, as a trajectory tells it: it turns the chain as Newton and Euler say."""
+
+import numpy as np
+import pytest
+
+from twolink.errors import SimulationError
+from twolink.scene import Scene
+from twolink.shipped import shipped
+from twolink.simulation import Trajectory, simulate
+
+G = 9.81
+
+
+@pytest.fixture(scope="module")
+def run():
+    """Return a shipped scene's trajectory, simulated once."""
+    known = {}
+
+    def of(name):
+        if name not in known:
+            scene = Scene.load(shipped(f"scenes/{name}.toml"))
+            known[name] = simulate(scene, accuracy=1e-9, samples=51)
+        return known[name]
+
+    return of
+
+
+def moment_of_momentum(trajectory, times):
+    """Return that about A (kg m²/s) of the shipped scenes' bars, of 1 kg and 1 m each."""
+    (q1, q2), (u1, u2) = trajectory.at(times)
+    first = u1 / 3
+    x = np.cos(q1) + np.cos(q2) / 2
+    y = np.sin(q1) + np.sin(q2) / 2
+    vx = -np.sin(q1) * u1 - np.sin(q2) * u2 / 2
+    vy = np.cos(q1) * u1 + np.cos(q2) * u2 / 2
+    return first + x * vy - y * vx + u2 / 12
+
+
+def moment_of_weights(q):
+    return G * (np.cos(q[0]) / 2 + np.cos(q[0]) + np.cos(q[1]) / 2)
+
+
+def turned(trajectory, start, end, moment):
+    """Return the integral of a moment (N m) and the change of what it turns, by Gauss's rule.
+
+    The nodes are dense where the force of a compliant contact has a root, at the ends.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    x, weights = (1 + nodes) / 2, weights / 2
+    times = start + (end - start) * x * x * (3 - 2 * x)
+    q, _ = trajectory.at(times)
+    rate = moment_of_weights(q) + moment(times, q)
+    before, after = moment_of_momentum(trajectory, np.nextafter([start, end], [end, start]))
+    return (end - start) * float((weights * 6 * x * (1 - x)) @ rate), after - before
+
+
+@pytest.mark.parametrize("name", ["slide_and_stop", "bounce_to_rest", "hertz_bounce"])
+def test_the_floors_force_turns_the_chain(run, name):
+    """About A it is the floor and the weights alone that turn the chain."""
+    trajectory = run(name)
+    entered = [event.entered for event in trajectory.events] + [trajectory.t[-1]]
+    spans = list(zip(entered[:-1], entered[1:], trajectory.events, strict=True))
+    touching = [span for span in spans if span[2].what != "moves freely"][:6]
+    assert touching
+
+    def moment(times, q):
+        (floor,) = trajectory.contact_forces(times)
+        # The normal is upward, −y; the tangent a quarter turn from it, along x.
+        x, y = np.cos(q[0]) + np.cos(q[1]), np.sin(q[0]) + np.sin(q[1])
+        return -x * floor.normal - y * floor.tangential
+
+    for start, end, _ in touching:
+        given, changed = turned(trajectory, start, end, moment)
+        assert given == pytest.approx(changed, abs=1e-8)
+
+
+def test_coulombs_law_holds_all_along(run):
+    trajectory = run("slide_and_stop")
+    ends = [*(event.entered for event in trajectory.events[1:]), trajectory.t[-1]]
+    assert trajectory.events[0].what == "D on floor slips backward"
+    for event, end in zip(trajectory.events, ends, strict=True):
+        (floor,) = trajectory.contact_forces(np.linspace(event.entered, np.nextafter(end, 0), 9))
+        assert floor.name == "D on floor"
+        assert floor.unit == "N"
+        assert np.all(floor.normal > 0)
+        if "slips" in event.what:
+            way = -1 if "forward" in event.what else 1
+            assert floor.tangential == pytest.approx(way * 0.6 * floor.normal)
+        else:
+            assert np.all(np.abs(floor.tangential) < 0.7 * floor.normal)
+
+
+def test_friction_in_a_joint_is_a_torque(run):
+    trajectory = run("stick_slip")
+    at_A, at_B = trajectory.contact_forces()
+    assert [at_A.name, at_B.name] == ["A", "B"]
+    assert [at_A.unit, at_B.unit] == ["N m", "N m"]
+    assert at_A.tangential is None
+    for force, kinetic, static in ((at_A, 2.5, 3.0), (at_B, 0.6, 0.8)):
+        assert np.all(np.abs(force.normal) <= static)
+        assert np.any(np.abs(force.normal) == kinetic)
+        assert np.any(np.abs(np.abs(force.normal) - kinetic) > 1e-3)
+    first, second = (event.entered for event in trajectory.events[:2])
+    given, changed = turned(
+        trajectory, first, second, lambda times, q: trajectory.contact_forces(times)[0].normal
+    )
+    assert given == pytest.approx(changed, abs=1e-9)
+
+
+def test_what_is_not_touched_gives_nothing(run):
+    trajectory = run("bounce_to_rest")
+    (floor,) = trajectory.contact_forces()
+    free = np.array([t < trajectory.impacts[0].time for t in trajectory.t])
+    assert free.any()
+    assert np.all(floor.normal[free] == 0)
+    assert np.all(floor.tangential[free] == 0)
+    assert floor.normal[-1] > 0
+
+
+def test_what_is_smooth_has_none(run):
+    assert run("free_fall").contact_forces() == ()
+
+
+def test_a_file_knows_them_at_its_samples(run, tmp_path):
+    trajectory = run("slide_and_stop")
+    trajectory.save(tmp_path / "slide.npz")
+    read = Trajectory.load(tmp_path / "slide.npz")
+    for ours, theirs in zip(read.contact_forces(), trajectory.contact_forces(), strict=True):
+        assert np.array_equal(ours.normal, theirs.normal)
+    with pytest.raises(SimulationError, match="known at its samples alone"):
+        read.contact_forces([0.01])
