@@ -24,6 +24,7 @@ LAYERS = [
     "twolink.loads",
     "twolink.directions",
     "twolink.compliance",
+    "twolink.elastoplastic",
     "twolink.nonsmooth",
     "twolink.impacts",
     "twolink.kane",

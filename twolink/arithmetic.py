@@ -66,6 +66,11 @@ def sqrt(x: Scalar) -> Scalar:
     return _library_of(x).sqrt(x)
 
 
+def exp(x: Scalar) -> Scalar:
+    """Return e to the power of x, in the kind of number that x is."""
+    return _library_of(x).exp(x)
+
+
 def sign(x: Scalar) -> Scalar:
     """Return -1, 0 or +1 (NaN for NaN) as the sign of x, in the kind of number that x is."""
     library = _library_of(x)

@@ -7,15 +7,24 @@ for: (depth)^{3/2} has no Taylor series where depth begins, root³ has.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from typing import Protocol
 
 from twolink.arithmetic import Scalar
 
 
 class ContactLaw(Protocol):
-    """A law of compliant contact; `rooted` says that it takes the root of the depth."""
+    """A law of compliant contact; `rooted` says that it takes the root of the depth.
+
+    What is no longer pressed springs back at once, or by so much of its depth in a second as
+    `relaxation` says (1/s), where that is not None.
+    """
 
     rooted: bool
+
+    @property
+    def relaxation(self) -> float | None:
+        """How fast (1/s) the surface springs back by itself, or None: at once."""
 
     def force(self, depth: Scalar, root: Scalar, rate: Scalar) -> Scalar:
         """Return the normal force (N) at a depth (m), its root (m^½) and its rate (m/s)."""
@@ -26,11 +35,20 @@ class ContactLaw(Protocol):
 
 @dataclass(frozen=True)
 class KelvinVoigt:
-    """A spring beside a damper: k δ + c dδ/dt, with k in N/m and c in N s/m."""
+    """A spring beside a damper: k δ + c dδ/dt, with k in N/m and c in N s/m.
+
+    The surface has no mass. When nothing presses it any more it follows k δ + c dδ/dt = 0, so it
+    springs back as exp(−k t/c), and what comes down again meets it where it then is.
+    """
 
     stiffness: float
     damping: float = 0.0
     rooted = False
+
+    @property
+    def relaxation(self) -> float | None:
+        """k/c (1/s); None without a damper."""
+        return self.stiffness / self.damping if self.damping else None
 
     def force(self, depth: Scalar, root: Scalar, rate: Scalar) -> Scalar:
         """Return k δ + c dδ/dt (N)."""
@@ -49,8 +67,9 @@ class Hertz:
     (K. L. Johnson, Contact Mechanics, 1985, equation 4.22).
     """
 
-    stiffness: float
+    stiffness: Scalar
     rooted = True
+    relaxation = None
 
     def force(self, depth: Scalar, root: Scalar, rate: Scalar) -> Scalar:
         """Return K δ^{3/2} (N)."""
@@ -72,6 +91,7 @@ class HuntCrossley:
     stiffness: float
     dissipation: float = 0.0
     rooted = True
+    relaxation = None
 
     def force(self, depth: Scalar, root: Scalar, rate: Scalar) -> Scalar:
         """Return K δ^{3/2} (1 + a dδ/dt) (N)."""
@@ -80,3 +100,72 @@ class HuntCrossley:
     def stored(self, depth: Scalar, root: Scalar) -> Scalar:
         """Return 2/5 K δ^{5/2} (J)."""
         return 2 * self.stiffness * (root * root * root) * depth / 5
+
+
+class Phase(Enum):
+    """Where a surface that yields stands in its law: the value says what it does when pressed."""
+
+    WHOLE = "elastic"
+    YIELDS = "yields"
+    FLOWS = "flows"
+    SPRINGS_BACK = "springs back"
+    PRESSED_AGAIN = "is pressed again"
+
+
+@dataclass(frozen=True)
+class Dent:
+    """What a surface that yields remembers: its phase, and the dent that it has kept.
+
+    A dent's surface is `residual` (m) below the one that was, and is pressed with the `stiffness`
+    (N/m^{3/2}) of Hertz's law until it is `deepest` (m) below it, as deep as it has been.
+    """
+
+    phase: Phase
+    stiffness: Scalar = 0.0
+    residual: Scalar = 0.0
+    deepest: Scalar = 0.0
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether there is a dent, so that its numbers count."""
+        return self.phase in (Phase.SPRINGS_BACK, Phase.PRESSED_AGAIN)
+
+    @property
+    def numbers(self) -> tuple[Scalar, ...]:
+        """The numbers in which dents differ; none if there is no dent."""
+        return (self.stiffness, self.residual, self.deepest) if self.is_kept else ()
+
+    def with_numbers(self, numbers: tuple[Scalar, ...]) -> Dent:
+        """Return a dent in the same phase with these numbers."""
+        return Dent(self.phase, *numbers)
+
+
+@dataclass(frozen=True)
+class Branch:
+    """The part of a law that holds now: from which depth, up to which, and until what turns.
+
+    The `law` takes the depth below `residual` (m). It holds until the root of that depth rises to
+    `reach` (m^½), if to any, or until the point turns: from going deeper where `turning` is 1, from
+    coming out where it is −1.
+    """
+
+    law: ContactLaw
+    residual: Scalar = 0.0
+    reach: Scalar | None = None
+    turning: int = 0
+
+
+class Memory(Protocol):
+    """How a law depends on what has been: on a dent, which is changed where a branch ends."""
+
+    def branch(self, dent: Dent) -> Branch:
+        """Return the part of the law that holds for a dent."""
+
+    def pressed(self, dent: Dent) -> Dent:
+        """Return the dent when it is touched."""
+
+    def reached(self, dent: Dent) -> Dent:
+        """Return the dent when its branch has come to its reach."""
+
+    def turned(self, dent: Dent, depth: Scalar) -> Dent:
+        """Return the dent when the point turns at a depth (m) below the whole surface."""

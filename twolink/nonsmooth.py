@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from twolink.arithmetic import Scalar
-from twolink.compliance import ContactLaw
+from twolink.compliance import ContactLaw, Memory
 from twolink.directions import Direction
 
 
@@ -47,7 +47,10 @@ class Obstacle:
 
 @dataclass(frozen=True)
 class Cushion:
-    """A bound beyond which a compliant `law` pushes back; it may be rough as an obstacle is."""
+    """A bound beyond which a compliant `law` pushes back; it may be rough as an obstacle is.
+
+    With a `memory`, `law` is that of a surface that is whole, and others take its place.
+    """
 
     name: str
     direction: Direction
@@ -56,6 +59,7 @@ class Cushion:
     tangent: Direction | None = None
     kinetic: Scalar = 0
     static: Scalar = 0
+    memory: Memory | None = None
 
 
 Element = DryFriction | Obstacle | Cushion

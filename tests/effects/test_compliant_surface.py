@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from twolink.chain import Chain
@@ -89,6 +90,72 @@ def rebound(surface, speed=-1.0, sliding=0.0):
     return J @ w[:, 0]
 
 
+@pytest.mark.parametrize("law", ["kelvin-voigt", "hertz"])
+def test_what_sticks_from_touch_to_release_loses_nothing(law):
+    """D comes in along the normal and sticks, until hardly anything presses it any more."""
+    surface = floor(law, 1e7, friction=2.0)
+    J = np.array([[math.cos(q) for q in Q], [-math.sin(q) for q in Q]])
+    u = np.linalg.solve(J, [1.0, 0.0]).tolist()
+    trajectory = simulate(scene(surface, u=(u[0], u[1]), duration=0.05, accuracy=1e-10))
+    assert "D on floor sticks" in [str(event.mode) for event in trajectory.events]
+    assert str(trajectory.events[-1].mode) == "moves freely"
+    assert trajectory.velocity(BARS.D)[1, -1] < -0.5
+    T = trajectory.kinetic_energy
+    assert T[-1] == pytest.approx(T[0], rel=1e-6)
+
+
+def test_a_damped_cushion_is_met_where_it_has_sprung_back_to():
+    """A point mass bounces on a Kelvin-Voigt floor, ever lower: by SciPy in one dimension."""
+    k, c, g, v = 2e3, 20.0, 9.81, 2.0
+    point = Chain(
+        mass=(1e-12, 1.0), length=(1.0, 1.0), centre=((0.5, 0.0), (1.0, 0.0)),
+        inertia=(1e-14, 1e-14),
+    )  # fmt: skip
+    J = np.array([[math.cos(q) for q in Q], [-math.sin(q) for q in Q]])
+    u = np.linalg.solve(J, [v, 0.0]).tolist()
+    start = Scene(
+        chain=point, q=Q, u=(u[0], u[1]), duration=0.6, accuracy=1e-11,
+        effects=(Gravity(), floor("kelvin-voigt", k, c)),
+    )  # fmt: skip
+    trajectory = simulate(start, samples=601)
+    depths, sunk = np.full(601, np.nan), []
+    t, y, pressed = 0.0, [0.0, v, 0.0], True
+
+    def presses(t, y):
+        return k * y[0] + c * y[1]
+
+    def meets(t, y):
+        return y[0] - y[2] + 1e-18
+
+    presses.terminal = meets.terminal = True
+    presses.direction, meets.direction = -1, 1
+    while t < 0.6:
+        run = solve_ivp(
+            (lambda t, y: [y[1], g - presses(t, y), 0.0])
+            if pressed
+            else (lambda t, y: [y[1], g, -k / c * y[2]]),
+            (t, 0.6), y, events=presses if pressed else meets, rtol=1e-13, atol=1e-16,
+            method="DOP853", dense_output=True,
+        )  # fmt: skip
+        inside = (trajectory.t >= t) & (trajectory.t <= run.t[-1])
+        depths[inside] = run.sol(trajectory.t[inside])[0]
+        t, y = run.t[-1], run.y[:, -1].tolist()
+        if not run.t_events[0].size:
+            break
+        if pressed:
+            # A nudge past the instant at which both move alike.
+            y[2] = y[0]
+            t, y = t + 1e-7, [y[0] + 1e-7 * y[1], y[1] + 1e-7 * g, y[2] * math.exp(-k / c * 1e-7)]
+        else:
+            sunk.append(y[2])
+        pressed = not pressed
+    ours = trajectory.position(point.D)[1] - HEIGHT
+    assert np.abs(ours - depths).max() <= 1e-9
+    # At the last bounces the floor had not sprung back.
+    assert len(sunk) >= 2
+    assert sunk[-1] > 1e-6
+
+
 def hunt_crossleys_restitution(av: float) -> float:
     """e of m dv/dt = −K δ^{3/2} (1 + a v), from ∫ v dv/(1 + a v) over both phases."""
     return brentq(
@@ -137,11 +204,13 @@ def test_a_damper_has_the_restitution_of_its_equation():
     assert normal == pytest.approx(expected, abs=1e-3)
 
 
-def test_a_ball_has_hertzs_stiffness():
-    steel = CompliantSurface.of_a_ball(
-        (0.0, 1.0), (0.0, -1.0), radius=0.01, modulus=(2.1e11, 2.1e11), poisson=(0.3, 0.3)
+@pytest.mark.parametrize("law", ["hertz", "hunt-crossley"])
+def test_a_ball_has_hertzs_stiffness(law):
+    steel = CompliantSurface(
+        (0.0, 1.0), (0.0, -1.0), law, radius=0.01, modulus=(2.1e11, 2.1e11), poisson=(0.3, 0.3)
     )
-    assert steel.stiffness == pytest.approx(4 / 3 * 0.1 * 2.1e11 / (2 * 0.91), rel=1e-14)
+    (cushion,) = steel.nonsmooth(BARS)
+    assert cushion.law.stiffness == pytest.approx(4 / 3 * 0.1 * 2.1e11 / (2 * 0.91), rel=1e-14)
 
 
 def test_touched_at_rest_it_sinks_in():

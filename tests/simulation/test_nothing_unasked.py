@@ -41,10 +41,15 @@ EFFECTS = (
     JointStop("A", upper=3.0),
     Surface((0.0, 1.5), (0.0, -1.0), friction=0.3, restitution=0.5),
     CompliantSurface((0.0, 1.5), (0.0, -1.0), "hertz", 1e5),
+    CompliantSurface((0.0, 1.5), (0.0, -1.0), "kelvin-voigt", 1e5, 10.0),
+    CompliantSurface(
+        (0.0, 1.5), (0.0, -1.0), "elasto-plastic", radius=0.02, modulus=(2.1e11, 7e10),
+        poisson=(0.3, 0.33), strength=(1e9, 1e8),
+    ),
     PdControl((0.4, 0.8), (20.0, 10.0), (2.0, 1.0)),
     MotorInertia((0.1, 0.1), (2.0, 2.0)),
     EndDrag(0.6),
-)
+)  # fmt: skip
 
 
 def by_hand(gravity: bool) -> int:

@@ -145,6 +145,7 @@ def test_an_archive_is_read_by_numpy(tmp_path):
     assert about["events"][0]["mode"] == {
         "names": ["A", "B"],
         "states": [state.value for state in STICK_SLIP.events[0].mode.states],
+        "dents": [],
     }
 
 

@@ -8,14 +8,18 @@ from typing import Literal
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
-from twolink.compliance import ContactLaw, Hertz, HuntCrossley, KelvinVoigt
+from twolink.compliance import ContactLaw, Hertz, HuntCrossley, KelvinVoigt, Memory
 from twolink.directions import PointDirection, PointName
+from twolink.elastoplastic import ElastoPlastic, Material
 from twolink.errors import ParameterError
 from twolink.loads import Loads
 from twolink.nonsmooth import Cushion
 
-_LAWS = ("kelvin-voigt", "hertz", "hunt-crossley")
+_LAWS = ("kelvin-voigt", "hertz", "hunt-crossley", "elasto-plastic")
+_OF_BALLS = _LAWS[1:]
+_WITH_LOSS = ("kelvin-voigt", "hunt-crossley")
 _POINTS = ("B", "C1", "C2", "D")
+_MATERIAL = ("radius", "modulus", "poisson")
 
 
 @dataclass(frozen=True)
@@ -23,33 +27,39 @@ class CompliantSurface:
     """A half-plane through `point` (m) with an outward `normal`, pressed by the points `on`.
 
     `law` is `kelvin-voigt`, with `stiffness` in N/m and `loss` in N s/m (a damper); `hertz`, with
-    `stiffness` in N/m^{3/2}; or `hunt-crossley`, with the same and `loss` in s/m. `friction` is
+    `stiffness` in N/m^{3/2}; `hunt-crossley`, with the same and `loss` in s/m; or `elasto-plastic`.
+    What presses is a ball: its `radius` (m), and `modulus` E (Pa) and `poisson` ν of the ball and
+    of the surface may stand for the stiffness of all laws but the first, K = 4/3 E* √R with
+    1/E* = Σ (1 − ν²)/E. The last needs them, and the yield `strength` (Pa) of both. `friction` is
     Coulomb's μ while a point slides and `static` the one while it sticks.
     """
 
     point: tuple[float, float]
     normal: tuple[float, float]
-    law: Literal["kelvin-voigt", "hertz", "hunt-crossley"]
-    stiffness: float
+    law: Literal["kelvin-voigt", "hertz", "hunt-crossley", "elasto-plastic"]
+    stiffness: float | None = None
     loss: float = 0.0
     on: tuple[PointName, ...] = ("D",)
     friction: float = 0.0
     static: float | None = None
     name: str = "cushion"
+    radius: float | None = None
+    modulus: tuple[float, float] | None = None
+    poisson: tuple[float, float] | None = None
+    strength: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what has no side, pulls, or drives."""
+        """Refuse what has no side, pulls, drives, or is no material."""
         if not all(math.isfinite(x) for x in (*self.point, *self.normal)):
             self._refuse("point and normal", (self.point, self.normal), "numbers")
         if math.hypot(*self.normal) == 0:
             self._refuse("normal", self.normal, "two numbers, not both zero")
         if self.law not in _LAWS:
             self._refuse("law", self.law, ", ".join(_LAWS))
-        if not 0 < self.stiffness < math.inf:
-            self._refuse("stiffness", self.stiffness, "a positive number")
-        if not 0 <= self.loss < math.inf or (self.law == "hertz" and self.loss != 0):
-            allowed = "zero" if self.law == "hertz" else "zero or a positive number"
-            self._refuse("loss", self.loss, allowed)
+        self._check_material()
+        lossy = self.law in _WITH_LOSS
+        if not 0 <= self.loss < math.inf or (not lossy and self.loss != 0):
+            self._refuse("loss", self.loss, "zero or a positive number" if lossy else "zero")
         if not self.on or len(set(self.on)) < len(self.on) or not set(self.on) <= set(_POINTS):
             self._refuse("on", self.on, f"one or more of {', '.join(_POINTS)}")
         if not 0 <= self.friction < math.inf:
@@ -57,51 +67,97 @@ class CompliantSurface:
         if self.static is not None and not self.friction <= self.static < math.inf:
             self._refuse("static", self.static, f"the friction {self.friction!r} or more")
 
+    def _check_material(self) -> None:
+        """Refuse a stiffness, or the material of a ball, that is not there or is none."""
+        yields = self.law == "elasto-plastic"
+        wanted = (*_MATERIAL, "strength") if yields else _MATERIAL
+        given = [name for name in (*_MATERIAL, "strength") if getattr(self, name) is not None]
+        if not given and not yields:
+            if self.stiffness is None or not 0 < self.stiffness < math.inf:
+                self._refuse("stiffness", self.stiffness, "a positive number")
+            return
+        if self.stiffness is not None or self.law not in _OF_BALLS or set(given) != set(wanted):
+            both = ["stiffness"] if self.stiffness is not None else []
+            allowed = f"{', '.join(wanted)} of a ball"
+            if not yields:
+                allowed = "stiffness" + (f", or {allowed}" if self.law in _OF_BALLS else "")
+            received = " and ".join([*both, *given]) or "nothing"
+            self._refuse(f"what is given of {self.law}", received, allowed)
+        if not 0 < self._radius < math.inf:
+            self._refuse("radius", self.radius, "a positive number")
+        for name in ("modulus", "strength")[: 1 + yields]:
+            if not all(0 < x < math.inf for x in getattr(self, name)):
+                self._refuse(name, getattr(self, name), "two positive numbers")
+        assert self.poisson is not None
+        if not all(-1 < nu <= 0.5 for nu in self.poisson):
+            self._refuse("poisson", self.poisson, "two numbers above -1 and up to 0.5")
+        if yields and self._material.poisson < 0:
+            allowed = "zero or more for the body that yields"
+            self._refuse("poisson", self.poisson, allowed)
+
     def _refuse(self, what: str, value: object, allowed: str) -> None:
         raise ParameterError(f"{self.name}: {what} is {value!r}; allowed is {allowed}")
 
-    @classmethod
-    def of_a_ball(
-        cls,
-        point: tuple[float, float],
-        normal: tuple[float, float],
-        *,
-        radius: float,
-        modulus: tuple[float, float],
-        poisson: tuple[float, float],
-        **others: object,
-    ) -> CompliantSurface:
-        """Return the Hertz contact of a ball of a radius (m) at the point that presses.
+    @property
+    def _radius(self) -> float:
+        assert self.radius is not None
+        return self.radius
 
-        `modulus` E (Pa) and `poisson` ν are those of the ball and of the surface:
-        K = 4/3 E* √R, with 1/E* = Σ (1 − ν²)/E.
-        """
-        inverse = sum((1 - nu * nu) / E for E, nu in zip(modulus, poisson, strict=True))
-        stiffness = 4 / 3 * math.sqrt(radius) / inverse
-        return cls(point, normal, "hertz", stiffness, **others)  # type: ignore[arg-type]
+    @property
+    def _modulus(self) -> float:
+        """E* (Pa)."""
+        assert self.modulus is not None
+        assert self.poisson is not None
+        bodies = zip(self.modulus, self.poisson, strict=True)
+        return 1 / sum((1 - nu * nu) / E for E, nu in bodies)
+
+    @property
+    def _stiffness(self) -> float:
+        """The stiffness that is given, or Hertz's of the ball."""
+        if self.stiffness is not None:
+            return self.stiffness
+        return 4 / 3 * self._modulus * math.sqrt(self._radius)
+
+    @property
+    def _material(self) -> Material:
+        """What yields: the body of the lesser C S_y, as Jackson and Green have it."""
+        assert self.poisson is not None
+        assert self.strength is not None
+        bodies = [
+            Material(self._modulus, self._radius, strength, nu)
+            for strength, nu in zip(self.strength, self.poisson, strict=True)
+        ]
+        return min(bodies, key=lambda body: body.slope)
 
     def nonsmooth(self, chain: Chain) -> tuple[Cushion, ...]:
         """Return a cushion for each point, rough if there is friction."""
         size = math.hypot(*self.normal)
         x, y = self.normal[0] / size, self.normal[1] / size
         static = self.friction if self.static is None else self.static
-        laws: dict[str, ContactLaw] = {
-            "kelvin-voigt": KelvinVoigt(self.stiffness, self.loss),
-            "hertz": Hertz(self.stiffness),
-            "hunt-crossley": HuntCrossley(self.stiffness, self.loss),
-        }
+        law, memory = self._law
         return tuple(
             Cushion(
                 name=f"{point} on {self.name}",
                 direction=PointDirection(point, (x, y)),
                 bound=x * self.point[0] + y * self.point[1],
-                law=laws[self.law],
+                law=law,
                 tangent=PointDirection(point, (-y, x)) if static else None,
                 kinetic=self.friction,
                 static=static,
+                memory=memory,
             )
             for point in self.on
         )
+
+    @property
+    def _law(self) -> tuple[ContactLaw, Memory | None]:
+        """The law of the whole surface, and what becomes of it where it yields."""
+        if self.law == "kelvin-voigt":
+            return KelvinVoigt(self._stiffness, self.loss), None
+        if self.law == "hunt-crossley":
+            return HuntCrossley(self._stiffness, self.loss), None
+        memory = ElastoPlastic(self._material) if self.law == "elasto-plastic" else None
+        return Hertz(self._stiffness), memory
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return nothing: what a cushion gives depends on its mode, touched or free."""

@@ -7,7 +7,7 @@ import itertools
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from twolink.optional import heyoka
 from twolink.simulation.mode import Mode, State
 from twolink.simulation.modes import Modes
 from twolink.simulation.taylor import number_type, step_tolerance
-from twolink.simulation.watching import Kind, Watch, margin, watches
+from twolink.simulation.watching import Places, Watch, margin, watches
 
 # What is watched is a multiple of the quantity and a little more. heyoka misses later roots of a
 # polynomial that starts at zero exactly, as a gap does after an impact: so little moves no root and
@@ -55,11 +55,11 @@ class Segment:
 class CompiledMode:
     """A mode's integrator, and what it watches for.
 
-    Of its parameters the first are the `numbers` of effects that differ from piece to piece; then
-    there are two for each event. Where a rooted cushion is pressed the integrator's variable is not
-    time but s, with dt = √depth ds, in which the motion is analytic from the first touch to the
-    last. Then the time since the start is the last of its variables, an event ends it, and the last
-    two parameters are the start and the time until that end.
+    Of its parameters the first are the `numbers` of effects that differ from piece to piece, and
+    of dents; then there are two for each event. Where a rooted cushion is pressed the integrator's
+    variable is not time but s, with dt = √depth ds, in which the motion is analytic from the first
+    touch to the last. Then the time since the start is the last of its variables, an event ends it,
+    and the last two parameters are the start and the time until that end.
     """
 
     integrator: Any
@@ -74,10 +74,8 @@ class CompiledMode:
         integrator = self.integrator
         integrator.state[:] = segment.state
         integrator.time = self.kind(0) if self.rooted else segment.start
-        numbers = [
-            number for effect in segment.effects for number in getattr(effect, "numbers", ())
-        ]
-        for place, number in enumerate(numbers):
+        effects = [n for effect in segment.effects for n in getattr(effect, "numbers", ())]
+        for place, number in enumerate([*effects, *segment.mode.numbers]):
             integrator.pars[place] = self.kind(number)
         for place, watch in enumerate(self.watches):
             sight = _OUT_OF_SIGHT if watch in segment.unwatched else _IN_SIGHT
@@ -116,6 +114,26 @@ class CompiledMode:
         return at
 
 
+class Free(NamedTuple):
+    """The variables of what is not touched, by number: gaps, and surfaces that spring back.
+
+    A gap is a variable of its own: it starts at 0 after an impact, and then has digits of its own,
+    however low the bounce, where a difference of positions would have none left. A surface that
+    springs back by itself, at a rate (1/s), has how far it is still sunk in as another.
+    """
+
+    gaps: tuple[int, ...]
+    relaxing: dict[int, float]
+
+    @classmethod
+    def of(cls, modes: Modes, mode: Mode) -> Free:
+        """Return those of a mode."""
+        gaps = tuple(i for i, state in enumerate(mode.states) if state is State.OPEN)
+        cushions = {i: e for i in gaps if isinstance(e := modes.elements[i], Cushion)}
+        rates = {index: cushion.law.relaxation for index, cushion in cushions.items()}
+        return cls(gaps, {index: rate for index, rate in rates.items() if rate is not None})
+
+
 def compiled_mode(
     chain: Chain,
     effects: tuple[Effect, ...],
@@ -130,7 +148,7 @@ def compiled_mode(
         effect.with_numbers((0.0,) * len(effect.numbers)) if hasattr(effect, "numbers") else effect
         for effect in varying
     )
-    return _compiled(chain, blank, mode, formulation, precision, order, chain._exact_inertia)
+    return _compiled(chain, blank, mode.kind, formulation, precision, order, chain._exact_inertia)
 
 
 @functools.lru_cache(maxsize=256)
@@ -147,8 +165,10 @@ def _compiled(
     hy = heyoka()
     kind = number_type(precision)
     text = kane if formulation == "kane" else lagrange
-    numbers = sum(len(getattr(effect, "numbers", ())) for effect in effects)
-    modes = Modes(chain.convert(kind), _with_parameters(effects), text)
+    parameters = itertools.count()
+    modes = Modes(chain.convert(kind), _with_parameters(effects, parameters), text)
+    mode = mode.with_numbers(tuple(hy.par[next(parameters)] for _ in mode.numbers))
+    numbers = next(parameters)
     q, u = hy.make_vars("q1", "q2"), hy.make_vars("u1", "u2")
     rooted = [
         index
@@ -157,31 +177,30 @@ def _compiled(
     ]
     roots = {index: hy.make_vars(f"root{index}") for index in rooted}
     clock = hy.make_vars("clock")
-    parameters = numbers + 2 * len(watches(modes, mode))
-    now = hy.par[parameters] + clock if rooted else hy.time
+    wanted = watches(modes, mode)
+    now = hy.par[numbers + 2 * len(wanted)] + clock if rooted else hy.time
     solution = modes.solution(mode, q, u, now, roots)
-    # A gap is a variable of its own: it starts at 0 after an impact, and then has digits of its
-    # own, however low the bounce, where a difference of positions would have none left.
-    free = [i for i, state in enumerate(mode.states) if state is State.OPEN]
-    gaps = {index: hy.make_vars(f"gap{index}") for index in free}
-    gap_rates = [modes.elements[index].direction.speed(modes.chain, q, u) for index in free]
-    variables = [*q, *u, *gaps.values(), *roots.values()]
+    free = Free.of(modes, mode)
+    gaps = {index: hy.make_vars(f"gap{index}") for index in free.gaps}
+    sunk = {index: hy.make_vars(f"sunk{index}") for index in free.relaxing}
+    springing = {index: -rate * sunk[index] for index, rate in free.relaxing.items()}
+    gap_rates = [
+        modes.elements[index].direction.speed(modes.chain, q, u) + springing.get(index, 0.0)
+        for index in gaps
+    ]
+    variables = [*q, *u, *gaps.values(), *sunk.values(), *roots.values()]
+    places = Places(gaps, roots)
     events: list[Any] = []
     watched: list[Watch] = []
-    for watch in watches(modes, mode):
-        if watch.kind is Kind.HITS:
-            quantity = gaps[watch.number]
-        elif watch.kind is Kind.LEAVES and watch.number in roots:
-            quantity = roots[watch.number]
-        else:
-            quantity = margin(watch, modes, mode, solution, q, u)
+    for watch in wanted:
+        quantity = margin(watch, modes, mode, solution, q, u, places)
         if not _is_constant(quantity):
             place = numbers + 2 * len(events)
             quantity = hy.par[place] * quantity + hy.par[place + 1]
             falling = hy.event_direction.negative
             events.append(hy.t_event(quantity, direction=falling, fp_type=kind))
             watched.append(watch)
-    rates = [*u, *solution.du, *gap_rates]
+    rates = [*u, *solution.du, *gap_rates, *springing.values()]
     if rooted:
         pace = functools.reduce(operator.mul, roots.values())
         rates = [rate * pace for rate in rates]
@@ -192,7 +211,7 @@ def _compiled(
             rates.append(functools.reduce(operator.mul, others, growth))
         variables.append(clock)
         rates.append(pace)
-        ends = hy.par[parameters + 1] - clock
+        ends = hy.par[numbers + 2 * len(wanted) + 1] - clock
         events.append(hy.t_event(ends, direction=hy.event_direction.negative, fp_type=kind))
     rates = [rate if isinstance(rate, hy.expression) else hy.expression(rate) for rate in rates]
     integrator = hy.taylor_adaptive(
@@ -208,9 +227,10 @@ def _compiled(
     return CompiledMode(integrator, operations, numbers, tuple(watched), kind, bool(rooted))
 
 
-def _with_parameters(effects: tuple[Any, ...]) -> tuple[Effect, ...]:
+def _with_parameters(
+    effects: tuple[Any, ...], parameters: itertools.count[int]
+) -> tuple[Effect, ...]:
     """Return the effects with parameters for the numbers that differ from piece to piece."""
-    parameters = itertools.count()
     par = heyoka().par
     return tuple(
         effect.with_numbers(tuple(par[next(parameters)] for _ in effect.numbers))

@@ -7,6 +7,7 @@ is set to rest exactly, what met an obstacle is struck, and the next mode takes 
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
@@ -19,8 +20,9 @@ from twolink.errors import SimulationError
 from twolink.nonsmooth import Cushion, DryFriction, Element, Obstacle
 from twolink.optional import heyoka
 from twolink.scene import Scene
-from twolink.simulation.compiled_mode import Segment, compiled_mode
+from twolink.simulation.compiled_mode import Free, Segment, compiled_mode
 from twolink.simulation.constrained import rests, same_way
+from twolink.simulation.cushions import Cushions
 from twolink.simulation.following import Following
 from twolink.simulation.mode import Impact, Mode, State
 from twolink.simulation.modes import Modes
@@ -79,8 +81,7 @@ class Course:
         self._horizon = kind(0)
         # How far away the obstacles are: variables of their own, not differences of positions.
         self._apart: dict[int, Any] = {}
-        # The roots of the depths in rooted cushions, which are variables of their own.
-        self._roots: dict[int, Any] = {}
+        self._cushions = Cushions(self._modes.elements, kind)
         self._guards: dict[Watch, Any] = {}
         self._at_once = 0
         self.segments: list[Segment] = []
@@ -111,7 +112,7 @@ class Course:
         for number, element in enumerate(self._modes.elements):
             if isinstance(element, DryFriction):
                 continue
-            gap = self._apart[number] = self._gap(element)
+            gap = self._apart[number] = self._gap(number)
             # A start is given in float64, and is on an obstacle to its rounding.
             if self._is_near(element, gap, rounding("double")):
                 self._place(number)
@@ -122,7 +123,7 @@ class Course:
                     f"{element.name}: the scene starts {-float(gap):.6g} inside; allowed is a "
                     "start on its outside, or on it"
                 )
-        self._mode = Mode(self._modes.names, (State.OPEN,) * len(self._modes.elements))
+        self._mode = self._free_mode()
         self._strike()
 
     def _press(self, number: int) -> None:
@@ -131,24 +132,28 @@ class Course:
         row = self._modes.row(cushion.direction, self._q)
         self._touched.add(number)
         least = math.sqrt(self._resolution) if rests(row, self._u) else 0.0
-        self._roots[number] = self._kind(least)
+        self._cushions.press(number, least)
 
     def _recedes(self, element: Any) -> bool:
         row = self._modes.row(element.direction, self._q)
         return not rests(row, self._u) and bool(row[0] * self._u[0] + row[1] * self._u[1] > 0)
 
-    def _gap(self, obstacle: Any) -> Any:
+    def _free_mode(self) -> Mode:
+        """Return the mode in which nothing is touched."""
+        open_all = (State.OPEN,) * len(self._modes.elements)
+        return Mode(self._modes.names, open_all, self._cushions.dents)
+
+    def _gap(self, number: int) -> Any:
         """Return how far an obstacle is away (rad or m)."""
-        return obstacle.direction.coordinate(self._modes.chain, self._q) - obstacle.bound
+        direction = self._modes.elements[number].direction
+        here = direction.coordinate(self._modes.chain, self._q)
+        return here - self._cushions.surface(number)
 
     def _place(self, number: int) -> None:
         """Move q by rounding, so that an obstacle is touched exactly."""
-        self._q = self._striking.placed(self._modes.elements[number], self._q)
+        direction = self._modes.elements[number].direction
+        self._q = self._striking.placed(direction, self._cushions.surface(number), self._q)
         self._apart[number] = self._kind(0)
-
-    def _free(self) -> list[int]:
-        """Return the numbers of the obstacles that are free in this mode."""
-        return [index for index, state in enumerate(self._mode.states) if state is State.OPEN]
 
     def _is_near(self, obstacle: Any, gap: Any, resolution: float | None = None) -> bool:
         """Return whether a gap is no more than rounding."""
@@ -170,17 +175,21 @@ class Course:
         until = min([self.following.end, *self._guards.values(), *self._breaks[:1]])
         if self._now < self._horizon:
             until = min(until, self._horizon)
-        if any(self._is_rooted(index) for index in self._roots):
+        roots, sunk = self._cushions.roots, self._cushions.sunk
+        if roots:
             until = min(until, self._now + _LONGEST_PRESS)
         start = self._now
         begun = perf_counter()
         resting = {Watch(Kind.HITS, index) for index in self._touched}
         unwatched = frozenset({*self._guards, *resting})
-        free = self._free()
-        state = (*self._q, *self._u, *(self._apart[index] for index in free))
-        rooted = [index for index in sorted(self._roots) if self._is_rooted(index)]
-        if rooted:
-            state = (*state, *(self._roots[index] for index in rooted), self._kind(0))
+        free = Free.of(self._modes, self._mode)
+        # Where each of the variables beside q and u is kept.
+        kept = [(self._apart, index) for index in free.gaps]
+        kept += [(sunk, index) for index in free.relaxing]
+        kept += [(roots, index) for index in sorted(roots)]
+        state = (*self._q, *self._u, *(place[index] for place, index in kept))
+        if roots:
+            state = (*state, self._kind(0))
         since = max(start, self._since)
         segment = Segment(self._mode, self._effects, start, until, state, unwatched, since)
         compiled = compiled_mode(
@@ -198,16 +207,14 @@ class Course:
         if compiled.rooted:
             outcome, segment = self.following.in_root_time(compiled, segment)
             self._now = segment.end
-            for place, index in enumerate(rooted, start=4 + len(free)):
-                self._roots[index] = integrator.state[place]
         else:
             outcome = self.following.in_time(integrator, start, until)
             self._now = self._kind(integrator.time)
         self.run_seconds += perf_counter() - begun
-        q1, q2, u1, u2 = integrator.state[:4]
+        q1, q2, u1, u2, *others = integrator.state
         self._q, self._u = (q1, q2), (u1, u2)
-        for place, index in enumerate(free, start=4):
-            self._apart[index] = integrator.state[place]
+        for (place, index), value in zip(kept, others, strict=False):
+            place[index] = value
         self.segments.append(replace(segment, end=self._now))
         if outcome != heyoka().taylor_outcome.time_limit:
             self._change_mode(outcome, compiled.watches, start)
@@ -217,18 +224,13 @@ class Course:
             self._settle()
             self._enter({})
 
-    def _is_rooted(self, index: int) -> bool:
-        element = self._modes.elements[index]
-        return isinstance(element, Cushion) and element.law.rooted
-
     def _check_outside(self) -> None:
         """Refuse to go on inside an obstacle: an impact that was missed is not passed over."""
-        for index in self._free():
+        for index, state in enumerate(self._mode.states):
+            if state is not State.OPEN:
+                continue
             element, gap = self._modes.elements[index], self._apart[index]
             assert not isinstance(element, DryFriction)
-            if isinstance(element, Cushion) and self._recedes(element):
-                # A damped cushion is left before it has sprung back.
-                continue
             if gap < -_INSIDE * rounding("double") * max(1.0, abs(float(element.bound))):
                 raise SimulationError(
                     f"{element.name}: at {float(self._now):.9g} s it is {-float(gap):.3g} inside, "
@@ -249,38 +251,68 @@ class Course:
                 f"modes follow each other without end at {float(self._now):.9g} s; allowed are "
                 "scenes whose modes last"
             )
-        watch = watched[index]
-        element = self._modes.elements[watch.number]
         self._settle()
-        if watch.kind is Kind.HITS and isinstance(element, Cushion):
-            self._place(watch.number)
-            self._press(watch.number)
-            self._enter({})
-        elif watch.kind is Kind.HITS:
-            self._touched.add(watch.number)
-            self._strike()
+        watch = watched[index]
+        if watch.kind is Kind.HITS:
+            self._hit(watch.number)
+        elif watch.kind in (Kind.REACHES, Kind.TURNS, Kind.CLEARS):
+            self._change_law(watch)
         elif self._runs_into_something():
             self._strike()
         elif watch.kind is Kind.STOPS:
-            slides = element.direction if isinstance(element, DryFriction) else element.tangent
-            assert slides is not None
-            self._u = self._striking.stopped([slides, *self._barred()], self._q, self._u)
-            self._enter({})
+            self._stop(watch.number)
         elif watch.kind is Kind.LEAVES:
-            if self._modes.wedges(watch.number, self._mode.states[watch.number], self._q):
-                # Where a push presses on, no push left does not mean that it leaves.
-                self._enter({})
-                return
-            self._touched.discard(watch.number)
-            rooted = self._roots.pop(watch.number, None) is not None and self._is_rooted(
-                watch.number
-            )
-            damped = isinstance(element, Cushion) and not rooted
-            self._apart[watch.number] = self._gap(element) if damped else self._kind(0)
-            self._enter({watch.number: State.OPEN})
+            self._leave(watch.number)
         else:
+            element = self._modes.elements[watch.number]
             slips = State.FORWARD if watch.sense > 0 else State.BACKWARD
             self._enter({watch.number: slips, **self._pushed_by(element, slips)})
+
+    def _hit(self, number: int) -> None:
+        """Press a cushion, or strike an obstacle."""
+        if isinstance(self._modes.elements[number], Cushion):
+            self._place(number)
+            self._press(number)
+            self._enter({})
+        else:
+            self._touched.add(number)
+            self._strike()
+
+    def _change_law(self, watch: Watch) -> None:
+        """Go on with another law of a cushion that yields."""
+        if watch.kind is Kind.REACHES:
+            # The force may jump, and what sticks break loose.
+            self._cushions.reach(watch.number)
+            self._enter({})
+        else:
+            if watch.kind is Kind.TURNS:
+                self._cushions.turn(watch.number)
+            else:
+                self._cushions.clear(watch.number)
+                self._apart[watch.number] = self._kind(0)
+            self._mode = replace(self._mode, dents=self._cushions.dents)
+        if self._runs_into_something():
+            self._strike()
+
+    def _stop(self, number: int) -> None:
+        """Bring to rest what slipped."""
+        element = self._modes.elements[number]
+        slides = element.direction if isinstance(element, DryFriction) else element.tangent
+        assert slides is not None
+        self._u = self._striking.stopped([slides, *self._barred()], self._q, self._u)
+        self._enter({})
+
+    def _leave(self, number: int) -> None:
+        """Come off an obstacle or a cushion."""
+        if self._modes.wedges(number, self._mode.states[number], self._q):
+            # Where a push presses on, no push left does not mean that it leaves.
+            self._enter({})
+            return
+        self._touched.discard(number)
+        if isinstance(self._modes.elements[number], Cushion):
+            self._cushions.leave(number, -self._gap(number))
+        self._apart[number] = self._kind(0)
+        self._enter({number: State.OPEN})
 
     def _pushed_by(self, element: Any, slips: State) -> dict[int, State]:
         """Return what is touched and would be pushed by a friction that breaks loose this way."""
@@ -301,10 +333,10 @@ class Course:
         for element, state in zip(self._modes.elements, self._mode.states, strict=True):
             if isinstance(element, Obstacle) and state is not State.OPEN:
                 found.append(element.direction)
-                if state is State.STICKS and element.tangent is not None:
-                    found.append(element.tangent)
-            elif state is State.STICKS:
-                found.append(element.direction)
+            if state is State.STICKS:
+                slides = element.direction if isinstance(element, DryFriction) else element.tangent
+                assert slides is not None
+                found.append(slides)
         return found
 
     def _settle(self) -> None:
@@ -374,21 +406,37 @@ class Course:
         choices = {}
         for index, element in enumerate(self._modes.elements):
             choices[index] = (known[index],) if index in known else self._choices(index, element)
-        modes, kept = self._modes.consistent(self._q, self._u, self._now, choices)
+        dents = self._cushions.dents
+        modes, kept = self._modes.consistent(self._q, self._u, self._now, choices, dents)
         if not kept and self._wedge(choices):
             return
         self._mode = self._mode if self._mode in modes else modes[0]
         self._say_if_open_to_choice(modes)
         for index in self._modes.barred_frictions(self._mode, self._q, self._u):
             self._mode = self._mode.pressed(index)
-        soon = self._now + self._kind(self._cap * _UNWATCHED)
+        self._guard(known, choices)
+        self._keep_touched()
+
+    def _guard(self, known: Collection[int], choices: dict[int, tuple[State, ...]]) -> None:
+        """Do not watch for a moment what has just left zero, lest it cross it by rounding.
+
+        In a moment a stiff cushion can do much: of what touches one all is watched, until that
+        shows to go on without end.
+        """
         for index, state in enumerate(self._mode.states):
             in_question = len(choices[index]) > 1 or self._now == 0
-            if state.direction and (index in known or in_question):
-                self._guards[Watch(Kind.STOPS, index)] = soon
-            if state is State.OPEN and (index in known or in_question):
-                self._guards[Watch(Kind.HITS, index)] = soon
-        self._keep_touched()
+            if not (index in known or in_question):
+                continue
+            stiff = isinstance(self._modes.elements[index], Cushion)
+            if state.direction and not (stiff and self._at_once == 0):
+                self._guards[Watch(Kind.STOPS, index)] = self._soon
+            if state is State.OPEN:
+                self._guards[Watch(Kind.HITS, index)] = self._soon
+
+    @property
+    def _soon(self) -> Any:
+        """When what has just left zero is watched again (s)."""
+        return self._now + self._kind(self._cap * _UNWATCHED)
 
     def _wedge(self, choices: dict[int, tuple[State, ...]]) -> bool:
         """Strike what slides on an obstacle that wedges it, and return whether there is any.
@@ -432,16 +480,16 @@ class Course:
         if max(abs(row[0]), abs(row[1])) <= self._resolution:
             # A chain that is stretched along a direction cannot move its end that way yet: where it
             # will slide shows a moment later.
-            row, u = self._soon(slides)
+            row, u = self._moved_on(slides)
         if rests(row, u):
             return (State.STICKS, State.FORWARD, State.BACKWARD, *leaving)
         forward = row[0] * u[0] + row[1] * u[1] > 0
         return (State.FORWARD if forward else State.BACKWARD, *leaving)
 
-    def _soon(self, direction: Direction) -> tuple[Pair, Pair]:
+    def _moved_on(self, direction: Direction) -> tuple[Pair, Pair]:
         """Return the row of a direction, and u, when the chain has moved freely for a moment."""
         (q1, q2), (u1, u2) = self._q, self._u
-        free = Mode(self._modes.names, (State.OPEN,) * len(self._modes.elements))
+        free = self._free_mode()
         du1, du2 = self._modes.accelerations(free, self._q, self._u, self._now)
         h = self._kind(self._cap * _UNWATCHED)
         q = q1 + h * (u1 + h * du1 / 2), q2 + h * (u2 + h * du2 / 2)

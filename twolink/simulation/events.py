@@ -32,9 +32,10 @@ class EventRun(MotionRun):
             return ()
         found: list[Event] = []
         for segment in self.segments:
-            goes_on = bool(found) and found[-1].mode == segment.mode
+            mode = segment.mode.told
+            goes_on = bool(found) and found[-1].mode == mode
             if segment.end > segment.start and not goes_on:
-                found.append(Event(float(segment.since), segment.mode, float(segment.start)))
+                found.append(Event(float(segment.since), mode, float(segment.start)))
         return tuple(found)
 
     @property

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
+
+from twolink.arithmetic import Scalar
+from twolink.compliance import Dent, Phase
 
 BOUNCES_DIE_AWAY = "bounces die away"
 """The regime of the impact that stands for bounces too low to be seen."""
@@ -35,10 +38,14 @@ _PRESSED = {State.FORWARD: State.PRESSED_FORWARD, State.BACKWARD: State.PRESSED_
 
 @dataclass(frozen=True)
 class Mode:
-    """The states of all dry frictions and obstacles, each with the name of what it acts on."""
+    """The states of all dry frictions and obstacles, each with the name of what it acts on.
+
+    Where any of them remembers what has been, `dents` has an entry for each, else none.
+    """
 
     names: tuple[str, ...]
     states: tuple[State, ...]
+    dents: tuple[Dent | None, ...] = ()
 
     def __getitem__(self, name: str) -> State:
         """Return the state of what has this name."""
@@ -48,13 +55,58 @@ class Mode:
         """Return the same mode, in which the friction of this number cannot slip as it would."""
         states = list(self.states)
         states[index] = _PRESSED[states[index]]
-        return Mode(self.names, tuple(states))
+        return replace(self, states=tuple(states))
+
+    def dent(self, index: int) -> Dent | None:
+        """Return what the friction or obstacle of this number remembers."""
+        return self.dents[index] if self.dents else None
+
+    @property
+    def numbers(self) -> tuple[Scalar, ...]:
+        """The numbers in which modes of the same kind differ: those of their dents."""
+        return tuple(number for dent in self.dents if dent for number in dent.numbers)
+
+    def with_numbers(self, numbers: tuple[Scalar, ...]) -> Mode:
+        """Return a mode of the same kind with these numbers."""
+        left = iter(numbers)
+        dents = tuple(
+            dent and dent.with_numbers(tuple(next(left) for _ in dent.numbers))
+            for dent in self.dents
+        )
+        return replace(self, dents=dents)
+
+    @property
+    def kind(self) -> Mode:
+        """The mode without its numbers: modes of a kind do the same, in dents of other sizes."""
+        return self.with_numbers((0.0,) * len(self.numbers)) if self.dents else self
+
+    @property
+    def told(self) -> Mode:
+        """The mode as an event has it: in plain numbers, without dents in which nothing lies."""
+        if not self.dents:
+            return self
+        dents = tuple(
+            None if dent is None or state is State.OPEN else _in_floats(dent)
+            for dent, state in zip(self.dents, self.states, strict=True)
+        )
+        return replace(self, dents=dents)
 
     def __str__(self) -> str:
         """Return the mode in words; what is free is not mentioned."""
-        named = zip(self.names, self.states, strict=True)
-        words = [f"{name} {state.value}" for name, state in named if state is not State.OPEN]
+        words = [
+            f"{name} {state.value}{_words(self.dent(index))}"
+            for index, (name, state) in enumerate(zip(self.names, self.states, strict=True))
+            if state is not State.OPEN
+        ]
         return ", ".join(words) or "moves freely"
+
+
+def _words(dent: Dent | None) -> str:
+    return "" if dent is None or dent.phase is Phase.WHOLE else f" and {dent.phase.value}"
+
+
+def _in_floats(dent: Dent) -> Dent:
+    return dent.with_numbers(tuple(float(number) for number in dent.numbers))
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from twolink.arithmetic import Matrix, Pair, Scalar, sqrt
 from twolink.chain import Chain
+from twolink.compliance import Branch, Dent
 from twolink.directions import Direction, JointDirection
 from twolink.effects import Effect, nonsmooth, smooth_loads
 from twolink.errors import SimulationError
@@ -140,15 +141,25 @@ class Modes:
         for index, (element, state) in enumerate(zip(self.elements, mode.states, strict=True)):
             if isinstance(element, Cushion) and state is not State.OPEN:
                 rate = -element.direction.speed(self.chain, q, u)
+                branch = self.branch(mode, index)
                 if index in roots:
                     root = roots[index]
                     depth = root * root
                 else:
-                    inside = element.bound - element.direction.coordinate(self.chain, q)
+                    surface = element.bound - branch.residual
+                    inside = surface - element.direction.coordinate(self.chain, q)
                     depth = (inside + abs(inside)) / 2 if element.law.rooted else inside
                     root = sqrt(depth) if element.law.rooted else 0
-                found[index] = element.law.force(depth, root, rate)
+                found[index] = branch.law.force(depth, root, rate)
         return found
+
+    def branch(self, mode: Mode, index: int) -> Branch:
+        """Return the part of a cushion's law that holds in a mode."""
+        cushion, dent = self.elements[index], mode.dent(index)
+        assert isinstance(cushion, Cushion)
+        if cushion.memory is None or dent is None:
+            return Branch(cushion.law)
+        return cushion.memory.branch(dent)
 
     def _cushion_loads(self, mode: Mode, pushed: Mapping[int, Scalar]) -> Loads:
         """Return the forces of pressed cushions, and their friction where they are slid along."""
@@ -256,19 +267,25 @@ class Modes:
         return tuple(found)
 
     def consistent(
-        self, q: Pair, u: Pair, t: Scalar, choices: Mapping[int, tuple[State, ...]]
+        self,
+        q: Pair,
+        u: Pair,
+        t: Scalar,
+        choices: Mapping[int, tuple[State, ...]],
+        dents: tuple[Dent | None, ...] = (),
     ) -> tuple[list[Mode], bool]:
         """Return the modes that a state may go on in, and whether they keep the laws.
 
         `choices` has the states that come into question for each friction and obstacle, by its
-        number: one for those that move or are known, several for those at rest. But for rounding
+        number: one for those that move or are known, several for those at rest; `dents` is what
+        they remember. But for rounding
         one mode keeps the laws of friction and contact, unless a surface is rough enough to wedge
         what slides on it (Painlevé): then there may be none, and the least wrong one is returned,
         or several that differ in what they do.
         """
         every = [choices[index] for index in range(len(self.elements))]
         at_rest = [index for index, states in enumerate(every) if len(states) > 1]
-        candidates = [Mode(self.names, states) for states in product(*every)]
+        candidates = [Mode(self.names, states, dents) for states in product(*every)]
         if not at_rest:
             return candidates, True
         faults = [self.fault(mode, at_rest, q, u, t) for mode in candidates]

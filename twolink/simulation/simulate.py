@@ -242,7 +242,7 @@ def _event_errors(first: MotionRun, second: MotionRun) -> Iterator[tuple[float, 
     Of bounces that die away, each precision sees so many as it can.
     """
     for ours, theirs in zip(first.events, second.events, strict=False):
-        same = ours.mode == theirs.mode
+        same = ours.mode.kind == theirs.mode.kind
         yield theirs.time, abs(ours.time - theirs.time) if same else np.inf
     if len(first.events) != len(second.events):
         common = min(len(first.events), len(second.events))

@@ -39,16 +39,15 @@ class Striking:
         """Take the chain's modes, which know its obstacles and its formulation."""
         self._modes = modes
 
-    def placed(self, obstacle: Any, q: Pair) -> Pair:
-        """Return q moved by rounding, so that an obstacle is touched exactly."""
-        direction = obstacle.direction
+    def placed(self, direction: Direction, bound: Scalar, q: Pair) -> Pair:
+        """Return q moved by rounding, so that a direction's coordinate (rad or m) is its bound."""
         q1, q2 = q
         if isinstance(direction, JointDirection):
-            angle = direction.sense * obstacle.bound + 0 * q1
+            angle = direction.sense * bound + 0 * q1
             return (angle, q2) if direction.joint == "A" else (q1, q1 + angle)
         for _ in range(2):
             row = self._modes.row(direction, (q1, q2))
-            gap = direction.coordinate(self._modes.chain, (q1, q2)) - obstacle.bound
+            gap = direction.coordinate(self._modes.chain, (q1, q2)) - bound
             step = gap / (row[0] * row[0] + row[1] * row[1])
             q1, q2 = q1 - step * row[0], q2 - step * row[1]
         return q1, q2
