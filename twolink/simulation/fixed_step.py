@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.errors import SimulationError
+from twolink.simulation.tableaus import GAUSS_LEGENDRE, RK4, Tableau
 
 Array = NDArray[np.float64]
 Rates = Callable[[float, Array], Array]
@@ -30,12 +31,24 @@ class FixedStep:
     step: Step
 
 
-def _rk4(rates: Rates, t: float, x: Array, h: float) -> Array:
-    k1 = rates(t, x)
-    k2 = rates(t + h / 2, x + h / 2 * k1)
-    k3 = rates(t + h / 2, x + h / 2 * k2)
-    k4 = rates(t + h, x + h * k3)
-    return np.asarray(x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
+def _explicit(tableau: Tableau) -> Step:
+    """Return the step of an explicit Runge–Kutta method, without its products by zero."""
+    weights = np.array(tableau.b)
+    stages = [
+        (c, [(a, j) for j, a in enumerate(row) if a])
+        for c, row in zip(tableau.c, tableau.A, strict=True)
+    ]
+
+    def step(rates: Rates, t: float, x: Array, h: float) -> Array:
+        slopes: list[Array] = []
+        for c, row in stages:
+            moved = x
+            for a, j in row:
+                moved = moved + (h * a) * slopes[j]
+            slopes.append(rates(t + c * h, moved))
+        return np.asarray(x + h * weights.dot(slopes))
+
+    return step
 
 
 def _semi_implicit_euler(rates: Rates, t: float, x: Array, h: float) -> Array:
@@ -48,10 +61,9 @@ def _semi_implicit_euler(rates: Rates, t: float, x: Array, h: float) -> Array:
     return _fixed_point(improved, x + h * rates(t, x))
 
 
-def _gauss_legendre(matrix: list[list[float]], weights: list[float]) -> Step:
-    """Return the step of an implicit Runge–Kutta method with this tableau."""
-    A, b = np.array(matrix), np.array(weights)
-    c = A.sum(axis=1)
+def _implicit(tableau: Tableau) -> Step:
+    """Return the step of an implicit Runge–Kutta method."""
+    A, b, c = np.array(tableau.A), np.array(tableau.b), tableau.c
 
     def step(rates: Rates, t: float, x: Array, h: float) -> Array:
         def improved(slopes: Array) -> Array:
@@ -78,25 +90,10 @@ def _fixed_point(improved: Callable[[Array], Array], guess: Array) -> Array:
     raise SimulationError("an implicit step did not converge; allowed is a shorter step")
 
 
-_R3, _R15 = np.sqrt(3.0), np.sqrt(15.0)
-
 FIXED_STEP: dict[str, FixedStep] = {
-    "rk4": FixedStep(4, _rk4),
+    "rk4": FixedStep(4, _explicit(RK4)),
     "semi-implicit-euler": FixedStep(1, _semi_implicit_euler),
-    "implicit-midpoint": FixedStep(2, _gauss_legendre([[0.5]], [1.0])),
-    "gauss-legendre-4": FixedStep(
-        4,
-        _gauss_legendre([[1 / 4, 1 / 4 - _R3 / 6], [1 / 4 + _R3 / 6, 1 / 4]], [1 / 2, 1 / 2]),
-    ),
-    "gauss-legendre-6": FixedStep(
-        6,
-        _gauss_legendre(
-            [
-                [5 / 36, 2 / 9 - _R15 / 15, 5 / 36 - _R15 / 30],
-                [5 / 36 + _R15 / 24, 2 / 9, 5 / 36 - _R15 / 24],
-                [5 / 36 + _R15 / 30, 2 / 9 + _R15 / 15, 5 / 36],
-            ],
-            [5 / 18, 4 / 9, 5 / 18],
-        ),
-    ),
+    "implicit-midpoint": FixedStep(2, _implicit(GAUSS_LEGENDRE[2])),
+    "gauss-legendre-4": FixedStep(4, _implicit(GAUSS_LEGENDRE[4])),
+    "gauss-legendre-6": FixedStep(6, _implicit(GAUSS_LEGENDRE[6])),
 }
