@@ -249,7 +249,8 @@ class Trajectory:
         """Return the work of each effect since the start (J), shape (n,), by its name.
 
         The power is integrated by Gauss's rule between samples and events, on the run's own
-        polynomials, and impacts take what they take: the sum of all is the change of T to rounding.
+        polynomials, and impacts take what they take: the sum of all is the change of T to rounding,
+        from what T is before an impact at the very start.
         Raises `SimulationError` for methods without polynomials.
         """
         nodes, weights = _nodes_and_weights()
