@@ -26,7 +26,7 @@ def report(
         list[Path] | None,
         typer.Argument(help="Scene files (TOML). Default: the source's drop onto a floor."),
     ] = None,
-    out: Annotated[Path, typer.Option(help="The folder to write index.html into.")] = Path("report"),
+    out: Annotated[Path, typer.Option(help="The folder for index.html.")] = Path("report"),
     full: Annotated[
         bool, typer.Option("--full", help="Run the hard cases too, which takes minutes.")
     ] = False,

@@ -1,8 +1,8 @@
 """What MuJoCo has that is nearest to friction, stops and rigid surfaces: its soft constraints.
 
 A constraint is a spring and a damper in acceleration, −k x − b dx/dt, that does not pull. Here a
-touch lasts ten steps or a few times that, as short as steps can resolve, and the damping gives the restitution
-(T. Schwager and T. Pöschel, Granular Matter 9, 2007, on when such a touch ends).
+touch lasts ten steps or a few times that, as short as steps can resolve, and the damping gives the
+restitution (T. Schwager and T. Pöschel, Granular Matter 9, 2007, on when such a touch ends).
 """
 
 from __future__ import annotations
