@@ -12,6 +12,7 @@ import pytest
 
 from tests.verification.chains import GENERAL
 from twolink import lagrange
+from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
@@ -260,3 +261,17 @@ def test_sympy_stays_out_of_this_process():
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
     assert run.stdout.split() == ["False"]
+
+
+@pytest.mark.engines
+def test_what_mujoco_says_is_kept_and_not_written_to_a_file(tmp_path, monkeypatch):
+    """A second link of 1e9 m: its inertia matrix is close to singular, and it says so."""
+    monkeypatch.chdir(tmp_path)
+    mujoco, long = peer_named("MuJoCo"), Chain.uniform_bars(length=(1.0, 1e9))
+    scene = replace(GENERAL_SCENE, chain=long)
+    motion = mujoco.prepared(scene, "Euler")(1e-3, np.array([0.0, 0.01]))
+    assert any(sentence.startswith("mjWARN_INERTIA") for sentence in motion.warnings)
+    assert any("close to singular" in sentence for sentence in motion.warnings)
+    with pytest.warns(UserWarning, match="close to singular"):
+        mujoco.accelerations(long, (0.3, -1.2), (2.0, -3.0))
+    assert list(tmp_path.iterdir()) == []

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from time import perf_counter
 from typing import Any
 
@@ -12,7 +15,15 @@ from twolink.chain import Chain
 from twolink.engines import mujoco_contact
 from twolink.engines.joint_model import JOINTS, JointModel, at_state, why_not
 from twolink.engines.nearest import NearestModel, changed, nearest_model, smooth_part
-from twolink.engines.peer import Installed, PeerMethod, PeerRun, Prepared, check_method, stretches
+from twolink.engines.peer import (
+    Installed,
+    PeerMethod,
+    PeerRun,
+    Prepared,
+    check_method,
+    heard,
+    stretches,
+)
 from twolink.engines.protocol import Array
 from twolink.errors import EngineError
 from twolink.scene import Scene
@@ -78,7 +89,8 @@ class Mujoco:
         begin = perf_counter()
         whole = nearest_model(scene)
         model = whole.smooth
-        robot = _robot(mujoco, whole)
+        with _listening(mujoco) as of_building:
+            robot = _robot(mujoco, whole)
         robot.opt.integrator = getattr(mujoco.mjtIntegrator, _INTEGRATORS[method])
         data = mujoco.MjData(robot)
         setup = perf_counter() - begin
@@ -88,18 +100,20 @@ class Mujoco:
             found = np.empty((len(times), 4))
             _start(mujoco, robot, data, model)
             found[0] = *data.qpos, *data.qvel
-            begin = perf_counter()
-            for index, (count, size) in enumerate(plan, start=1):
-                robot.opt.timestep = size
-                mujoco_contact.tune(mujoco, robot, whole, size)
-                mujoco.mj_step(robot, data, count)
-                found[index, :2], found[index, 2:] = data.qpos, data.qvel
-            seconds = perf_counter() - begin
+            with _listening(mujoco) as of_running:
+                begin = perf_counter()
+                for index, (count, size) in enumerate(plan, start=1):
+                    robot.opt.timestep = size
+                    mujoco_contact.tune(mujoco, robot, whole, size)
+                    mujoco.mj_step(robot, data, count)
+                    found[index, :2], found[index, 2:] = data.qpos, data.qvel
+                seconds = perf_counter() - begin
             steps = sum(count for count, _ in plan)
             q = np.array(JOINTS.absolute_angles((found[:, 0], found[:, 1])))
             u = np.array(JOINTS.absolute_speeds((found[:, 2], found[:, 3])))
             evaluations = steps * _STAGES.get(method, 1)
-            return PeerRun(q, u, seconds, setup, evaluations, steps, _warnings(mujoco, data))
+            told = (*_warnings(mujoco, data), *of_building, *of_running)
+            return PeerRun(q, u, seconds, setup, evaluations, steps, told)
 
         return run
 
@@ -117,12 +131,33 @@ class Mujoco:
         import mujoco
 
         model = at_state(chain, q, u, gravity, torque)
-        robot = _robot(mujoco, NearestModel(model))
-        data = mujoco.MjData(robot)
-        _start(mujoco, robot, data, model)
-        mujoco.mj_forward(robot, data)
+        with _listening(mujoco) as said:
+            robot = _robot(mujoco, NearestModel(model))
+            data = mujoco.MjData(robot)
+            _start(mujoco, robot, data, model)
+            mujoco.mj_forward(robot, data)
+        for sentence in said:
+            warnings.warn(sentence, stacklevel=2)
         du1, du2 = JOINTS.absolute_speeds((data.qacc[0], data.qacc[1]))
         return float(du1), float(du2)
+
+
+@contextmanager
+def _listening(mujoco: Any) -> Iterator[list[str]]:
+    """Collect what MuJoCo warns of meanwhile, each once.
+
+    Without a listener it writes a file MUJOCO_LOG.TXT wherever the caller happens to be.
+    """
+    found: list[str] = []
+    said: dict[str, None] = {}
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.setdefault)
+    try:
+        with heard() as of_python:
+            yield found
+    finally:
+        mujoco.set_mju_user_warning(before)
+        found += dict.fromkeys([*said, *of_python])
 
 
 def _robot(mujoco: Any, whole: NearestModel) -> Any:
