@@ -118,18 +118,27 @@ def verify(
     library's kinematics. Raises `ParameterError` for less than one state, `EngineError` when the
     engine is missing or refuses the file.
     """
-    engine = engine or Pinocchio(urdf)
+    comparing = comparing_motion(urdf, formulations, engine, motion)
+    comparisons, _ = comparing.worst(states, seed, progress)
+    return comparing.verdict(comparisons, states, seed)
+
+
+def comparing_motion(
+    urdf: PlanarUrdf,
+    formulations: Mapping[str, Formulation] = FORMULATIONS,
+    engine: Engine | None = None,
+    motion: PointMotion | None = None,
+) -> Comparing:
+    """Return what `verify` compares: the equations of motion, and the motion of the points."""
     machine = Machine(Chain.from_links(urdf.links), urdf.joints, urdf.gravity)
     texts = {name: JointSpace(f, machine) for name, f in formulations.items()}
     kinematics = {"kinematics": motion or PointMotion(machine)}
-    comparing = Comparing(
+    return Comparing(
         urdf,
-        engine,
+        engine or Pinocchio(urdf),
         groups=(*posed(DYNAMICS, texts), *posed(MOTION, kinematics)),
         names={**{name: f.name for name, f in formulations.items()}, "kinematics": "Section 6.1"},
     )
-    comparisons, _ = comparing.worst(states, seed, progress)
-    return comparing.verdict(comparisons, states, seed)
 
 
 Group = tuple[Quantity, Mapping[str, Formula]]
@@ -161,25 +170,36 @@ class Comparing:
         self, states: int, seed: int, progress: Progress
     ) -> tuple[tuple[Comparison, ...], dict[str, int]]:
         """Return each comparison in its worst state, and how often each quantity is left out."""
+        worst: dict[tuple[str, str, str], Comparison] = {}
+        left_out = dict.fromkeys((quantity.name for quantity, _ in self.groups), 0)
+        for quantity, met, missing in self.met(states, seed, progress):
+            for comparison in (each.worst() for each in met):
+                key = (quantity.name, comparison.source, comparison.against)
+                if key not in worst or comparison.share > worst[key].share:
+                    worst[key] = comparison
+            left_out[quantity.name] += missing
+        return tuple(worst.values()), left_out
+
+    def met(
+        self, states: int, seed: int, progress: Progress
+    ) -> Iterator[tuple[Quantity, list[Met], int]]:
+        """Return, portion by portion, each quantity as it is met, and in how many states it is not.
+
+        Raises `ParameterError` for less than one state.
+        """
         if states < 1:
             raise ParameterError(f"states is {states}; allowed is a positive whole number")
         chain = Chain.from_links(self.urdf.links)
         own = Scale.of(chain, joint=True, gravity=self.urdf.gravity, joints=self.urdf.joints)
         largest = {"torque": 100 * float(own.mass_matrix.max()), "force": 10 * sum(chain.mass)}
-        worst: dict[tuple[str, str, str], Comparison] = {}
-        left_out = dict.fromkeys((quantity.name for quantity, _ in self.groups), 0)
         starts = range(0, states, _PORTION)
         for number, start in enumerate(starts):
             drawn = self.draw(min(_PORTION, states - start), seed=(seed, number), **largest)
             portion = _Portion(drawn, chain, own, self.engine, self.bound)
             for index, (quantity, formulas) in enumerate(self.groups):
-                for comparison in portion.comparisons(quantity, formulas, self.names):
-                    key = (quantity.name, comparison.source, comparison.against)
-                    if key not in worst or comparison.share > worst[key].share:
-                        worst[key] = comparison
-                left_out[quantity.name] += int(portion.left_out.sum())
+                met = portion.comparisons(quantity, formulas, self.names)
+                yield quantity, met, int(portion.left_out.sum())
                 progress((number + (index + 1) / len(self.groups)) / len(starts))
-        return tuple(worst.values()), left_out
 
     def verdict(
         self,
@@ -198,6 +218,58 @@ class Comparing:
             comparisons=comparisons,
             versions=_versions(),
             machine=_machine(),
+        )
+
+
+@dataclass(frozen=True)
+class Met:
+    """One quantity from two sources at n states: how far they are apart, and may be.
+
+    `difference` and `allowed` have shape (…, n), `allowed_units` (see `Comparison`) shape (n,).
+    """
+
+    quantity: Quantity
+    source: str
+    against: str
+    states: States
+    difference: Array
+    allowed: Array
+    allowed_units: Array
+
+    @property
+    def excess(self) -> Array:
+        """The differences in units of the tolerance, shape (…, n)."""
+        least = np.finfo(float).tiny
+        allowed = np.where(self.allowed > 0, self.allowed, least)
+        excess = np.where(self.difference == 0, 0.0, self.difference / allowed)
+        return np.where(np.isfinite(excess), excess, np.inf)
+
+    @property
+    def shares(self) -> Array:
+        """The largest of them in each state, shape (n,)."""
+        return self.excess.reshape(-1, len(self.states)).max(axis=0)
+
+    def worst(self) -> Comparison:
+        """Return the state where they are furthest apart."""
+        excess = self.excess
+        worst = np.unravel_index(np.argmax(excess), excess.shape)
+        at = worst[-1]
+        allowed_units = float(self.allowed_units[at])
+        return Comparison(
+            quantity=self.quantity.name,
+            algorithm=self.quantity.algorithm,
+            unit=self.quantity.unit,
+            source=self.source,
+            against=self.against,
+            difference=float(self.difference[worst]),
+            allowed=float(self.allowed[worst]),
+            units=float(excess[worst]) * allowed_units,
+            allowed_units=allowed_units,
+            state={
+                field.name: [float(x) for x in getattr(self.states, field.name)[:, at]]
+                for field in fields(self.states)
+                if field.name in self.quantity.inputs
+            },
         )
 
 
@@ -224,7 +296,7 @@ class _Portion:
 
     def comparisons(
         self, quantity: Quantity, formulas: Mapping[str, Formula], names: Mapping[str, str]
-    ) -> list[Comparison]:
+    ) -> list[Met]:
         """Compare each formula with the engine, and the formulas with each other."""
         engine = self._engine
         spent = engine.contact_roundings if quantity.constrained else engine.roundings
@@ -269,36 +341,15 @@ class _Portion:
         value: Array,
         other: Array,
         problem: Problem,
-    ) -> Comparison:
+    ) -> Met:
         difference = np.abs(quantity.of(value) - quantity.of(other))
         allowed = np.broadcast_to(self._bound(quantity.name, problem), difference.shape)
         if quantity.constrained:
             left_out = np.isinf(allowed)
             self.left_out |= left_out.any(axis=0)
             difference = np.where(left_out, 0.0, difference)
-        excess = np.where(
-            difference == 0, 0.0, difference / np.where(allowed > 0, allowed, np.finfo(float).tiny)
-        )
-        excess = np.where(np.isfinite(excess), excess, np.inf)
-        worst = np.unravel_index(np.argmax(excess), excess.shape)
-        at = worst[-1]
-        allowed_units = float(problem.units[at] / EPSILON)
-        return Comparison(
-            quantity=quantity.name,
-            algorithm=quantity.algorithm,
-            unit=quantity.unit,
-            source=source,
-            against=against,
-            difference=float(difference[worst]),
-            allowed=float(allowed[worst]),
-            units=float(excess[worst]) * allowed_units,
-            allowed_units=allowed_units,
-            state={
-                field.name: [float(x) for x in getattr(self._states, field.name)[:, at]]
-                for field in fields(self._states)
-                if field.name in quantity.inputs
-            },
-        )
+        units = problem.units / EPSILON
+        return Met(quantity, source, against, self._states, difference, allowed, units)
 
 
 def _versions() -> dict[str, str]:
