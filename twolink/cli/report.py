@@ -53,6 +53,8 @@ def report(
 
 def _made(files: list[Path], out: Path, full: bool, states: int) -> tuple[bool, str]:
     """Write the page; return whether all that was checked agrees, and the verdict's sentence."""
+    from viz.page import player_head
+
     from twolink.scene import Scene
     from twolink.shipped import shipped
     from twolink.urdf import read_planar_urdf
@@ -88,7 +90,8 @@ def _made(files: list[Path], out: Path, full: bool, states: int) -> tuple[bool, 
                 "The planar two-link chain (double pendulum), checked, simulated and measured.",
                 "lead",
             )
-            page.write(out / "index.html", page.page("twolink report", lead, parts))
+            whole = page.page("twolink report", lead, parts, player_head())
+            page.write(out / "index.html", whole)
     return passed, verdict.sentence
 
 
@@ -113,12 +116,17 @@ class _Stages:
 
 
 def _motion(scene: Scene) -> list[Section]:
+    from viz.film import Film
+    from viz.page import player_body
+    from viz.run import Run
+
     from twolink.simulation import simulate
     from twolink.simulation.effects_cost import effects_cost
     from viz.report import sections as made
 
     trajectory = simulate(scene)
-    return [made.motion(trajectory), made.effects(effects_cost(scene))]
+    player = player_body(Film((Run(scene.title, trajectory),)))
+    return [made.motion(trajectory, player), made.effects(effects_cost(scene))]
 
 
 def _accuracy(scene: Scene, tell: Callable[[float], None], *, alone: bool) -> Section:

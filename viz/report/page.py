@@ -45,12 +45,11 @@ td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; wh
 figure { margin: 1rem 0; }
 figure img { display: block; width: 100%; height: auto; background: #fff; border-radius: 4px; }
 figcaption, .note { color: var(--soft); font-size: .88rem; margin-top: .4rem; }
-.player { width: 100%; aspect-ratio: 16 / 10; border: 1px solid var(--line); border-radius: 4px; }
 code, pre { font-family: ui-monospace, SFMono-Regular, Menlo, Consolas, monospace;
   font-size: .88em; }
 pre { padding: .7rem .9rem; background: var(--panel); overflow-x: auto; }
 @media print { body { max-width: none; font-size: 10.5pt; padding: 0; }
-  nav, .player { display: none; } h2 { break-after: avoid; }
+  nav, .twolink-player { display: none; } h2 { break-after: avoid; }
   figure, table { break-inside: avoid; } .scroll { overflow: visible; } }
 """
 
@@ -68,8 +67,8 @@ class Section:
         return self.heading.lower().replace(" ", "-")
 
 
-def page(title: str, lead: str, sections: Sequence[Section]) -> str:
-    """Return the whole page; `lead` is HTML, and so are the sections' bodies."""
+def page(title: str, lead: str, sections: Sequence[Section], head: str = "") -> str:
+    """Return the whole page; `lead`, `head` and the sections' bodies are HTML."""
     links = " ".join(f'<a href="#{s.anchor}">{text(s.heading)}</a>' for s in sections)
     bodies = "\n".join(
         f'<section id="{s.anchor}"><h2>{text(s.heading)}</h2>\n{s.body}\n</section>'
@@ -80,7 +79,7 @@ def page(title: str, lead: str, sections: Sequence[Section]) -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         # An icon of no bytes, or the browser would ask for one.
         '<link rel="icon" href="data:,">\n'
-        f"<title>{text(title)}</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n"
+        f"<title>{text(title)}</title>\n<style>{_STYLE}</style>\n{head}</head>\n<body>\n"
         f"<header><h1>{text(title)}</h1>\n{lead}\n<nav>{links}</nav></header>\n"
         f"<main>\n{bodies}\n</main>\n</body>\n</html>\n"
     )
@@ -132,14 +131,6 @@ def picture(figure: Figure, alt: str) -> str:
     return (
         f'<figure><img alt="{text(alt)}" src="data:image/svg+xml;base64,{data}">'
         f"<figcaption>{text(alt)}</figcaption></figure>"
-    )
-
-
-def inset(document: str, title: str) -> str:
-    """Return another self-contained page as a frame inside this one."""
-    return (
-        f'<iframe class="player" title="{text(title)}" sandbox="allow-scripts" '
-        f'srcdoc="{html.escape(document)}"></iframe>'
     )
 
 

@@ -1,0 +1,80 @@
+import re
+from html.parser import HTMLParser
+
+from matplotlib.figure import Figure
+
+from viz.report.page import Section, page, paragraph, picture, table, write
+
+
+class Reader(HTMLParser):
+    """Collects what a page opens and closes, and every address in it."""
+
+    VOID = ("meta", "link", "img", "br", "!doctype")
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.addresses, self.ids = [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in self.VOID:
+            self.open.append(tag)
+        for name, value in attrs:
+            if name in ("src", "href", "srcset", "action", "data"):
+                self.addresses.append(value)
+            if name == "id":
+                self.ids.append(value)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def read(document):
+    reader = Reader()
+    reader.feed(document)
+    assert reader.open == []
+    return reader
+
+
+def figure():
+    drawn = Figure()
+    drawn.subplots().plot([0, 1], [0, 1])
+    return drawn
+
+
+SECTIONS = [Section("One", picture(figure(), "a line")), Section("And two", paragraph("x < y & z"))]
+
+
+def test_tags_are_closed_and_links_lead_to_sections():
+    reader = read(page("title", "<p>lead</p>", SECTIONS))
+    inside = [address[1:] for address in reader.addresses if address.startswith("#")]
+    assert inside == [section.anchor for section in SECTIONS]
+    assert set(inside) <= set(reader.ids)
+
+
+def test_nothing_is_fetched():
+    document = page("title", "", SECTIONS)
+    for address in read(document).addresses:
+        assert address.startswith(("#", "data:")), address
+    assert not re.search(r"url\((?!['\"]?data:)|@import", document)
+
+
+def test_words_are_words_and_no_tags():
+    assert "<p>x &lt; y &amp; z</p>" in page("title", "", SECTIONS)
+    assert "<title>a &lt; b</title>" in page("a < b", "", [])
+
+
+def test_columns_of_numbers_are_set_to_the_right():
+    found = table(["a", "b"], [["x", "1"]], numbers=(1,), caption="c & d")
+    assert '<td>x</td><td class="number">1</td>' in found
+    assert '<th>a</th><th class="number">b</th>' in found
+    assert "<caption>c &amp; d</caption>" in found
+
+
+def test_a_picture_is_the_same_each_time():
+    assert picture(figure(), "a") == picture(figure(), "a")
+
+
+def test_it_is_written_whole(tmp_path):
+    write(tmp_path / "index.html", page("τ", "", []))
+    assert "τ" in (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert [file.name for file in tmp_path.iterdir()] == ["index.html"]
