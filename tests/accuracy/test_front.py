@@ -74,3 +74,9 @@ def test_the_time_at_an_error_is_interpolated():
     assert seconds_at(points, 1e-8) == pytest.approx(2.0)
     assert seconds_at(points, 1e-10) == pytest.approx(4.0)
     assert seconds_at(points, 1e-11) is None
+
+
+def test_a_hit_by_luck_is_none():
+    points = [point(1e-6, 1.0), point(1e-9, 1.5), point(1e-7, 2.0), point(1e-10, 4.0)]
+    assert seconds_at(points, 1e-8) > 2.0
+    assert seconds_at(points[:3], 1e-8) is None

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -97,17 +96,20 @@ def ways_of(points: Iterable[Point]) -> dict[str, tuple[Point, ...]]:
 
 
 def seconds_at(points: Iterable[Point], error: float) -> float | None:
-    """Return the least time (s) at which one way keeps an error, None where it never does.
+    """Return the time (s) at which one way keeps an error, None where it never does.
 
-    Between two settings it is interpolated, logarithm by logarithm, so that no way is favoured by
-    a setting that happens to lie just below the error.
+    The points are in the order of their settings, from coarse to fine. The next finer setting must
+    keep the error too, if there is one: a hit by luck is none. Between that setting and the one
+    before time is interpolated, logarithm by logarithm, so that no way is favoured by a setting
+    that happens to lie just below the error.
     """
-    usable = sorted((p for p in points if not p.failed and p.error > 0), key=lambda p: p.seconds)
-    best = [p.seconds for p in usable if p.error <= error]
-    if not best:
-        return None
-    crossing = [_between(a, b, error) for a, b in pairwise(usable) if a.error > error >= b.error]
-    return min([*best, *crossing])
+    usable = [p for p in points if not p.failed and p.error > 0]
+    kept = [p.error <= error for p in usable]
+    for index, point in enumerate(usable):
+        if kept[index] and all(kept[index : index + 2]):
+            coarser = usable[index - 1] if index else point
+            return _between(coarser, point, error) if coarser.error > error else point.seconds
+    return None
 
 
 def _between(coarse: Point, fine: Point, error: float) -> float:
