@@ -29,6 +29,7 @@ def _library_of(x: Scalar) -> ModuleType:
     return _LIBRARIES[kind]
 
 
+# Sines are taken very often: what is known already is looked up without a call.
 _LIBRARIES: dict[type, ModuleType] = {}
 
 
@@ -53,12 +54,12 @@ def _find_library(kind: type) -> ModuleType:
 
 def sin(x: Scalar) -> Scalar:
     """Return the sine of x (rad), in the kind of number that x is."""
-    return _library_of(x).sin(x)
+    return (_LIBRARIES.get(type(x)) or _library_of(x)).sin(x)
 
 
 def cos(x: Scalar) -> Scalar:
     """Return the cosine of x (rad), in the kind of number that x is."""
-    return _library_of(x).cos(x)
+    return (_LIBRARIES.get(type(x)) or _library_of(x)).cos(x)
 
 
 def sqrt(x: Scalar) -> Scalar:

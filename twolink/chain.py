@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from numbers import Real
 from os import PathLike
 from pathlib import Path
@@ -203,22 +204,22 @@ class Chain:
         """Inertia of link 2 about its mass centre, kg m²."""
         return self.inertia[1]
 
-    @property
+    @cached_property
     def C1(self) -> Point:
         """Mass centre of link 1."""
         return Point(1, *self.centre[0])
 
-    @property
+    @cached_property
     def C2(self) -> Point:
         """Mass centre of link 2."""
         return Point(2, *self.centre[1])
 
-    @property
+    @cached_property
     def B(self) -> Point:
         """The elbow, as a point of link 1."""
         return Point(1, self.L1, self.L1 * 0)
 
-    @property
+    @cached_property
     def D(self) -> Point:
         """The free end of link 2."""
         return Point(2, self.L2, self.L2 * 0)

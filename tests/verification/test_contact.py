@@ -1,7 +1,7 @@
 """Contact at D: that it agrees, that simulation computes the same, and that the checks can fail."""
 
 import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import mpmath
 import numpy as np
@@ -18,12 +18,15 @@ from tests.verification.test_verify_can_fail import agree_with_rotors, survivors
 from twolink import directions, impacts, kane, kinematics, lagrange
 from twolink.chain import Chain
 from twolink.cli import app
+from twolink.compliance import Dent, Phase
 from twolink.coordinates import JointConvention
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
+from twolink.elastoplastic import ElastoPlastic, Material
 from twolink.engines.pinocchio import Pinocchio
 from twolink.errors import ParameterError
+from twolink.nonsmooth import Cushion
 from twolink.shipped import shipped
 from twolink.simulation import constrained
 from twolink.simulation import modes as simulation_modes
@@ -178,8 +181,8 @@ def test_an_impact_in_simulation_is_pinocchios(urdf, engine, formulation):
         e = float(states.restitution[0, index])
         surface = surface_at(GENERAL, q, states, index, restitution=e)
         striking = Striking(Modes(GENERAL, (surface,), formulation))
-        impact, after = striking.impact(0, q, u, 0.0)
-        found = np.array([impact.normal_impulse, *urdf.joints.joint_speeds(after)])
+        strike = striking.impact(0, q, u, 0.0)
+        found = np.array([strike.impulse.normal, *urdf.joints.joint_speeds(strike.u[1])])
         assert np.all(np.abs(found - answer[:, index]) <= allowed[:, index])
 
 
@@ -193,12 +196,12 @@ def test_an_impact_that_sticks_in_simulation_is_pinocchios(urdf, engine, formula
         q, u = absolute(urdf, states, index)
         surface = surface_at(GENERAL, q, states, index, friction=1e3, law="newton")
         striking = Striking(Modes(GENERAL, (surface,), formulation))
-        impact, after = striking.impact(0, q, u, 0.0)
-        if impact.speeds[0] > 0 or impact.regime != "sticks":
+        strike = striking.impact(0, q, u, 0.0)
+        if strike.speeds[0] > 0 or strike.impulse.regime != "sticks":
             continue
         stuck += 1
-        forces = impact.normal_impulse, impact.tangential_impulse
-        found = np.array([*forces, *urdf.joints.joint_speeds(after)])
+        forces = strike.impulse.normal, strike.impulse.tangential
+        found = np.array([*forces, *urdf.joints.joint_speeds(strike.u[1])])
         assert np.all(np.abs(found - answer[:, index]) <= allowed[:, index])
     assert stuck > 50
 
@@ -230,6 +233,50 @@ def test_resting_in_simulation_is_pinocchios(urdf, engine, formulation, name, st
         forces = solution.held[0][: 1 if state is State.CLOSED else 2]
         found = np.array([*forces, *urdf.joints.joint_speeds(solution.du)])
         assert np.all(np.abs(found - answer[:, index]) <= allowed[:, index])
+
+
+@pytest.mark.parametrize("phase", [Phase.YIELDS, Phase.FLOWS])
+@pytest.mark.parametrize("formulation", [kane, lagrange])
+def test_what_presses_in_simulation_moves_as_pinocchio_says(urdf, engine, formulation, phase):
+    """D pressed into a surface that yields, and slid along it: Pinocchio is given both forces."""
+    states = random_contact_states(300, seed=(SEED, 4))
+    x, y = states.normal
+    material = Material(1e6, 0.05, 2e4, 0.3)
+    depth = (1.4 if phase is Phase.YIELDS else 6.0) * material.yield_depth
+    normal = material.compression(depth)
+    assert 0.1 < normal < 10
+    states.end_force[:] = normal * np.array([x + 0.3 * y, y - 0.3 * x])
+    answer, allowed = solved_by(engine, urdf, "given force on D: motion", states)
+    for index in range(len(states)):
+        q, u = absolute(urdf, states, index)
+        direction = _AtDepth("D", (float(x[index]), float(y[index])), -depth)
+        tangent = directions.PointDirection("D", (float(-y[index]), float(x[index])))
+        law = ElastoPlastic(material)
+        cushion = Cushion("D", direction, 0.0, law.branch(Dent(phase)).law, tangent, 0.3, 0.3, law)
+        torques = tuple(map(float, states.torques[:, index]))
+        acting = (Gravity(urdf.gravity), JointTorque(torques), _Pressed(cushion))
+        modes = Modes(GENERAL, acting, formulation)
+        mode = Mode(modes.names, (State.FORWARD,), (Dent(phase),))
+        found = np.array(urdf.joints.joint_speeds(modes.solution(mode, q, u, 0.0).du))
+        assert np.all(np.abs(found - answer[:, index]) <= allowed[:, index])
+
+
+@dataclass(frozen=True)
+class _AtDepth(directions.PointDirection):
+    """A direction in which D is at a given place: that of a random pose has too few digits."""
+
+    place: float
+
+    def coordinate(self, chain, q):
+        return self.place
+
+
+@dataclass(frozen=True)
+class _Pressed:
+    cushion: Cushion
+
+    def nonsmooth(self, chain):
+        return (self.cushion,)
 
 
 # Tolerance

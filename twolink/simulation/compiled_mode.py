@@ -6,7 +6,7 @@ import functools
 import itertools
 import operator
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,8 +32,27 @@ _OUT_OF_SIGHT = (0.0, 1.0)
 _HALVINGS = 120
 
 
-@dataclass(frozen=True)
-class Segment:
+class Free(NamedTuple):
+    """The variables of what is not touched, by number: gaps, and surfaces that spring back.
+
+    A gap is a variable of its own: it starts at 0 after an impact, and then has digits of its own,
+    however low the bounce, where a difference of positions would have none left. A surface that
+    springs back by itself, at a rate (1/s), has how far it is still sunk in as another.
+    """
+
+    gaps: tuple[int, ...]
+    relaxing: dict[int, float]
+
+    @classmethod
+    def of(cls, modes: Modes, mode: Mode) -> Free:
+        """Return those of a mode."""
+        gaps = tuple(i for i, state in enumerate(mode.states) if state is State.OPEN)
+        cushions = {i: e for i in gaps if isinstance(e := modes.elements[i], Cushion)}
+        rates = {index: cushion.law.relaxation for index, cushion in cushions.items()}
+        return cls(gaps, {index: rate for index, rate in rates.items() if rate is not None})
+
+
+class Segment(NamedTuple):
     """A stretch of the motion in one mode, from a start to an end (s), from a state.
 
     `effects` are those that act in it. `unwatched` are those whose quantities have only just left
@@ -49,6 +68,12 @@ class Segment:
     unwatched: frozenset[Watch]
     since: Any
     last: Any = None
+
+    @property
+    def numbers(self) -> list[Any]:
+        """The numbers in which segments of the same kind differ, of effects and of dents."""
+        effects = [n for effect in self.effects for n in getattr(effect, "numbers", ())]
+        return [*effects, *self.mode.numbers]
 
 
 @dataclass(frozen=True)
@@ -68,19 +93,19 @@ class CompiledMode:
     watches: tuple[Watch, ...]
     kind: Any
     rooted: bool
+    free: Free
 
     def set_to(self, segment: Segment) -> Any:
         """Return the integrator, set to a segment's start."""
         integrator = self.integrator
         integrator.state[:] = segment.state
         integrator.time = self.kind(0) if self.rooted else segment.start
-        effects = [n for effect in segment.effects for n in getattr(effect, "numbers", ())]
-        for place, number in enumerate([*effects, *segment.mode.numbers]):
-            integrator.pars[place] = self.kind(number)
-        for place, watch in enumerate(self.watches):
+        pars = [self.kind(number) for number in segment.numbers]
+        for watch in self.watches:
             sight = _OUT_OF_SIGHT if watch in segment.unwatched else _IN_SIGHT
-            for offset, value in enumerate(sight):
-                integrator.pars[self.numbers + 2 * place + offset] = self.kind(value)
+            pars += [self.kind(value) for value in sight]
+        if pars:
+            integrator.pars[: len(pars)] = pars
         if self.rooted:
             integrator.pars[-2] = segment.start
             integrator.pars[-1] = segment.end - segment.start
@@ -91,7 +116,7 @@ class CompiledMode:
     def output(self, segment: Segment, longest_step: float) -> Callable[[Any], Any]:
         """Return q and u, shape (4, n), as a function of times (s) in a segment."""
         # Its end is known: nothing need be watched for.
-        whole = replace(segment, unwatched=frozenset(self.watches))
+        whole = segment._replace(unwatched=frozenset(self.watches))
         integrator = self.set_to(whole)
         if not self.rooted:
             *_, output, _ = integrator.propagate_until(
@@ -112,26 +137,6 @@ class CompiledMode:
             return np.array(output((low + high) / 2)).T[:4]
 
         return at
-
-
-class Free(NamedTuple):
-    """The variables of what is not touched, by number: gaps, and surfaces that spring back.
-
-    A gap is a variable of its own: it starts at 0 after an impact, and then has digits of its own,
-    however low the bounce, where a difference of positions would have none left. A surface that
-    springs back by itself, at a rate (1/s), has how far it is still sunk in as another.
-    """
-
-    gaps: tuple[int, ...]
-    relaxing: dict[int, float]
-
-    @classmethod
-    def of(cls, modes: Modes, mode: Mode) -> Free:
-        """Return those of a mode."""
-        gaps = tuple(i for i, state in enumerate(mode.states) if state is State.OPEN)
-        cushions = {i: e for i in gaps if isinstance(e := modes.elements[i], Cushion)}
-        rates = {index: cushion.law.relaxation for index, cushion in cushions.items()}
-        return cls(gaps, {index: rate for index, rate in rates.items() if rate is not None})
 
 
 def compiled_mode(
@@ -224,7 +229,7 @@ def _compiled(
         t_events=events,
     )
     operations = len(integrator.decomposition) - 2 * len(variables)
-    return CompiledMode(integrator, operations, numbers, tuple(watched), kind, bool(rooted))
+    return CompiledMode(integrator, operations, numbers, tuple(watched), kind, bool(rooted), free)
 
 
 def _with_parameters(

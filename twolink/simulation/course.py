@@ -20,13 +20,14 @@ from twolink.errors import SimulationError
 from twolink.nonsmooth import Cushion, DryFriction, Element, Obstacle
 from twolink.optional import heyoka
 from twolink.scene import Scene
-from twolink.simulation.compiled_mode import Free, Segment, compiled_mode
+from twolink.simulation.compiled_mode import CompiledMode, Segment, compiled_mode
 from twolink.simulation.constrained import rests, same_way
 from twolink.simulation.cushions import Cushions
 from twolink.simulation.following import Following
+from twolink.simulation.impact_log import impact_log
 from twolink.simulation.mode import Impact, Mode, State
 from twolink.simulation.modes import Modes
-from twolink.simulation.striking import Striking
+from twolink.simulation.striking import Strike, Striking
 from twolink.simulation.taylor import number_type, rounding
 from twolink.simulation.watching import Kind, Watch
 
@@ -64,7 +65,10 @@ class Course:
         self._scene, self._precision, self._kind, self._cap = scene, precision, kind, cap
         self._formulation, self._order_asked = formulation, order
         text = kane if formulation == "kane" else lagrange
-        self._text, self._chain = text, scene.equipped.convert(kind)
+        self._equipped = scene.equipped
+        self._text, self._chain = text, self._equipped.convert(kind)
+        # Those of the effects that act now, by the kind of mode.
+        self._compiled: dict[Mode, CompiledMode] = {}
         self._breaks = [kind(t) for t in breaks(scene.effects) if t > 0]
         self._take_up_effects(0.0)
         self.following = Following(times, precision, cap)
@@ -85,7 +89,7 @@ class Course:
         self._guards: dict[Watch, Any] = {}
         self._at_once = 0
         self.segments: list[Segment] = []
-        self.impacts: list[Impact] = []
+        self.strikes: list[Strike] = []
         self.notes: list[str] = []
         self.operations = 0
         self.compile_seconds = self.run_seconds = 0.0
@@ -96,11 +100,16 @@ class Course:
         self._effects = effects_during(self._scene.effects, t)
         self._modes = Modes(self._chain, self._effects, self._text)
         self._striking = Striking(self._modes)
+        self._compiled = {}
 
     @property
     def now(self) -> float:
         """Where the motion stands (s)."""
         return float(self._now)
+
+    def log(self) -> tuple[Impact, ...]:
+        """Return the log of the impacts so far."""
+        return impact_log(self._chain, self.strikes, self._precision)
 
     @property
     def done(self) -> bool:
@@ -182,24 +191,16 @@ class Course:
         begun = perf_counter()
         resting = {Watch(Kind.HITS, index) for index in self._touched}
         unwatched = frozenset({*self._guards, *resting})
-        free = Free.of(self._modes, self._mode)
+        compiled = self._compile()
         # Where each of the variables beside q and u is kept.
-        kept = [(self._apart, index) for index in free.gaps]
-        kept += [(sunk, index) for index in free.relaxing]
+        kept = [(self._apart, index) for index in compiled.free.gaps]
+        kept += [(sunk, index) for index in compiled.free.relaxing]
         kept += [(roots, index) for index in sorted(roots)]
         state = (*self._q, *self._u, *(place[index] for place, index in kept))
         if roots:
             state = (*state, self._kind(0))
         since = max(start, self._since)
         segment = Segment(self._mode, self._effects, start, until, state, unwatched, since)
-        compiled = compiled_mode(
-            self._scene.equipped,
-            self._effects,
-            self._mode,
-            self._formulation,
-            self._precision,
-            self._order_asked,
-        )
         integrator = compiled.set_to(segment)
         self.compile_seconds += perf_counter() - begun
         begun = perf_counter()
@@ -211,11 +212,12 @@ class Course:
             outcome = self.following.in_time(integrator, start, until)
             self._now = self._kind(integrator.time)
         self.run_seconds += perf_counter() - begun
-        q1, q2, u1, u2, *others = integrator.state
+        # As Python's floats, where that is what they are: with NumPy's all takes much longer.
+        q1, q2, u1, u2, *others = integrator.state.tolist()
         self._q, self._u = (q1, q2), (u1, u2)
         for (place, index), value in zip(kept, others, strict=False):
             place[index] = value
-        self.segments.append(replace(segment, end=self._now))
+        self.segments.append(segment._replace(end=self._now))
         if outcome != heyoka().taylor_outcome.time_limit:
             self._change_mode(outcome, compiled.watches, start)
             self.following.correct(self._now, (*self._q, *self._u))
@@ -223,6 +225,20 @@ class Course:
             self._take_up_effects(float(self._breaks.pop(0)))
             self._settle()
             self._enter({})
+
+    def _compile(self) -> CompiledMode:
+        """Return the integrator of the mode."""
+        kind = self._mode.kind
+        if kind not in self._compiled:
+            self._compiled[kind] = compiled_mode(
+                self._equipped,
+                self._effects,
+                kind,
+                self._formulation,
+                self._precision,
+                self._order_asked,
+            )
+        return self._compiled[kind]
 
     def _check_outside(self) -> None:
         """Refuse to go on inside an obstacle: an impact that was missed is not passed over."""
@@ -359,14 +375,14 @@ class Course:
             self._place(index)
         struck = self._striking.impacts(self._q, self._u, near, float(self._now))
         self._u = struck.u
-        self.impacts += struck.impacts
+        self.strikes += struck.strikes
         self._touched = struck.resting | pressed
         # What has been given a speed is to be watched at once, whatever it did before.
         self._guards = {
             watch: t for watch, t in self._guards.items() if not self._is_moving(watch.number)
         }
         self._enter({})
-        for index in sorted({impact.index for impact in struck.impacts} - struck.resting):
+        for index in sorted({strike.number for strike in struck.strikes} - struck.resting):
             self._rebound(index)
 
     def _is_moving(self, index: int) -> bool:
@@ -395,8 +411,9 @@ class Course:
             # A step much longer than the flight would hide its end from heyoka's search for roots.
             self._horizon = self._now + 2 * flight
             return
-        impact, self._u = self._striking.captured(index, self._q, self._u, float(self._now))
-        self.impacts.append(impact)
+        strike = self._striking.captured(index, self._q, self._u, float(self._now))
+        self.strikes.append(strike)
+        self._u = strike.u[1]
         self._touched.add(index)
         self._enter({})
         self._since = self._now + lasting
@@ -448,9 +465,10 @@ class Course:
             sliding = next((state for state in states if state.direction), State.OPEN)
             if len(states) > 1 and self._modes.wedges(index, sliding, self._q):
                 self._u = self._striking.without_speed(index, self._q, self._u)
-                impact, self._u = self._striking.impact(index, self._q, self._u, float(self._now))
-                self.impacts.append(impact)
-                leaves = impact.speeds[1] != 0
+                strike = self._striking.impact(index, self._q, self._u, float(self._now))
+                self.strikes.append(strike)
+                self._u = strike.u[1]
+                leaves = strike.speeds[1] != 0
                 if leaves:
                     self._touched.discard(index)
                 self._enter({})

@@ -122,7 +122,7 @@ def event_run(
         compile_seconds=course.compile_seconds,
         run_seconds=course.run_seconds,
         segments=tuple(course.segments),
-        struck=tuple(course.impacts),
+        struck=course.log(),
         open_to_choice=tuple(course.notes),
         order_asked=order,
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from bisect import bisect_left, bisect_right
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,8 @@ class Following:
         """Take the times, and the longest step (s)."""
         self._kind, self._precision, self._cap = number_type(precision), precision, cap
         self.grid = numbers(times, precision)
-        self._plain_grid = np.asarray(times, dtype=float)
+        # Times are float64 numbers in any precision, and are looked for as such.
+        self._times: list[float] = np.asarray(times, dtype=float).tolist()
         self.rows: list[Any] = []
         self.steps = self.order = 0
 
@@ -36,9 +37,10 @@ class Following:
 
     def in_time(self, integrator: Any, start: Any, until: Any) -> Any:
         """Run an integrator from a time to another (s), and return its outcome."""
-        wanted = self._wanted(until)
-        early, late = int((wanted <= start).sum()), int((wanted == until).sum())
-        inside = wanted[early : len(wanted) - late] if until > start else wanted[:0]
+        first, end = len(self.rows), bisect_right(self._times, until)
+        early = max(bisect_right(self._times, start) - first, 0)
+        late = min(end - bisect_left(self._times, until), end - first) if until > start else 0
+        inside = self.grid[first + early : end - late]
         # The first time of a grid is where the integrator stands; the last is where it shall stop.
         ahead = np.concatenate([numbers([start], self._precision), inside, [until]])
         outcome, _, _, taken, _, values = integrator.propagate_grid(
@@ -47,7 +49,7 @@ class Following:
         states = values[:, :4]
         self.rows += [states[0]] * early
         self.rows += list(states[1 : 1 + len(inside)])
-        if len(states) == len(ahead) and until > start:
+        if len(states) == len(ahead):
             self.rows += [states[-1]] * late
         self._count(integrator, taken)
         return outcome
@@ -62,7 +64,7 @@ class Following:
         self._count(integrator, taken)
         in_time = -int(outcome.value) - 1 == len(compiled.watches)
         now = segment.end if in_time else segment.start + integrator.state[-1]
-        ended = replace(segment, end=now, last=integrator.time)
+        ended = segment._replace(end=now, last=integrator.time)
         wanted = self._wanted(now)
         if len(wanted):
             state = [*integrator.state]
@@ -77,9 +79,7 @@ class Following:
 
     def _wanted(self, until: Any) -> Any:
         """Return the times (s) that are asked for next, up to one."""
-        count = int(np.searchsorted(self._plain_grid, float(until), side="right"))
-        wanted = self.grid[len(self.rows) : count]
-        return wanted[wanted <= until]
+        return self.grid[len(self.rows) : bisect_right(self._times, until)]
 
     def _count(self, integrator: Any, taken: int) -> None:
         self.steps += taken

@@ -71,7 +71,8 @@ class Modes:
         self.formulation = formulation
         self.elements = nonsmooth(effects, chain)
         self._q: Pair | None = None
-        self._rows: dict[Direction, Pair] = {}
+        # By the directions' identities, with these: a direction takes longer to hash than its row.
+        self._rows: dict[int, tuple[Direction, Pair]] = {}
         self._inertia: tuple[Matrix, Scalar] | None = None
         self.names = tuple(element.name for element in self.elements)
         rubbing = [e.direction for e in self.elements if isinstance(e, DryFriction)]
@@ -84,11 +85,13 @@ class Modes:
     def row(self, direction: Direction, q: Pair) -> Pair:
         """Return the Jacobian of a direction: the generalized force of its unit loads."""
         self._stand_at(q)
-        if direction not in self._rows:
-            loads = direction.unit_loads(self.chain)
-            found: Pair = self.formulation.generalized_active_force(self.chain, q, loads)
-            self._rows[direction] = found
-        return self._rows[direction]
+        known = self._rows.get(id(direction))
+        if known is not None:
+            return known[1]
+        loads = direction.unit_loads(self.chain)
+        found: Pair = self.formulation.generalized_active_force(self.chain, q, loads)
+        self._rows[id(direction)] = direction, found
+        return found
 
     def inertia(self, q: Pair) -> tuple[Matrix, Scalar]:
         """Return M (kg m²) and its determinant (kg² m⁴)."""

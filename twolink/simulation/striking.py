@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from twolink import lagrange
 from twolink.arithmetic import Pair, Scalar
 from twolink.directions import Direction, JointDirection
 from twolink.impacts import Impulse, Response, rough_impulse, smooth_impulse
 from twolink.nonsmooth import Obstacle
 from twolink.simulation.constrained import rests, same_way
-from twolink.simulation.mode import BOUNCES_DIE_AWAY, Impact
+from twolink.simulation.mode import BOUNCES_DIE_AWAY
 from twolink.simulation.modes import Modes
 
 # Impacts that answer each other at one instant; more than these have come to nothing.
@@ -24,11 +23,28 @@ _NO_LEVER = 1e-14
 _NO_REBOUND = 1e-13
 
 
+class Strike(NamedTuple):
+    """An impact as it is met at a time (s), in the pose q: its log is written when all is over.
+
+    `speeds` and `sliding` are those along the obstacle's direction and tangent, before and after;
+    `u` likewise (rad/s).
+    """
+
+    time: float
+    number: int
+    name: str
+    q: Pair
+    u: tuple[Pair, Pair]
+    speeds: Pair
+    sliding: Pair
+    impulse: Impulse
+
+
 class Struck(NamedTuple):
-    """The speeds u (rad/s) after impacts, their log, and the obstacles that are rested on."""
+    """The speeds u (rad/s) after strikes, these, and the obstacles that are rested on."""
 
     u: Pair
-    impacts: list[Impact]
+    strikes: list[Strike]
     resting: set[int]
 
 
@@ -41,16 +57,20 @@ class Striking:
 
     def placed(self, direction: Direction, bound: Scalar, q: Pair) -> Pair:
         """Return q moved by rounding, so that a direction's coordinate (rad or m) is its bound."""
-        q1, q2 = q
         if isinstance(direction, JointDirection):
+            q1, q2 = q
             angle = direction.sense * bound + 0 * q1
             return (angle, q2) if direction.joint == "A" else (q1, q1 + angle)
+        # By so little the row does not change.
+        row = self._modes.row(direction, q)
+        long = row[0] * row[0] + row[1] * row[1]
         for _ in range(2):
-            row = self._modes.row(direction, (q1, q2))
-            gap = direction.coordinate(self._modes.chain, (q1, q2)) - bound
-            step = gap / (row[0] * row[0] + row[1] * row[1])
-            q1, q2 = q1 - step * row[0], q2 - step * row[1]
-        return q1, q2
+            gap = direction.coordinate(self._modes.chain, q) - bound
+            if gap == 0:
+                break
+            step = gap / long
+            q = q[0] - step * row[0], q[1] - step * row[1]
+        return q
 
     def stopped(self, directions: list[Direction], q: Pair, u: Pair) -> Pair:
         """Return u with no speed along some directions, where it was no more than rounding."""
@@ -78,30 +98,34 @@ class Striking:
         Where there are several they strike one after the other, the fastest approach first, until
         nothing is run into any more: each takes no energy or gives none, so neither do they all.
         """
-        log: list[Impact] = []
-        resting = {index for index in touched if rests(self._row(index, q), u)}
+        strikes: list[Strike] = []
+        rows = {index: self._row(index, q) for index in touched}
+        resting = {index for index, row in rows.items() if rests(row, u)}
         for _ in range(_MOST_IMPACTS):
-            speeds = {index: self._speed(index, q, u) for index in touched}
-            approached = {i: speed for i, speed in speeds.items() if self.approached(i, q, u)}
+            approached = {
+                index: row[0] * u[0] + row[1] * u[1]
+                for index, row in rows.items()
+                if _runs_into(row, u)
+            }
             if not approached:
-                return Struck(u, log, resting)
+                return Struck(u, strikes, resting)
             index = min(approached, key=lambda number: (approached[number], number))
-            impact, u = self.impact(index, q, u, time)
-            log.append(impact)
-            resting = {i for i in resting if i != index and rests(self._row(i, q), u)}
-            if abs(impact.speeds[1]) <= _NO_REBOUND * abs(impact.speeds[0]):
+            strike = self.impact(index, q, u, time)
+            strikes.append(strike)
+            u = strike.u[1]
+            resting = {i for i in resting if i != index and rests(rows[i], u)}
+            if abs(strike.speeds[1]) <= _NO_REBOUND * abs(strike.speeds[0]):
                 u = self.stopped([self._modes.elements[index].direction], q, u)
                 resting.add(index)
         # They go on answering each other, ever more weakly: in the limit all come to rest.
         directions = [self._modes.elements[index].direction for index in touched]
-        return Struck(self.stopped(directions, q, u), log, set(touched))
+        return Struck(self.stopped(directions, q, u), strikes, set(touched))
 
     def approached(self, index: int, q: Pair, u: Pair) -> bool:
         """Return whether an obstacle is run into, by more than rounding."""
-        row = self._row(index, q)
-        return bool(row[0] * u[0] + row[1] * u[1] < 0) and not rests(row, u)
+        return _runs_into(self._row(index, q), u)
 
-    def captured(self, index: int, q: Pair, u: Pair, time: float) -> tuple[Impact, Pair]:
+    def captured(self, index: int, q: Pair, u: Pair, time: float) -> Strike:
         """Return u without the speed along an obstacle, at which bounces to come are not seen.
 
         Their impulses, and the friction that goes with them, are those of resting on the obstacle,
@@ -124,7 +148,7 @@ class Striking:
         after = self._after(q, u, (normal * force[0], normal * force[1]))
         after = self.stopped(held, q, after)
         impulse = Impulse(normal, s * normal, BOUNCES_DIE_AWAY)
-        return self._logged(index, impulse, q, (u, after), time), after
+        return self._strike(index, impulse, q, (u, after), time)
 
     def without_speed(self, index: int, q: Pair, u: Pair) -> Pair:
         """Return u without speed along an obstacle that is touched: exactly, not to rounding."""
@@ -135,8 +159,8 @@ class Striking:
         assert isinstance(obstacle, Obstacle)
         return obstacle
 
-    def impact(self, index: int, q: Pair, u: Pair, time: float) -> tuple[Impact, Pair]:
-        """Return what an obstacle does when it strikes at u, and u after it."""
+    def impact(self, index: int, q: Pair, u: Pair, time: float) -> Strike:
+        """Return what an obstacle does when it strikes at u."""
         obstacle, row = self._obstacle(index), self._row(index, q)
         # What was stopped along the normal comes in at no speed, and not at that of rounding.
         v_n = 0 * u[0] if rests(row, u) else row[0] * u[0] + row[1] * u[1]
@@ -146,7 +170,7 @@ class Striking:
         if max(abs(entry) for entry in tangent) <= _NO_LEVER * max(abs(entry) for entry in row):
             impulse = smooth_impulse(v_n, G_nn, obstacle.restitution)
             after = self._after(q, u, (impulse.normal * row[0], impulse.normal * row[1]))
-            return self._logged(index, impulse, q, (u, after), time), after
+            return self._strike(index, impulse, q, (u, after), time)
         G_nt = self._modes.response(row, tangent, q)
         across = row[0] * tangent[1] - row[1] * tangent[0]
         _, det_M = self._modes.inertia(q)
@@ -170,36 +194,26 @@ class Striking:
             found = row[0] * after[0] + row[1] * after[1]
             speed = -obstacle.restitution * v_n if known else found
             after = self._with_normal_speed(row, tangent, speed)
-        return self._logged(index, impulse, q, (u, after), time), after
+        return self._strike(index, impulse, q, (u, after), time)
 
-    def _logged(
+    def _strike(
         self, index: int, impulse: Impulse, q: Pair, speeds: tuple[Pair, Pair], time: float
-    ) -> Impact:
-        """Return the log of an impact that changes u from the first of the speeds to the second."""
-        obstacle, chain = self._obstacle(index), self._modes.chain
-        row = self._row(index, q)
-        along = _floats(tuple(row[0] * u[0] + row[1] * u[1] for u in speeds))
-        sliding = (0.0, 0.0)
-        if obstacle.tangent is not None:
-            tangent = self._modes.row(obstacle.tangent, q)
-            sliding = _floats(tuple(tangent[0] * u[0] + tangent[1] * u[1] for u in speeds))
+    ) -> Strike:
+        """Return the strike of an impact that changes u from the first of the speeds to the second.
+
+        A tangent along which nothing slides has the speeds 0.
+        """
+        obstacle, row = self._obstacle(index), self._row(index, q)
         before, after = speeds
-        return Impact(
-            time=time,
-            index=index,
-            name=obstacle.name,
-            speeds=along,
-            sliding=sliding,
-            normal_impulse=float(impulse.normal),
-            tangential_impulse=float(impulse.tangential),
-            regime=impulse.regime,
-            u=(_floats(before), _floats(after)),
-            kinetic_energy=_floats(tuple(lagrange.kinetic_energy(chain, q, u) for u in speeds)),
-            link_energies=(
-                _floats(lagrange.kinetic_energies(chain, q, before)),
-                _floats(lagrange.kinetic_energies(chain, q, after)),
-            ),
+        along = (
+            row[0] * before[0] + row[1] * before[1],
+            row[0] * after[0] + row[1] * after[1],
         )
+        sliding: Pair = (0.0, 0.0)
+        if obstacle.tangent is not None:
+            x, y = self._modes.row(obstacle.tangent, q)
+            sliding = x * before[0] + y * before[1], x * after[0] + y * after[1]
+        return Strike(time, index, obstacle.name, q, speeds, along, sliding, impulse)
 
     @staticmethod
     def _with_normal_speed(row: Pair, tangent: Pair, speed: Scalar) -> Pair:
@@ -216,10 +230,7 @@ class Striking:
     def _row(self, index: int, q: Pair) -> Pair:
         return self._modes.row(self._modes.elements[index].direction, q)
 
-    def _speed(self, index: int, q: Pair, u: Pair) -> Scalar:
-        row = self._row(index, q)
-        return row[0] * u[0] + row[1] * u[1]
 
-
-def _floats(pair: Any) -> tuple[float, float]:
-    return float(pair[0]), float(pair[1])
+def _runs_into(row: Pair, u: Pair) -> bool:
+    """Return whether the speed row · u is negative, by more than rounding."""
+    return bool(row[0] * u[0] + row[1] * u[1] < 0) and not rests(row, u)
