@@ -1,28 +1,38 @@
 """What contact costs, and how compliant contact nears the rigid one.
 
 `uv run python -m benchmarks.contact`: 10 s of the source's chain over a floor, with some 50
-impacts, beside the same without the floor; then the rebound from floors of ever higher stiffness,
-and by how much it misses that of the rigid law.
+impacts, beside the same without the floor; the rebound from floors of ever higher stiffness, and by
+how much it misses that of the rigid law; and the restitution of a floor that yields. With
+`--plot FILE` the last two are drawn to an .svg or .png file.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
 import statistics
 import time
 from dataclasses import replace
+from fractions import Fraction
+from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from scipy.integrate import quad
+from scipy.optimize import brentq
 
 from twolink.chain import Chain
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.surface import Surface
+from twolink.elastoplastic import Material
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.motion import motion_run
+from viz.plots.contact import Limit, Restitution, contact_plot
+from viz.plots.style import save
 
 ROUNDS = 15
 TIMES = np.linspace(0.0, 10.0, 501)
@@ -33,13 +43,37 @@ FLOOR = Surface((0.0, 1.2), (0.0, -1.0), restitution=0.9, name="floor")
 
 POSE = (0.3, 1.1)
 HEIGHT = math.sin(POSE[0]) + math.sin(POSE[1])
-LAWS = {"kelvin-voigt": 1 / 2, "hertz": 2 / 5}
+LAWS = {
+    "kelvin-voigt": ("Kelvin-Voigt", Fraction(1, 2), "N/m"),
+    "hertz": ("Hertz", Fraction(2, 5), "N/m$^{3/2}$"),
+}
+DECADES = range(5, 12)
+
+# All the mass, 1 kg, is in D. The ball is of steel, the floor of aluminium.
+POINT = Chain(
+    mass=(1e-12, 1.0), length=(1.0, 1.0), centre=((0.5, 0.0), (1.0, 0.0)), inertia=(1e-14, 1e-14)
+)
+YIELDING = CompliantSurface(
+    (0.0, HEIGHT), (0.0, -1.0), "elasto-plastic", radius=0.02, modulus=(2.1e11, 7e10),
+    poisson=(0.3, 0.33), strength=(1e9, 1e8),
+)  # fmt: skip
+MATERIAL = Material(1 / ((1 - 0.3**2) / 2.1e11 + (1 - 0.33**2) / 7e10), 0.02, 1e8, 0.33)
+SPEEDS = tuple(float(v) for v in np.geomspace(3e-4, 2.0, 16))
 
 
 def main() -> None:
-    """Measure and print both tables."""
+    """Measure, print all tables, and draw what is to be drawn."""
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("--plot", type=Path, help="draw the limit to this .svg or .png file")
+    arguments.add_argument("--theme", default="light", help="light or dark")
+    asked = arguments.parse_args()
     print_cost()
-    print_limit()
+    limits = [limit(law) for law in LAWS]
+    print_limits(limits)
+    given_back = restitution()
+    print_restitution(given_back)
+    if asked.plot is not None:
+        save(contact_plot(limits, given_back, asked.theme), asked.plot)
 
 
 def print_cost() -> None:
@@ -67,19 +101,87 @@ def print_cost() -> None:
     Console(width=100).print(table)
 
 
-def print_limit() -> None:
-    """Print how the rebound nears that of the rigid law, with the measured rate."""
+def limit(law: str) -> Limit:
+    """Return how the rebound from surfaces of a law nears that of the rigid one."""
+    stiffness = tuple(10.0**exponent for exponent in DECADES)
+    misses = tuple(miss(law, k) for k in stiffness)
+    rate = -float(np.polyfit(np.log(stiffness[-4:]), np.log(misses[-4:]), 1)[0])
+    name, expected, unit = LAWS[law]
+    return Limit(name, unit, stiffness, misses, rate, expected)
+
+
+def print_limits(limits: list[Limit]) -> None:
+    """Print how the rebounds near that of the rigid law, with the measured rates."""
     table = Table(title="Rebound at 1 m/s, sliding at 3 m/s with friction 0.1, without loss")
     table.add_column("law")
-    for column in ("stiffness", "misses the rigid law by (m/s)", "rate", "expected rate"):
+    for column in ("stiffness (SI)", "misses the rigid law by (m/s)", "rate", "expected rate"):
         table.add_column(column, justify="right")
-    for law, expected in LAWS.items():
-        misses: list[float] = []
-        for exponent in range(5, 12):
-            misses.append(miss(law, 10.0**exponent))
-            rate = math.log10(misses[-2] / misses[-1]) if len(misses) > 1 else math.nan
-            measured = "" if math.isnan(rate) else f"{rate:.3f}"
-            table.add_row(law, f"1e{exponent}", f"{misses[-1]:.2e}", measured, f"{expected:.3f}")
+    for found in limits:
+        for place, (stiffness, missed) in enumerate(
+            zip(found.stiffness, found.misses, strict=True)
+        ):
+            rate = math.log10(found.misses[place - 1] / missed) if place else math.nan
+            measured = f"{rate:.3f}" if place else ""
+            row = f"{stiffness:.0e}", f"{missed:.2e}", measured, str(found.expected)
+            table.add_row(found.law, *row)
+        table.add_row(found.law, "last four", "", f"{found.rate:.3f}", str(found.expected))
+    Console(width=100).print(table)
+
+
+def restitution() -> Restitution:
+    """Return what a floor that yields gives back, simulated and by the areas of its law."""
+    deepest = [float(brentq(_short_of, 1e-9, 0.01, args=(v,), xtol=1e-18)) for v in SPEEDS]
+    given = [work_of_restitution(depth) for depth in deepest]
+    computed = [math.sqrt(2 * work) / v for work, v in zip(given, SPEEDS, strict=True)]
+    yields = math.sqrt(2 * work_of_compression(MATERIAL.yield_depth))
+    return Restitution(
+        "1 kg of steel on aluminium",
+        SPEEDS,
+        tuple(rebound(v) / v for v in SPEEDS),
+        tuple(computed),
+        yields,
+    )
+
+
+def _short_of(depth: float, speed: float) -> float:
+    return work_of_compression(depth) - speed * speed / 2
+
+
+def work_of_compression(depth: float) -> float:
+    """Return the work (J) that a first compression to a depth (m) takes."""
+    edges = [0.0, *(d for d in (MATERIAL.flow_depth,) if d < depth), depth]
+    parts = (
+        quad(MATERIAL.compression, low, high, epsabs=0, epsrel=1e-12)[0]
+        for low, high in pairwise(edges)
+    )
+    return float(sum(parts))
+
+
+def work_of_restitution(depth: float) -> float:
+    """Return the work (J) that is given back from a deepest depth (m)."""
+    stays = MATERIAL.residual(depth) if depth > MATERIAL.yield_depth else 0.0
+    return float(2 / 5 * MATERIAL.compression(depth) * (depth - stays))
+
+
+def rebound(speed: float) -> float:
+    """Return the speed (m/s) at which D comes off a floor that yields."""
+    J = np.array([[math.cos(q) for q in POSE], [-math.sin(q) for q in POSE]])
+    u1, u2 = np.linalg.solve(J, [speed, 0.0]).tolist()
+    start = replace(
+        FALL, chain=POINT, q=POSE, u=(u1, u2), duration=0.02, effects=(YIELDING,), accuracy=1e-10
+    )
+    return -float(simulate(start).velocity(POINT.D)[1, -1])
+
+
+def print_restitution(found: Restitution) -> None:
+    """Print the restitution of all speeds, simulated and computed."""
+    table = Table(title=f"A floor that yields: {found.material}")
+    for column in ("speed (m/s)", "restitution, simulated", "by the law's areas", "difference"):
+        table.add_column(column, justify="right")
+    for v, measured, computed in zip(found.speeds, found.measured, found.computed, strict=True):
+        table.add_row(
+            f"{v:.4g}", f"{measured:.9f}", f"{computed:.9f}", f"{abs(measured - computed):.1e}"
+        )
     Console(width=100).print(table)
 
 
