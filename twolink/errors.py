@@ -26,3 +26,11 @@ class SceneError(TwolinkError):
 
 class SimulationError(TwolinkError):
     """A motion cannot be computed as asked."""
+
+
+class PictureError(TwolinkError):
+    """A motion cannot be drawn, shown or recorded as asked."""
+
+
+class BrowserError(TwolinkError):
+    """A browser or an encoder failed on the way: nothing that was asked for was wrong."""

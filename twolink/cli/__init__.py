@@ -8,10 +8,12 @@ from io import TextIOWrapper
 import typer
 
 from twolink.cli.accuracy import accuracy
+from twolink.cli.record import record
 from twolink.cli.reference import reference
 from twolink.cli.scenes import scenes
 from twolink.cli.simulate import simulate
 from twolink.cli.verify import verify
+from twolink.cli.view import view
 
 app = typer.Typer(
     help="The reference suite for the planar two-link chain (double pendulum).",
@@ -21,7 +23,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-for command in (verify, simulate, accuracy, reference, scenes):
+for command in (verify, simulate, accuracy, reference, view, record, scenes):
     app.command()(command)
 
 

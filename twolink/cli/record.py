@@ -1,0 +1,90 @@
+"""The command `twolink record`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from twolink.cli.showing import ThemeName, ended_by_signals, film_of
+from twolink.cli.terminal import FAILED, check_target, progress_bar, refuse
+from twolink.errors import BrowserError, TwolinkError
+
+
+def record(
+    motion: Annotated[
+        Path, typer.Argument(help="A scene (TOML), or a trajectory (.npz, .csv, .parquet).")
+    ],
+    out: Annotated[Path, typer.Option(help="The .mp4, .webm, .gif, .png or .html file to write.")],
+    fps: Annotated[
+        float | None, typer.Option(help="Frames a second. Default: 30, and 25 in a .gif.")
+    ] = None,
+    size: Annotated[str, typer.Option(help="Width and height in pixels.")] = "1280x720",
+    speed: Annotated[float, typer.Option(help="Seconds of motion a second of film.")] = 1.0,
+    theme: Annotated[ThemeName, typer.Option(help="Light or dark surroundings.")] = ThemeName.light,
+    ghost: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Another run beside it: a scene, a trajectory, momenta, lagrange, kane or "
+            "pinocchio. May be given several times."
+        ),
+    ] = None,
+    nearby: Annotated[
+        float | None, typer.Option(help="A ghost that starts with q1 larger by so much (rad).")
+    ] = None,
+    urdf: Annotated[
+        Path | None, typer.Option(help="Show this URDF's own geometry. Default: the scene's.")
+    ] = None,
+    at: Annotated[
+        float | None, typer.Option(help="The time of a .png (s). Default: the end.")
+    ] = None,
+) -> None:
+    """Record a motion to a film, a picture, or a page that plays it.
+
+    Every frame is drawn once, at its exact time, by a headless Chromium or Chrome; a .html needs
+    none. A film is decoded again and checked. Exit code 0: it is there. 1: browser or encoder
+    failed. 2: the input was refused.
+    """
+    from viz.recording import KINDS, check_recording
+    from viz.recording import record as recorded
+
+    check_target("--out", out, KINDS)
+    rate = (25.0 if out.suffix == ".gif" else 30.0) if fps is None else fps
+    pixels = _size(size)
+    try:
+        with ended_by_signals():
+            # What is missing or not allowed is said before anything is simulated.
+            check_recording(out, pixels, rate)
+            film = film_of(
+                motion, ghosts=ghost or [], nearby=nearby, urdf=urdf, fps=rate, speed=speed,
+                theme=theme,
+            )  # fmt: skip
+            with progress_bar() as bar:
+                task = bar.add_task("recording", total=1.0)
+                recorded(
+                    film,
+                    out,
+                    size=pixels,
+                    at=at,
+                    progress=lambda stage, share: bar.update(
+                        task, description=f"recording, {stage}", completed=share
+                    ),
+                )
+    except BrowserError as error:
+        typer.echo(f"twolink: {error}", err=True)
+        raise typer.Exit(FAILED) from error
+    except TwolinkError as error:
+        refuse(str(error))
+    frames = "" if out.suffix == ".png" else f"{len(film.times)} frames, "
+    typer.echo(f"{out}: {frames}{out.stat().st_size / 1e6:.2g} MB")
+
+
+def _size(text: str) -> tuple[int, int]:
+    """Return width and height, or refuse the text."""
+    width, times, height = text.lower().partition("x")
+    if not (
+        times and width.isascii() and height.isascii() and width.isdigit() and height.isdigit()
+    ):
+        refuse(f"--size is '{text}'; allowed is width x height in pixels, such as 1280x720")
+    return int(width), int(height)

@@ -1,0 +1,96 @@
+"""The command `twolink view`."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from twolink.cli.showing import ThemeName, ended_by_signals, film_of
+from twolink.cli.terminal import refuse
+from twolink.errors import TwolinkError
+
+if TYPE_CHECKING:
+    from viz.film import Film
+
+_LOOPBACK = ("127.0.0.1", "localhost", "::1")
+
+# Frames a second of the motion between which the page's slider steps.
+_FPS = 60.0
+
+
+def view(
+    motion: Annotated[
+        Path, typer.Argument(help="A scene (TOML), or a trajectory (.npz, .csv, .parquet).")
+    ],
+    ghost: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Another run beside it: a scene, a trajectory, momenta, lagrange, kane or "
+            "pinocchio. May be given several times."
+        ),
+    ] = None,
+    nearby: Annotated[
+        float | None, typer.Option(help="A ghost that starts with q1 larger by so much (rad).")
+    ] = None,
+    urdf: Annotated[
+        Path | None, typer.Option(help="Show this URDF's own geometry. Default: the scene's.")
+    ] = None,
+    speed: Annotated[float, typer.Option(help="Seconds of motion a second on the wall.")] = 1.0,
+    theme: Annotated[ThemeName, typer.Option(help="Light or dark surroundings.")] = ThemeName.light,
+    browser: Annotated[
+        bool, typer.Option(help="Open the page in your browser, and not only print its address.")
+    ] = True,
+    host: Annotated[
+        str, typer.Option(help="Where to listen. Default: to this machine alone.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="The port to listen at. Default: any free one.")] = 0,
+) -> None:
+    """Show a motion live in the browser, through meshcat's viewer.
+
+    The page plays it in real time; it has buttons, and keys: space, arrows, Home, End, + and −, 0.
+    All pages that are open show the same. Ctrl-C ends it.
+    """
+    if not 0 <= port <= 65535:
+        refuse(f"--port is {port}; allowed is 0 to 65535")
+    try:
+        with ended_by_signals():
+            film = film_of(
+                motion, ghosts=ghost or [], nearby=nearby, urdf=urdf, fps=_FPS, speed=speed,
+                theme=theme,
+            )  # fmt: skip
+        asyncio.run(_served(film, host, port, opened=browser))
+    except TwolinkError as error:
+        refuse(str(error))
+
+
+async def _served(film: Film, host: str, port: int, *, opened: bool) -> None:
+    """Serve a film until Ctrl-C or SIGTERM."""
+    from viz.live import LiveView
+
+    live = LiveView(film, host=host, port=port)
+    await live.start()
+    loop = asyncio.get_running_loop()
+    playing = asyncio.ensure_future(live.play())
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, playing.cancel)
+    try:
+        if host not in _LOOPBACK:
+            typer.echo(
+                f"Listening at {host}: whoever can reach this machine there can watch the motion, "
+                "and play, pause and seek it; nothing is encrypted, and nobody is asked who he is.",
+                err=True,
+            )
+        typer.echo(f"{live.url}\nCtrl-C ends it.")
+        if opened:
+            import webbrowser
+
+            await asyncio.to_thread(webbrowser.open, live.url)
+        await playing
+    except asyncio.CancelledError:
+        pass
+    finally:
+        await live.close()

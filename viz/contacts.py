@@ -1,0 +1,116 @@
+"""What touches what, and how: marks at points and joints while a contact or friction lasts."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+
+import numpy as np
+
+from twolink import kinematics
+from twolink.directions import JointDirection, PointDirection
+from twolink.effects import nonsmooth
+from twolink.nonsmooth import DryFriction, Element
+from twolink.simulation.mode import Mode, State
+from viz.commands import ROOT, flat_mesh, in_the_plane, transform, visible
+from viz.run import Moments, Run
+from viz.shapes import Array, Shape, arrow, ring
+from viz.surfaces import Label
+from viz.themes import Theme
+
+_ORDER = 60
+_HELD, _SLIPPING, _PUSHED = "held", "slipping", ("pushed-on", "pushed-back")
+_WORDS = {
+    State.STICKS: "sticks",
+    State.CLOSED: "rests",
+    State.FORWARD: "slips",
+    State.BACKWARD: "slips",
+    State.PRESSED_FORWARD: "pressed",
+    State.PRESSED_BACKWARD: "pressed",
+}
+
+
+def mode_at(run: Run, time: float) -> Mode | None:
+    """Return the mode in which a run is at a time (s), or None if it is smooth all along."""
+    events = run.trajectory.events
+    index = bisect_right([event.entered for event in events], time) - 1
+    return events[max(index, 0)].mode if events else None
+
+
+def elements_of(run: Run) -> tuple[Element, ...]:
+    """Return the frictions and obstacles of a run, as its modes number them."""
+    return nonsmooth(run.trajectory.scene.effects, run.chain) if run.trajectory.events else ()
+
+
+def contact_setup(run: Run, size: float, theme: Theme) -> list[bytes]:
+    """Return what draws the marks of all that may touch, each about the origin of its own path.
+
+    What sticks or rests has a full ring, what slips a thin one; an arrow along the surface is the
+    way in which friction acts. A `size` (m) is half of a bar's width.
+    """
+    found = []
+    for number, element in enumerate(elements_of(run)):
+        shapes: dict[str, Shape] = {
+            _HELD: ring((0, 0), 1.5 * size, 2.3 * size),
+            _SLIPPING: ring((0, 0), 1.6 * size, 1.95 * size),
+        }
+        tangent = tangent_of(element)
+        if tangent is not None:
+            for name, sense in zip(_PUSHED, (1, -1), strict=True):
+                way = sense * np.array(tangent)
+                shapes[name] = arrow(2.4 * size * way, 6.4 * size * way, 0.55 * size)
+        for name, shape in shapes.items():
+            path = f"{_path(number)}/{name}"
+            found += [flat_mesh(path, shape, theme.contact, order=_ORDER), visible(path, False)]
+    return found
+
+
+def contact_marks(now: Moments) -> tuple[list[bytes], list[Label]]:
+    """Return the commands for the marks at a moment, and words on what they say."""
+    mode = mode_at(now.run, float(now.times[0]))
+    commands: list[bytes] = []
+    labels: list[Label] = []
+    if mode is None:
+        return commands, labels
+    for number, (element, state) in enumerate(zip(elements_of(now.run), mode.states, strict=True)):
+        place = place_of(element, now)
+        tangent = tangent_of(element)
+        held = state in (State.STICKS, State.CLOSED)
+        shown = {_HELD: held, _SLIPPING: not held and state is not State.OPEN}
+        if tangent is not None:
+            # Friction acts against the sliding.
+            shown |= dict(zip(_PUSHED, (state.direction < 0, state.direction > 0), strict=True))
+        commands.append(transform(_path(number), in_the_plane(place, 0.0)))
+        commands += [visible(f"{_path(number)}/{name}", on) for name, on in shown.items()]
+        if state in _WORDS:
+            away = _away(element)
+            labels.append([_WORDS[state], *place.tolist(), *away, "contact"])
+    return commands, labels
+
+
+def place_of(element: Element, now: Moments) -> Array:
+    """Return where a friction or an obstacle acts at a moment (m)."""
+    direction = element.direction
+    if isinstance(direction, JointDirection):
+        return now.point(direction.joint)[0]
+    assert isinstance(direction, PointDirection)
+    point = getattr(now.run.chain, direction.point)
+    q1, q2 = float(now.q[0, 0]), float(now.q[1, 0])
+    return np.array(kinematics.position(now.run.chain, (q1, q2), point))
+
+
+def tangent_of(element: Element) -> tuple[float, float] | None:
+    """Return the unit vector along which a point slides (m), if a point does."""
+    along = element.direction if isinstance(element, DryFriction) else element.tangent
+    return along.vector if isinstance(along, PointDirection) else None
+
+
+def _away(element: Element) -> tuple[float, float]:
+    """Return where a word stands beside what it is said of: out of a surface, above a joint."""
+    direction = element.direction
+    if isinstance(direction, PointDirection) and not isinstance(element, DryFriction):
+        return direction.vector
+    return (0.7, -0.7)
+
+
+def _path(number: int) -> str:
+    return f"{ROOT}/contact{number}"

@@ -1,0 +1,171 @@
+"""From pictures to a film in a file, by ffmpeg, and what a decoder finds in it."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import IO
+
+from twolink.errors import BrowserError, PictureError
+
+_VIDEO = {
+    ".mp4": (
+        *("-c:v", "libx264", "-crf", "18", "-preset", "medium", "-pix_fmt", "yuv420p"),
+        # What is told of the film comes first: it begins to play before all of it is loaded.
+        *("-movflags", "+faststart", "-f", "mp4"),
+    ),
+    ".webm": (
+        *("-c:v", "libvpx-vp9", "-crf", "28", "-b:v", "0", "-row-mt", "1", "-cpu-used", "4"),
+        *("-pix_fmt", "yuv420p", "-f", "webm"),
+    ),
+    ".gif": (
+        *("-vf", "split[a][b];[a]palettegen=stats_mode=full[p];[b][p]paletteuse=dither=none"),
+        *("-loop", "0", "-f", "gif"),
+    ),
+}
+# sRGB's primaries and gamma, and the matrix of high-definition video, said as well as done.
+_COLOURS = (
+    *("-vf", "scale=out_color_matrix=bt709:out_range=tv"),
+    *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1"),
+)
+# The unit of time in the file (s): within it a frame may stand beside its exact time.
+_CLOCK = {".mp4": Fraction(0), ".webm": Fraction(1, 1000), ".gif": Fraction(1, 100)}
+
+FILMS = tuple(_VIDEO)
+
+
+def ffmpeg() -> str:
+    """Return the path of ffmpeg; raises `PictureError` where imageio-ffmpeg is missing."""
+    try:
+        import imageio_ffmpeg
+    except ImportError as error:
+        raise PictureError(
+            "imageio-ffmpeg, which films need, is not installed; allowed are .html and .png, or "
+            'pip install "twolink[record]"'
+        ) from error
+    return str(imageio_ffmpeg.get_ffmpeg_exe())
+
+
+def check_film(suffix: str, width: int, height: int, fps: float) -> None:
+    """Raise `PictureError` for sizes and rates that a kind of film cannot have."""
+    if suffix in (".mp4", ".webm") and (width % 2 or height % 2):
+        raise PictureError(
+            f"the size is {width}x{height}; allowed are even numbers of pixels in a {suffix} file"
+        )
+    if suffix == ".gif" and (100 / fps) % 1:
+        raise PictureError(
+            f"fps is {fps:g}; allowed are 50, 25, 20, 10, 5, 4, 2 and 1 in a .gif file, which "
+            "counts time in hundredths of a second"
+        )
+
+
+@contextmanager
+def encoder(file: Path, suffix: str, fps: float) -> Iterator[IO[bytes]]:
+    """Yield what takes pictures (PNG) one after the other, and encodes them to a file.
+
+    Raises `BrowserError` where ffmpeg fails; it is ended whatever happens.
+    """
+    rate = str(Fraction(fps).limit_denominator(1001))
+    colours = () if suffix == ".gif" else _COLOURS
+    command = (
+        *(ffmpeg(), "-hide_banner", "-loglevel", "error", "-y"),
+        *("-f", "image2pipe", "-c:v", "png", "-framerate", rate, "-i", "pipe:0", "-an"),
+        *("-fps_mode", "passthrough", *colours, *_VIDEO[suffix], str(file)),
+    )
+    process = subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        # A Ctrl-C at the terminal is for us alone: we end it.
+        start_new_session=True,
+    )
+    assert process.stdin is not None
+    assert process.stderr is not None
+    try:
+        try:
+            yield process.stdin
+            process.stdin.close()
+        except BrokenPipeError:
+            with suppress(BrokenPipeError):
+                process.stdin.close()
+        said = process.stderr.read().decode(errors="replace")
+        if process.wait() != 0:
+            raise BrowserError(f"ffmpeg failed ({' '.join(said.split())[:300]})")
+    finally:
+        process.kill()
+        process.wait()
+        process.stderr.close()
+        with suppress(BrokenPipeError):
+            process.stdin.close()
+
+
+@dataclass(frozen=True)
+class Decoded:
+    """What a decoder finds in a film: size in pixels, times of frames (s), and their pictures.
+
+    `lasting` is how long the last frame is shown (s); `pictures` are a hash of each.
+    """
+
+    width: int
+    height: int
+    times: tuple[Fraction, ...]
+    lasting: Fraction
+    pictures: tuple[str, ...]
+
+    @property
+    def duration(self) -> Fraction:
+        """How long the film lasts (s)."""
+        return self.times[-1] + self.lasting - self.times[0]
+
+
+def decoded(file: Path) -> Decoded:
+    """Return what a decoder finds in a film; raises `BrowserError` where it fails."""
+    command = (
+        *(ffmpeg(), "-hide_banner", "-loglevel", "error", "-i", str(file)),
+        *("-map", "0:v:0", "-fps_mode", "passthrough", "-f", "framemd5", "pipe:1"),
+    )
+    run = subprocess.run(command, capture_output=True, check=False, stdin=subprocess.DEVNULL)
+    if run.returncode != 0:
+        said = " ".join(run.stderr.decode(errors="replace").split())
+        raise BrowserError(f"what was written cannot be decoded ({said[:300]})")
+    text = run.stdout.decode()
+    unit = re.search(r"^#tb 0: (\d+/\d+)", text, re.MULTILINE)
+    size = re.search(r"^#dimensions 0: (\d+)x(\d+)", text, re.MULTILINE)
+    rows = [line.split(",") for line in text.splitlines() if line and not line.startswith("#")]
+    if unit is None or size is None or not rows:
+        raise BrowserError("what was written has no frames")
+    clock = Fraction(unit[1])
+    return Decoded(
+        width=int(size[1]),
+        height=int(size[2]),
+        times=tuple(int(row[2]) * clock for row in rows),
+        lasting=int(rows[-1][3]) * clock,
+        pictures=tuple(row[5].strip() for row in rows),
+    )
+
+
+def check_decoded(
+    found: Decoded, suffix: str, size: tuple[int, int], fps: float, count: int
+) -> None:
+    """Raise `BrowserError` unless a film has its size, each frame once, and each at its time."""
+    rate = Fraction(fps).limit_denominator(1001)
+    late = max(
+        abs(time - found.times[0] - number / rate) for number, time in enumerate(found.times)
+    )
+    faults = []
+    if (found.width, found.height) != size:
+        faults.append(f"it is {found.width}x{found.height} pixels and not {size[0]}x{size[1]}")
+    if len(found.times) != count:
+        faults.append(f"it has {len(found.times)} frames and not {count}")
+    if late > _CLOCK[suffix]:
+        faults.append(f"a frame is {float(late):.3g} s off its time")
+    if abs(found.duration - count / rate) > 2 * _CLOCK[suffix]:
+        faults.append(f"it lasts {float(found.duration):.6g} s and not {float(count / rate):.6g} s")
+    if faults:
+        raise BrowserError(f"what was written is not what was asked for: {', and '.join(faults)}")

@@ -1,0 +1,345 @@
+"""The one source of frames: what moves, as commands of meshcat's viewer at exact times.
+
+A film has commands that set it up, and frames. A frame is whole: its commands show its moment,
+whatever was shown before, so that it can be sought, recorded and streamed alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from twolink.errors import PictureError
+from viz.commands import (
+    ROOT,
+    background,
+    flat_mesh,
+    frontal_camera,
+    in_the_plane,
+    line_segments,
+    transform,
+    visible,
+)
+from viz.contacts import contact_marks, contact_setup, mode_at
+from viz.framing import Box, Framing, box_of, grid_spacing
+from viz.impacts import Impacts
+from viz.run import Moments, Run
+from viz.shapes import Array, Shape, bar, disc, ribbon, ring
+from viz.surfaces import Label, stops_of_elbow, surface_names, surfaces
+from viz.themes import LIGHT, Theme
+
+# Widths, as parts of the reach.
+_BAR, _GHOST_BAR, _TRAIL = 0.042, 0.026, 0.03
+
+# Seconds on the screen for which D leaves a trail, and how often that is sampled.
+_TRAIL_SECONDS, _TRAIL_RATE = 1.0, 90
+
+# Places of a trail are rounded to this part of the reach: it keeps films small, and is not seen.
+_FINE = 2.0**-14
+
+_GRID_ORDER, _TRAIL_ORDER, _GHOST_ORDER, _LINK_ORDER = 0, 20, 30, 40
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A moment of a film: its time (s), commands of meshcat's viewer, and words for the page."""
+
+    time: float
+    commands: tuple[bytes, ...]
+    words: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Film:
+    """Runs of a chain as frames: the first in full, the others as its ghosts.
+
+    It lasts as long as the shortest of them; frame k stands at k · `speed` / `fps` seconds of the
+    motion. `bodies` are commands that hang a URDF's own geometry on the first run. Raises
+    `PictureError` for rates that are none.
+    """
+
+    runs: tuple[Run, ...]
+    fps: float = 30.0
+    speed: float = 1.0
+    theme: Theme = LIGHT
+    title: str = ""
+    bodies: tuple[bytes, ...] = field(default=(), repr=False)
+
+    def __post_init__(self) -> None:
+        """Refuse films of nothing, and rates that are not positive."""
+        if not self.runs:
+            raise PictureError("a film has no run; allowed is one or more")
+        for name, value, most in (("fps", self.fps, 240.0), ("speed", self.speed, 1e6)):
+            if not 0 < value <= most:
+                raise PictureError(f"{name} is {value!r}; allowed is above 0 and up to {most:g}")
+
+    @property
+    def duration(self) -> float:
+        """How much of the motion is shown (s)."""
+        return min(run.duration for run in self.runs)
+
+    @property
+    def start(self) -> float:
+        """The time of the first frame (s)."""
+        return float(self.runs[0].trajectory.t[0])
+
+    @cached_property
+    def times(self) -> Array:
+        """The times of all frames (s)."""
+        count = int(np.floor(self.duration * self.fps / self.speed + 1e-9)) + 1
+        return self.start + np.minimum(np.arange(count) * self.speed / self.fps, self.duration)
+
+    @cached_property
+    def moments(self) -> tuple[Moments, ...]:
+        """Each run at the times of frames and some in between."""
+        finer = max(1, round(_TRAIL_RATE / self.fps))
+        return tuple(run.moments(self.times, finer) for run in self.runs)
+
+    @property
+    def reach(self) -> float:
+        """How far D of the first run can be from A (m)."""
+        return self.runs[0].reach
+
+    @cached_property
+    def box(self) -> Box:
+        """What of the plane all runs use."""
+        points = [moments.point(name) for moments in self.moments for name in ("A", "B", "D")]
+        return box_of(np.concatenate(points), self.reach)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of runs, where there are several to tell apart."""
+        return tuple(run.name for run in self.runs) if len(self.runs) > 1 else ()
+
+    def framing(self, width: int, height: int) -> Framing:
+        """Return where the film's points are in a window of this size (pixels)."""
+        return Framing(self.box, width, height, rows=len(self.names))
+
+    @cached_property
+    def setup(self) -> tuple[bytes, ...]:
+        """The commands that come before any frame."""
+        first = self.runs[0]
+        found = [
+            *background(self.theme.background),
+            visible("/Grid", False),
+            visible("/Axes", False),
+            *frontal_camera(50 * self.reach),
+            *self._grid(),
+            *surfaces(first, self.box, self._hatch, self.theme),
+        ]
+        for number, run in enumerate(self.runs):
+            found += self._links(number, run)
+        return (*found, *contact_setup(first, self._width / 2, self.theme), *self.bodies)
+
+    @cached_property
+    def about(self) -> dict[str, Any]:
+        """What a page needs to know beside the commands; angles in rad, lengths in m."""
+        now = self.moments[0]
+        potential, total = now.potential_energy, now.kinetic_energy + now.potential_energy
+        lowest = float(potential.min())
+        most = float(total.max()) - lowest
+        least = float(total.min()) - lowest
+        # What is missing was given off if there was never more than at the start.
+        loses = total[0] - lowest >= (1 - 1e-9) * most and most - least > 1e-6 * most
+        theme = self.theme
+        return {
+            "title": self.title or self.runs[0].trajectory.scene.title,
+            "fps": self.fps,
+            "speed": self.speed,
+            "start": self.start,
+            "duration": self.duration,
+            "count": len(self.times),
+            "box": [self.box.left, self.box.right, self.box.top, self.box.bottom],
+            "framing": Framing.rule(),
+            "grid": f"grid {metres(grid_spacing(self.box))}",
+            "reach": self.reach,
+            "names": list(self.names),
+            "swatches": [theme.end, *(self._ghost_colour(k) for k in range(1, len(self.runs)))],
+            "energy": {"lowest": lowest, "most": most, "loses": bool(loses)},
+            "surfaces": surface_names(self.runs[0], self.box),
+            "hatch": self._hatch,
+            "width": self._width,
+            "theme": {
+                name: getattr(theme, name)
+                for name in (
+                    "name", "background", "grid", "axis", "ink", "faint", "surface", "contact",
+                    "impulse", "kinetic", "potential",
+                )
+            },
+        }  # fmt: skip
+
+    def frame(self, number: int) -> Frame:
+        """Return the frame of a number from 0 on."""
+        return self.at(float(self.times[number]))
+
+    def at(self, time: float) -> Frame:
+        """Return the frame at a time (s) within the film."""
+        now = [moments.at(time) for moments in self.moments]
+        commands: list[bytes] = []
+        for number, (moment, moments) in enumerate(zip(now, self.moments, strict=True)):
+            commands += _poses(number, moment)
+            commands.append(self._trail(number, moment, moments))
+        contacts, contact_labels = contact_marks(now[0])
+        impact, impact_labels = self._impacts.marks(time, self.speed, self._width / 2, self.theme)
+        labels = [*_joint_labels(now[0]), *contact_labels, *impact_labels]
+        words = {
+            "t": round(time, 9),
+            "T": float(f"{now[0].kinetic_energy[0]:.6g}"),
+            "V": float(f"{now[0].potential_energy[0]:.6g}"),
+            "mode": str(mode_at(self.runs[0], time) or ""),
+            "labels": [_rounded(label) for label in labels],
+            "apart": [_apart(now[0], ghost) for ghost in now[1:]],
+        }
+        return Frame(time, (*commands, *contacts, impact), words)
+
+    @cached_property
+    def _impacts(self) -> Impacts:
+        return Impacts(self.runs[0], self._length)
+
+    @property
+    def _length(self) -> float:
+        """The length (m) beside which widths are chosen: a small part of the plane is near."""
+        return min(self.reach, 0.75 * self.box.size)
+
+    @property
+    def _width(self) -> float:
+        """The width of a bar (m)."""
+        return _BAR * self._length
+
+    @property
+    def _hatch(self) -> float:
+        return 0.045 * self.box.size
+
+    def _grid(self) -> list[bytes]:
+        """Return the grid in the plane of motion, far beyond the box; the axes stand out."""
+        spacing, box = grid_spacing(self.box), self.box
+        far = 3 * box.size
+        x0, x1 = np.floor((box.left - far) / spacing), np.ceil((box.right + far) / spacing)
+        y0, y1 = np.floor((box.top - far) / spacing), np.ceil((box.bottom + far) / spacing)
+        ends = [[(x, y0), (x, y1)] for x in np.arange(x0, x1 + 1) if x]
+        ends += [[(x0, y), (x1, y)] for y in np.arange(y0, y1 + 1) if y]
+        axes = [[(0, y0), (0, y1)], [(x0, 0), (x1, 0)]]
+        return [
+            line_segments(
+                f"{ROOT}/{name}", spacing * np.array(lines).reshape(-1, 2), colour, order=order
+            )
+            for name, lines, colour, order in (
+                ("grid", ends, self.theme.grid, _GRID_ORDER),
+                ("axes", axes, self.theme.axis, _GRID_ORDER + 1),
+            )
+        ]
+
+    def _ghost_colour(self, number: int) -> str:
+        return self.theme.ghosts[(number - 1) % len(self.theme.ghosts)]
+
+    def _links(self, number: int, run: Run) -> list[bytes]:
+        """Return what draws a run's links in their own frames, with joints and D."""
+        theme, path = self.theme, f"{ROOT}/run{number}"
+        L1, L2 = (float(length) for length in run.chain.length)
+        if number:
+            width, colour = _GHOST_BAR * self._length, self._ghost_colour(number)
+            order = _GHOST_ORDER - number
+            return [
+                flat_mesh(f"{path}/link1/bar", bar(L1, width), colour, order=order, opacity=0.55),
+                flat_mesh(f"{path}/link2/bar", bar(L2, width), colour, order=order, opacity=0.55),
+                flat_mesh(f"{path}/link2/end", disc((L2, 0), 0.8 * width), colour, order=order),
+            ]
+        width = self._width
+        found = []
+        for link, length, below in ((1, L1, 0), (2, L2, 4)):
+            order, place = _LINK_ORDER + below, f"{path}/link{link}"
+            shape = bar(length, width)
+            found += [
+                flat_mesh(f"{place}/bar", shape, theme.links[link - 1], order=order),
+                flat_mesh(f"{place}/pin", disc((0, 0), 0.3 * width), theme.pin, order=order + 6),
+                flat_mesh(
+                    f"{place}/rim", ring((0, 0), 0.26 * width, 0.36 * width), theme.ink,
+                    order=order + 7,
+                ),
+            ]  # fmt: skip
+        found += stops_of_elbow(run, self._hatch, theme, f"{path}/link1/stops")
+        end = disc((L2, 0), 0.62 * width)
+        return [*found, flat_mesh(f"{path}/link2/end", end, theme.end, order=_LINK_ORDER + 14)]
+
+    def _trail(self, number: int, now: Moments, moments: Moments) -> bytes:
+        """Return the trail that D left in the last moments: it tapers, and fades away."""
+        theme, path = self.theme, f"{ROOT}/trail{number}"
+        time = float(now.times[0])
+        length = _TRAIL_SECONDS * self.speed
+        past = moments.between(time - length, time)
+        times = np.concatenate([past.times, now.times])
+        if len(times) < 2:
+            return visible(f"{path}/<object>", False)
+        line = np.concatenate([past.end, now.end])
+        age = (time - times) / length
+        width = (_TRAIL if number == 0 else 0.6 * _TRAIL) * self._length
+        shape = ribbon(line, width * (1 - age))
+        fine = _FINE * self.reach
+        corners = np.round(shape.corners / fine) * fine
+        colour = theme.end if number == 0 else self._ghost_colour(number)
+        red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
+        opacity = np.round(0.75 * (1 - age), 3)
+        colours = np.column_stack(
+            [np.broadcast_to(part, opacity.shape) for part in (red, green, blue, opacity)]
+        )
+        return flat_mesh(
+            path,
+            Shape(corners, shape.faces),
+            colour,
+            order=_TRAIL_ORDER - number,
+            colours=np.concatenate([colours, colours]),
+        )
+
+
+def _poses(number: int, now: Moments) -> list[bytes]:
+    """Return the commands that place a run's links."""
+    q1, q2 = float(now.q[0, 0]), float(now.q[1, 0])
+    path = f"{ROOT}/run{number}"
+    return [
+        transform(f"{path}/link1", in_the_plane((0.0, 0.0), q1)),
+        transform(f"{path}/link2", in_the_plane(now.point("B")[0], q2)),
+    ]
+
+
+def _apart(now: Moments, ghost: Moments) -> str:
+    """Return in words how far the D of a ghost is from that of the first run."""
+    distance = float(np.hypot(*(ghost.end - now.end)[0]))
+    time = float(now.times[0])
+    known = now.run.resolution(time) + ghost.run.resolution(time)
+    if distance < known:
+        return f"D is less than {metres(known)} away, and its samples tell no more"
+    return f"D is {metres(distance)} away"
+
+
+def metres(distance: float) -> str:
+    """Return a distance (m) in words, to two digits."""
+    if distance == 0 or 1e-3 <= distance < 1e3:
+        return f"{float(f'{distance:.2g}'):g} m"
+    digits, power = f"{distance:.1e}".split("e")
+    raised = str(int(power)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"{digits} · 10{raised} m"
+
+
+def _joint_labels(now: Moments) -> list[Label]:
+    """Return the letters A, B and D, each stepping aside from the links that meet there."""
+    ways = [np.array([np.cos(q), np.sin(q)]) for q in now.q[:, 0]]
+    A, B, D = (now.point(name)[0] for name in "ABD")
+    at_elbow = ways[0] - ways[1]
+    if np.hypot(*at_elbow) < 0.5:
+        # A stretched chain: aside of both links, on the upper side.
+        across = np.array([ways[0][1], -ways[0][0]])
+        at_elbow = across if across[1] < 0 else -across
+    aside = (-ways[0], at_elbow / np.hypot(*at_elbow), ways[1])
+    return [
+        [name, *place.tolist(), *way.tolist(), "joint"]
+        for name, place, way in zip("ABD", (A, B, D), aside, strict=True)
+    ]
+
+
+def _rounded(label: Label) -> Label:
+    """Return a label whose places are rounded to what no screen resolves."""
+    text, x, y, dx, dy, kind = label
+    return [text, float(f"{x:.5g}"), float(f"{y:.5g}"), round(dx, 2), round(dy, 2), kind]

@@ -1,0 +1,281 @@
+"""A live view: a server that streams a film's frames to pages, and hears their buttons and keys.
+
+meshcat's own server listens on every address, asks nobody who he is, and outlives what started it.
+This one serves meshcat's viewer from its package, listens where it is told and by default to this
+machine alone, answers only pages that it served itself, and ends with the loop that it runs in.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import html
+import json
+import math
+from dataclasses import dataclass
+from typing import Any, TypeGuard
+
+import tornado.httpserver
+import tornado.netutil
+import tornado.web
+import tornado.websocket
+
+from twolink.errors import PictureError
+from viz.film import Film
+from viz.page import frame_message, licences, part, setup_message, viewer_script
+
+LOOPBACK = "127.0.0.1"
+_OWN = ("127.0.0.1", "localhost", "::1")
+
+# Frames a second that are sent at most.
+_RATE = 60.0
+
+_PAGE = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<link rel="icon" href="data:,">
+<title>{title}</title>
+<style>body {{ margin: 0; }}</style>
+<link rel="stylesheet" href="/player.css">
+<script src="/viewer.js"></script>
+<script src="/player.js"></script>
+</head>
+<body><div class="twolink-player alone" data-theme="{theme}"></div></body>
+</html>
+"""
+
+
+@dataclass
+class Clock:
+    """Where a film is: at a frame (not always a whole one), playing or not, at a speed."""
+
+    last: int
+    fps: float
+    frame: float = 0.0
+    playing: bool = True
+    speed: float = 1.0
+
+    def advance(self, seconds: float) -> None:
+        """Go on by some time on the wall (s); at the last frame the film stops."""
+        if self.playing:
+            self.frame = min(self.last, self.frame + seconds * self.fps * self.speed)
+            self.playing = self.frame < self.last
+
+    def asked(self, question: Any) -> None:
+        """Do what a page asks: {"play": bool}, {"seek": frame} or {"speed": factor}.
+
+        Anything else is ignored: a page is not trusted.
+        """
+        if not isinstance(question, dict):
+            return
+        play, seek, speed = (question.get(name) for name in ("play", "seek", "speed"))
+        if isinstance(play, bool):
+            if play and self.frame >= self.last:
+                self.frame = 0.0
+            self.playing = play
+        if _is_number(seek):
+            self.frame = float(min(max(seek, 0), self.last))
+        if _is_number(speed) and 0.01 <= speed <= 100:
+            self.speed = float(speed)
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """What a page is told of it."""
+        return {"playing": self.playing, "speed": self.speed, "frame": round(self.frame, 3)}
+
+
+def _is_number(value: Any) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+class LiveView:
+    """A film on a server; `await start()`, then `await play()` until it is cancelled, `close()`.
+
+    `host` is where it listens; `port` 0 is any that is free.
+    """
+
+    def __init__(self, film: Film, *, host: str = LOOPBACK, port: int = 0) -> None:
+        """Take the film, and where to listen."""
+        self.film = film
+        self.host = host
+        self.port = port
+        self.clock = Clock(len(film.times) - 1, film.fps)
+        self.pages: set[_Stream] = set()
+        self._setup = setup_message(film)
+        self._server: tornado.httpserver.HTTPServer | None = None
+        self._changed = asyncio.Event()
+
+    @property
+    def url(self) -> str:
+        """The address of the page."""
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"http://{host}:{self.port}/"
+
+    async def start(self) -> None:
+        """Listen; raises `PictureError` where that is not possible."""
+        served = {
+            "/": ("text/html", self._page()),
+            "/viewer.js": ("text/javascript", f"/*\n{licences()}\n*/\n{viewer_script()}"),
+            "/player.js": ("text/javascript", part("player.js")),
+            "/player.css": ("text/css", part("player.css")),
+        }
+        parts: list[Any] = [
+            (path, _Part, {"view": self, "kind": kind, "text": text})
+            for path, (kind, text) in served.items()
+        ]
+        # No line of a log for each request: what is not read would fill a pipe.
+        app = tornado.web.Application(
+            [*parts, ("/stream", _Stream, {"view": self})],
+            log_function=lambda handler: None,
+            websocket_max_message_size=1 << 16,
+        )
+        try:
+            sockets = tornado.netutil.bind_sockets(self.port, self.host)
+        except OSError as error:
+            raise PictureError(
+                f"nothing can listen at {self.host}, port {self.port} ({error.strerror or error}); "
+                "allowed are an address of this machine and a free port"
+            ) from error
+        self.port = int(sockets[0].getsockname()[1])
+        self._server = tornado.httpserver.HTTPServer(app)
+        self._server.add_sockets(sockets)
+
+    async def play(self) -> None:
+        """Stream frames in real time, for ever."""
+        loop = asyncio.get_running_loop()
+        before = loop.time()
+        while True:
+            now = loop.time()
+            # While nobody looks, nothing moves.
+            if self.pages:
+                self.clock.advance(now - before)
+                self.show()
+            before = now
+            if self.pages and self.clock.playing:
+                await asyncio.sleep(max(0.0, now + 1 / _RATE - loop.time()))
+            else:
+                self._changed.clear()
+                await self._changed.wait()
+                before = loop.time()
+
+    async def close(self) -> None:
+        """Stop listening, and close every connection."""
+        if self._server is not None:
+            self._server.stop()
+            for page in list(self.pages):
+                page.close()
+            await self._server.close_all_connections()
+
+    def show(self) -> None:
+        """Send the present frame to all pages that can take one."""
+        message = self._message()
+        for page in list(self.pages):
+            page.show(message)
+
+    def welcome(self, page: _Stream) -> None:
+        """Take in a page that has just connected."""
+        self.pages.add(page)
+        page.tell(self._setup)
+        page.tell(self._message())
+        self._changed.set()
+
+    def heard(self, text: str | bytes) -> None:
+        """Do what a page asks."""
+        try:
+            question = json.loads(text)
+        except ValueError:
+            return
+        self.clock.asked(question)
+        self.show()
+        self._changed.set()
+
+    def knows(self, host: str) -> bool:
+        """Return whether a request for a host may be answered.
+
+        A page from elsewhere could have its name point to this machine: on loopback only the
+        machine's own names are answered to.
+        """
+        name = host.rsplit(":", 1)[0].strip("[]").lower()
+        return self.host not in _OWN or name in _OWN
+
+    def _message(self) -> bytes:
+        clock, film = self.clock, self.film
+        time = film.start + clock.frame * film.speed / film.fps
+        return frame_message(film.at(min(time, film.start + film.duration)), clock.state)
+
+    def _page(self) -> str:
+        title = html.escape(str(self.film.about["title"]))
+        return _PAGE.format(title=title, theme=self.film.theme.name)
+
+
+class _Guarded(tornado.web.RequestHandler):
+    """What both handlers have in common: the view, and whom it answers."""
+
+    view: LiveView
+
+    def prepare(self) -> None:
+        """Refuse requests for another host."""
+        if not self.view.knows(self.request.host or ""):
+            raise tornado.web.HTTPError(403)
+
+
+class _Part(_Guarded):
+    """One of the files that a page is made of."""
+
+    def initialize(self, view: LiveView, kind: str, text: str) -> None:
+        self.view, self.kind, self.text = view, kind, text
+
+    def get(self) -> None:
+        self.set_header("Content-Type", f"{self.kind}; charset=utf-8")
+        self.set_header("Cache-Control", "no-store")
+        self.set_header("X-Content-Type-Options", "nosniff")
+        self.set_header("Content-Security-Policy", "frame-ancestors 'none'")
+        self.finish(self.text)
+
+
+class _Stream(_Guarded, tornado.websocket.WebSocketHandler):
+    """A page's connection. Tornado lets only those in whose origin is this server."""
+
+    def initialize(self, view: LiveView) -> None:
+        self.view = view
+        self._busy = False
+
+    def open(self, *args: str, **kwargs: str) -> None:
+        self.set_nodelay(True)
+        self.view.welcome(self)
+
+    def on_message(self, message: str | bytes) -> None:
+        self.view.heard(message)
+
+    def on_close(self) -> None:
+        self.view.pages.discard(self)
+
+    def tell(self, message: bytes) -> None:
+        """Send a message that must not be lost."""
+        _spawn(self._sent(message))
+
+    def show(self, message: bytes) -> None:
+        """Send a frame, unless the page still has not taken the last: it skips then."""
+        if not self._busy:
+            self._busy = True
+            _spawn(self._sent(message, frees=True))
+
+    async def _sent(self, message: bytes, *, frees: bool = False) -> None:
+        try:
+            await self.write_message(message, binary=True)
+        except tornado.websocket.WebSocketClosedError:
+            self.view.pages.discard(self)
+        finally:
+            if frees:
+                self._busy = False
+
+
+_TASKS: set[asyncio.Task[None]] = set()
+
+
+def _spawn(work: Any) -> None:
+    """Run a coroutine beside; it is kept until it is done."""
+    task = asyncio.ensure_future(work)
+    _TASKS.add(task)
+    task.add_done_callback(_TASKS.discard)

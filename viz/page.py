@@ -1,0 +1,124 @@
+"""Pages that play a film: one file, which asks the network for nothing."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import struct
+import zlib
+from collections.abc import Callable, Iterable
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from viz.film import Film, Frame
+
+Progress = Callable[[float], None]
+
+
+def player_page(film: Film, *, bare: bool = False, progress: Progress | None = None) -> str:
+    """Return a page (HTML) that fills the window with a player of a film.
+
+    It works offline and from a file. `bare` leaves out the buttons. `progress` is told the share
+    that is done.
+    """
+    kind = "alone bare" if bare else "alone"
+    title = html.escape(str(film.about["title"]))
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        # Without an icon of its own, a page that is served asks for one.
+        '<link rel="icon" href="data:,">\n'
+        f"<title>{title}</title>\n<style>body {{ margin: 0; }}</style>\n{player_head()}</head>\n"
+        f"<body>\n{player_body(film, kind=kind, progress=progress)}</body>\n</html>\n"
+    )
+
+
+def player_head() -> str:
+    """Return what a page with players needs once, in its head: viewer, player and style."""
+    packed = base64.b64encode(zlib.compress(viewer_script().encode(), 9)).decode()
+    return (
+        f"<!--\n{licences()}\n-->\n<style>\n{part('player.css')}</style>\n"
+        f'<script type="application/octet-stream" id="twolink-viewer">{packed}</script>\n'
+        f"<script>\n{part('player.js')}</script>\n"
+    )
+
+
+def player_body(film: Film, *, kind: str = "", progress: Progress | None = None) -> str:
+    """Return the element of a player, with its film inside; as wide as what it stands in."""
+    packed = base64.b64encode(zlib.compress(archive(film, progress), 9)).decode()
+    return (
+        f'<div class="{f"twolink-player {kind}".strip()}" data-theme="{film.theme.name}">'
+        f'<script type="application/x-twolink-film">{packed}</script></div>\n'
+    )
+
+
+def archive(film: Film, progress: Progress | None = None) -> bytes:
+    """Return a film as the player reads it: a JSON text, and the commands that it counts."""
+    frames = []
+    for number in range(len(film.times)):
+        frames.append(film.frame(number))
+        if progress is not None:
+            progress((number + 1) / len(film.times))
+    head = {
+        "about": film.about,
+        "setup": [len(command) for command in film.setup],
+        "frames": [
+            {"words": frame.words, "commands": [len(command) for command in frame.commands]}
+            for frame in frames
+        ],
+    }
+    commands = (*film.setup, *(command for frame in frames for command in frame.commands))
+    return packed_message(head, commands)
+
+
+def setup_message(film: Film) -> bytes:
+    """Return what a page that is streamed to is told first."""
+    lengths = [len(command) for command in film.setup]
+    return packed_message({"about": film.about, "setup": lengths}, film.setup)
+
+
+def frame_message(frame: Frame, state: dict[str, Any]) -> bytes:
+    """Return a frame for a page that is streamed to, with the state of play."""
+    lengths = [len(command) for command in frame.commands]
+    head = {"words": frame.words, "commands": lengths, "state": state}
+    return packed_message(head, frame.commands)
+
+
+def packed_message(head: dict[str, Any], commands: Iterable[bytes]) -> bytes:
+    """Return the length of a JSON text in four bytes, the text, and commands."""
+    text = json.dumps(head, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
+    return struct.pack("<I", len(text)) + text + b"".join(commands)
+
+
+@cache
+def viewer_script() -> str:
+    """Return meshcat's viewer, as its package brings it (JavaScript)."""
+    return (_viewer_folder() / "main.min.js").read_text(encoding="utf-8")
+
+
+@cache
+def licences() -> str:
+    """Return the licences of meshcat's viewer and of what it contains."""
+    folder = _viewer_folder()
+    texts = [folder.parent / "LICENSE", folder / "main.min.js.LICENSE.txt"]
+    found = "\n".join(text.read_text(encoding="utf-8") for text in texts if text.exists())
+    # Two hyphens would end a comment.
+    return "meshcat's viewer:\n" + found.replace("--", "- -")
+
+
+def _viewer_folder() -> Path:
+    from importlib.util import find_spec
+
+    # meshcat itself is not imported: it would bring a messenger and a notebook along.
+    spec = find_spec("meshcat")
+    assert spec is not None
+    assert spec.origin is not None
+    return Path(spec.origin).parent / "viewer" / "dist"
+
+
+def part(name: str) -> str:
+    """Return a file of the player."""
+    return (files("viz") / "player" / name).read_text(encoding="utf-8")

@@ -1,0 +1,515 @@
+// The player of twolink: meshcat's viewer, words above it, and buttons below.
+//
+// It shows films that are in the page (each frame's commands are applied in order, at once), and
+// frames that a server sends through a websocket. It asks the network for nothing else.
+(function () {
+  "use strict";
+
+  const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
+  const SIGN = {
+    play: '<svg width="14" height="14" viewBox="0 0 14 14"><path d="M3 1.5v11l9.5-5.5z"/></svg>',
+    pause: '<svg width="14" height="14" viewBox="0 0 14 14"><path d="M2.5 1.5h3v11h-3zM8.5 1.5h3v11h-3z"/></svg>',
+    view: '<svg width="14" height="14" viewBox="0 0 14 14"><path d="M1 1h4v1.6H2.6V5H1zM9 1h4v4h-1.6V2.6H9zM1 9h1.6v2.4H5V13H1zM11.4 9H13v4H9v-1.6h2.4z"/></svg>',
+  };
+
+  // --- what comes in ------------------------------------------------------------------------
+
+  async function inflated(base64) {
+    const bytes = Uint8Array.from(atob(base64.trim()), (letter) => letter.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+    return new Response(stream).arrayBuffer();
+  }
+
+  // A message: the length of its JSON (four bytes), the JSON, and the commands that it counts.
+  function unpacked(buffer) {
+    const length = new DataView(buffer).getUint32(0, true);
+    const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+    let place = 4 + length;
+    const cut = (lengths) =>
+      lengths.map((size) => {
+        const command = new Uint8Array(buffer, place, size);
+        place += size;
+        return command;
+      });
+    return { head, cut };
+  }
+
+  // --- one picture --------------------------------------------------------------------------
+
+  class Stage {
+    constructor(element, about) {
+      this.about = about;
+      this.element = element;
+      this.pane = element.querySelector(".pane");
+      this.canvas = element.querySelector(".words");
+      this.viewer = new MeshCat.Viewer(this.pane, false);
+      // The viewer would take the height of the window, and stretch an orthographic camera.
+      this.viewer.set_3d_pane_size = () => this.fit();
+      this.words = null;
+    }
+
+    apply(commands) {
+      for (const command of commands) this.viewer.handle_command_bytearray(command);
+    }
+
+    // The rule of viz/framing.py.
+    fit() {
+      const width = this.element.clientWidth, height = this.element.clientHeight;
+      if (!width || !height || !this.viewer.camera.isOrthographicCamera) return;
+      const { framing, box, names, reach } = this.about;
+      const fitting = Math.min(width / framing.width, height / framing.height);
+      this.unit = Math.min(Math.max(fitting, framing.smallest), framing.largest);
+      this.top = this.unit * (framing.top + framing.row * names.length);
+      this.bottom = this.unit * framing.bottom;
+      const side = this.unit * framing.side;
+      const scale = Math.max(1e-9, Math.min(
+        (width - 2 * side) / (box[1] - box[0]), (height - this.top - this.bottom) / (box[3] - box[2])));
+      const x = (box[0] + box[1]) / 2;
+      const y = (box[2] + box[3]) / 2 + (height / 2 - (this.top + height - this.bottom) / 2) / scale;
+      const { camera, controls, renderer } = this.viewer;
+      Object.assign(camera, {
+        left: -width / 2 / scale, right: width / 2 / scale,
+        top: height / 2 / scale, bottom: -height / 2 / scale, zoom: 1,
+      });
+      camera.up.set(0, 1, 0);
+      camera.position.set(x, -y, 50 * reach);
+      controls.target.set(x, -y, 0);
+      camera.updateProjectionMatrix();
+      renderer.setSize(width, height);
+      const ratio = window.devicePixelRatio || 1;
+      this.canvas.width = Math.round(width * ratio);
+      this.canvas.height = Math.round(height * ratio);
+      this.width = width;
+      this.height = height;
+      this.ratio = ratio;
+      this.viewer.set_dirty();
+    }
+
+    show(commands, words) {
+      this.apply(commands);
+      this.words = words;
+    }
+
+    draw() {
+      if (!this.width) this.fit();
+      if (!this.width) return;
+      this.viewer.render();
+      if (this.words) this.write();
+    }
+
+    picture() {
+      this.draw();
+      const canvas = document.createElement("canvas");
+      canvas.width = this.canvas.width;
+      canvas.height = this.canvas.height;
+      const context = canvas.getContext("2d", { willReadFrequently: true });
+      context.drawImage(this.viewer.renderer.domElement, 0, 0, canvas.width, canvas.height);
+      context.drawImage(this.canvas, 0, 0);
+      return canvas.toDataURL("image/png");
+    }
+
+    pixel(x, y) {
+      const point = new MeshCat.THREE.Vector3(x, -y, 0).project(this.viewer.camera);
+      return [(point.x + 1) / 2 * this.width, (1 - point.y) / 2 * this.height];
+    }
+
+    // --- words --------------------------------------------------------------------------------
+
+    write() {
+      const c = this.canvas.getContext("2d");
+      c.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+      c.clearRect(0, 0, this.width, this.height);
+      c.lineJoin = "round";
+      this.place(c, this.about.surfaces);
+      this.place(c, this.words.labels);
+      this.strips(c);
+    }
+
+    font(c, size, weight) {
+      const pixels = Math.max(size * this.unit, Math.min(size, 12.5));
+      c.font = `${weight || 400} ${pixels}px system-ui, "Segoe UI", Roboto, "DejaVu Sans", Arial, sans-serif`;
+      return pixels;
+    }
+
+    place(c, labels) {
+      const { theme } = this.about;
+      const colour = {
+        joint: theme.ink, contact: theme.contact, impulse: theme.impulse,
+        "contact-impulse": theme.impulse, surface: theme.faint,
+      };
+      const { camera } = this.viewer;
+      const scale = this.height * camera.zoom / (camera.top - camera.bottom);
+      // How far a word is from its place, beside its own size: pixels of the bars and hatches.
+      const away = {
+        joint: 0.62 * this.about.width * scale, contact: 1.3 * this.about.width * scale,
+        "contact-impulse": 2 * this.about.width * scale, impulse: 0, surface: 0.8 * this.about.hatch * scale,
+      };
+      for (const [text, x, y, dx, dy, kind] of labels) {
+        const size = this.font(c, kind === "joint" ? 17 : 14, kind === "surface" ? 400 : 600);
+        const [px, py] = this.pixel(x, y);
+        const half = c.measureText(text).width / 2;
+        // The letter of D keeps out of the rings about it.
+        const far = text === "D" && kind === "joint" ? 1.4 * this.about.width * scale : away[kind];
+        const aside = kind === "surface" ? half + 8 : dx * (half + 4);
+        let left = px + dx * far + aside - half;
+        let middle = py + dy * (far + 0.72 * size);
+        left = Math.min(Math.max(left, 4), this.width - 2 * half - 4);
+        middle = Math.min(Math.max(middle, this.top + size / 2), this.height - this.bottom - size / 2);
+        c.textAlign = "left";
+        c.textBaseline = "middle";
+        c.lineWidth = 4;
+        c.strokeStyle = theme.background;
+        c.strokeText(text, left, middle);
+        c.fillStyle = colour[kind];
+        c.fillText(text, left, middle);
+      }
+    }
+
+    strips(c) {
+      const { about, words, unit: u, width, height } = this;
+      const { theme } = about;
+      const side = about.framing.side * u;
+      c.globalAlpha = 0.9;
+      c.fillStyle = theme.background;
+      c.fillRect(0, 0, width, this.top);
+      c.fillRect(0, height - this.bottom, width, this.bottom);
+      c.globalAlpha = 1;
+      c.textBaseline = "middle";
+      // Time at the right, the title in what room is left.
+      const time = `t = ${words.t.toFixed(2)} s`;
+      const size = this.font(c, 18, 600);
+      const middle = about.framing.top * u / 2;
+      c.textAlign = "right";
+      c.fillStyle = theme.ink;
+      c.fillText(time, width - side, middle);
+      let room = width - 3 * side - c.measureText(`t = ${(about.start + about.duration).toFixed(2)} s`).width;
+      if (about.speed !== 1) {
+        this.font(c, 14);
+        c.fillStyle = theme.faint;
+        const speed = `× ${Number(about.speed.toPrecision(3))}`;
+        c.fillText(speed, side + room + side / 2, middle);
+        room -= c.measureText(speed).width + side;
+      }
+      this.font(c, 18, 600);
+      c.textAlign = "left";
+      c.fillStyle = theme.ink;
+      c.fillText(this.cut(c, about.title, room), side, middle);
+      this.legend(c, side, size);
+      this.notes(c, side, this.energy(c, side));
+    }
+
+    // Runs by their colours, and how far the end of each is from the first one's.
+    legend(c, side) {
+      const { about, words, unit: u } = this;
+      about.names.forEach((name, k) => {
+        const y = (about.framing.top + about.framing.row * (k + 0.35)) * u;
+        c.fillStyle = about.swatches[k];
+        c.fillRect(side, y - 3 * u, 18 * u, 6 * u);
+        this.font(c, 14);
+        c.textAlign = "left";
+        c.fillStyle = about.theme.ink;
+        const apart = k ? `:  ${words.apart[k - 1]}` : "";
+        c.fillText(this.cut(c, name + apart, this.width - 3 * side), side + 26 * u, y);
+      });
+    }
+
+    energy(c, side) {
+      const { about, words, unit: u, height } = this;
+      const { theme, energy } = about;
+      const bar = { x: side, y: height - 24 * u, w: Math.min(this.width * 0.46, 400 * u), h: 10 * u };
+      const share = (value) => (energy.most > 0 ? Math.max(0, value) / energy.most : 0);
+      const potential = words.V - energy.lowest;
+      const parts = [
+        ["T", words.T, theme.kinetic], ["V − min V", potential, theme.potential],
+        ["given off", energy.most - words.T - potential, theme.axis],
+      ].slice(0, energy.loses ? 3 : 2);
+      c.fillStyle = theme.grid;
+      c.fillRect(bar.x, bar.y, bar.w, bar.h);
+      let x = bar.x, words_x = bar.x;
+      for (const [name, value, colour] of parts) {
+        const size = this.font(c, 14);
+        const wide = share(value) * bar.w;
+        c.fillStyle = colour;
+        c.fillRect(x, bar.y, Math.min(wide, bar.x + bar.w - x), bar.h);
+        x += wide;
+        c.fillRect(words_x, bar.y - 15 * u - size / 3, size * 0.66, size * 0.66);
+        c.textAlign = "left";
+        c.fillStyle = theme.ink;
+        const text = `${name} ${joules(Math.max(value, 0), energy.most)} J`;
+        const longest = `${name} ${joules(energy.most, energy.most)} J`;
+        c.fillText(text, words_x + size, bar.y - 15 * u);
+        words_x += size * 2.1 + c.measureText(longest).width;
+      }
+      return words_x;
+    }
+
+    // What touches what, and the grid's spacing, at the right.
+    notes(c, side, taken) {
+      const { about, words, unit: u, width, height } = this;
+      c.textAlign = "right";
+      this.font(c, 14);
+      c.fillStyle = about.theme.contact;
+      const mode = words.mode === "moves freely" ? "" : words.mode;
+      c.fillText(this.cut(c, mode, width - side - taken), width - side, height - 39 * u);
+      this.font(c, 13);
+      c.fillStyle = about.theme.faint;
+      const text = about.grid;
+      c.fillText(text, width - side, height - 19 * u);
+      const left = width - side - c.measureText(text).width - 22 * u;
+      c.strokeStyle = about.theme.faint;
+      c.lineWidth = 1;
+      c.strokeRect(left + 0.5, height - 24 * u + 0.5, 11 * u, 11 * u);
+    }
+
+    cut(c, text, room) {
+      if (c.measureText(text).width <= room) return text;
+      while (text && c.measureText(text + "…").width > room) text = text.slice(0, -1);
+      return text && text + "…";
+    }
+  }
+
+  function joules(value, most) {
+    if (!(most > 0)) return "0";
+    const decimals = Math.max(0, Math.min(12, 2 - Math.floor(Math.log10(most) + 1e-9)));
+    return value.toFixed(decimals);
+  }
+
+  // --- films in the page, and streams ---------------------------------------------------------
+
+  // A source calls `shown(frame)` with {commands, words}, and answers to play, pause, seek, speed.
+  class InPage {
+    constructor(buffer) {
+      const { head, cut } = unpacked(buffer);
+      this.about = head.about;
+      this.setup = cut(head.setup);
+      this.frames = head.frames.map(({ words, commands }) => ({ words, commands: cut(commands) }));
+      this.state = { playing: false, speed: 1, frame: 0 };
+    }
+
+    start(player) {
+      this.player = player;
+      player.begin(this.about, this.setup);
+      this.seek(0);
+    }
+
+    get last() { return this.frames.length - 1; }
+
+    seek(frame) {
+      this.state.frame = Math.max(0, Math.min(this.last, frame));
+      this.shift(this.state.frame);
+      this.show();
+    }
+
+    show() {
+      this.player.show(this.frames[Math.floor(this.state.frame + 1e-9)], this.state);
+    }
+
+    play(on) {
+      if (on && this.state.frame >= this.last) this.state.frame = 0;
+      this.shift(this.state.frame);
+      this.state.playing = on;
+      this.show();
+    }
+
+    speed(value) {
+      this.shift(this.state.frame);
+      this.state.speed = value;
+      this.show();
+    }
+
+    // From here and now on the clock counts.
+    shift(frame) {
+      this.from = { frame, time: performance.now() };
+    }
+
+    tick() {
+      if (!this.state.playing) return;
+      const seconds = (performance.now() - this.from.time) / 1000;
+      const frame = this.from.frame + seconds * this.about.fps * this.state.speed;
+      const before = Math.floor(this.state.frame + 1e-9);
+      this.state.frame = Math.min(frame, this.last);
+      if (frame >= this.last) this.state.playing = false;
+      if (Math.floor(this.state.frame + 1e-9) !== before || !this.state.playing) this.show();
+    }
+  }
+
+  class Stream {
+    constructor() {
+      this.socket = new WebSocket(`ws://${location.host}/stream`);
+      this.socket.binaryType = "arraybuffer";
+      this.state = { playing: false, speed: 1, frame: 0 };
+    }
+
+    start(player) {
+      this.socket.onmessage = ({ data }) => {
+        const { head, cut } = unpacked(data);
+        if (head.about) {
+          this.about = head.about;
+          player.begin(head.about, cut(head.setup));
+        } else {
+          this.state = head.state;
+          player.show({ words: head.words, commands: cut(head.commands) }, head.state);
+        }
+      };
+      this.socket.onclose = () => player.ended();
+    }
+
+    get last() { return this.about.count - 1; }
+    ask(question) { if (this.socket.readyState === 1) this.socket.send(JSON.stringify(question)); }
+    seek(frame) { this.ask({ seek: frame }); }
+    play(on) { this.ask({ play: on }); }
+    speed(value) { this.ask({ speed: value }); }
+    tick() {}
+  }
+
+  // --- the element ----------------------------------------------------------------------------
+
+  class Player {
+    constructor(element, source) {
+      this.element = element;
+      this.source = source;
+      element.innerHTML =
+        '<div class="stage"><div class="pane"></div><canvas class="words"></canvas></div>' +
+        '<div class="controls">' +
+        `<button class="play" title="play or pause (space)" aria-label="play">${SIGN.play}</button>` +
+        '<input class="scrub" type="range" min="0" step="1" value="0" aria-label="time" title="time (← →)">' +
+        '<output class="time"></output>' +
+        '<select class="speed" aria-label="speed" title="speed (+ −)"></select>' +
+        `<button class="view" title="the view as at first (0)" aria-label="reset view">${SIGN.view}</button>` +
+        "</div>";
+      const find = (name) => element.querySelector(name);
+      Object.assign(this, {
+        playButton: find(".play"), scrub: find(".scrub"), time: find(".time"),
+        speedChoice: find(".speed"), viewButton: find(".view"),
+      });
+      for (const speed of SPEEDS) this.speedChoice.add(new Option(`× ${speed}`, speed));
+      if (!element.hasAttribute("tabindex")) element.tabIndex = 0;
+      source.start(this);
+    }
+
+    begin(about, setup) {
+      this.about = about;
+      this.element.dataset.theme = about.theme.name;
+      this.element.setAttribute("role", "group");
+      this.element.setAttribute("aria-label", `motion: ${about.title}`);
+      if (this.stage) {
+        this.stage.apply(setup);
+        return;
+      }
+      this.stage = new Stage(this.element.querySelector(".stage"), about);
+      this.stage.apply(setup);
+      this.stage.fit();
+      this.scrub.max = about.count - 1;
+      this.listen();
+      this.run();
+    }
+
+    show(frame, state) {
+      this.stage.show(frame.commands, frame.words);
+      this.stage.viewer.set_dirty();
+      const { element } = this;
+      const whole = Math.floor(state.frame + 1e-9);
+      element.dataset.frame = whole;
+      element.dataset.playing = state.playing;
+      element.dataset.speed = state.speed;
+      element.dataset.time = frame.words.t;
+      if (!this.dragging) this.scrub.value = whole;
+      const end = this.about.start + this.about.duration;
+      this.time.textContent = `${frame.words.t.toFixed(2)} / ${end.toFixed(2)} s`;
+      if (this.sign !== state.playing) {
+        this.sign = state.playing;
+        this.playButton.innerHTML = state.playing ? SIGN.pause : SIGN.play;
+        this.playButton.setAttribute("aria-label", state.playing ? "pause" : "play");
+      }
+      this.speedChoice.value = String(state.speed);
+    }
+
+    // The picture of a frame of a film in the page, for a recording.
+    picture(frame) {
+      this.source.seek(frame);
+      return this.stage.picture();
+    }
+
+    ended() {
+      this.element.dataset.playing = "false";
+      this.time.textContent = "the server has ended";
+    }
+
+    listen() {
+      const { source, stage } = this;
+      this.playButton.onclick = () => source.play(!source.state.playing);
+      this.scrub.onpointerdown = () => { this.dragging = true; };
+      this.scrub.onpointerup = this.scrub.onpointercancel = () => { this.dragging = false; };
+      this.scrub.oninput = () => source.seek(Number(this.scrub.value));
+      this.speedChoice.onchange = () => source.speed(Number(this.speedChoice.value));
+      this.viewButton.onclick = () => stage.fit();
+      // A player in a page of text must not catch the reader's scrolling.
+      const alone = this.element.classList.contains("alone");
+      stage.viewer.controls.enabled = alone;
+      if (!alone) this.element.querySelector(".pane canvas").style.touchAction = "auto";
+      (alone ? document : this.element).addEventListener("keydown", (event) => this.key(event));
+      if (!alone) this.element.querySelector(".stage").addEventListener("click", () => this.element.focus());
+      new ResizeObserver(() => stage.fit()).observe(stage.element);
+    }
+
+    key(event) {
+      if (event.ctrlKey || event.altKey || event.metaKey) return;
+      const { source } = this;
+      const here = Math.floor(source.state.frame + 1e-9);
+      const step = event.shiftKey ? 10 : 1;
+      const faster = (by) => {
+        const at = SPEEDS.findIndex((speed) => speed >= source.state.speed - 1e-9);
+        source.speed(SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, at + by))]);
+      };
+      const does = {
+        " ": () => source.play(!source.state.playing),
+        ArrowRight: () => source.seek(here + step),
+        ArrowLeft: () => source.seek(here - step),
+        Home: () => source.seek(0),
+        End: () => source.seek(source.last),
+        "+": () => faster(1), "=": () => faster(1), "-": () => faster(-1),
+        0: () => this.stage.fit(),
+      }[event.key];
+      if (!does) return;
+      // A button that has the focus would be pressed by the same key.
+      event.preventDefault();
+      does();
+    }
+
+    run() {
+      this.source.tick();
+      if (this.stage.viewer.needs_render) this.stage.draw();
+      requestAnimationFrame(() => this.run());
+    }
+  }
+
+  async function start() {
+    const packed = document.getElementById("twolink-viewer");
+    if (packed) {
+      const script = document.createElement("script");
+      script.textContent = new TextDecoder().decode(await inflated(packed.textContent));
+      document.head.append(script);
+    }
+    for (const element of document.querySelectorAll(".twolink-player")) {
+      const film = element.querySelector('script[type="application/x-twolink-film"]');
+      const source = film ? new InPage(await inflated(film.textContent)) : new Stream();
+      element.twolink = new Player(element, source);
+      element.dataset.ready = "true";
+    }
+  }
+
+  async function startOrSay() {
+    try {
+      await start();
+    } catch (error) {
+      for (const element of document.querySelectorAll(".twolink-player:not([data-ready])")) {
+        element.innerHTML = '<p class="broken"></p>';
+        element.firstChild.textContent = `This browser cannot show the motion (${error.message}).`;
+      }
+      throw error;
+    }
+  }
+
+  if (document.readyState === "loading") addEventListener("DOMContentLoaded", startOrSay);
+  else startOrSay();
+})();

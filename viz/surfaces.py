@@ -1,0 +1,96 @@
+"""Surfaces and stops: what bars the way of a chain."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.surface import Surface
+from viz.commands import ROOT, flat_mesh
+from viz.framing import Box
+from viz.run import Run
+from viz.shapes import Array, Shape, hatched_edge, joined, stroke
+from viz.themes import Theme
+
+_ORDER = 10
+
+Label = list[Any]
+"""A word of the picture: text, x, y (m), the way it steps aside (x, y), and its kind."""
+
+
+def surfaces(run: Run, box: Box, size: float, theme: Theme) -> list[bytes]:
+    """Return what draws a run's surfaces and the stops of A, with hatches of a size (m).
+
+    The edges reach far beyond the box.
+    """
+    shapes = [_edge(effect, box, size) for effect in _half_planes(run)]
+    shapes += [_stop(angle, size) for angle in _stop_angles(run, "A")]
+    if not shapes:
+        return []
+    return [flat_mesh(f"{ROOT}/surfaces", joined(shapes), theme.surface, order=_ORDER)]
+
+
+def surface_names(run: Run, box: Box) -> list[Label]:
+    """Return the surfaces' names, each inside near the end of its edge that is further left."""
+    labels = []
+    for effect in _half_planes(run):
+        point, along, inward = _frame(effect)
+        corners = np.array([[x, y] for x in (box.left, box.right) for y in (box.top, box.bottom)])
+        steps = (corners - point) @ along
+        ends = point + np.outer([steps.min(), steps.max()], along)
+        place = ends[np.argmin(ends[:, 0] + 1e-6 * ends[:, 1])]
+        place = np.clip(place, (box.left, box.top), (box.right, box.bottom))
+        labels.append([effect.name, *place.tolist(), *inward.tolist(), "surface"])
+    return labels
+
+
+def stops_of_elbow(run: Run, size: float, theme: Theme, path: str) -> list[bytes]:
+    """Return what draws the stops of B, at a path in the frame of link 1."""
+    shapes = [_stop(angle, size) for angle in _stop_angles(run, "B")]
+    if not shapes:
+        return []
+    stops = joined(shapes)
+    moved = Shape(stops.corners + np.array([float(run.chain.length[0]), 0.0]), stops.faces)
+    return [flat_mesh(path, moved, theme.surface, order=_ORDER + 1)]
+
+
+def _half_planes(run: Run) -> list[Surface | CompliantSurface]:
+    effects = run.trajectory.scene.effects
+    return [effect for effect in effects if isinstance(effect, Surface | CompliantSurface)]
+
+
+def _stop_angles(run: Run, joint: str) -> list[float]:
+    """Return the angles (rad) of a joint's stops."""
+    return [
+        angle
+        for effect in run.trajectory.scene.effects
+        if isinstance(effect, JointStop) and effect.joint == joint
+        for angle in (effect.lower, effect.upper)
+        if angle is not None
+    ]
+
+
+def _frame(effect: Surface | CompliantSurface) -> tuple[Array, Array, Array]:
+    """Return a point of a surface's edge, and unit vectors along it and into the surface."""
+    outward = np.array(effect.normal) / np.hypot(*effect.normal)
+    return np.array(effect.point), np.array([-outward[1], outward[0]]), -outward
+
+
+def _edge(effect: Surface | CompliantSurface, box: Box, size: float) -> Shape:
+    """Return the edge of a half-plane, hatched, across the box and beyond."""
+    point, along, inward = _frame(effect)
+    middle = np.array([(box.left + box.right) / 2, (box.top + box.bottom) / 2])
+    # Hatches stand at whole multiples of their distance from the point that the effect names.
+    nearest = round(float((middle - point) @ along) / size) * size
+    return hatched_edge(point + nearest * along, along, inward, 4 * box.size, size)
+
+
+def _stop(angle: float, size: float) -> Shape:
+    """Return a stop about the origin at an angle (rad)."""
+    way = np.array([np.cos(angle), np.sin(angle)])
+    across = np.array([-way[1], way[0]])
+    tip, half, width = 3.4 * size * way, 0.35 * size * across, 0.16 * size
+    return joined([stroke(1.2 * size * way, tip, width), stroke(tip - half, tip + half, width)])

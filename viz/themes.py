@@ -1,0 +1,74 @@
+"""The colours of a picture, for light and for dark surroundings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from twolink.errors import PictureError
+
+
+@dataclass(frozen=True)
+class Theme:
+    """Colours as "#rrggbb"; those of links, runs and energies differ in hue and in lightness."""
+
+    name: str
+    background: str
+    grid: str
+    axis: str
+    ink: str
+    faint: str
+    links: tuple[str, str]
+    pin: str
+    end: str
+    surface: str
+    contact: str
+    impulse: str
+    kinetic: str
+    potential: str
+    ghosts: tuple[str, ...]
+
+
+LIGHT = Theme(
+    name="light",
+    background="#ffffff",
+    grid="#e9eaec",
+    axis="#cdd0d4",
+    ink="#1d2126",
+    faint="#646b73",
+    links=("#0072b2", "#e69f00"),
+    pin="#ffffff",
+    end="#d0410b",
+    surface="#4a5058",
+    contact="#008f68",
+    impulse="#a3206f",
+    kinetic="#3fa0dc",
+    potential="#8a7fc4",
+    ghosts=("#a3206f", "#008f68", "#5b6fd6", "#7a5a2c", "#646b73"),
+)
+
+DARK = Theme(
+    name="dark",
+    background="#14171c",
+    grid="#252a32",
+    axis="#3d4550",
+    ink="#eceef1",
+    faint="#9aa3ae",
+    links=("#3c9fe0", "#f2b134"),
+    pin="#14171c",
+    end="#ff7a45",
+    surface="#aeb6c0",
+    contact="#2fd1a0",
+    impulse="#f27cc4",
+    kinetic="#58b6ee",
+    potential="#a79bea",
+    ghosts=("#f27cc4", "#2fd1a0", "#8f9df5", "#cfa46a", "#9aa3ae"),
+)
+
+THEMES = {theme.name: theme for theme in (LIGHT, DARK)}
+
+
+def theme_named(name: str) -> Theme:
+    """Return a theme by its name; raises `PictureError` for names of none."""
+    if name not in THEMES:
+        raise PictureError(f"theme is '{name}'; allowed are {', '.join(THEMES)}")
+    return THEMES[name]
