@@ -201,3 +201,17 @@ def test_two_frictions_are_refused():
 def test_bad_friction_is_refused(kinetic, static, words):
     with pytest.raises(ParameterError, match=words):
         JointFriction(kinetic, static)
+
+
+def test_a_load_between_kinetic_and_static_friction_leaves_no_choice():
+    """What rests goes on resting until the static limit: no note speaks of other modes."""
+    scene = Scene(
+        Chain.uniform_bars(),
+        (0.3, -0.4),
+        (0.0, 0.0),
+        1.0,
+        (Gravity(9.81), JointFriction((15.0, 3.8), (18.6, 4.6))),
+    )
+    trajectory = simulate(scene, samples=3)
+    assert trajectory.notes == ()
+    assert np.array_equal(trajectory.q[:, -1], scene.q)

@@ -353,8 +353,9 @@ class Modes:
             if state is State.STICKS and isinstance(element, DryFriction):
                 faults.append(long * (abs(force) - float(element.static)))
             elif isinstance(element, DryFriction):
-                start = self._missing_force(element.direction, q, u, du)
-                faults.append(long * -state.direction * start)
+                # What rests starts against static friction; kinetic friction is less, and comes after.
+                start = state.direction * self._missing_force(element.direction, q, u, du)
+                faults.append(long * (float(element.static - element.kinetic) - start))
             elif isinstance(element, Cushion):
                 faults += self._faults_of_sliding(element, state, held[index], q, u, du)
             elif state is State.OPEN:
