@@ -31,7 +31,7 @@ from twolink.elastoplastic import Material
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.motion import motion_run
-from viz.plots.contact import Limit, Restitution, contact_plot
+from viz.plots.rigid_limit import Limit, Restitution, contact_plot
 from viz.plots.style import save
 
 ROUNDS = 15

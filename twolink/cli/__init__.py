@@ -8,8 +8,10 @@ from io import TextIOWrapper
 import typer
 
 from twolink.cli.accuracy import accuracy
+from twolink.cli.plot import plot
 from twolink.cli.record import record
 from twolink.cli.reference import reference
+from twolink.cli.report import report
 from twolink.cli.scenes import scenes
 from twolink.cli.simulate import simulate
 from twolink.cli.verify import verify
@@ -23,7 +25,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-for command in (verify, simulate, accuracy, reference, view, record, scenes):
+COMMANDS = (report, verify, simulate, accuracy, reference, plot, view, record, scenes)
+
+for command in COMMANDS:
     app.command()(command)
 
 

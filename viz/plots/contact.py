@@ -1,96 +1,244 @@
-"""Contact: how compliant surfaces near the rigid one, and what a surface that yields gives back."""
+"""Contact forces over time, with the modes shaded, and the impulses of impacts."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from fractions import Fraction
+from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
+from twolink.errors import ParameterError
+from twolink.simulation import Trajectory
+from twolink.simulation.mode import Impact, State
+from twolink.simulation.trajectory import ContactForce
+from viz.plots.moments import Array, moments, spans, time_axis
 from viz.plots.style import Theme, figure, label_lines, stroke, theme_named
 
+# Each state has a band of the theme, and a hatching that is seen in grey.
+_BANDS: dict[State, tuple[int, str]] = {
+    State.FORWARD: (0, "///"),
+    State.BACKWARD: (1, "\\\\\\"),
+    State.STICKS: (2, ""),
+    State.PRESSED_FORWARD: (3, "//"),
+    State.PRESSED_BACKWARD: (3, "\\\\"),
+    State.CLOSED: (4, ""),
+}
+
+# Contacts that are all shorter than this part of the run are shown close up, too.
+_SHORT = 0.02
+# Impacts that are all over in this part of the run have more of the width.
+_EARLY = 0.4
+
 
 @dataclass(frozen=True)
-class Limit:
-    """By how much the rebound from a law's surface misses the rigid law's (m/s), per stiffness.
+class Phase:
+    """What one friction or obstacle does from one time (s) to another."""
 
-    `stiffness` is in `unit`; `rate` is the measured power with which the misses fall, and
-    `expected` the one of theory.
-    """
-
-    law: str
-    unit: str
-    stiffness: tuple[float, ...]
-    misses: tuple[float, ...]
-    rate: float
-    expected: Fraction
+    start: float
+    end: float
+    state: State
 
 
 @dataclass(frozen=True)
-class Restitution:
-    """The coefficient of restitution of each speed of approach (m/s), for a material.
+class _Row:
+    """A row of the figure: how high it is, whether time runs along it, what draws it."""
 
-    `measured` is that of simulated impacts, `computed` that of the areas below the law's curves.
-    `yields` is the speed at which the surface begins to yield.
+    height: float
+    over_time: bool
+    draw: Callable[[Axes], None]
+
+
+def contact(trajectory: Trajectory, theme: str = "light") -> Figure:
+    """Return what each friction and obstacle gives (N, N m) over time (s), its states shaded.
+
+    Impulses (N s, N m s) have a row of their own, and contacts that are over soon are shown close
+    up. Raises `ParameterError` for a motion with neither friction nor obstacles.
     """
-
-    material: str
-    speeds: tuple[float, ...]
-    measured: tuple[float, ...]
-    computed: tuple[float, ...]
-    yields: float
-
-
-def contact_plot(limits: Sequence[Limit], restitution: Restitution, theme: str = "light") -> Figure:
-    """Return two plots, one above the other: misses over stiffness, and restitution over speed."""
-    colours = theme_named(theme)
-    drawn, (above, below) = figure(
-        colours, "Compliant contact: the rigid limit, and what yielding takes", rows=2,
-        size=(7.2, 6.4),
-    )  # fmt: skip
-    _draw_limits(above, limits, colours)
-    _draw_restitution(below, restitution, colours)
-    for axes in (above, below):
-        label_lines(axes)
-    return drawn
-
-
-def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Theme) -> None:
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    for number, limit in enumerate(limits):
-        stiffest, last = limit.stiffness[-1], limit.misses[-1]
-        theory = [last * (stiffest / k) ** float(limit.expected) for k in limit.stiffness]
-        axes.plot(limit.stiffness, theory, color=colours.ink, linewidth=0.8, label="_theory")
-        axes.plot(
-            limit.stiffness, limit.misses, **stroke(colours, number), marker="os"[number % 2],
-            markersize=4.5, label=f"{limit.law}, {limit.unit}:\nslope −{limit.rate:.3f},\n"
-            f"in theory −{limit.expected} (thin)",
-        )  # fmt: skip
-    axes.set_xlabel("stiffness of the surface (in the unit of its law)")
-    axes.set_ylabel("rebound misses the\nrigid law's by (m/s)")
-
-
-def _draw_restitution(axes: Axes, restitution: Restitution, colours: Theme) -> None:
-    axes.set_xscale("log")
-    style = stroke(colours, 0)
-    axes.plot(
-        restitution.speeds, restitution.computed, **style,
-        label=f"{restitution.material}:\nsimulated (points), and by\nthe areas of the law (line)",
-    )  # fmt: skip
-    axes.plot(
-        restitution.speeds, restitution.measured, "o", color=style["color"], markersize=4.5,
-        label="_simulated",
-    )  # fmt: skip
-    axes.axvline(
-        restitution.yields, color=colours.ink, linewidth=0.8, linestyle=(0, (1, 2)), label="_yields"
+    chosen = theme_named(theme)
+    if not trajectory.events:
+        raise ParameterError(
+            f"'{trajectory.scene.title}' has no friction and no obstacle; allowed is a scene that "
+            "has one"
+        )
+    shown = moments(trajectory)
+    forces = trajectory.contact_forces(shown.t if shown.known_between else None)
+    rows: list[_Row] = []
+    for index, force in enumerate(forces):
+        rows += _rows(trajectory, chosen, shown.t, index, force)
+    made, axes = figure(
+        chosen,
+        f"{trajectory.scene.title}: contact and friction",
+        rows=len(rows),
+        size=(7.2, 0.9 + sum(row.height for row in rows)),
+        height_ratios=[row.height for row in rows],
     )
-    axes.text(
-        restitution.yields, 0.04, " yields from here on",
-        transform=axes.get_xaxis_transform(), color=colours.ink, fontsize=9, va="bottom",
-    )  # fmt: skip
-    axes.set_ylim(0, 1.05)
-    axes.set_xlabel("speed of approach (m/s)")
-    axes.set_ylabel("coefficient of restitution")
+    for each, row in zip(axes, rows, strict=True):
+        row.draw(each)
+    over_time = [each for each, row in zip(axes, rows, strict=True) if row.over_time]
+    if over_time:
+        time_axis(over_time, trajectory, chosen)
+    label_lines(*axes)
+    return made
+
+
+def phases(trajectory: Trajectory, index: int) -> list[Phase]:
+    """Return what the friction or obstacle of this number does, one after the other."""
+    found: list[Phase] = []
+    for span in spans(trajectory):
+        state = span.mode.states[index]
+        if found and found[-1].state is state:
+            found[-1] = Phase(found[-1].start, span.end, state)
+        else:
+            found.append(Phase(span.start, span.end, state))
+    return found
+
+
+def _rows(
+    trajectory: Trajectory, theme: Theme, times: Array, index: int, force: ContactForce
+) -> list[_Row]:
+    """Return the rows of one friction or obstacle."""
+    known = phases(trajectory, index)
+    impacts = [impact for impact in trajectory.impacts if impact.index == index]
+    touching = [phase for phase in known if phase.state is not State.OPEN]
+    rows: list[_Row] = []
+    if touching or not impacts:
+        rows.append(_Row(2.2, True, lambda axes: _draw_forces(axes, theme, times, force, known)))
+    duration = float(trajectory.t[-1])
+    if touching and max(phase.end - phase.start for phase in touching) < _SHORT * duration:
+        rows.append(
+            _Row(1.9, False, lambda axes: _draw_close_up(axes, theme, times, force, touching))
+        )
+    if impacts:
+        until = _until(trajectory)
+        rows.append(
+            _Row(1.6, False, lambda axes: _draw_impulses(axes, theme, force, impacts, until))
+        )
+    return rows
+
+
+def _until(trajectory: Trajectory) -> float:
+    """Return the time (s) up to which impulses are shown: all have the same axis."""
+    last, duration = trajectory.impacts[-1].time, float(trajectory.t[-1])
+    return last * 1.1 if 0 < last < _EARLY * duration else duration
+
+
+def _draw_forces(
+    axes: Axes, theme: Theme, times: Array, force: ContactForce, known: list[Phase]
+) -> None:
+    """Draw what one friction or obstacle gives, over its states."""
+    _shade(axes, theme, known)
+    _title(axes, theme, _in_words(force.name))
+    axes.axhline(0, color=theme.faint, linewidth=0.8)
+    if force.tangential is None:
+        label = "torque" if force.unit == "N m" else "force"
+        axes.plot(times, force.normal, label=label, **stroke(theme, 0))
+    else:
+        axes.plot(times, force.normal, label="normal", **stroke(theme, 0))
+        axes.plot(times, force.tangential, label="friction", **stroke(theme, 1))
+    axes.set_ylabel(f"{'torque' if force.unit == 'N m' else 'force'} ({force.unit})")
+
+
+def _draw_close_up(
+    axes: Axes, theme: Theme, times: Array, force: ContactForce, touching: list[Phase]
+) -> None:
+    """Draw the first contact over its own time."""
+    first, until = touching[0], touching[0].end
+    for phase in touching[1:]:
+        if phase.start > until:
+            break
+        until = phase.end
+    inside = (times >= first.start) & (times < until)
+    milliseconds = (times[inside] - first.start) * 1e3
+    close = ContactForce(
+        force.name,
+        force.unit,
+        force.normal[inside],
+        None if force.tangential is None else force.tangential[inside],
+    )
+    during = [
+        Phase((p.start - first.start) * 1e3, (p.end - first.start) * 1e3, p.state)
+        for p in touching
+        if p.end <= until
+    ]
+    _draw_forces(axes, theme, milliseconds, close, during)
+    _title(axes, theme, f"the first contact, from {first.start:.6g} s")
+    axes.set_xlabel("time since then (ms)")
+    axes.set_xlim(0, (until - first.start) * 1e3)
+
+
+def _draw_impulses(
+    axes: Axes, theme: Theme, force: ContactForce, impacts: list[Impact], until: float
+) -> None:
+    """Draw a stem for each impact up to a time (s), with the normal impulse and friction's."""
+    times = np.array([impact.time for impact in impacts])
+    kinds = {"normal": np.array([impact.normal_impulse for impact in impacts])}
+    if force.tangential is not None:
+        kinds["friction"] = np.array([impact.tangential_impulse for impact in impacts])
+    axes.axhline(0, color=theme.faint, linewidth=0.8)
+    for number, (name, impulses) in enumerate(kinds.items()):
+        style = stroke(theme, number)
+        axes.vlines(times, 0, impulses, color=style["color"], linewidth=1.1)
+        axes.plot(
+            times, impulses, "os"[number], color=style["color"], markersize=4, label=f"_{name}",
+            markerfacecolor=style["color"] if number == 0 else theme.paper, clip_on=False,
+        )  # fmt: skip
+        largest = int(np.argmax(np.abs(impulses)))
+        axes.annotate(
+            name,
+            (times[largest], impulses[largest]),
+            xytext=(6, 0),
+            textcoords="offset points",
+            va="center",
+            color=theme.ink,
+            fontsize=9,
+            bbox={"facecolor": theme.paper, "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
+        )
+    axes.margins(y=0.15)
+    axes.set_xlim(0, until)
+    axes.set_xlabel("time (s)")
+    count = f"{len(impacts)} impact{'s' if len(impacts) > 1 else ''}"
+    _title(axes, theme, f"{_in_words(force.name)}: {count}")
+    axes.set_ylabel(f"impulse ({force.unit} s)")
+
+
+def _shade(axes: Axes, theme: Theme, known: list[Phase]) -> None:
+    """Shade the states, and say above the axes which is which."""
+    keys: dict[State, Patch] = {}
+    for phase in known:
+        if phase.state is State.OPEN:
+            continue
+        band, hatch = _BANDS[phase.state]
+        style: dict[str, Any] = {
+            "facecolor": theme.bands[band],
+            "edgecolor": theme.faint,
+            "linewidth": 0.0,
+        }
+        axes.axvspan(phase.start, phase.end, hatch=hatch, zorder=0, **style)
+        keys.setdefault(phase.state, Patch(hatch=hatch, label=phase.state.value, **style))
+    if keys:
+        axes.legend(
+            handles=list(keys.values()),
+            loc="lower right",
+            bbox_to_anchor=(1.0, 1.0),
+            ncols=len(keys),
+            frameon=False,
+            fontsize=9,
+            labelcolor=theme.ink,
+            borderpad=0,
+            borderaxespad=0.2,
+            handlelength=1.4,
+            columnspacing=1.2,
+        )
+
+
+def _title(axes: Axes, theme: Theme, words: str) -> None:
+    axes.set_title(words, loc="left", color=theme.ink, fontsize=10)
+
+
+def _in_words(name: str) -> str:
+    """Return what rubs or is barred: a joint's friction has the joint's letter for a name."""
+    return f"friction in joint {name}" if name in ("A", "B") else name

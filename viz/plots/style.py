@@ -113,6 +113,7 @@ def figure(
     found = list(grid.flat)
     for axes in found:
         _dress(axes, theme)
+    made.align_ylabels(found)
     return made, found
 
 
@@ -132,6 +133,11 @@ def _dress(axes: Axes, theme: Theme) -> None:
     axes.title.set(color=theme.ink, fontsize=_TEXT)
 
 
+def note(made: Figure, theme: Theme, sentence: str) -> None:
+    """Write a sentence below a figure."""
+    made.supxlabel(sentence, x=0.012, ha="left", color=theme.ink, fontsize=_SMALL)
+
+
 def stroke(theme: Theme, number: int) -> dict[str, Any]:
     """Return how the line of this number (from 0) is drawn, as keywords of `Axes.plot`."""
     return {
@@ -142,22 +148,27 @@ def stroke(theme: Theme, number: int) -> dict[str, Any]:
     }
 
 
-def label_lines(axes: Axes) -> list[Annotation]:
-    """Write each line's label beside its last point, at the right of the axes, and none on another.
+def label_lines(*every: Axes) -> list[Annotation]:
+    """Write each line's label beside its last point, at the right of its axes, none on another.
 
-    To be called once all is drawn and the limits are set. Lines without a label are left out.
-    A stroke like the line's leads from its end to the words, which are in the theme's ink.
+    To be called for all axes of a figure once all is drawn and the limits are set. Lines without a
+    label are left out. A stroke like the line's leads from its end to the words, which are in the
+    theme's ink.
     """
-    lines = [line for line in axes.lines if not str(line.get_label()).startswith("_")]
-    if not lines:
-        return []
-    whole = axes.get_figure(root=True)
+    whole = every[0].get_figure(root=True)
     assert isinstance(whole, Figure)
     # The height of the axes is known after the layout.
-    whole.draw_without_rendering()
+    layout = whole.get_layout_engine()
+    if layout is not None:
+        layout.execute(whole)
+    return [words for axes in every for words in _labels_of(axes, whole.dpi)]
+
+
+def _labels_of(axes: Axes, dpi: float) -> list[Annotation]:
+    """Write the labels of the lines of some axes."""
+    lines = [line for line in axes.lines if not str(line.get_label()).startswith("_")]
     ends = [_end(axes, line) for line in lines]
-    points = axes.bbox.height * 72 / whole.dpi
-    height = _LEADING * _SMALL * 1.2 / points
+    height = _LEADING * _SMALL * 1.2 / (axes.bbox.height * 72 / dpi)
     places = spread([y for _, y in ends], height)
     return [
         _label(axes, line, end, place) for line, end, place in zip(lines, ends, places, strict=True)

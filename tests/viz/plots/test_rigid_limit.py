@@ -3,7 +3,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from viz.plots.contact import Limit, Restitution, contact_plot
+from viz.plots.rigid_limit import Limit, Restitution, contact_plot
 from viz.plots.style import save
 
 LIMITS = (

@@ -1,0 +1,21 @@
+"""Trajectories that several tests draw, each simulated once."""
+
+import pytest
+
+from twolink.scene import Scene
+from twolink.shipped import shipped
+from twolink.simulation import simulate
+
+
+@pytest.fixture(scope="session")
+def run():
+    """Return what gives a shipped scene's trajectory."""
+    known = {}
+
+    def of(name):
+        if name not in known:
+            scene = Scene.load(shipped(f"scenes/{name}.toml"))
+            known[name] = simulate(scene, accuracy=1e-9, samples=301)
+        return known[name]
+
+    return of

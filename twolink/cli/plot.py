@@ -1,0 +1,185 @@
+"""The command `twolink plot`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from twolink.cli.terminal import FAILED, check_target, progress_bar, refuse
+from twolink.errors import ParameterError, TwolinkError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.progress import Progress
+
+    from twolink.simulation import Trajectory
+    from twolink.urdf import PlanarUrdf
+
+OF_MOTION = ("angles", "phase", "path", "energy", "contact")
+KINDS = (*OF_MOTION, "verification", "all")
+_FILES, _THEMES = (".svg", ".png"), ("light", "dark")
+_TRAJECTORIES = (".npz", ".csv", ".parquet")
+
+
+def plot(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SCENE|TRAJECTORY",
+            help="A scene file (TOML), or a trajectory that `twolink simulate --out` wrote; a "
+            "URDF for --kind verification.",
+        ),
+    ],
+    kind: Annotated[str, typer.Option(help=f"What to plot: {', '.join(KINDS)}.")],
+    out: Annotated[
+        Path,
+        typer.Option(help="The .svg or .png file to write; with --kind all NAME-angles.svg, …"),
+    ],
+    theme: Annotated[str, typer.Option(help="light or dark.")] = "light",
+    samples: Annotated[
+        int, typer.Option(help="How many evenly spaced samples a scene is simulated at.")
+    ] = 2001,
+    states: Annotated[
+        int, typer.Option(help="How many random states a verification compares at.")
+    ] = 10_000,
+    seed: Annotated[int, typer.Option(help="Seed of these states.")] = 1,
+) -> None:
+    """Plot a motion, its energies and its contacts, or how well the formulations agree.
+
+    Exit code 0: the plots are written. 1: they are, and the motion is accurate only up to the time
+    that is printed. 2: the input was refused.
+    """
+    _check(source, kind, out, theme, states, seed)
+    try:
+        with progress_bar() as bar:
+            trajectory = None if kind == "verification" else _trajectory(source, samples, bar)
+            drawn = _drawn(source, trajectory, kind, theme, states, seed, bar)
+            written = _write(drawn, out, kind)
+    except TwolinkError as error:
+        refuse(str(error))
+    except OSError as error:
+        refuse(f"--out is {out} and cannot be written ({error}); allowed is a file that can be")
+    for path in written:
+        typer.echo(f"{path}")
+    if kind == "all" and "contact" not in drawn:
+        typer.echo("No plot of contact: the scene has no friction and no obstacle.")
+    for note in () if trajectory is None else trajectory.notes:
+        typer.echo(note, err=True)
+    if trajectory is not None and not trajectory.met:
+        raise typer.Exit(FAILED)
+
+
+def _check(source: Path, kind: str, out: Path, theme: str, states: int, seed: int) -> None:
+    """Refuse what is not allowed before any work is done."""
+    if kind not in KINDS:
+        refuse(f"--kind is {kind}; allowed are {', '.join(KINDS)}")
+    if theme not in _THEMES:
+        refuse(f"--theme is {theme}; allowed are {', '.join(_THEMES)}")
+    check_target("--out", out, _FILES)
+    if states < 1:
+        refuse(f"--states is {states}; allowed is a positive whole number")
+    if seed < 0:
+        refuse(f"--seed is {seed}; allowed is zero or a positive whole number")
+    if source.suffix == ".urdf" and kind != "verification":
+        refuse(
+            f"{source} is a URDF and --kind is {kind}; allowed is verification, or a scene or "
+            "trajectory instead"
+        )
+    if source.suffix not in (".toml", ".urdf", *_TRAJECTORIES):
+        refuse(
+            f"{source}: the suffix is '{source.suffix}'; allowed is a scene (.toml) or a "
+            f"trajectory ({', '.join(_TRAJECTORIES)})"
+        )
+
+
+def _trajectory(source: Path, samples: int, bar: Progress) -> Trajectory:
+    """Return the trajectory in a file, or of the scene in it."""
+    from twolink.scene import Scene
+    from twolink.simulation import Trajectory, simulate
+
+    if source.suffix in _TRAJECTORIES:
+        return Trajectory.load(source)
+    task = bar.add_task("simulating", total=1.0)
+    return simulate(
+        Scene.load(source),
+        samples=samples,
+        progress=lambda what, share: bar.update(
+            task, description=f"simulating, {what}", completed=share
+        ),
+    )
+
+
+def _drawn(
+    source: Path,
+    trajectory: Trajectory | None,
+    kind: str,
+    theme: str,
+    states: int,
+    seed: int,
+    bar: Progress,
+) -> dict[str, Figure]:
+    """Return the figures of a kind, or of all that there are, by the names of their kinds."""
+    found: dict[str, Figure] = {}
+    if trajectory is not None:
+        plots = _plots_of_motion()
+        wanted = OF_MOTION if kind == "all" else (kind,)
+        task = bar.add_task("drawing", total=float(len(wanted)))
+        for name in (name for name in wanted if name in plots):
+            # A smooth motion has no contact to draw.
+            if kind != "all" or name != "contact" or trajectory.events:
+                found[name] = plots[name](trajectory, theme)
+            bar.advance(task)
+    if kind in ("verification", "all"):
+        found["verification"] = _verification(_urdf(source), theme, states, seed, bar)
+    return found
+
+
+def _plots_of_motion() -> dict[str, Callable[[Trajectory, str], Figure]]:
+    from viz.plots.angles import angles
+    from viz.plots.contact import contact
+    from viz.plots.energy import energy
+    from viz.plots.path import path
+    from viz.plots.phase import phase
+
+    return {"angles": angles, "phase": phase, "path": path, "energy": energy, "contact": contact}
+
+
+def _urdf(source: Path) -> PlanarUrdf:
+    """Return the URDF that is verified: the file itself, or one of a scene's chain."""
+    from twolink.scene import Scene
+    from twolink.simulation import Trajectory
+    from twolink.urdf import parse_planar_urdf, read_planar_urdf
+
+    if source.suffix == ".urdf":
+        return read_planar_urdf(source)
+    scene = Scene.load(source) if source.suffix == ".toml" else Trajectory.load(source).scene
+    return parse_planar_urdf(scene.chain.to_urdf())
+
+
+def _verification(urdf: PlanarUrdf, theme: str, states: int, seed: int, bar: Progress) -> Figure:
+    """Return the plot of the differences on a URDF."""
+    from twolink.verification.differences import differences
+    from viz.plots.verification import verification
+
+    task = bar.add_task(f"comparing at {states} states", total=1.0)
+    found = differences(
+        urdf, states=states, seed=seed, progress=lambda share: bar.update(task, completed=share)
+    )
+    return verification(found, theme)
+
+
+def _write(drawn: dict[str, Figure], out: Path, kind: str) -> list[Path]:
+    """Write figures to a file, or each to one of its own, and return which."""
+    from viz.plots.style import save
+
+    paths = []
+    for name, made in drawn.items():
+        path = out.with_stem(f"{out.stem}-{name}") if kind == "all" else out
+        if path.is_dir():
+            raise ParameterError(f"{path} is a folder; allowed is a file")
+        save(made, path)
+        paths.append(path)
+    return paths

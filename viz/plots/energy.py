@@ -1,0 +1,60 @@
+"""The balance of energy: what is stored, and what each effect gave."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from twolink.errors import SimulationError
+from twolink.simulation import Trajectory
+from viz.plots.moments import time_axis
+from viz.plots.style import figure, label_lines, note, stroke, theme_named
+
+
+def energy(trajectory: Trajectory, theme: str = "light") -> Figure:
+    """Return T, V and T + V (J) over time (s), and below them the work of each effect so far.
+
+    The works sum up to the change of T, and by how much they do not is said. A trajectory without
+    dense output does not know them: then it is said that they are left out.
+    """
+    chosen = theme_named(theme)
+    try:
+        works = trajectory.work()
+    except SimulationError:
+        works = None
+    title = f"{trajectory.scene.title}: energy"
+    made, axes = figure(chosen, title, rows=1 if works is None else 2, sharex=True)
+    stored = {
+        "$T$, kinetic": trajectory.kinetic_energy,
+        "$V$, potential": trajectory.potential_energy,
+        "$T + V$": trajectory.energy,
+    }
+    for number, (name, values) in enumerate(stored.items()):
+        axes[0].plot(trajectory.t, values, label=name, **stroke(chosen, number))
+    axes[0].set_ylabel("energy (J)")
+    if works is None:
+        note(made, chosen, "The works of the effects are not known: there are samples alone.")
+    else:
+        change = trajectory.kinetic_energy - _start(trajectory)
+        axes[1].plot(trajectory.t, change, label="change of $T$", **stroke(chosen, 0))
+        for number, (name, values) in enumerate(works.items(), start=3):
+            axes[1].plot(trajectory.t, values, label=in_words(name), **stroke(chosen, number))
+        axes[1].set_ylabel("work since the start (J)")
+        left = float(np.abs(change - sum(works.values())).max())
+        note(made, chosen, f"The works sum up to the change of T within {left:.1e} J.")
+    time_axis(axes, trajectory, chosen)
+    label_lines(*axes)
+    return made
+
+
+def in_words(name: str) -> str:
+    """Return the name of an effect's class in words: CompliantSurface is a compliant surface."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()
+
+
+def _start(trajectory: Trajectory) -> float:
+    """Return T at the start (J): what is struck there is struck after it."""
+    at_start = [i for i in trajectory.impacts if i.time == trajectory.t[0]]
+    return at_start[0].kinetic_energy[0] if at_start else float(trajectory.kinetic_energy[0])

@@ -1,0 +1,96 @@
+"""The moments at which a trajectory is drawn: its samples, and what lies between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from twolink.errors import SimulationError
+from twolink.simulation import Trajectory
+from twolink.simulation.mode import Mode
+from viz.plots.style import Theme
+
+Array = NDArray[np.float64]
+
+# Between two breaks a line has this many points at the least, unless there are very many breaks.
+_POINTS, _MOST_POINTS = 40, 4000
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Times t (s), angles q (rad) and speeds u (rad/s), each q and u of shape (2, n).
+
+    `known_between` says whether the trajectory told more than its samples.
+    """
+
+    t: Array
+    q: Array
+    u: Array
+    known_between: bool
+
+
+@dataclass(frozen=True)
+class Span:
+    """A mode, from the time (s) it is entered to the time it is left."""
+
+    start: float
+    end: float
+    mode: Mode
+
+
+def spans(trajectory: Trajectory) -> list[Span]:
+    """Return the modes of a motion in their order; none if it is smooth."""
+    entered = [event.entered for event in trajectory.events]
+    left = [*entered[1:], float(trajectory.t[-1])]
+    events = zip(entered, left, trajectory.events, strict=True)
+    return [Span(start, end, event.mode) for start, end, event in events]
+
+
+def moments(trajectory: Trajectory) -> Moments:
+    """Return the moments to draw: the samples, and both sides of each event and impact.
+
+    What happens between two events has its points, too, however soon it is over. A trajectory
+    without dense output has its samples alone.
+    """
+    start, end = float(trajectory.t[0]), float(trajectory.t[-1])
+    breaks = {e.entered for e in trajectory.events} | {i.time for i in trajectory.impacts}
+    edges = [start, *sorted(b for b in breaks if start < b < end), end]
+    points = int(np.clip(_MOST_POINTS // len(edges), 2, _POINTS))
+    pieces = [
+        np.append(np.linspace(a, b, points)[:-1], np.nextafter(b, a)) for a, b in pairwise(edges)
+    ]
+    times = np.union1d(trajectory.t, np.concatenate(pieces)) if breaks else trajectory.t
+    try:
+        q, u = trajectory.at(times)
+    except SimulationError:
+        return Moments(trajectory.t, trajectory.q, trajectory.u, known_between=False)
+    at_samples = np.searchsorted(times, trajectory.t)
+    q[:, at_samples], u[:, at_samples] = trajectory.q, trajectory.u
+    return Moments(times, q, u, known_between=True)
+
+
+def time_axis(axes: list[Axes], trajectory: Trajectory, theme: Theme) -> None:
+    """Let axes above each other run over the time of a trajectory, named at the lowest.
+
+    Where the accuracy that was asked for does not hold to the end, they say from when on.
+    """
+    for each in axes:
+        each.set_xlim(float(trajectory.t[0]), float(trajectory.t[-1]))
+        if not trajectory.met:
+            each.axvline(trajectory.holds_until, color=theme.ink, linewidth=0.8)
+    if not trajectory.met:
+        axes[0].annotate(
+            f"known to {trajectory.accuracy:.0e} until here",
+            xy=(trajectory.holds_until, 1.0),
+            xycoords=axes[0].get_xaxis_transform(),
+            xytext=(3, -3),
+            textcoords="offset points",
+            va="top",
+            color=theme.ink,
+            fontsize=8,
+        )
+    axes[-1].set_xlabel("time (s)")

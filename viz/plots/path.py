@@ -1,0 +1,159 @@
+"""The path of the end point D in the plane of motion, y downward."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from twolink import kinematics
+from twolink.simulation import Trajectory
+from viz.plots.moments import Array, Moments, moments
+from viz.plots.phase import mark
+from viz.plots.style import Theme, figure, note, stroke, theme_named
+
+# A figure's width (inch) and what of it is not axes; how high axes are to their width, in bounds.
+_WIDTH, _BESIDE, _ABOVE = 7.2, 0.75, 1.15
+_LOWEST, _HIGHEST = 0.45, 0.95
+# What is free around what is drawn, and the hatching of a surface, in parts of what is drawn.
+_FREE, _HATCH = 0.09, 0.022
+
+
+def path(trajectory: Trajectory, theme: str = "light") -> Figure:
+    """Return the path of D (m), the chain at start and end, surfaces, and where D struck them."""
+    chosen = theme_named(theme)
+    shown = moments(trajectory)
+    chain = trajectory.chain
+    x, y = np.array(kinematics.position(chain, tuple(shown.q), chain.D))
+    elbows = np.array(kinematics.position(chain, tuple(shown.q[:, [0, -1]]), chain.B))
+    view = View.around(np.column_stack([[x, y], elbows, [0.0, 0.0]]))
+    made, (axes,) = figure(chosen, f"{trajectory.scene.title}: path of D", size=view.size)
+    axes.set_aspect("equal")
+    axes.set_xlim(view.left, view.right)
+    axes.set_ylim(view.bottom, view.top)
+    for effect in trajectory.scene.effects:
+        if hasattr(effect, "normal") and hasattr(effect, "point"):
+            _draw_surface(axes, chosen, view, effect)
+    for moment, alpha in ((0, 0.35), (-1, 0.8)):
+        _draw_chain(axes, chosen, trajectory, shown.q[:, moment], alpha)
+    axes.plot(x, y, label="_path", **{**stroke(chosen, 2), "linestyle": "solid", "linewidth": 1.2})
+    struck = _draw_impacts(axes, chosen, trajectory, shown)
+    mark(axes, chosen, (x[0], y[0]), "start", above=True)
+    mark(axes, chosen, (x[-1], y[-1]), "end", above=False)
+    axes.annotate(
+        "A", (0, 0), xytext=(-7, 7), textcoords="offset points", ha="right", color=chosen.ink
+    )
+    if struck:
+        note(made, chosen, struck)
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m), downward")
+    return made
+
+
+@dataclass(frozen=True)
+class View:
+    """What of the plane is shown (m); y grows downward, from top to bottom."""
+
+    left: float
+    right: float
+    top: float
+    bottom: float
+
+    @classmethod
+    def around(cls, points: Array) -> View:
+        """Return a view of points, shape (2, n), some more, and as wide and high as can be read."""
+        low, high = points.min(axis=1), points.max(axis=1)
+        middle, half = (low + high) / 2, (high - low) / 2 + _FREE * float(np.hypot(*(high - low)))
+        half = np.maximum(half, [half[1] / _HIGHEST, half[0] * _LOWEST])
+        (left, top), (right, bottom) = middle - half, middle + half
+        return cls(float(left), float(right), float(top), float(bottom))
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """The width and height of a figure that is filled by it (inch)."""
+        share = (self.bottom - self.top) / (self.right - self.left)
+        return _WIDTH, (_WIDTH - _BESIDE) * share + _ABOVE
+
+    @property
+    def diagonal(self) -> float:
+        """How far it is from corner to corner (m)."""
+        return float(np.hypot(self.right - self.left, self.bottom - self.top))
+
+    def holds(self, points: Array) -> NDArray[np.bool_]:
+        """Return which of points, shape (2, n), are in it."""
+        x, y = points
+        return (self.left <= x) & (x <= self.right) & (self.top <= y) & (y <= self.bottom)
+
+
+def _draw_chain(axes: Axes, theme: Theme, trajectory: Trajectory, q: Array, alpha: float) -> None:
+    """Draw both links in a pose, in the background."""
+    chain = trajectory.chain
+    B, D = (kinematics.position(chain, tuple(q), point) for point in (chain.B, chain.D))
+    for link, (start, end) in enumerate((((0.0, 0.0), B), (B, D))):
+        axes.plot(
+            (start[0], end[0]),
+            (start[1], end[1]),
+            color=theme.lines[link],
+            linewidth=5,
+            alpha=alpha,
+            solid_capstyle="round",
+            label=f"_link {link + 1}",
+        )
+    for x, y in ((0.0, 0.0), B):
+        axes.plot(
+            x, y, "o", markersize=5, color=theme.paper, markeredgecolor=theme.ink, alpha=alpha
+        )
+
+
+def _draw_impacts(axes: Axes, theme: Theme, trajectory: Trajectory, shown: Moments) -> str:
+    """Mark where D was struck, larger where the impulse is, and return words on it."""
+    of_D = [impact for impact in trajectory.impacts if impact.name.startswith("D on ")]
+    if not of_D:
+        return ""
+    # The pose does not change in an impact.
+    nearest = np.searchsorted(shown.t, [impact.time for impact in of_D]).clip(0, len(shown.t) - 1)
+    chain = trajectory.chain
+    places = np.array(kinematics.position(chain, tuple(shown.q[:, nearest]), chain.D))
+    impulses = np.array([impact.normal_impulse for impact in of_D])
+    axes.scatter(
+        places[0],
+        places[1],
+        s=12 + 140 * impulses / impulses.max(),
+        facecolors="none",
+        edgecolors=theme.ink,
+        linewidths=0.9,
+        zorder=4,
+    )
+    return (
+        f"{len(of_D)} impact{'s' if len(of_D) > 1 else ''} on D: circles, their area as the "
+        f"impulse, the largest {impulses.max():.3g} N s"
+    )
+
+
+def _draw_surface(axes: Axes, theme: Theme, view: View, surface: Any) -> None:
+    """Draw the edge of a half-plane across the view, with hatching where nothing may be."""
+    normal = np.array(surface.normal) / float(np.hypot(*surface.normal))
+    along = np.array([-normal[1], normal[0]])
+    point = np.array(surface.point)
+    middle = np.array([(view.left + view.right) / 2, (view.top + view.bottom) / 2])
+    foot = point + along * float(along @ (middle - point))
+    step = _HATCH * view.diagonal
+    places = step * np.arange(-round(1 / _HATCH), round(1 / _HATCH) + 1)
+    edge = foot[:, None] + along[:, None] * places
+    axes.plot(*edge, color=theme.ink, linewidth=1.2, label="_surface")
+    for start in edge.T:
+        end = start + step * (along - normal)
+        axes.plot(*np.array([start, end]).T, color=theme.ink, linewidth=0.6, alpha=0.6)
+    # The name stands below a floor at the right, or where else its edge is seen.
+    inside = edge - 1.9 * step * normal[:, None]
+    seen = inside[:, view.holds(inside)]
+    if seen.size:
+        x, y = seen[:, np.argsort(seen[0] + seen[1])[-min(4, seen.shape[1])]]
+        axes.text(
+            x, y, surface.name, ha="center", va="center", color=theme.ink, fontsize=9,
+            bbox={"facecolor": theme.paper, "edgecolor": "none", "pad": 0.8},
+        )  # fmt: skip

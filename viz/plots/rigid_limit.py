@@ -1,0 +1,96 @@
+"""Contact: how compliant surfaces near the rigid one, and what a surface that yields gives back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from viz.plots.style import Theme, figure, label_lines, stroke, theme_named
+
+
+@dataclass(frozen=True)
+class Limit:
+    """By how much the rebound from a law's surface misses the rigid law's (m/s), per stiffness.
+
+    `stiffness` is in `unit`; `rate` is the measured power with which the misses fall, and
+    `expected` the one of theory.
+    """
+
+    law: str
+    unit: str
+    stiffness: tuple[float, ...]
+    misses: tuple[float, ...]
+    rate: float
+    expected: Fraction
+
+
+@dataclass(frozen=True)
+class Restitution:
+    """The coefficient of restitution of each speed of approach (m/s), for a material.
+
+    `measured` is that of simulated impacts, `computed` that of the areas below the law's curves.
+    `yields` is the speed at which the surface begins to yield.
+    """
+
+    material: str
+    speeds: tuple[float, ...]
+    measured: tuple[float, ...]
+    computed: tuple[float, ...]
+    yields: float
+
+
+def contact_plot(limits: Sequence[Limit], restitution: Restitution, theme: str = "light") -> Figure:
+    """Return two plots, one above the other: misses over stiffness, and restitution over speed."""
+    colours = theme_named(theme)
+    drawn, (above, below) = figure(
+        colours, "Compliant contact: the rigid limit, and what yielding takes", rows=2,
+        size=(7.2, 6.4),
+    )  # fmt: skip
+    _draw_limits(above, limits, colours)
+    _draw_restitution(below, restitution, colours)
+    for axes in (above, below):
+        label_lines(axes)
+    return drawn
+
+
+def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Theme) -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for number, limit in enumerate(limits):
+        stiffest, last = limit.stiffness[-1], limit.misses[-1]
+        theory = [last * (stiffest / k) ** float(limit.expected) for k in limit.stiffness]
+        axes.plot(limit.stiffness, theory, color=colours.ink, linewidth=0.8, label="_theory")
+        axes.plot(
+            limit.stiffness, limit.misses, **stroke(colours, number), marker="os"[number % 2],
+            markersize=4.5, label=f"{limit.law}, {limit.unit}:\nslope −{limit.rate:.3f},\n"
+            f"in theory −{limit.expected} (thin)",
+        )  # fmt: skip
+    axes.set_xlabel("stiffness of the surface (in the unit of its law)")
+    axes.set_ylabel("rebound misses the\nrigid law's by (m/s)")
+
+
+def _draw_restitution(axes: Axes, restitution: Restitution, colours: Theme) -> None:
+    axes.set_xscale("log")
+    style = stroke(colours, 0)
+    axes.plot(
+        restitution.speeds, restitution.computed, **style,
+        label=f"{restitution.material}:\nsimulated (points), and by\nthe areas of the law (line)",
+    )  # fmt: skip
+    axes.plot(
+        restitution.speeds, restitution.measured, "o", color=style["color"], markersize=4.5,
+        label="_simulated",
+    )  # fmt: skip
+    axes.axvline(
+        restitution.yields, color=colours.ink, linewidth=0.8, linestyle=(0, (1, 2)), label="_yields"
+    )
+    axes.text(
+        restitution.yields, 0.04, " yields from here on",
+        transform=axes.get_xaxis_transform(), color=colours.ink, fontsize=9, va="bottom",
+    )  # fmt: skip
+    axes.set_ylim(0, 1.05)
+    axes.set_xlabel("speed of approach (m/s)")
+    axes.set_ylabel("coefficient of restitution")
