@@ -18,6 +18,10 @@ from viz.surfaces import Label
 from viz.themes import Theme
 
 _ORDER = 60
+
+# The seconds on the screen for which a contact is marked at least.
+_LEAST = 0.25
+
 _HELD, _SLIPPING, _PUSHED = "held", "slipping", ("pushed-on", "pushed-back")
 _WORDS = {
     State.STICKS: "sticks",
@@ -64,9 +68,13 @@ def contact_setup(run: Run, size: float, theme: Theme) -> list[bytes]:
     return found
 
 
-def contact_marks(now: Moments) -> tuple[list[bytes], list[Label]]:
-    """Return the commands for the marks at a moment, and words on what they say."""
-    mode = mode_at(now.run, float(now.times[0]))
+def contact_marks(now: Moments, speed: float) -> tuple[list[bytes], list[Label]]:
+    """Return the commands for the marks at a moment, and words on what they say.
+
+    What was pressed for an instant is marked a little longer on the screen (`speed`).
+    """
+    time = float(now.times[0])
+    mode = mode_at(now.run, time)
     commands: list[bytes] = []
     labels: list[Label] = []
     if mode is None:
@@ -75,16 +83,28 @@ def contact_marks(now: Moments) -> tuple[list[bytes], list[Label]]:
         place = place_of(element, now)
         tangent = tangent_of(element)
         held = state in (State.STICKS, State.CLOSED)
-        shown = {_HELD: held, _SLIPPING: not held and state is not State.OPEN}
+        just = state is State.OPEN and _just_left(now.run, number, time, _LEAST * speed)
+        shown = {_HELD: held, _SLIPPING: just or (not held and state is not State.OPEN)}
         if tangent is not None:
             # Friction acts against the sliding.
             shown |= dict(zip(_PUSHED, (state.direction < 0, state.direction > 0), strict=True))
         commands.append(transform(_path(number), in_the_plane(place, 0.0)))
         commands += [visible(f"{_path(number)}/{name}", on) for name, on in shown.items()]
-        if state in _WORDS:
-            away = _away(element)
-            labels.append([_WORDS[state], *place.tolist(), *away, "contact"])
+        word = "touched" if just else _WORDS.get(state)
+        if word is not None:
+            labels.append([word, *place.tolist(), *_away(element), "contact"])
     return commands, labels
+
+
+def _just_left(run: Run, number: int, time: float, lasting: float) -> bool:
+    """Return whether an obstacle of a number was touched at most a moment (s) before a time (s)."""
+    events = run.trajectory.events
+    last = bisect_right([event.entered for event in events], time) - 1
+    ended = [later.entered for later in events[1 : last + 1]]
+    return any(
+        event.mode.states[number] is not State.OPEN and end > time - lasting
+        for event, end in zip(events, ended, strict=False)
+    )
 
 
 def place_of(element: Element, now: Moments) -> Array:

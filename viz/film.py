@@ -182,7 +182,7 @@ class Film:
         for number, (moment, moments) in enumerate(zip(now, self.moments, strict=True)):
             commands += _poses(number, moment)
             commands.append(self._trail(number, moment, moments))
-        contacts, contact_labels = contact_marks(now[0])
+        contacts, contact_labels = contact_marks(now[0], self.speed)
         impact, impact_labels = self._impacts.marks(time, self.speed, self._width / 2, self.theme)
         labels = [*_joint_labels(now[0]), *contact_labels, *impact_labels]
         words = {

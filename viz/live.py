@@ -240,6 +240,7 @@ class _Stream(_Guarded, tornado.websocket.WebSocketHandler):
     def initialize(self, view: LiveView) -> None:
         self.view = view
         self._busy = False
+        self._next: bytes | None = None
 
     def open(self, *args: str, **kwargs: str) -> None:
         self.set_nodelay(True)
@@ -256,19 +257,23 @@ class _Stream(_Guarded, tornado.websocket.WebSocketHandler):
         _spawn(self._sent(message))
 
     def show(self, message: bytes) -> None:
-        """Send a frame, unless the page still has not taken the last: it skips then."""
+        """Send a frame, once the page has taken the last one; of those that wait, the newest."""
+        self._next = message
         if not self._busy:
             self._busy = True
-            _spawn(self._sent(message, frees=True))
+            _spawn(self._all_sent())
 
-    async def _sent(self, message: bytes, *, frees: bool = False) -> None:
+    async def _all_sent(self) -> None:
+        while self._next is not None:
+            message, self._next = self._next, None
+            await self._sent(message)
+        self._busy = False
+
+    async def _sent(self, message: bytes) -> None:
         try:
             await self.write_message(message, binary=True)
         except tornado.websocket.WebSocketClosedError:
             self.view.pages.discard(self)
-        finally:
-            if frees:
-                self._busy = False
 
 
 _TASKS: set[asyncio.Task[None]] = set()

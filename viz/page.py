@@ -105,8 +105,8 @@ def licences() -> str:
     folder = _viewer_folder()
     texts = [folder.parent / "LICENSE", folder / "main.min.js.LICENSE.txt"]
     found = "\n".join(text.read_text(encoding="utf-8") for text in texts if text.exists())
-    # Two hyphens would end a comment.
-    return "meshcat's viewer:\n" + found.replace("--", "- -")
+    # What would end a comment, of HTML or of JavaScript, is drawn apart.
+    return "meshcat's viewer:\n" + found.replace("--", "- -").replace("*/", "* /")
 
 
 def _viewer_folder() -> Path:

@@ -150,9 +150,11 @@
         const half = c.measureText(text).width / 2;
         // The letter of D keeps out of the rings about it.
         const far = text === "D" && kind === "joint" ? 1.4 * this.about.width * scale : away[kind];
-        const aside = kind === "surface" ? half + 8 : dx * (half + 4);
+        // A surface's name stands along its edge; others are as far away whatever their length.
+        const along = kind === "surface";
+        const aside = dx * (half + 4) + (along ? (1 - Math.abs(dx)) * (half + 8) : 0);
         let left = px + dx * far + aside - half;
-        let middle = py + dy * (far + 0.72 * size);
+        let middle = py + dy * (far + 0.72 * size) + (along ? (1 - Math.abs(dy)) * size : 0);
         left = Math.min(Math.max(left, 4), this.width - 2 * half - 4);
         middle = Math.min(Math.max(middle, this.top + size / 2), this.height - this.bottom - size / 2);
         c.textAlign = "left";
@@ -490,6 +492,7 @@
       script.textContent = new TextDecoder().decode(await inflated(packed.textContent));
       document.head.append(script);
     }
+    if (!window.MeshCat) throw new Error("meshcat's viewer is missing");
     for (const element of document.querySelectorAll(".twolink-player")) {
       const film = element.querySelector('script[type="application/x-twolink-film"]');
       const source = film ? new InPage(await inflated(film.textContent)) : new Stream();
