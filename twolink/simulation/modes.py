@@ -353,7 +353,7 @@ class Modes:
             if state is State.STICKS and isinstance(element, DryFriction):
                 faults.append(long * (abs(force) - float(element.static)))
             elif isinstance(element, DryFriction):
-                # What rests starts against static friction; kinetic friction is less, and comes after.
+                # What rests starts against static friction; kinetic friction comes after.
                 start = state.direction * self._missing_force(element.direction, q, u, du)
                 faults.append(long * (float(element.static - element.kinetic) - start))
             elif isinstance(element, Cushion):

@@ -24,6 +24,7 @@ html { -webkit-text-size-adjust: 100%; }
 body { margin: 0 auto; padding: 1.5rem 1rem 4rem; max-width: 62rem; background: var(--paper);
   color: var(--ink); font: 16px/1.55 system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; }
 h1 { font-size: 1.9rem; line-height: 1.2; margin: .5rem 0 .25rem; }
+td:first-child { white-space: nowrap; }
 h2 { font-size: 1.3rem; margin: 2.6rem 0 .6rem; padding-top: .8rem;
   border-top: 1px solid var(--line); }
 h3 { font-size: 1.05rem; margin: 1.6rem 0 .4rem; }
@@ -88,6 +89,11 @@ def page(title: str, lead: str, sections: Sequence[Section], head: str = "") -> 
 def text(words: object) -> str:
     """Return words as HTML shows them."""
     return html.escape(str(words))
+
+
+def heading(words: str) -> str:
+    """Return a heading inside a section."""
+    return f"<h3>{text(words)}</h3>"
 
 
 def paragraph(words: str, kind: str = "") -> str:

@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
-from twolink.accuracy.study import Study
+from twolink.accuracy.study import COMPARED_AT, Study
+from twolink.simulation import Trajectory
 from twolink.simulation.effects_cost import EffectsCost
-from twolink.simulation.trajectory import Trajectory
-from twolink.verification.verify import Comparison, Verdict
+from twolink.verification import Comparison, Verdict
+from viz.plots.angles import angles
+from viz.plots.contact import contact
+from viz.plots.energy import energy
 from viz.plots.work_precision import work_precision_plot
-from viz.report.page import Section, paragraph, picture, table, text
+from viz.report.page import Section, heading, paragraph, picture, table, text
 
-_LOG_LINES = 24
+_LOG_LINES = 16
 
 
 def verification(verdict: Verdict) -> Section:
     """Return what was checked and how well."""
-    pairs = list(dict.fromkeys((c.source, c.against) for c in verdict.comparisons))
-    rows = []
-    for quantity in dict.fromkeys(c.quantity for c in verdict.comparisons):
-        own = {(c.source, c.against): c for c in verdict.comparisons if c.quantity == quantity}
-        algorithm = next(iter(own.values())).algorithm
-        cells = [_difference(own[pair]) if pair in own else "" for pair in pairs]
-        rows.append([text(quantity), f"<code>{text(algorithm)}</code>", *cells])
-    heads = ["quantity", "Pinocchio's algorithm", *(f"{text(a)} − {text(b)}" for a, b in pairs)]
+    motion = [c for c in verdict.comparisons if c.source == "Section 6.1"]
+    dynamics = [c for c in verdict.comparisons if c.source != "Section 6.1"]
+    states = f"{verdict.states} random states, seed {verdict.seed}, against {verdict.engine}."
     body = (
         _verdict(verdict.sentence, verdict.passed)
-        + table(heads, rows, numbers=range(2, len(heads)))
+        + paragraph(f"Each quantity at {states}")
+        + _comparisons("Equations of motion", dynamics)
+        + _comparisons("Motion of the points", motion)
         + paragraph(
             "d / n: the largest difference is d units in the last place of what was summed; in "
             "that state two correct computations may differ by n.",
@@ -37,8 +38,22 @@ def verification(verdict: Verdict) -> Section:
     return Section("What was checked", body)
 
 
-def _verdict(sentence: str, passed: bool) -> str:
+def _verdict(sentence: str, passed: bool = True) -> str:
     return paragraph(sentence, "verdict" if passed else "verdict bad")
+
+
+def _comparisons(title: str, comparisons: list[Comparison]) -> str:
+    """Return a table of quantities by pairs of sources."""
+    pairs = list(dict.fromkeys((c.source, c.against) for c in comparisons))
+    rows = []
+    for quantity in dict.fromkeys(c.quantity for c in comparisons):
+        own = {(c.source, c.against): c for c in comparisons if c.quantity == quantity}
+        algorithm = next(iter(own.values())).algorithm
+        cells = [_difference(own[pair]) if pair in own else "" for pair in pairs]
+        rows.append([text(quantity), f"<code>{text(algorithm)}</code>", *cells])
+    names = (f"{source} − {against.split()[0]}" for source, against in pairs)
+    heads = ["quantity", "Pinocchio's algorithm", *map(text, names)]
+    return table(heads, rows, numbers=range(2, len(heads)), caption=title)
 
 
 def _difference(comparison: Comparison) -> str:
@@ -47,93 +62,113 @@ def _difference(comparison: Comparison) -> str:
     return f"{units} / {comparison.allowed_units:.0f} {mark}"
 
 
-def motion(trajectory: Trajectory, player: str) -> Section:
-    """Return what moved: the player (HTML), what was simulated, and the log."""
-    scene, statistics = trajectory.scene, trajectory.statistics
-    facts = [
-        ("simulated", f"{scene.duration:g} s with {', '.join(trajectory.effects) or 'no effects'}"),
-        ("method", f"{trajectory.method} on {trajectory.formulation}, {trajectory.precision}"),
-        ("global error", f"{trajectory.error:.1e} measured, {trajectory.accuracy:.1e} allowed"),
-        ("steps", f"{statistics.steps} kept, in {statistics.runs} runs"),
-        (
-            "time",
-            f"{statistics.run_seconds * 1e3:.1f} ms to run, "
-            f"{statistics.compile_seconds * 1e3:.0f} ms to compile",
-        ),
-    ]
-    rows = [[text(name), text(value)] for name, value in facts]
-    notes = "".join(paragraph(note, "note") for note in trajectory.notes)
-    lead = paragraph(scene.shows[:1].upper() + scene.shows[1:] + ".") if scene.shows else ""
-    return Section(
-        f"Motion: {scene.title}", lead + player + table(["", ""], rows) + notes + _log(trajectory)
+def scene(trajectory: Trajectory, player: str, cost: EffectsCost, study: Study) -> Section:
+    """Return what moved and how well that is known; `player` is the HTML that shows it."""
+    shows = trajectory.scene.shows
+    body = (
+        (paragraph(f"{shows[:1].upper()}{shows[1:]}.") if shows else "")
+        + player
+        + _facts(trajectory)
+        + _log(trajectory)
+        + heading("Curves")
+        + _curves(trajectory)
+        + heading("Effects and their cost")
+        + _effects(cost)
+        + heading("What accuracy costs")
+        + _accuracy(study)
     )
+    return Section(trajectory.scene.title, body)
+
+
+def _facts(trajectory: Trajectory) -> str:
+    run, statistics = trajectory, trajectory.statistics
+    facts = {
+        "simulated": f"{run.scene.duration:g} s with {', '.join(run.effects) or 'no effects'}",
+        "method": f"{run.method} on {run.formulation}, {run.precision}",
+        "global error": f"{run.error:.1e} measured, {run.accuracy:.1e} allowed",
+        "steps": f"{statistics.steps} kept, in {statistics.runs} runs",
+        "time": f"{statistics.run_seconds * 1e3:.1f} ms to run, "
+        f"{statistics.compile_seconds * 1e3:.0f} ms to compile",
+    }
+    notes = "".join(paragraph(note, "note") for note in run.notes)
+    return table(["", ""], [[text(name), text(value)] for name, value in facts.items()]) + notes
 
 
 def _log(trajectory: Trajectory) -> str:
     log: list[Any] = [*trajectory.impacts, *trajectory.events]
-    log.sort(key=lambda entry: entry.time)
     if not log:
         return ""
-    shown = log[:_LOG_LINES]
-    rows = [[f"{entry.time:.9g}", text(entry.what)] for entry in shown]
-    more = len(log) - len(shown)
-    after = paragraph(f"{more} more follow.", "note") if more else ""
-    return table(["t (s)", "what"], rows, numbers=(0,), caption="Impacts and modes") + after
+    log.sort(key=lambda entry: entry.time)
+    rows = [[f"{entry.time:.9g}", text(entry.what)] for entry in log[:_LOG_LINES]]
+    more = len(log) - _LOG_LINES
+    after = paragraph(f"{more} more follow; `twolink simulate` prints them.", "note")
+    logged = table(["t (s)", "what"], rows, numbers=(0,), caption="Impacts and modes")
+    return logged + (after if more > 0 else "")
 
 
-def accuracy(study: Study) -> Section:
+def _curves(trajectory: Trajectory) -> str:
+    title = trajectory.scene.title
+    found = [
+        picture(angles(trajectory), f"Angles and speeds: {title}"),
+        picture(energy(trajectory), f"Energy, and the work of each effect: {title}"),
+    ]
+    if trajectory.events:
+        found.append(picture(contact(trajectory), f"Contact, its modes shaded: {title}"))
+    return "\n".join(found)
+
+
+def _accuracy(study: Study) -> str:
     """Return what accuracy costs in time, and what to take."""
-    rows = []
-    for line in study.ways:
-        time = "never" if line.seconds is None else _time(line.seconds)
-        rows.append(
-            [
-                text(line.way),
-                time + ("" if line.repeatable or line.seconds is None else " ±"),
-                "" if line.ratio is None else f"{line.ratio:.3g}",
-                f"{line.best:.1e}" if math.isfinite(line.best) else "failed",
-            ]
-        )
-    heads = ["way", "time to an error of 1e-8", "ratio", "least error"]
-    alt = "Time against error of every way; the broad band is the best to be had"
-    return Section(
-        "What accuracy costs",
-        paragraph(study.recommendation, "verdict")
-        + picture(work_precision_plot(study), alt)
+    rows = [
+        [
+            text(line.way),
+            _time(line.seconds) + ("" if line.repeatable or line.seconds is None else " ±"),
+            "" if line.ratio is None else f"{line.ratio:.3g}",
+            f"{line.best:.1e}" if math.isfinite(line.best) else "failed",
+        ]
+        for line in study.ways
+    ]
+    heads = ["way", f"time to an error of {COMPARED_AT:g}", "ratio", "least error"]
+    measured = study.work_precision
+    judge = f"Errors at {measured.judged_at}, judged by {measured.truth.source}."
+    return (
+        _verdict(study.recommendation)
+        + paragraph(judge)
+        + picture(work_precision_plot(study), "Time against error; the band is the best to be had")
         + table(heads, rows, numbers=(1, 2, 3))
-        + paragraph("± marks times that could not be repeated to within a factor of two.", "note"),
+        + paragraph("± marks times that could not be repeated to within a factor of two.", "note")
     )
 
 
-def _time(seconds: float) -> str:
+def _time(seconds: float | None) -> str:
+    if seconds is None:
+        return "never"
     if seconds < 1e-3:
         return f"{seconds * 1e6:.0f} µs"
     return f"{seconds * 1e3:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
 
 
-def effects(cost: EffectsCost) -> Section:
+def _effects(cost: EffectsCost) -> str:
     """Return what each effect adds to the cost of a step."""
     whole = cost.whole
     rows = [["all effects", str(whole.operations), f"{whole.seconds * 1e9:.0f}", ""]]
-    for name, step in cost.without.items():
-        rows.append(
-            [
-                f"without {text(name)}",
-                str(step.operations),
-                f"{step.seconds * 1e9:.0f}",
-                f"{whole.operations - step.operations} operations",
-            ]
-        )
+    rows += [
+        [
+            f"without {text(name)}",
+            str(step.operations),
+            f"{step.seconds * 1e9:.0f}",
+            f"{whole.operations - step.operations} operations",
+        ]
+        for name, step in cost.without.items()
+    ]
     heads = ["", "operations a term", "ns a step", "it adds"]
-    return Section(
-        "Effects and their cost",
-        paragraph("What a scene does not name is not simulated: each effect left out in turn.")
-        + table(heads, rows, numbers=(1, 2, 3)),
+    return paragraph("What a scene does not name is not simulated: each is left out in turn.") + (
+        table(heads, rows, numbers=(1, 2, 3))
     )
 
 
-def origin(verdict: Verdict, command: str) -> Section:
+def origin(verdict: Verdict, command: str, more: Iterable[tuple[str, str]] = ()) -> Section:
     """Return versions, machine, and the command that makes the page again."""
-    rows = [[text(name), text(version)] for name, version in verdict.versions.items()]
-    rows += [[text(name), text(value)] for name, value in verdict.machine.items()]
+    facts = [*verdict.versions.items(), *verdict.machine.items(), *more]
+    rows = [[text(name), text(value)] for name, value in facts]
     return Section("How to make it again", f"<pre>{text(command)}</pre>" + table(["", ""], rows))
