@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from twolink.errors import SimulationError
 from twolink.simulation import Trajectory
-from viz.plots.moments import time_axis
+from viz.plots.moments import moments, time_axis
 from viz.plots.style import figure, label_lines, note, stroke, theme_named
 
 
@@ -20,6 +21,8 @@ def energy(trajectory: Trajectory, theme: str = "light") -> Figure:
     dense output does not know them: then it is said that they are left out.
     """
     chosen = theme_named(theme)
+    shown = moments(trajectory)
+    trajectory = replace(trajectory, t=shown.t, q=shown.q, u=shown.u)
     try:
         works = trajectory.work()
     except SimulationError:

@@ -152,16 +152,33 @@ def test_the_path_shows_what_was_struck(run):
     assert f"{len(trajectory.impacts)} impacts" in made.get_supxlabel()
 
 
+def test_what_a_short_contact_takes_and_gives_back_is_seen(run):
+    """A few milliseconds, between samples: at its depth T is least."""
+    trajectory = run("hertz_bounce")
+    line = labelled(energy(trajectory).axes[0])["$T$, kinetic"]
+    first = next(span for span in spans(trajectory) if span.mode.states[0] is not State.OPEN)
+    times, values = line.get_data()
+    during = (times > first.start) & (times < first.end)
+    assert during.sum() > 20
+    (before, after) = np.interp([first.start, first.end], times, values)
+    assert values[during].min() < min(before, after) - 1
+
+
 @pytest.mark.parametrize("scene", ["slide_and_stop", "published/kane_levinson_impact"])
 def test_the_balance_of_energy_closes(run, scene):
     trajectory = run(scene)
     made = energy(trajectory)
     stored, given = (labelled(axes) for axes in made.axes)
-    values = {name: line.get_ydata() for name, line in stored.items()}
+    times = stored["$T + V$"].get_xdata()
+    samples = np.searchsorted(times, trajectory.t)
+    assert np.array_equal(times[samples], trajectory.t)
+    values = {name: line.get_ydata()[samples] for name, line in stored.items()}
     assert np.array_equal(values["$T$, kinetic"], trajectory.kinetic_energy)
     assert np.array_equal(values["$V$, potential"], trajectory.potential_energy)
     assert np.array_equal(values["$T + V$"], trajectory.energy)
     works = {name: line.get_ydata() for name, line in given.items()}
+    for name, work in trajectory.work().items():
+        assert works[in_words(name)][samples] == pytest.approx(work, abs=1e-12)
     change = works.pop("change of $T$")
     assert set(works) == {"gravity", "surface"}
     assert sum(works.values()) == pytest.approx(change, abs=1e-12)

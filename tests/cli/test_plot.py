@@ -1,0 +1,134 @@
+"""`twolink plot`: which files it writes, what it says, and what it refuses."""
+
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from twolink.chain import Chain
+from twolink.cli import app
+from twolink.cli.plot import OF_MOTION
+from twolink.shipped import shipped
+
+SLIDING = shipped("scenes/slide_and_stop.toml")
+FREE_FALL = shipped("scenes/free_fall.toml")
+FEW = ("--samples", "101", "--states", "50")
+
+START = {".svg": b"<?xml", ".png": b"\x89PNG"}
+
+
+def plot(*arguments):
+    return CliRunner().invoke(app, ["plot", *map(str, arguments)])
+
+
+@pytest.mark.parametrize("suffix", [".svg", ".png"])
+@pytest.mark.parametrize("kind", [*OF_MOTION, "verification"])
+def test_each_kind_is_written_as_each_kind_of_file(tmp_path, kind, suffix):
+    file = tmp_path / f"plot{suffix}"
+    result = plot(SLIDING, "--kind", kind, "--out", file, "--theme", "dark", *FEW)
+    assert result.exit_code == 0, result.output
+    assert result.stdout.split() == [str(file)]
+    assert file.read_bytes().startswith(START[suffix])
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_all_kinds_have_a_file_each(tmp_path):
+    result = plot(SLIDING, "--kind", "all", "--out", tmp_path / "slide.svg", *FEW)
+    assert result.exit_code == 0, result.output
+    names = {f"slide-{kind}.svg" for kind in (*OF_MOTION, "verification")}
+    assert {file.name for file in tmp_path.iterdir()} == names
+
+
+def test_of_a_smooth_motion_all_is_without_contact_and_it_is_said(tmp_path):
+    result = plot(FREE_FALL, "--kind", "all", "--out", tmp_path / "fall.png", *FEW)
+    assert result.exit_code == 0, result.output
+    assert not (tmp_path / "fall-contact.png").exists()
+    assert (tmp_path / "fall-energy.png").exists()
+    assert "No plot of contact: the scene has no friction and no obstacle." in result.stdout
+
+
+def test_a_saved_trajectory_is_plotted_as_its_scene_is(tmp_path):
+    """But for what lies between samples, of which a smooth motion's angles show nothing."""
+    saved = tmp_path / "fall.npz"
+    simulated = CliRunner().invoke(
+        app, ["simulate", str(FREE_FALL), "--samples", "101", "--out", str(saved)]
+    )
+    assert simulated.exit_code == 0
+    for name, source in (("one", saved), ("two", FREE_FALL)):
+        result = plot(source, "--kind", "angles", "--out", tmp_path / f"{name}.svg", *FEW)
+        assert result.exit_code == 0, result.output
+    assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
+
+
+def test_a_urdf_is_verified(tmp_path):
+    urdf = tmp_path / "chain.urdf"
+    Chain.uniform_bars((2.0, 1.0), (0.5, 0.7)).to_urdf(urdf)
+    result = plot(urdf, "--kind", "verification", "--out", tmp_path / "v.svg", *FEW)
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "v.svg").exists()
+
+
+def test_the_same_command_writes_the_same_bytes(tmp_path):
+    """In two processes, whose hashes differ."""
+    for name in ("one", "two"):
+        subprocess.run(
+            [
+                sys.executable, "-m", "twolink.cli", "plot", str(SLIDING), "--kind", "contact",
+                "--out", str(tmp_path / f"{name}.svg"), *FEW,
+            ],
+            check=True, capture_output=True,
+        )  # fmt: skip
+    assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
+
+
+def test_a_motion_that_is_not_known_to_the_end_ends_with_1(tmp_path, monkeypatch):
+    from dataclasses import replace
+
+    from twolink import simulation
+
+    real = simulation.simulate
+
+    def cut_short(scene, **others):
+        done = real(scene, **others)
+        return replace(done, error=1.0, holds_until=0.5, notes=("Known until 0.5 s.",))
+
+    monkeypatch.setattr(simulation, "simulate", cut_short)
+    result = plot(FREE_FALL, "--kind", "angles", "--out", tmp_path / "a.svg", *FEW)
+    assert result.exit_code == 1
+    assert (tmp_path / "a.svg").exists()
+    assert "Known until 0.5 s." in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("source", "options", "said"),
+    [
+        (FREE_FALL, {"--kind": "spiral"}, "--kind is spiral; allowed are angles, phase, path"),
+        (FREE_FALL, {"--theme": "sepia"}, "--theme is sepia; allowed are light, dark"),
+        (FREE_FALL, {"--out": "plot.pdf"}, "plot.pdf; allowed is a .svg or .png file"),
+        (FREE_FALL, {"--out": "nowhere/plot.svg"}, "in a folder that can be written to"),
+        (FREE_FALL, {"--states": "0"}, "--states is 0; allowed is a positive whole number"),
+        (FREE_FALL, {"--seed": "-1"}, "--seed is -1; allowed is zero or a positive"),
+        (FREE_FALL, {"--samples": "1"}, "samples is 1; allowed is 2 or more"),
+        (FREE_FALL, {"--kind": "contact"}, "has no friction and no obstacle; allowed is"),
+        ("motion.xlsx", {}, "the suffix is '.xlsx'; allowed is a scene (.toml) or a trajectory"),
+        ("missing.toml", {}, "missing.toml: there is no file of this name"),
+        ("missing.npz", {}, "missing.npz: "),
+        (shipped("twolink.urdf"), {}, "is a URDF and --kind is angles; allowed is verification"),
+        (
+            "missing.urdf",
+            {"--kind": "verification"},
+            "missing.urdf",
+        ),
+    ],
+)
+def test_what_is_not_allowed_is_refused_in_one_sentence(tmp_path, source, options, said):
+    given = {"--kind": "angles", "--out": "plot.svg"} | options
+    given["--out"] = tmp_path / given["--out"]
+    result = plot(source, *(word for pair in given.items() for word in pair))
+    assert result.exit_code == 2, result.output
+    (sentence,) = result.stderr.strip().splitlines()
+    assert sentence.startswith("twolink: ")
+    assert said in sentence
+    assert result.stdout == ""
+    assert list(tmp_path.iterdir()) == []
