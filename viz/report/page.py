@@ -36,7 +36,7 @@ p { margin: .5rem 0 .8rem; }
 .good { color: var(--good); } .bad { color: var(--bad); }
 nav { margin: 1rem 0 0; font-size: .92rem; }
 nav a { color: var(--accent); margin-right: 1rem; white-space: nowrap; }
-.scroll { overflow-x: auto; }
+.scroll { overflow-x: auto; margin: .8rem 0; }
 table { border-collapse: collapse; width: 100%; font-size: .88rem; }
 caption { text-align: left; font-weight: 600; padding: .3rem 0; }
 th, td { padding: .28rem .6rem; border-bottom: 1px solid var(--line); text-align: left;

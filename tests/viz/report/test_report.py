@@ -1,0 +1,78 @@
+import re
+
+import pytest
+from typer.testing import CliRunner
+
+from tests.viz.report.test_page import read
+from twolink.cli import app
+from twolink.shipped import shipped
+
+SCENES = shipped("scenes")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("site") / "report"
+    arguments = ["report", str(SCENES / "drop.toml"), "--states", "200", "--out", str(folder)]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    return result.stdout, folder
+
+
+def test_it_is_one_page_of_less_than_5_megabytes(made):
+    output, folder = made
+    assert [file.name for file in folder.iterdir()] == ["index.html"]
+    assert (folder / "index.html").stat().st_size < 5_000_000
+    assert output.splitlines()[0].startswith("All 60 comparisons agree at 200 states")
+
+
+def test_it_says_all_that_it_should(made):
+    document = (made[1] / "index.html").read_text(encoding="utf-8")
+    for words in (
+        "All 60 comparisons agree at 200 states",
+        "computeGeneralizedGravity",
+        "The drop onto a floor",
+        "D on floor: impact",
+        "without Surface",
+        "Take taylor on ",
+        "twolink-player",
+        "Pinocchio 4",
+    ):
+        assert words in document, words
+
+
+def test_nothing_in_it_is_fetched(made):
+    document = (made[1] / "index.html").read_text(encoding="utf-8")
+    reader = read(re.sub(r"<script.*?</script>", "", document, flags=re.DOTALL))
+    for address in reader.addresses:
+        assert address.startswith(("#", "data:")), address[:80]
+
+
+def test_a_disagreement_ends_with_1_and_the_page_says_so(tmp_path, monkeypatch):
+    from twolink import lagrange
+
+    right = lagrange.kinetic_energy
+    monkeypatch.setattr(lagrange, "kinetic_energy", lambda *state: right(*state) * 1.001)
+    arguments = ["report", str(SCENES / "general.toml"), "--states", "50", "--out", str(tmp_path)]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 1
+    assert "disagree" in result.output
+    document = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert '<p class="verdict bad">' in document
+    assert "✗" in document
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["nowhere.toml"], "nowhere.toml"),
+        (["--states", "0"], "--states is 0; allowed is a positive whole number"),
+        (["--out", "README.md"], "--out is README.md; allowed is a folder"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_nothing_is_written(arguments, sentence, tmp_path):
+    target = [] if "--out" in arguments else ["--out", str(tmp_path / "report")]
+    result = CliRunner().invoke(app, ["report", *arguments, *target])
+    assert result.exit_code == 2
+    assert sentence in result.output
+    assert not (tmp_path / "report").exists()
