@@ -8,6 +8,7 @@ from io import TextIOWrapper
 import typer
 
 from twolink.cli.accuracy import accuracy
+from twolink.cli.drift import drift
 from twolink.cli.plot import plot
 from twolink.cli.record import record
 from twolink.cli.reference import reference
@@ -25,7 +26,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-COMMANDS = (report, verify, simulate, accuracy, reference, plot, view, record, scenes)
+COMMANDS = (report, verify, simulate, accuracy, drift, reference, plot, view, record, scenes)
 
 for command in COMMANDS:
     app.command()(command)

@@ -1,0 +1,204 @@
+"""Energy over long times: the powers of time that theory gives each method, and refusals."""
+
+import csv
+import io
+import json
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+
+from tests.verification.chains import GENERAL
+from twolink import lagrange
+from twolink.accuracy import drift as module
+from twolink.accuracy.drift import _keeps_energy, energy_drift, total_energy
+from twolink.accuracy.long_runs import LONG_METHODS, many_starts
+from twolink.accuracy.step_maps import StageIteration
+from twolink.chain import Chain
+from twolink.effects import EFFECTS
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_spring import JointSpring
+from twolink.effects.motor_inertia import MotorInertia
+from twolink.errors import SimulationError
+from twolink.scene import Scene
+from twolink.shipped import shipped
+from twolink.simulation.equations import MomentumEquations
+
+SWINGS = Scene.load(shipped("scenes") / "small_swings.toml")
+KEEPING = (
+    Gravity(9.7, (0.3, 1.0)),
+    JointSpring((3.0, 2.0), (0.4, -0.1)),
+    MotorInertia((0.01, 0.02), (5.0, 3.0)),
+)
+NAMES = [method.name for method in LONG_METHODS]
+
+
+@pytest.fixture(scope="module")
+def found():
+    return energy_drift(SWINGS, seconds=3000.0)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_method_does_what_theory_expects(found, name):
+    drift = next(one for one in found.drifts if one.method.name == name)
+    assert drift.as_expected, (drift.growth, drift.failure)
+    assert not drift.failure
+    # Where the error is the method's own, its power is sharp; that of rounding has few walks.
+    if name != "taylor-21":
+        assert drift.growth.exponent == pytest.approx(drift.method.expected, abs=0.1)
+
+
+def test_the_scene_is_regular_and_a_fall_is_not(found):
+    assert not found.parting.chaotic
+    assert found.parting.factor < 1e4
+    fall = Scene.load(shipped("scenes") / "free_fall.toml")
+    assert energy_drift(fall, seconds=100.0, methods=("taylor-11",)).parting.chaotic
+
+
+def test_lines_stay_apart_at_the_end(found):
+    """Each is legible on one plot: no two end within a factor of two."""
+    ends = sorted(drift.errors[-1] for drift in found.drifts)
+    assert min(np.diff(np.log10(ends))) > 0.3
+
+
+def test_rounding_is_far_below_what_each_method_errs(found):
+    errors = {drift.method.name: drift.errors[-1] for drift in found.drifts}
+    assert errors["taylor-21"] < 1e-12
+    assert all(errors[name] > 100 * errors["taylor-21"] for name in NAMES if name != "taylor-21")
+
+
+def test_stages_left_unfinished_drift_and_are_seen(monkeypatch):
+    """Three iterations instead of sixteen make a symplectic method lose energy steadily."""
+    monkeypatch.setattr(StageIteration, "needed", lambda self, states: 3)
+    (drift,) = energy_drift(SWINGS, seconds=300.0, methods=("implicit-midpoint",)).drifts
+    assert drift.errors[-1] > 10 * drift.errors[10]
+    assert drift.growth is None
+    assert "roundings from being solved" in drift.failure
+    monkeypatch.setattr(module, "_FINISHED", np.inf)
+    study = energy_drift(SWINGS, seconds=3000.0, methods=("implicit-midpoint",))
+    assert study.drifts[0].growth.exponent > 0.8
+    assert study.unexpected[0].startswith("implicit-midpoint: a power of 0 is expected and ")
+
+
+@pytest.mark.parametrize("share", [1.5, 4.0])
+def test_a_method_that_fails_is_a_row_and_not_a_gap(monkeypatch, share):
+    long = tuple(
+        replace(method, share=share) if method.name in ("rk4", "implicit-midpoint") else method
+        for method in LONG_METHODS
+    )
+    monkeypatch.setattr(module, "LONG_METHODS", long)
+    names = ("implicit-midpoint", "rk4", "taylor-11")
+    study = energy_drift(SWINGS, seconds=300.0, methods=names)
+    midpoint, rk4, taylor = study.drifts
+    assert "does not converge" in midpoint.failure
+    assert not rk4.as_expected
+    assert taylor.as_expected
+    assert len(study.unexpected) == 2
+    assert json.loads(json.dumps(study.document()["methods"][0]["energy_errors"])) == []
+
+
+def test_energy_is_resolved_far_below_a_rounding():
+    """Against 50 digits, with the chain's float64 numbers as they are."""
+    scene = replace(SWINGS, chain=Chain.uniform_bars((1.1, 0.7), (0.9, 1.3)), effects=KEEPING)
+    states = many_starts(scene, 20, spread=0.5, seed=3)
+    energies = total_energy(scene, states)
+    chain = scene.equipped.convert(float).convert(mpmath.mpf)
+    with mpmath.workdps(50):
+        for state, energy in zip(states.T, energies, strict=True):
+            q1, q2, p1, p2 = (mpmath.mpf(float(x)) for x in state)
+            u = MomentumEquations().to_speeds(chain, (q1, q2), (p1, p2))
+            terms = [lagrange.kinetic_energy(chain, (q1, q2), u)]
+            terms += [e.potential_energy(chain, (q1, q2)) for e in KEEPING[:2]]
+            # Gravity's own direction is float64; what is left is the rounding of long double.
+            largest = max(abs(term) for term in terms)
+            high = float(energy)
+            exact = mpmath.mpf(high) + mpmath.mpf(float(energy - np.longdouble(high)))
+            assert abs(exact - mpmath.fsum(terms)) < 2e-18 * largest
+
+
+def test_effects_that_are_let_in_conserve_energy():
+    """dE/dt along the motion, by a complex step, is rounding; that of damping is not."""
+    scene = replace(SWINGS, chain=GENERAL, effects=KEEPING)
+    assert all(_keeps_energy(effect) for effect in KEEPING)
+    assert power(scene) < 1e-12
+    assert power(replace(scene, effects=(*KEEPING, JointDamping((0.1, 0.1))))) > 1e-3
+
+
+def power(scene: Scene) -> float:
+    """Return the greatest |dE/dt| (W) of a few states."""
+    equations, chain = MomentumEquations(), scene.equipped.convert(float)
+    worst = 0.0
+    for state in many_starts(replace(scene, u=(0.7, -1.1)), 10, spread=1.0, seed=5).T.tolist():
+        rates = equations.rates(chain, scene.effects, tuple(state[:2]), tuple(state[2:]), 0.3)
+        q1, q2, p1, p2 = (
+            complex(x, 1e-30 * rate) for x, rate in zip(state, (*rates[0], *rates[1]), strict=True)
+        )
+        u = equations.to_speeds(chain, (q1, q2), (p1, p2))
+        energy = lagrange.kinetic_energy(chain, (q1, q2), u)
+        for effect in scene.effects:
+            if hasattr(effect, "potential_energy"):
+                energy = energy + effect.potential_energy(chain, (q1, q2))
+        worst = max(worst, abs(energy.imag) / 1e-30)
+    return worst
+
+
+def test_each_effect_is_let_in_or_refused():
+    """No effect is forgotten: those of scene files that conserve energy are these three."""
+    from twolink.effects import effect_class
+
+    let_in = {name for name in EFFECTS if _keeps_energy(effect_class(name))}
+    assert let_in == {"gravity", "joint_spring", "motor_inertia"}
+
+
+@pytest.mark.parametrize("name", ["acrobot", "drop", "sampled_torque", "joint_stops", "stick_slip"])
+def test_scenes_that_do_not_conserve_energy_are_refused(name):
+    scene = Scene.load(shipped("scenes") / f"{name}.toml")
+    with pytest.raises(
+        SimulationError, match=r"the scene has .*; allowed are scenes that conserve"
+    ):
+        energy_drift(scene)
+
+
+def test_other_refusals():
+    with pytest.raises(SimulationError, match="method is 'euler'; allowed are semi-implicit-euler"):
+        energy_drift(SWINGS, methods=("euler",))
+    for seconds in (1.0, -5.0, np.inf, np.nan):
+        with pytest.raises(SimulationError, match="allowed are 100 s or more"):
+            energy_drift(SWINGS, seconds=seconds)
+    with pytest.raises(SimulationError, match="at rest; allowed is a scene in which it moves"):
+        energy_drift(replace(SWINGS, effects=()))
+
+
+def test_progress_rises_to_the_whole():
+    told = []
+    energy_drift(
+        SWINGS, seconds=100.0, methods=("rk4", "taylor-11"), progress=lambda *w: told.append(w)
+    )
+    shares = [share for _, share in told]
+    assert shares == sorted(shares)
+    assert shares[0] == 0
+    assert shares[-1] == pytest.approx(1.0, abs=1e-3)
+    assert {name for name, _ in told} == {"rk4", "taylor-11"}
+
+
+def test_the_files_hold_what_was_measured(found):
+    document = json.loads(json.dumps(found.document()))
+    rows = list(csv.DictReader(io.StringIO(found.csv())))
+    assert len(rows) == sum(len(drift.times) for drift in found.drifts)
+    for told, drift in zip(document["methods"], found.drifts, strict=True):
+        own = [row for row in rows if row["method"] == drift.method.name]
+        assert [float(row["energy_error"]) for row in own] == told["energy_errors"]
+        assert told["energy_errors"] == drift.errors.tolist()
+        assert told["exponent"] == drift.growth.exponent
+    assert document["unexpected"] == []
+
+
+@pytest.mark.slow
+def test_powers_over_a_hundred_thousand_seconds():
+    study = energy_drift(SWINGS)
+    for drift in study.drifts:
+        allowed = 3 * drift.growth.uncertainty if drift.method.name == "taylor-21" else 0.05
+        assert drift.growth.exponent == pytest.approx(drift.method.expected, abs=allowed)
+    assert study.unexpected == ()

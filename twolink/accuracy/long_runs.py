@@ -1,0 +1,173 @@
+"""Long runs of many starts at once: each method as a stream of states at rising times."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from twolink.accuracy.step_maps import (
+    Array,
+    FixedMethod,
+    SemiImplicitEuler,
+    StageIteration,
+    StepMap,
+    scipy_tableau,
+    step_map,
+)
+from twolink.optional import heyoka
+from twolink.scene import Scene
+from twolink.simulation.equations import MomentumEquations
+from twolink.simulation.tableaus import GAUSS_LEGENDRE, RK4, Tableau
+from twolink.simulation.taylor import FULL_ORDERS, default_longest_step, step_tolerance
+
+# As many starts as the widest registers hold numbers of float64.
+LANES = 8
+
+
+@dataclass(frozen=True)
+class LongMethod:
+    """A method, and what is expected of its energy error: the power of time that it grows with.
+
+    `share` is its step as a part of the radius at which the motion's series converges, 0 for
+    Taylor series, which find their own. Shares are such that no method errs like another.
+    `fixed` is what is stepped, or the name of a tableau of SciPy's.
+    """
+
+    name: str
+    family: str
+    order: int
+    expected: float
+    share: float = 0.0
+    fixed: FixedMethod | str | None = None
+    starts: int = LANES
+
+
+@dataclass(frozen=True)
+class LongRun:
+    """A method that is ready to run from states (4, n).
+
+    `stream` yields times (s) and states (4, n) near to the times it is given, `step` tells the
+    step (s), the mean one of Taylor series so far. Implicit equations are iterated `iterations`
+    times in a step, and `unfinished` tells by how many roundings one more would move states.
+    """
+
+    stream: Callable[[Array], Iterator[tuple[float, Array]]]
+    step: Callable[[], float]
+    iterations: int = 0
+    unfinished: Callable[[Array], float] = lambda states: 0.0
+
+
+# Symplectic methods conserve an energy near to the true one, over times exponentially long in 1/h
+# (Hairer, Lubich and Wanner, Geometric Numerical Integration, 2006, section IX.8), others lose or
+# gain it at a constant rate. Rounding that is random moves it as a random walk (Brouwer, On the
+# accumulation of errors in numerical integration, 1937).
+_BOUNDED, _RANDOM_WALK, _LINEAR = 0.0, 0.5, 1.0
+_FULL = FULL_ORDERS["double"]
+_COARSE = 11
+
+LONG_METHODS = (
+    LongMethod("semi-implicit-euler", "symplectic", 1, _BOUNDED, 0.03, SemiImplicitEuler()),
+    LongMethod("implicit-midpoint", "symplectic", 2, _BOUNDED, 0.06, GAUSS_LEGENDRE[2]),
+    LongMethod("gauss-legendre-4", "symplectic", 4, _BOUNDED, 0.12, GAUSS_LEGENDRE[4]),
+    LongMethod("gauss-legendre-6", "symplectic", 6, _BOUNDED, 0.15, GAUSS_LEGENDRE[6]),
+    LongMethod("rk4", "runge-kutta", 4, _LINEAR, 0.03, RK4),
+    LongMethod("RK45", "runge-kutta", 5, _LINEAR, 0.03, "RK45"),
+    LongMethod("DOP853", "runge-kutta", 8, _LINEAR, 0.10, "DOP853"),
+    LongMethod(f"taylor-{_COARSE}", "taylor", _COARSE, _LINEAR),
+    LongMethod(f"taylor-{_FULL}", "taylor", _FULL, _RANDOM_WALK, starts=2 * LANES),
+)
+
+
+def prepared(method: LongMethod, scene: Scene, radius: float, states: Array) -> LongRun:
+    """Return a method, compiled and ready to run from states (q1, q2, p1, p2) of shape (4, n).
+
+    `radius` (s) is that at which the motion's series converges. Of `states` the first
+    `method.starts` are starts; all are such as the motion visits, at which implicit equations are
+    to be solved to rounding. Raises `SimulationError` where they cannot be.
+    """
+    starts = np.array(states[:, : method.starts], order="C")
+    if method.fixed is None:
+        return _by_series(scene, method.order, starts)
+    fixed = scipy_tableau(method.fixed) if isinstance(method.fixed, str) else method.fixed
+    return _by_maps(scene, fixed, _legible(method.share * radius), starts, states)
+
+
+def _legible(h: float) -> float:
+    """Return a step with two digits."""
+    return float(f"{h:.1e}")
+
+
+def _by_maps(scene: Scene, method: FixedMethod, h: float, starts: Array, visited: Array) -> LongRun:
+    if isinstance(method, Tableau) and method.explicit:
+        return LongRun(_map_stream(step_map(scene, method, h), starts), lambda: h)
+    stages = StageIteration(scene, method, h)
+    iterations = stages.needed(visited)
+    return LongRun(
+        _map_stream(step_map(scene, method, h, iterations=iterations), starts),
+        lambda: h,
+        iterations,
+        lambda states: stages.change(np.concatenate([visited, states], axis=1), iterations),
+    )
+
+
+def _map_stream(steps: StepMap, starts: Array) -> Callable[[Array], Iterator[tuple[float, Array]]]:
+    length = steps.steps * steps.h
+
+    def stream(times: Array) -> Iterator[tuple[float, Array]]:
+        states, done = starts, 0
+        for calls in np.unique(np.ceil(times / length).astype(int)):
+            states, done = steps.advance(states, int(calls) - done), int(calls)
+            yield done * length, states
+
+    return stream
+
+
+def _by_series(scene: Scene, order: int, starts: Array) -> LongRun:
+    """As `twolink.simulation.taylor` runs one start, with the same tolerance and cap, for many."""
+    hy = heyoka()
+    equations, chain = MomentumEquations(), scene.equipped.convert(float)
+    q1, q2, p1, p2 = hy.make_vars("q1", "q2", "p1", "p2")
+    dq, dp = equations.rates(chain, scene.effects, (q1, q2), (p1, p2), 0.0)
+    system = list(zip((q1, q2, p1, p2), (*dq, *dp), strict=True))
+    parts = [np.array(starts[:, k : k + LANES]) for k in range(0, starts.shape[1], LANES)]
+    first = hy.taylor_adaptive_batch(system, parts[0], tol=step_tolerance("double", order))
+    integrators = [first, *(copy.deepcopy(first) for _ in parts[1:])]
+    for integrator, part in zip(integrators, parts, strict=True):
+        integrator.state[:] = part
+    cap = [default_longest_step(scene)] * LANES
+    taken = _Taken()
+
+    def stream(times: Array) -> Iterator[tuple[float, Array]]:
+        for time in times:
+            for integrator in integrators:
+                integrator.propagate_until([float(time)] * LANES, max_delta_t=cap)
+                taken.steps += sum(result[3] for result in integrator.propagate_res)
+            taken.time = float(time) * LANES * len(integrators)
+            yield float(time), np.concatenate([one.state for one in integrators], axis=1)
+
+    return LongRun(stream, lambda: taken.time / max(taken.steps, 1))
+
+
+@dataclass
+class _Taken:
+    """How many steps all starts together have taken, and over which time (s)."""
+
+    steps: int = 0
+    time: float = 0.0
+
+
+def many_starts(scene: Scene, count: int, *, spread: float, seed: int) -> Any:
+    """Return states (q1, q2, p1, p2), shape (4, n), about a scene's start.
+
+    Angles are scattered normally by `spread` (rad), speeds are the scene's; the first is its own.
+    """
+    equations, chain = MomentumEquations(), scene.equipped.convert(float)
+    scatter = spread * np.random.default_rng(seed).standard_normal((2, count))
+    scatter[:, 0] = 0.0
+    q = np.array(scene.q, dtype=float)[:, None] + scatter
+    u = np.array(scene.u, dtype=float)[:, None] + 0 * scatter
+    return np.array([*q, *equations.from_speeds(chain, tuple(q), tuple(u))])

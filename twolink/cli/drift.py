@@ -1,0 +1,131 @@
+"""The command `twolink drift`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from twolink.cli.terminal import check_folder, console, progress_bar, refuse, write_json
+from twolink.errors import TwolinkError
+from twolink.files import written_whole
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from twolink.accuracy.drift import Drift, DriftStudy
+    from twolink.accuracy.parting import Parting
+
+
+def drift(
+    scene: Annotated[Path, typer.Argument(help="A scene file (TOML) that conserves energy.")],
+    seconds: Annotated[float, typer.Option(help="How long to follow the motion (s).")] = 1e5,
+    methods: Annotated[
+        str, typer.Option(help="These methods alone, separated by commas. Default: all.")
+    ] = "",
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Write drift.json, .csv, .svg and .png into this folder."),
+    ] = None,
+) -> None:
+    """Measure what becomes of energy over a long time, by each method.
+
+    Exit code 0, also where a method does not do what is expected of it (the table says so), or 2:
+    the input was refused.
+    """
+    from twolink.accuracy.drift import energy_drift
+    from twolink.scene import Scene
+
+    check_folder("--out", out)
+    try:
+        loaded = Scene.load(scene)
+        names = tuple(name.strip() for name in methods.split(",") if name.strip())
+        with progress_bar() as bar:
+            task = bar.add_task("following", total=1.0)
+            found = energy_drift(
+                loaded,
+                seconds=seconds,
+                methods=names,
+                progress=lambda what, share: bar.update(
+                    task, description=f"following: {what}", completed=share
+                ),
+            )
+    except TwolinkError as error:
+        refuse(str(error))
+    _print(console(), found)
+    if out is not None:
+        _write(out, found)
+
+
+def _write(folder: Path, found: DriftStudy) -> None:
+    from viz.plots.drift import drift_plot
+    from viz.plots.style import save
+
+    folder.mkdir(parents=True, exist_ok=True)
+    write_json(folder / "drift.json", found.document())
+    with written_whole(folder / "drift.csv") as file:
+        file.write_text(found.csv(), encoding="utf-8")
+    figure = drift_plot(found)
+    for suffix in ("svg", "png"):
+        save(figure, folder / f"drift.{suffix}")
+
+
+def _print(page: Console, found: DriftStudy) -> None:
+    page.print(f"[bold]{found.scene.title}[/], {found.seconds:g} s")
+    page.print(
+        "energy errors are root mean squares over neighbouring starts, as shares of the greatest "
+        f"kinetic energy, {found.kinetic_energy:.3g} J\n",
+        soft_wrap=True,
+    )
+    page.print(_table(found.drifts))
+    fitted = [drift.growth for drift in found.drifts if drift.growth is not None]
+    if fitted:
+        page.print(
+            f"Powers of time are fitted from {fitted[0].start:.3g} to {fitted[0].end:.3g} s; "
+            "± is the standard error over the starts.",
+            soft_wrap=True,
+        )
+    page.print(_regular_or_not(found.parting), soft_wrap=True)
+    if found.unexpected:
+        for sentence in found.unexpected:
+            page.print(sentence, style="bold yellow", soft_wrap=True)
+    else:
+        page.print("Every method does what is expected of it.", style="bold green")
+
+
+def _regular_or_not(parting: Parting) -> str:
+    """Return what the motion is, in a sentence: it decides what powers of time can tell."""
+    by = f"neighbours part by a factor of {parting.factor:.1g} in {parting.seconds:.3g} s"
+    if not parting.chaotic:
+        return f"The motion is regular: {by}."
+    return (
+        f"The motion is chaotic: {by}. Errors come with its swiftest moments, and powers of time "
+        "say little about a method; a regular scene, such as small_swings, tells methods apart."
+    )
+
+
+def _table(drifts: tuple[Drift, ...]) -> Any:
+    from rich import box
+    from rich.table import Table
+
+    title = "Energy error as a power of time"
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("method", no_wrap=True)
+    table.add_column("kind", no_wrap=True)
+    for name in ("order", "step", "expected", "measured", "at the end", "took"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for drift in drifts:
+        method, found = drift.method, drift.growth
+        table.add_row(
+            method.name,
+            method.family,
+            str(method.order),
+            f"{drift.step:.2g} s" if drift.step > 0 else "",
+            f"{method.expected:g}",
+            "" if found is None else f"{found.exponent:.2f} ± {found.uncertainty:.2f}",
+            f"{drift.errors[-1]:.1e}" if len(drift.errors) else "",
+            f"{drift.seconds:.1f} s",
+            style=None if drift.as_expected else "yellow",
+        )
+    return table
