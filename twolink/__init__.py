@@ -8,6 +8,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from twolink.accuracy.enclosure import enclosure
     from twolink.accuracy.reference import reference
     from twolink.chain import Chain, Point
     from twolink.compilation import Compiled
@@ -37,6 +38,7 @@ _HOMES = {
     "Trajectory": "twolink.simulation",
     "TwolinkError": "twolink.errors",
     "UrdfError": "twolink.errors",
+    "enclosure": "twolink.accuracy.enclosure",
     "reference": "twolink.accuracy.reference",
     "simulate": "twolink.simulation",
     "verify": "twolink.verification",
@@ -54,6 +56,7 @@ __all__ = [
     "Trajectory",
     "TwolinkError",
     "UrdfError",
+    "enclosure",
     "reference",
     "simulate",
     "verify",

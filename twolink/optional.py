@@ -28,3 +28,18 @@ def heyoka() -> Any:
         if hidden:
             del sys.modules["sympy"]
     return heyoka
+
+
+def flint() -> Any:
+    """Return the module flint, of python-flint.
+
+    Raises `SimulationError` where it is not installed.
+    """
+    try:
+        import flint
+    except ImportError as error:
+        raise SimulationError(
+            "python-flint is not installed; allowed is version 0.7 or later (pip install "
+            '"twolink[rigour]")'
+        ) from error
+    return flint

@@ -8,7 +8,6 @@ second is the one that is kept.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -18,13 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from twolink.accuracy.multiprecision import precise_motion
 from twolink.effects import breaks
 from twolink.errors import SimulationError
-from twolink.optional import heyoka
 from twolink.scene import Scene
-from twolink.simulation.equations import EQUATIONS
 from twolink.simulation.motion import has_modes, motion_run
-from twolink.simulation.taylor import default_longest_step
 
 # Motions with events are followed in 113 bits, which have 34 digits; some are lost on the way.
 MOST_DIGITS_WITH_EVENTS = 28
@@ -71,20 +68,22 @@ class Reference:
     digits: tuple[int, ...]
     runs: tuple[ReferenceRun, ReferenceRun]
 
+    @property
+    def how(self) -> str:
+        """One line on who vouches."""
+        one, other = (f"{run.equations} (order {run.order}, {run.bits} bits)" for run in self.runs)
+        return f"vouched for by {one} and {other}"
+
+    def worth(self, index: int) -> str:
+        """Return in words how good the state at a time is."""
+        return f"{self.digits[index]} digits"
+
     def document(self) -> dict[str, Any]:
         """Return it as plain data, with the scene and its start as exact numbers."""
         from importlib.metadata import version
 
-        q, u = self.scene.q, self.scene.u
         return {
-            "title": self.scene.title,
-            "inputs": "the float64 numbers that the scene's decimals parse to, exactly",
-            "start": {
-                name: {"decimal": str(Decimal(float(value))), "hex": float(value).hex()}
-                for name, value in zip(("q1", "q2", "u1", "u2"), (*q, *u), strict=True)
-            },
-            "scene": self.scene.to_toml(),
-            "units": {"t": "s", "q1": "rad", "q2": "rad", "u1": "rad/s", "u2": "rad/s"},
+            **exact_inputs(self.scene),
             "vouched_for_by": [
                 {"equations": run.equations, "bits": run.bits, "order": run.order}
                 for run in self.runs
@@ -106,6 +105,21 @@ class Reference:
             yield (repr(time), digits, *state)
 
 
+def exact_inputs(scene: Scene) -> dict[str, Any]:
+    """Return a scene and its start as exact numbers, with units, as plain data."""
+    start = zip(("q1", "q2", "u1", "u2"), (*scene.q, *scene.u), strict=True)
+    return {
+        "title": scene.title,
+        "inputs": "the float64 numbers that the scene's decimals parse to, exactly",
+        "start": {
+            name: {"decimal": str(Decimal(float(value))), "hex": float(value).hex()}
+            for name, value in start
+        },
+        "scene": scene.to_toml(),
+        "units": {"t": "s", "q1": "rad", "q2": "rad", "u1": "rad/s", "u2": "rad/s"},
+    }
+
+
 def reference(
     scene: Scene,
     digits: int = 60,
@@ -119,8 +133,8 @@ def reference(
     events is known to as many digits as 113 bits allow. The result says how many digits it has.
     Raises `SimulationError` for what cannot be had.
     """
-    _check(scene, digits, times)
-    asked = (scene.duration,) if times is None else tuple(float(t) for t in times)
+    asked = asked_times(scene, times)
+    _check(scene, digits)
     grid = asked if asked[0] == 0 else (0.0, *asked)
     tell = progress or (lambda what, share: None)
     if has_events(scene):
@@ -166,20 +180,28 @@ def most_digits(scene: Scene) -> int:
     return MOST_DIGITS_WITH_EVENTS if has_events(scene) else MOST_DIGITS
 
 
-def _check(scene: Scene, digits: int, times: tuple[float, ...] | None) -> None:
-    most = most_digits(scene)
-    if not 1 <= digits <= most:
-        why = ", since its motion has events" if most == MOST_DIGITS_WITH_EVENTS else ""
-        raise SimulationError(
-            f"digits is {digits}; allowed for this scene is a whole number from 1 to {most}{why}"
-        )
+def asked_times(scene: Scene, times: tuple[float, ...] | None) -> tuple[float, ...]:
+    """Return the times (s) that are asked for: the end of the run, if none are given.
+
+    Raises `SimulationError` unless they increase, within the run.
+    """
     if times is None:
-        return
+        return (scene.duration,)
     rising = all(a < b for a, b in pairwise(times))
     if not times or not rising or not all(0 <= t <= scene.duration for t in times):
         raise SimulationError(
             f"times are {', '.join(f'{t:g}' for t in times) or 'none'}; allowed are increasing "
             f"times from 0 to {scene.duration:g} s"
+        )
+    return tuple(float(t) for t in times)
+
+
+def _check(scene: Scene, digits: int) -> None:
+    most = most_digits(scene)
+    if not 1 <= digits <= most:
+        why = ", since its motion has events" if most == MOST_DIGITS_WITH_EVENTS else ""
+        raise SimulationError(
+            f"digits is {digits}; allowed for this scene is a whole number from 1 to {most}{why}"
         )
 
 
@@ -191,51 +213,18 @@ def _precise(
     tell: Callable[[float], None],
 ) -> _Run:
     """Return a run by Taylor series in multiple precision, each of its steps to so many digits."""
-    hy = heyoka()
-    # Some bits more, for the rounding of a step's sums.
-    bits = math.ceil(digits * math.log2(10)) + 16
-
-    def number(value: Any) -> Any:
-        return hy.real(value, bits)
-
-    form = EQUATIONS[equations]
-    chain = scene.equipped.convert(number)
-    variables = hy.make_vars("q1", "q2", "x1", "x2")
-    first, second = form.rates(chain, scene.effects, variables[:2], variables[2:], hy.time)
-    q, u = tuple(map(number, scene.q)), tuple(map(number, scene.u))
-    integrator = hy.taylor_adaptive(
-        list(zip(variables, (*first, *second), strict=True)),
-        [*q, *form.from_speeds(chain, q, u)],
-        fp_type=hy.real,
-        prec=bits,
-        tol=number(10) ** number(-_tolerance(digits)),
-        opt_level=0,
-    )
-    cap = number(default_longest_step(scene))
-    steps = 0
+    motion = precise_motion(scene, equations, digits)
+    integrator, steps = motion.integrator, 0
     states = []
     for time in grid:
-        outcome, _, _, taken, *_ = integrator.propagate_until(number(time), max_delta_t=cap)
-        if outcome != hy.taylor_outcome.time_limit:
-            raise SimulationError(
-                f"the motion could not be followed beyond {float(integrator.time):.6g} s "
-                f"({outcome.name}); allowed are scenes whose motion stays finite"
-            )
+        outcome, _, _, taken, *_ = integrator.propagate_until(
+            motion.number(time), max_delta_t=motion.longest_step
+        )
+        motion.check(outcome)
         steps += taken
-        now = tuple(integrator.state)
-        states.append(_decimals((*now[:2], *form.to_speeds(chain, now[:2], now[2:]))))
+        states.append(_decimals(motion.speeds()))
         tell(time / grid[-1])
-    return ReferenceRun(equations, bits, integrator.order, steps), states
-
-
-def _tolerance(digits: int) -> float:
-    """Return the digits of a step's tolerance for which heyoka takes an odd order.
-
-    It is the lowest odd order that brings a step to so many digits; why odd, and how heyoka
-    chooses, `twolink.simulation.taylor` says.
-    """
-    order = math.ceil(digits * math.log(10) / 2 + 1) | 1
-    return (2 * (order - 1) - 0.4) / math.log(10)
+    return ReferenceRun(equations, motion.bits, integrator.order, steps), states
 
 
 def _by_events(
@@ -297,4 +286,4 @@ def _agreement(coarse: tuple[Decimal, ...], fine: tuple[Decimal, ...]) -> int:
 def _rounded(value: Decimal, digits: int) -> str:
     with localcontext() as context:
         context.prec = 2 * MOST_DIGITS
-        return str(value.quantize(Decimal(1).scaleb(-digits)))
+        return f"{value.quantize(Decimal(1).scaleb(-digits)):f}"

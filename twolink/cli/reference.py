@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -20,19 +22,30 @@ from twolink.errors import TwolinkError
 from twolink.files import written_whole
 
 if TYPE_CHECKING:
+    from twolink.accuracy.enclosure import Enclosure
     from twolink.accuracy.reference import Reference
+    from twolink.scene import Scene
 
 _KINDS = (".json", ".csv")
+
+# Digits that are computed, and that are proven, unless others are asked for.
+_COMPUTED, _PROVEN = 60, 30
 
 
 def reference(
     scenes: Annotated[list[Path], typer.Argument(help="Scene files (TOML); see `twolink scenes`.")],
-    digits: Annotated[int, typer.Option(help="Right digits after the decimal point.")] = 60,
+    digits: Annotated[
+        int | None,
+        typer.Option(help="Right digits after the decimal point. Default: 60; 30 with --rigorous."),
+    ] = None,
     times: Annotated[
         str, typer.Option(help="Times in s, separated by commas. Default: the end.")
     ] = "",
     fifths: Annotated[
         bool, typer.Option("--fifths", help="Take the times at each fifth of the run.")
+    ] = False,
+    rigorous: Annotated[
+        bool, typer.Option("--rigorous", help="Prove intervals that contain the motion.")
     ] = False,
     out: Annotated[
         Path | None,
@@ -44,56 +57,81 @@ def reference(
     """Compute a motion to any number of digits, vouched for by two runs that differ.
 
     They differ in precision, order and equations. Where a motion has events, 113 bits give fewer
-    digits: as many as are asked for, up to 28. Exit code 0: all digits are there. 1: fewer, as
-    printed. 2: the input was refused.
+    digits: as many as are asked for, up to 28. With --rigorous, intervals are given instead that
+    provably contain a smooth motion, by ball arithmetic. Exit code 0: all digits are there. 1:
+    fewer, as printed. 2: the input was refused.
     """
     several = len(scenes) > 1 or (out is not None and out.is_dir())
     if several:
         check_folder("--out", out)
     else:
         check_target("--out", out, _KINDS)
+    asked = _Asked(digits, _times(times), fifths, several)
     complete = True
     for file in scenes:
-        found = _found(file, digits, _times(times), fifths, several)
+        found = asked.enclosed(file) if rigorous else asked.computed(file)
         _print(found)
         if out is not None:
             _write(found, out, file.stem if several else None)
-        complete &= min(found.digits) >= min(digits, _most(found))
+        complete &= asked.is_complete(found)
     if not complete:
         raise typer.Exit(FAILED)
 
 
-def _found(
-    file: Path, digits: int, times: tuple[float, ...] | None, fifths: bool, several: bool
-) -> Reference:
-    from twolink.accuracy.reference import most_digits
-    from twolink.accuracy.reference import reference as computed
-    from twolink.scene import Scene
+@dataclass(frozen=True)
+class _Asked:
+    """What is asked for of each scene."""
 
-    try:
-        scene = Scene.load(file)
-        if fifths:
-            times = tuple(scene.duration * part / 5 for part in range(1, 6))
-        # A list of scenes gets what each can give; one scene gets what was asked, or a refusal.
-        wanted = min(digits, most_digits(scene)) if several else digits
-        with progress_bar() as bar:
-            task = bar.add_task("computing", total=1.0)
-            return computed(
-                scene,
-                wanted,
-                times,
-                progress=lambda what, share: bar.update(
-                    task, description=f"{file.stem}: {what}", completed=share
-                ),
-            )
-    except TwolinkError as error:
-        refuse(str(error))
+    digits: int | None
+    times: tuple[float, ...] | None
+    fifths: bool
+    several: bool
 
+    def computed(self, file: Path) -> Reference:
+        """Return a scene's reference, or refuse."""
+        from twolink.accuracy.reference import reference
 
-def _most(found: Reference) -> int:
-    from twolink.accuracy.reference import most_digits
+        return self._found(file, reference, self._wanted)
 
-    return most_digits(found.scene)
+    def enclosed(self, file: Path) -> Enclosure:
+        """Return intervals that contain a scene's motion, or refuse."""
+        from twolink.accuracy.enclosure import enclosure
+
+        return self._found(file, enclosure, lambda scene: self.digits or _PROVEN)
+
+    def is_complete(self, found: Reference | Enclosure) -> bool:
+        """Return whether all digits are there; those of an enclosure are."""
+        digits = getattr(found, "digits", None)
+        return digits is None or min(digits) >= self._wanted(found.scene)
+
+    def _wanted(self, scene: Scene) -> int:
+        """Return the digits to ask for: as many as a scene can give, unless it alone is asked."""
+        from twolink.accuracy.reference import most_digits
+
+        if self.digits is not None and not self.several:
+            return self.digits
+        return min(self.digits or _COMPUTED, most_digits(scene))
+
+    def _found(self, file: Path, compute: Any, wanted: Callable[[Scene], int]) -> Any:
+        from twolink.scene import Scene
+
+        try:
+            scene = Scene.load(file)
+            times = self.times
+            if self.fifths:
+                times = tuple(scene.duration * part / 5 for part in range(1, 6))
+            with progress_bar() as bar:
+                task = bar.add_task("computing", total=1.0)
+                return compute(
+                    scene,
+                    wanted(scene),
+                    times,
+                    progress=lambda what, share: bar.update(
+                        task, description=f"{file.stem}: {what}", completed=share
+                    ),
+                )
+        except TwolinkError as error:
+            refuse(str(error))
 
 
 def _times(text: str) -> tuple[float, ...] | None:
@@ -105,19 +143,14 @@ def _times(text: str) -> tuple[float, ...] | None:
         refuse(f"--times is '{text}'; allowed are numbers of seconds, separated by commas")
 
 
-def _print(found: Reference) -> None:
+def _print(found: Reference | Enclosure) -> None:
     page = console()
     page.print(f"[bold]{found.scene.title}[/]")
-    one, other = found.runs
-    page.print(
-        f"vouched for by {one.equations} (order {one.order}, {one.bits} bits) and "
-        f"{other.equations} (order {other.order}, {other.bits} bits)",
-        soft_wrap=True,
-    )
-    for time, digits, state in zip(found.times, found.digits, found.states, strict=True):
-        page.print(f"\n  t = {time!r} s, {digits} digits")
+    page.print(found.how, soft_wrap=True)
+    for index, (time, state) in enumerate(zip(found.times, found.states, strict=True)):
+        page.print(f"\n  t = {time!r} s, {found.worth(index)}")
         for name, value, unit in zip(
-            ("q1", "q2", "u1", "u2"), state, ("rad", "rad", "rad/s", "rad/s"), strict=True
+            ("q1", "q2", "u1", "u2"), map(str, state), ("rad", "rad", "rad/s", "rad/s"), strict=True
         ):
             page.print(
                 f"  {name} {'' if value.startswith('-') else ' '}{value} {unit}", soft_wrap=True
@@ -125,7 +158,7 @@ def _print(found: Reference) -> None:
     page.print()
 
 
-def _write(found: Reference, out: Path, stem: str | None) -> None:
+def _write(found: Reference | Enclosure, out: Path, stem: str | None) -> None:
     """Write one file of the kind its name says, or both into a folder."""
     if stem is not None:
         out.mkdir(parents=True, exist_ok=True)

@@ -1,0 +1,375 @@
+import json
+import math
+import random
+import sys
+from dataclasses import replace
+from decimal import Decimal
+from fractions import Fraction
+
+import flint
+import mpmath
+import numpy as np
+import pytest
+from flint import arb
+from typer.testing import CliRunner
+
+from tests.accuracy.test_study import END
+from twolink import lagrange
+from twolink.accuracy import enclosure as module
+from twolink.accuracy.enclosure import Interval, enclosure
+from twolink.accuracy.reference import has_events, reference
+from twolink.accuracy.witness import COARSE_BITS, Step, comparison, grown
+from twolink.arithmetic import Pair
+from twolink.chain import Chain
+from twolink.cli import app
+from twolink.effects import smooth_loads
+from twolink.effects.end_drag import EndDrag
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_spring import JointSpring
+from twolink.effects.joint_torque import JointTorque
+from twolink.effects.motor_inertia import MotorInertia
+from twolink.effects.pd_control import PdControl
+from twolink.errors import SimulationError
+from twolink.scene import Scene
+from twolink.shipped import shipped
+from twolink.simulation.motion import motion_run
+
+SCENES = shipped("scenes")
+GENERAL = Scene.load(SCENES / "general.toml")
+SHORT = replace(GENERAL, duration=1.0)
+
+# Two links of any kind, and every smooth effect there is.
+OFFSET = Chain((1.25, 0.75), (0.75, 0.5), ((0.4, 0.1), (0.3, -0.05)), (0.06, 0.03))
+EVERYTHING = Scene(
+    OFFSET,
+    (0.4, -1.1),
+    (0.7, -0.3),
+    0.5,
+    (
+        Gravity(9.81, (0.0, 1.0)),
+        JointTorque((0.3, 0.0), (0.0, 0.8), (0.0, 5.5), (0.0, 0.2)),
+        JointDamping((0.05, 0.1)),
+        JointSpring((1.5, 0.5), (0.1, -0.2)),
+        PdControl((0.5, 0.25), (2.0, 1.0), (0.1, 0.2)),
+        EndDrag(0.3),
+        MotorInertia((1e-3, 2e-3), (6.0, -6.0)),
+    ),
+)
+
+
+def nearest(found, index=0):
+    return tuple(Fraction(interval.centre) for interval in found.states[index])
+
+
+def holds(found, digits, index=0):
+    """Return whether decimals that are rounded to so many digits may be in the intervals."""
+    half = Fraction(1, 2 * 10 ** len(digits[0].split(".")[1]))
+    return all(
+        abs(Fraction(x) - Fraction(interval.centre)) <= Fraction(interval.radius) + half
+        for x, interval in zip(digits, found.states[index], strict=True)
+    )
+
+
+def in_113_bits(scene):
+    """Return the end of a scene by quadruple precision, in decimals."""
+    times = np.array([0.0, scene.duration])
+    run = motion_run(scene, times, formulation="kane", precision="quadruple")
+    return tuple(str(x) for x in (*run.q[:, -1], *run.u[:, -1]))
+
+
+@pytest.fixture(scope="module")
+def short():
+    return enclosure(SHORT, 30)
+
+
+@pytest.mark.slow
+def test_ten_seconds_of_the_free_chain():
+    found = enclosure(GENERAL, 30)
+    assert found.radius < 1e-30
+    for x, published in zip(nearest(found), END, strict=True):
+        unit = Fraction(10) ** Decimal(published).as_tuple().exponent
+        assert abs(x - Fraction(published)) <= unit
+    assert holds(found, reference(GENERAL, 60).states[0])
+    # Quadruple precision errs by more than this interval is wide, and by less than that of a third.
+    assert enclosure(GENERAL, 20).contains(0, in_113_bits(GENERAL))
+
+
+@pytest.mark.slow
+def test_proven_to_sixty_digits():
+    scene = replace(GENERAL, duration=3.0)
+    found = enclosure(scene, 60, (1.5, 3.0))
+    assert found.radius < 1e-60
+    vouched = reference(scene, 60, (1.5, 3.0))
+    assert all(holds(found, vouched.states[index], index) for index in (0, 1))
+
+
+def test_it_contains_the_references(short):
+    assert short.radius < 1e-30
+    many = reference(SHORT, 60).states[0]
+    assert short.contains(0, many)
+    assert enclosure(SHORT, 20).contains(0, in_113_bits(SHORT))
+
+
+def test_what_is_ten_radii_off_is_rejected(short):
+    true = [Fraction(x) for x in reference(SHORT, 60).states[0]]
+    assert short.contains(0, true)
+    for index in range(4):
+        for side in (-10, 10):
+            other = list(true)
+            other[index] += side * Fraction(short.states[0][index].radius)
+            assert not short.contains(0, other)
+
+
+def test_another_problem_is_rejected(short):
+    """The next float64 to g, and to a start, make other motions."""
+    gravity = (Gravity(math.nextafter(9.81, 10)),)
+    started = (math.nextafter(SHORT.q[0], 1), SHORT.q[1])
+    for scene in (replace(SHORT, effects=gravity), replace(SHORT, q=started)):
+        assert not short.contains(0, reference(scene, 50).states[0])
+
+
+def test_it_contains_a_pendulum_by_elliptic_functions():
+    """From the horizontal at rest: θ = 2 asin(k cd(ω t, k)) from straight down, k = sin(π/4)."""
+    scene = Scene.load(SCENES / "published" / "iftomm_a01_pendulum.toml")
+    times = (0.5, 1.0, scene.duration)
+    found = enclosure(scene, 30, times)
+    with mpmath.workdps(50):
+        k = mpmath.sqrt(mpmath.mpf(1) / 2)
+        for index, time in enumerate(times):
+            z = mpmath.sqrt(mpmath.mpf(9.81)) * mpmath.mpf(time)
+            q1 = mpmath.pi / 2 - 2 * mpmath.asin(k * mpmath.ellipfun("cd", z, k=k))
+            exact = mpmath.nstr(q1, 48)
+            assert exact in found.states[index][0], time
+            assert 0 in found.states[index][1]
+
+
+def test_it_contains_free_turning_exactly():
+    """Without gravity, and link 2 balanced on the elbow, both angles grow evenly."""
+    chain = Chain((1.0, 2.0), (1.0, 0.5), ((0.5, 0.0), (0.0, 0.0)), (0.1, 0.2))
+    scene = Scene(chain, (0.1, -0.2), (0.7, -1.3), 3.0)
+    found = enclosure(scene, 40, (0.0, 1.0, 3.0))
+    for index, time in enumerate(found.times):
+        q = [
+            Fraction(a) + Fraction(b) * Fraction(time)
+            for a, b in zip(scene.q, scene.u, strict=True)
+        ]
+        assert found.contains(index, (*q, *scene.u))
+    assert all(interval.radius == "0" for interval in found.states[0])
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [replace(SHORT, effects=()), EVERYTHING, replace(EVERYTHING, effects=())],
+    ids=["without gravity", "everything", "general links alone"],
+)
+def test_other_chains_and_effects(scene):
+    times = (scene.duration / 3, scene.duration)
+    found = enclosure(scene, 25, times)
+    vouched = reference(scene, 40, times)
+    for index in (0, 1):
+        assert found.contains(index, vouched.states[index])
+
+
+def test_the_witness_is_not_trusted(monkeypatch):
+    """What heyoka says wrongly widens the interval; the truth stays in it."""
+    scene = replace(SHORT, duration=0.25)
+    true = reference(scene, 60).states[0]
+    right = module._witness
+    error = arb(1e-19)
+
+    def wrong(library, motion, target, now):
+        (q1, q2), length, arrived = right(library, motion, target, now)
+        q1[3] = (q1[3] + error).mid()
+        return (q1, q2), length, arrived
+
+    monkeypatch.setattr(module, "_witness", wrong)
+    found = enclosure(scene, 12)
+    assert found.contains(0, true)
+    assert found.radius > 1e-20
+    with pytest.raises(SimulationError, match="an enclosure to 25 digits was not found"):
+        enclosure(scene, 25)
+    error = arb(0.01)
+    with pytest.raises(SimulationError, match="was not found"):
+        enclosure(scene, 5)
+
+
+def test_jumps_between_witnesses_are_counted(monkeypatch):
+    """Without gravity no push tells of a chain that is turned as a whole: the jump alone does."""
+    scene = replace(SHORT, effects=(), u=(3.0, -2.0))
+    true = reference(scene, 40).states[0]
+    right = module._witness
+    turned = arb(1e-19)
+
+    def wrong(library, motion, target, now):
+        (q1, q2), length, arrived = right(library, motion, target, now)
+        if now > 0.3:
+            q1[0], q2[0] = (q1[0] + turned).mid(), (q2[0] + turned).mid()
+        return (q1, q2), length, arrived
+
+    monkeypatch.setattr(module, "_witness", wrong)
+    found = enclosure(scene, 12)
+    assert found.steps > 3
+    assert found.contains(0, true)
+    assert found.radius > 1e-19
+
+
+def a_step(scene, seed, terms):
+    """Return a step of a witness that is near a motion, and off by its few terms."""
+    numbers = random.Random(seed)
+    q = tuple(
+        [a, b, *(numbers.uniform(-3, 3) for _ in range(4))]
+        for a, b in zip(scene.q, scene.u, strict=True)
+    )
+    coefficients = tuple([arb(c) for c in row] for row in q)
+    chain = scene.equipped.convert(arb)
+    return q, Step(flint, chain, scene.effects, coefficients, arb(0.25), arb(0.05), 120, terms)
+
+
+@pytest.mark.parametrize("terms", [2, 4, 40])
+@pytest.mark.parametrize("scene", [SHORT, EVERYTHING], ids=["bars", "everything"])
+def test_the_push_is_bounded_and_nearly_reached(scene, terms):
+    q, step = a_step(scene, 1, terms)
+    cap = flint.ctx.cap
+    with flint.ctx.workprec(120):
+        flint.ctx.cap = terms
+        bounds = [float(bound) for bound in step._push()]
+        flint.ctx.cap = cap
+    largest = [0.0, 0.0]
+    for s in np.linspace(0.0, 0.05, 201):
+        at, u, du = (
+            tuple(float(np.polynomial.Polynomial(row).deriv(n)(s)) for row in q) for n in range(3)
+        )
+        loads = smooth_loads(scene.effects, scene.equipped, at, u, 0.25 + s)
+        D: Pair = lagrange.inverse_dynamics(scene.equipped, at, u, du, loads)
+        largest = [max(a, abs(b)) for a, b in zip(largest, D, strict=True)]
+    for bound, seen in zip(bounds, largest, strict=True):
+        assert seen <= bound
+        assert terms < 40 or bound <= 4 * seen
+
+
+@pytest.mark.parametrize("scene", [SHORT, EVERYTHING], ids=["bars", "everything"])
+def test_the_jacobian_over_a_box_is_bounded(scene):
+    wide = 0.03
+    middle, t = [*scene.q, *scene.u], 0.3
+    with flint.ctx.workprec(COARSE_BITS):
+        box = [arb(x, wide) for x in middle]
+        chain = scene.equipped.convert(arb)
+        B = [
+            [float(e) for e in row] for row in comparison(flint, chain, scene.effects, box, arb(t))
+        ]
+
+    def rates(*x):
+        loads = smooth_loads(scene.effects, scene.equipped, x[:2], x[2:], mpmath.mpf(t))
+        return lagrange.forward_dynamics(scene.equipped, x[:2], x[2:], loads)
+
+    numbers = random.Random(2)
+    close = 0.0
+    for _ in range(40):
+        at = [mpmath.mpf(x + numbers.choice([-1, 1, numbers.random()]) * wide) for x in middle]
+        for row in (0, 1):
+            for by in range(4):
+                order = tuple(int(index == by) for index in range(4))
+                slope = float(mpmath.diff(lambda *x, row=row: rates(*x)[row], at, order))
+                slope = slope if by == row + 2 else abs(slope)
+                assert slope <= B[row + 2][by] + 1e-9
+                close = max(close, slope / B[row + 2][by])
+    assert close > 0.8
+
+
+def test_the_bounds_solve_their_equations():
+    rows = [[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [4.0, 1.0, -2.0, 0.5], [2, 3.0, 1.0, 0.25]]
+    d, start, length = [0.0, 0.0, 1e-30, 3e-30], [1e-31, 2e-31, 0.0, 1e-30], 0.3
+    B = [[arb(e) for e in row] for row in rows]
+    with flint.ctx.workprec(COARSE_BITS):
+        found = grown(flint, B, [arb(x) for x in d], [arb(x) for x in start], arb(length))
+    with mpmath.workdps(40):
+        M = mpmath.matrix(rows) * length
+        v = mpmath.expm(M) * mpmath.matrix(start)
+        # ∫ exp(B s) ds d, by its series.
+        term, total = mpmath.matrix(d) * length, mpmath.matrix(4, 1)
+        for power in range(1, 40):
+            total += term
+            term = M * term / (power + 1)
+        for bound, true in zip(found, v + total, strict=True):
+            assert true <= mpmath.mpf(float(bound)) * (1 + mpmath.mpf(10) ** -15)
+            assert float(bound) <= float(true) * (1 + 1e-12)
+
+
+def test_intervals_are_rounded_outwards():
+    numbers = random.Random(3)
+    with flint.ctx.workprec(200):
+        for _ in range(300):
+            size = 10.0 ** numbers.uniform(-60, 1)
+            ball = arb(numbers.uniform(-20, 20), size / 7)
+            bound = arb(size)
+            interval = module._interval(ball, bound)
+            whole = module._exact(bound) + module._exact(ball.rad())
+            middle = module._exact(ball.mid())
+            assert middle + whole in interval
+            assert middle - whole in interval
+            assert float(interval.radius) <= 1.2 * float(whole)
+
+
+@pytest.mark.parametrize(
+    ("scene", "digits", "times", "sentence"),
+    [
+        (Scene.load(SCENES / "stick_slip.toml"), 30, None, "motion with events was asked for"),
+        (Scene.load(SCENES / "sampled_torque.toml"), 30, None, "motion with events was asked for"),
+        (GENERAL, 0, None, "digits is 0; allowed for an enclosure is a whole number from 1 to 400"),
+        (GENERAL, 30, (11.0,), "times are 11; allowed"),
+        (replace(GENERAL, duration=200.0), 30, None, "would lose more than 400 digits until 200 s"),
+    ],
+)
+def test_what_cannot_be_had_is_one_sentence(scene, digits, times, sentence):
+    with pytest.raises(SimulationError, match=sentence):
+        enclosure(scene, digits, times)
+
+
+def test_without_python_flint_it_says_what_installs_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "flint", None)
+    with pytest.raises(SimulationError, match=r"pip install \"twolink\[rigour\]\""):
+        enclosure(SHORT, 20)
+
+
+def test_the_command_prints_and_writes_intervals(tmp_path):
+    arguments = ["reference", str(SCENES / "general.toml"), "--times", "0.25,0.5", "--rigorous"]
+    for kind in ("json", "csv"):
+        file = tmp_path / f"r.{kind}"
+        result = CliRunner().invoke(app, [*arguments, "--digits", "20", "--out", str(file)])
+        assert result.exit_code == 0, result.output
+    last = json.loads((tmp_path / "r.json").read_text())["states"][-1]
+    assert f"{last['q1']['centre']} ± {last['q1']['radius']} rad" in result.output
+    interval = Interval(**last["q1"])
+    assert float(interval.radius) < 1e-20
+    assert reference(GENERAL, 40, (0.5,)).states[0][0] in interval
+    header, *rows = (tmp_path / "r.csv").read_text().splitlines()
+    assert header == "t,q1,q1_radius,q2,q2_radius,u1,u1_radius,u2,u2_radius"
+    assert rows[-1].split(",")[:3] == ["0.5", *interval]
+
+
+def test_the_command_refuses_events():
+    result = CliRunner().invoke(app, ["reference", str(SCENES / "drop.toml"), "--rigorous"])
+    assert result.exit_code == 2
+    assert "allowed are scenes without dry friction" in result.output
+
+
+def committed():
+    """Return the shipped scenes without events, and their committed references."""
+    for file in sorted(shipped("references").glob("*.json")):
+        document = json.loads(file.read_text())
+        scene = Scene.parse(document["scene"])
+        if not has_events(scene):
+            yield pytest.param(scene, document["states"], id=file.stem)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("scene", "states"), committed())
+def test_it_contains_the_committed_references(scene, states):
+    """So those are not only vouched for, but proven, to all of their digits."""
+    few = states[:2]
+    digits = few[0]["digits"]
+    found = enclosure(scene, digits, tuple(float(state["t"]) for state in few))
+    assert found.radius < 10.0**-digits
+    for index, state in enumerate(few):
+        assert holds(found, [state[name] for name in ("q1", "q2", "u1", "u2")], index)

@@ -1,0 +1,75 @@
+"""Bounds are held against the functions themselves, by mpmath's 50 digits."""
+
+import flint
+import mpmath
+import pytest
+from flint import arb, arb_series
+
+from twolink.accuracy.series import Series
+from twolink.arithmetic import cos, sin
+
+RADIUS, TERMS = 0.5, 12
+
+# Each as the same text for both kinds of number.
+TEXTS = {
+    "sum": lambda x, y: 2 + x - 3 * y - 1,
+    "product": lambda x, y: x * y * x * 0.25,
+    "sine": lambda x, y: sin(x * 2 + y),
+    "cosine": lambda x, y: y * cos(x - y) - (-x),
+    "quotient": lambda x, y: (x + y) / (x * x + 3) / 2,
+    "reciprocal": lambda x, y: 1 / (y + 4),
+    "difference": lambda x, y: 1.5 - sin(y) * 4,
+}
+X, Y = [0.3, -1.25, 0.5, 2.0], [1.0, 0.75, -0.125]
+
+
+def series(coefficients):
+    norm = sum(abs(c) * RADIUS**power for power, c in enumerate(coefficients))
+    return Series(arb_series(coefficients, TERMS), arb(norm))
+
+
+def true_coefficients(text, count):
+    with mpmath.workdps(50):
+        return mpmath.taylor(
+            lambda t: text(mpmath.polyval(X[::-1], t), mpmath.polyval(Y[::-1], t)), 0, count
+        )
+
+
+@pytest.fixture(autouse=True)
+def precision():
+    cap = flint.ctx.cap
+    with flint.ctx.workprec(120):
+        flint.ctx.cap = TERMS
+        yield
+        flint.ctx.cap = cap
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_terms_are_right_and_norms_are_bounds(name):
+    text = TEXTS[name]
+    found = text(series(X), series(Y))
+    true = true_coefficients(text, 40)
+    for index in range(TERMS):
+        within = arb(mpmath.nstr(true[index], 45), 1e-25)
+        assert within.contains(found.terms[index].mid())
+        assert found.terms[index].rad() < 1e-25
+    norm = float(found.norm)
+    assert sum(abs(c) * RADIUS**power for power, c in enumerate(true)) <= norm * (1 + 1e-12)
+    # What was cut off, at a time within the disc, is below what the norm says.
+    h = RADIUS / 2
+    tail = abs(sum(c * h**power for power, c in enumerate(true) if power >= TERMS))
+    assert tail <= norm * 0.5**TERMS
+
+
+def test_two_terms_are_a_value_and_its_derivative():
+    x = Series(arb_series([0.7, 1], 2), arb(0.7))
+    found = sin(x * x) / x
+    for index, true in enumerate(mpmath.taylor(lambda t: mpmath.sin(t * t) / t, 0.7, 1)):
+        assert float(found.terms[index]) == pytest.approx(float(true), rel=1e-14)
+
+
+def test_a_divisor_that_may_vanish_on_the_disc_has_no_bound():
+    """1/(1 − 4t) is endless at t = 1/4, which the disc of 1/2 contains; its terms are there."""
+    found = 1 / series([1.0, -4.0])
+    assert not found.norm.is_finite()
+    assert float(found.terms[3]) == 64.0

@@ -1,0 +1,94 @@
+"""Power series in balls: a kind of number with which a text of equations bounds itself.
+
+A `Series` stands for a function that is analytic on a disc |t| ≤ ρ about 0, of which two things are
+known. `terms` are balls that contain its first coefficients, in the arithmetic of python-flint,
+which rounds every operation outwards. `norm` is a ball that contains an upper bound on
+‖a‖ = Σ |a_i| ρ^i over all its coefficients, also those that were cut off. By ‖a + b‖ ≤ ‖a‖ + ‖b‖,
+‖a b‖ ≤ ‖a‖ ‖b‖ and, with r = ‖a − a_0‖, ‖sin a‖ ≤ cosh r + sinh r = exp r (expand sin(a_0 + x) by
+its addition theorem) each operation finds the norm of its result, whatever ρ is. So what was cut
+off at a time |t| ≤ h < ρ is at most Σ_{i≥n} |a_i| h^i ≤ ‖a‖ (h/ρ)^n, by Cauchy's estimate.
+
+The formulas of this project run on a Series as on any number, by `twolink.arithmetic`. With two
+terms, (x, 1), the second of the result is the derivative.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class Series:
+    """A power series with balls as coefficients, and an upper bound on its norm."""
+
+    __slots__ = ("_sine_and_cosine", "norm", "terms")
+
+    def __init__(self, terms: Any, norm: Any) -> None:
+        """Take python-flint's `arb_series` and `arb`."""
+        self.terms, self.norm = terms, norm
+        self._sine_and_cosine: tuple[Series, Series] | None = None
+
+    def __add__(self, other: Any) -> Series:
+        terms, norm = _parts(other)
+        return Series(self.terms + terms, self.norm + norm)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Series:
+        return Series(-self.terms, self.norm)
+
+    def __sub__(self, other: Any) -> Series:
+        terms, norm = _parts(other)
+        return Series(self.terms - terms, self.norm + norm)
+
+    def __rsub__(self, other: Any) -> Series:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Series:
+        terms, norm = _parts(other)
+        return Series(self.terms * terms, self.norm * norm)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Series:
+        """Divide by a number, or by a series: ‖1/b‖ ≤ 1/(|b_0| − ‖b − b_0‖) where that is > 0."""
+        if not isinstance(other, Series):
+            return Series(self.terms / other, self.norm / abs(other))
+        first = other.terms[0]
+        left = _least(first) - other._beyond_the_first()
+        norm = self.norm / left if left > 0 else type(left).pos_inf()
+        return Series(self.terms / other.terms, norm)
+
+    def __rtruediv__(self, other: Any) -> Series:
+        return Series(self.terms * 0 + other, abs(other)) / self
+
+    def sine_and_cosine(self) -> tuple[Series, Series]:
+        """Return both, which cost little more than one; they are kept for the next who asks."""
+        if self._sine_and_cosine is None:
+            sine, cosine = self.terms.sin_cos()
+            norm = self._beyond_the_first().exp()
+            self._sine_and_cosine = Series(sine, norm), Series(cosine, norm)
+        return self._sine_and_cosine
+
+    def _beyond_the_first(self) -> Any:
+        """Return an upper bound on ‖a − a_0‖."""
+        return self.norm - _least(self.terms[0])
+
+
+def sin(x: Series) -> Series:
+    """Return the sine of a series (rad)."""
+    return x.sine_and_cosine()[0]
+
+
+def cos(x: Series) -> Series:
+    """Return the cosine of a series (rad)."""
+    return x.sine_and_cosine()[1]
+
+
+def _parts(other: Any) -> tuple[Any, Any]:
+    """Return the terms and the norm of a series, or of a number, which is a series of one term."""
+    return (other.terms, other.norm) if isinstance(other, Series) else (other, abs(other))
+
+
+def _least(ball: Any) -> Any:
+    """Return the smallest size of a number in a ball, exactly or below it."""
+    return ball.abs_lower()
