@@ -44,7 +44,7 @@ def event_errors(exact: Truth, outcome: Outcome) -> EventErrors:
 def _pairs(exact: Truth, outcome: Outcome) -> Iterator[tuple[Any, Any]]:
     """Return the events that both have, up to where one has another than the other."""
     for ours, theirs in zip(outcome.events, exact.events, strict=False):
-        if ours.mode != theirs.mode:
+        if ours.mode.kind != theirs.mode.kind:
             break
         yield ours, theirs
     for hit, true in zip(outcome.impacts, exact.impacts, strict=False):
