@@ -364,7 +364,7 @@ def committed():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("scene", "states"), committed())
+@pytest.mark.parametrize(("scene", "states"), list(committed()))
 def test_it_contains_the_committed_references(scene, states):
     """So those are not only vouched for, but proven, to all of their digits."""
     few = states[:2]
