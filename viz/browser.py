@@ -76,6 +76,7 @@ _BETWEEN = (
 )
 
 _PATIENCE = 30.0
+_LONGEST = 55
 _LEAVE_TAKING = 5.0
 
 
@@ -120,7 +121,7 @@ class Browser:
                 f"no Chromium or Chrome was found{where}; allowed are a .html file, which needs "
                 "none, or any format once one is installed (Debian, Ubuntu: apt install chromium)"
             )
-        self._folder = tempfile.mkdtemp(prefix="twolink-browser-")
+        self._folder = tempfile.mkdtemp(prefix="twolink-", dir=_short_folder())
         try:
             self._start(program)
             self.call("Browser.getVersion")
@@ -289,6 +290,15 @@ class Browser:
             f"the browser ended with code {code} while {waiting_for} was waited for"
             + (f" ({last[:300]})" if last else "")
         )
+
+
+def _short_folder() -> str | None:
+    """Return where the browser's folder shall be, or None for the usual place.
+
+    It opens a socket inside, whose path may not have more than some hundred letters.
+    """
+    usual = tempfile.gettempdir()
+    return "/tmp" if len(usual) > _LONGEST and os.access("/tmp", os.W_OK) else None
 
 
 class Page:

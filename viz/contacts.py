@@ -92,7 +92,11 @@ def contact_marks(now: Moments, speed: float) -> tuple[list[bytes], list[Label]]
         commands += [visible(f"{_path(number)}/{name}", on) for name, on in shown.items()]
         word = "touched" if just else _WORDS.get(state)
         if word is not None:
-            labels.append([word, *place.tolist(), *_away(element), "contact"])
+            at_joint = joint_labels(now).get(getattr(element.direction, "joint", ""))
+            if at_joint is not None:
+                labels.append([word, *at_joint[1:5], "contact", 1])
+            else:
+                labels.append([word, *place.tolist(), *_away(element), "contact"])
     return commands, labels
 
 
@@ -105,6 +109,21 @@ def _just_left(run: Run, number: int, time: float, lasting: float) -> bool:
         event.mode.states[number] is not State.OPEN and end > time - lasting
         for event, end in zip(events, ended, strict=False)
     )
+
+
+def joint_labels(now: Moments) -> dict[str, Label]:
+    """Return the letters A, B and D, each stepping aside from the links that meet there."""
+    ways = [np.array([np.cos(q), np.sin(q)]) for q in now.q[:, 0]]
+    at_elbow = ways[0] - ways[1]
+    if np.hypot(*at_elbow) < 0.5:
+        # A stretched chain: aside of both links, on the upper side.
+        across = np.array([ways[0][1], -ways[0][0]])
+        at_elbow = across if across[1] < 0 else -across
+    aside = {"A": -ways[0], "B": at_elbow / np.hypot(*at_elbow), "D": ways[1]}
+    return {
+        name: [name, *now.point(name)[0].tolist(), *way.tolist(), "joint"]
+        for name, way in aside.items()
+    }
 
 
 def place_of(element: Element, now: Moments) -> Array:
@@ -125,7 +144,7 @@ def tangent_of(element: Element) -> tuple[float, float] | None:
 
 
 def _away(element: Element) -> tuple[float, float]:
-    """Return where a word stands beside what it is said of: out of a surface, above a joint."""
+    """Return where a word stands beside a point: out of a surface, or above."""
     direction = element.direction
     if isinstance(direction, PointDirection) and not isinstance(element, DryFriction):
         return direction.vector

@@ -23,7 +23,7 @@ from viz.commands import (
     transform,
     visible,
 )
-from viz.contacts import contact_marks, contact_setup, mode_at
+from viz.contacts import contact_marks, contact_setup, joint_labels, mode_at
 from viz.framing import Box, Framing, box_of, grid_spacing
 from viz.impacts import Impacts
 from viz.run import Moments, Run
@@ -184,7 +184,7 @@ class Film:
             commands.append(self._trail(number, moment, moments))
         contacts, contact_labels = contact_marks(now[0], self.speed)
         impact, impact_labels = self._impacts.marks(time, self.speed, self._width / 2, self.theme)
-        labels = [*_joint_labels(now[0]), *contact_labels, *impact_labels]
+        labels = [*joint_labels(now[0]).values(), *contact_labels, *impact_labels]
         words = {
             "t": round(time, 9),
             "T": float(f"{now[0].kinetic_energy[0]:.6g}"),
@@ -323,23 +323,7 @@ def metres(distance: float) -> str:
     return f"{digits} · 10{raised} m"
 
 
-def _joint_labels(now: Moments) -> list[Label]:
-    """Return the letters A, B and D, each stepping aside from the links that meet there."""
-    ways = [np.array([np.cos(q), np.sin(q)]) for q in now.q[:, 0]]
-    A, B, D = (now.point(name)[0] for name in "ABD")
-    at_elbow = ways[0] - ways[1]
-    if np.hypot(*at_elbow) < 0.5:
-        # A stretched chain: aside of both links, on the upper side.
-        across = np.array([ways[0][1], -ways[0][0]])
-        at_elbow = across if across[1] < 0 else -across
-    aside = (-ways[0], at_elbow / np.hypot(*at_elbow), ways[1])
-    return [
-        [name, *place.tolist(), *way.tolist(), "joint"]
-        for name, place, way in zip("ABD", (A, B, D), aside, strict=True)
-    ]
-
-
 def _rounded(label: Label) -> Label:
     """Return a label whose places are rounded to what no screen resolves."""
-    text, x, y, dx, dy, kind = label
-    return [text, float(f"{x:.5g}"), float(f"{y:.5g}"), round(dx, 2), round(dy, 2), kind]
+    text, x, y, dx, dy, *rest = label
+    return [text, float(f"{x:.5g}"), float(f"{y:.5g}"), round(dx, 2), round(dy, 2), *rest]

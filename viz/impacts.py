@@ -9,7 +9,7 @@ import numpy as np
 
 from twolink.directions import JointDirection, PointDirection
 from viz.commands import ROOT, flat_mesh, visible
-from viz.contacts import elements_of, place_of, tangent_of
+from viz.contacts import elements_of, joint_labels, place_of, tangent_of
 from viz.run import Run
 from viz.shapes import Array, Shape, arrow, joined, ring
 from viz.surfaces import Label
@@ -29,7 +29,7 @@ _BESIDE = 0.02
 class Impulse(NamedTuple):
     """An impact: when (s), where (m), its impulse and the impulse's size beside the largest.
 
-    The impulse (N s) is a vector (x, y); of a joint, whose impulse is a torque's, it is None.
+    The impulse (N s) is a vector (x, y); in a joint, whose impulse is a torque's, it is None.
     """
 
     time: float
@@ -37,6 +37,7 @@ class Impulse(NamedTuple):
     vector: Array | None
     share: float
     words: str
+    joint: str = ""
 
 
 class Impacts:
@@ -73,7 +74,9 @@ class Impacts:
                 size, unit = float(np.hypot(*vector)), "N s"
             share = abs(impact.normal_impulse) / (largest[turning] or 1.0)
             place = place_of(element, moments.only(number))
-            found.append(Impulse(impact.time, place, vector, share, f"{size:.3g} {unit}"))
+            joint = getattr(element.direction, "joint", "")
+            words = f"{size:.3g} {unit}"
+            found.append(Impulse(impact.time, place, vector, share, words, joint))
         return tuple(found)
 
     def marks(
@@ -122,7 +125,9 @@ class Impacts:
 
     def _label(self, impulse: Impulse) -> Label:
         if impulse.vector is None:
-            return [impulse.words, *impulse.place.tolist(), 0.7, -0.7, "contact-impulse"]
+            # Behind the joint's letter, and behind what it may rest on.
+            letter = joint_labels(self.run.at(np.array([impulse.time])))[impulse.joint]
+            return [impulse.words, *letter[1:5], "impulse", 2]
         head = self._head(impulse)
         way = impulse.vector / (float(np.hypot(*impulse.vector)) or 1.0)
         return [impulse.words, *head.tolist(), *way.tolist(), "impulse"]

@@ -11,11 +11,11 @@ import asyncio
 import html
 import json
 import math
+import socket
 from dataclasses import dataclass
 from typing import Any, TypeGuard
 
 import tornado.httpserver
-import tornado.netutil
 import tornado.web
 import tornado.websocket
 
@@ -131,15 +131,17 @@ class LiveView:
             websocket_max_message_size=1 << 16,
         )
         try:
-            sockets = tornado.netutil.bind_sockets(self.port, self.host)
+            family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
+            listener = socket.create_server((self.host, self.port), family=family)
         except OSError as error:
             raise PictureError(
                 f"nothing can listen at {self.host}, port {self.port} ({error.strerror or error}); "
                 "allowed are an address of this machine and a free port"
             ) from error
-        self.port = int(sockets[0].getsockname()[1])
+        listener.setblocking(False)
+        self.port = int(listener.getsockname()[1])
         self._server = tornado.httpserver.HTTPServer(app)
-        self._server.add_sockets(sockets)
+        self._server.add_socket(listener)
 
     async def play(self) -> None:
         """Stream frames in real time, for ever."""

@@ -65,7 +65,7 @@ def stroke(start: Place, end: Place, width: float) -> Shape:
 
 def bar(length: float, width: float) -> Shape:
     """Return a bar from the origin along x, with round ends about its joints (m)."""
-    turns = np.linspace(-math.pi / 2, math.pi / 2, _ROUND // 2)
+    turns = np.linspace(-math.pi / 2, math.pi / 2, _ROUND // 2 + 1)
     round_end = width / 2 * np.column_stack([np.cos(turns), np.sin(turns)])
     return convex(np.concatenate([round_end + np.array([length, 0.0]), -round_end]))
 
@@ -77,10 +77,10 @@ def arrow(tail: Place, head: Place, width: float) -> Shape:
     if size == 0:
         return EMPTY
     along, across = (b - a) / size, _across(b - a)
-    neck = b - along * min(size, 3.2 * width)
-    half = 1.5 * width * min(1.0, size / (3.2 * width))
+    length = min(size, 3.2 * width)
+    neck, half = b - along * length, length * 1.5 / 3.2
     tip = convex(np.array([b, neck + across * half, neck - across * half]))
-    return joined([stroke(a, neck + along * 0.1 * width, width), tip])
+    return joined([stroke(a, neck + along * 0.1 * length, min(width, half)), tip])
 
 
 def ribbon(line: Array, widths: Array) -> Shape:

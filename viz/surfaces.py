@@ -18,7 +18,9 @@ from viz.themes import Theme
 _ORDER = 10
 
 Label = list[Any]
-"""A word of the picture: text, x, y (m), the way it steps aside (x, y), and its kind."""
+"""A word of the picture: text, x, y (m), the way it steps aside (x, y), and its kind.
+
+One that stands behind another has the number of its line, from 1 on, at the end."""
 
 
 def surfaces(run: Run, box: Box, size: float, theme: Theme) -> list[bytes]:
@@ -92,5 +94,5 @@ def _stop(angle: float, size: float) -> Shape:
     """Return a stop about the origin at an angle (rad)."""
     way = np.array([np.cos(angle), np.sin(angle)])
     across = np.array([-way[1], way[0]])
-    tip, half, width = 3.4 * size * way, 0.35 * size * across, 0.16 * size
+    tip, half, width = 3.6 * size * way, 0.7 * size * across, 0.16 * size
     return joined([stroke(1.2 * size * way, tip, width), stroke(tip - half, tip + half, width)])

@@ -120,8 +120,7 @@
       c.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
       c.clearRect(0, 0, this.width, this.height);
       c.lineJoin = "round";
-      this.place(c, this.about.surfaces);
-      this.place(c, this.words.labels);
+      this.place(c, [...this.words.labels, ...this.about.surfaces]);
       this.strips(c);
     }
 
@@ -135,21 +134,24 @@
       const { theme } = this.about;
       const colour = {
         joint: theme.ink, contact: theme.contact, impulse: theme.impulse,
-        "contact-impulse": theme.impulse, surface: theme.faint,
+        surface: theme.faint,
       };
       const { camera } = this.viewer;
       const scale = this.height * camera.zoom / (camera.top - camera.bottom);
       // How far a word is from its place, beside its own size: pixels of the bars and hatches.
       const away = {
-        joint: 0.62 * this.about.width * scale, contact: 1.3 * this.about.width * scale,
-        "contact-impulse": 2 * this.about.width * scale, impulse: 0, surface: 0.8 * this.about.hatch * scale,
+        joint: 0.9 * this.about.width * scale, contact: 1.3 * this.about.width * scale,
+        impulse: 0, surface: 0.8 * this.about.hatch * scale,
       };
-      for (const [text, x, y, dx, dy, kind] of labels) {
+      const taken = [];
+      for (const [text, x, y, dx, dy, kind, line] of labels) {
         const size = this.font(c, kind === "joint" ? 17 : 14, kind === "surface" ? 400 : 600);
         const [px, py] = this.pixel(x, y);
         const half = c.measureText(text).width / 2;
         // The letter of D keeps out of the rings about it.
-        const far = text === "D" && kind === "joint" ? 1.4 * this.about.width * scale : away[kind];
+        let far = text === "D" && kind === "joint" ? 1.4 * this.about.width * scale : away[kind];
+        // Behind a joint's letter, line by line.
+        if (line) far = away.joint + (6 + 17 * line) * this.unit;
         // A surface's name stands along its edge; others are as far away whatever their length.
         const along = kind === "surface";
         const aside = dx * (half + 4) + (along ? (1 - Math.abs(dx)) * (half + 8) : 0);
@@ -157,6 +159,8 @@
         let middle = py + dy * (far + 0.72 * size) + (along ? (1 - Math.abs(dy)) * size : 0);
         left = Math.min(Math.max(left, 4), this.width - 2 * half - 4);
         middle = Math.min(Math.max(middle, this.top + size / 2), this.height - this.bottom - size / 2);
+        const room = { top: this.top + size / 2, bottom: this.height - this.bottom - size / 2 };
+        [left, middle] = free(taken, left, middle, half, size, room);
         c.textAlign = "left";
         c.textBaseline = "middle";
         c.lineWidth = 4;
@@ -237,8 +241,8 @@
         c.fillRect(words_x, bar.y - 15 * u - size / 3, size * 0.66, size * 0.66);
         c.textAlign = "left";
         c.fillStyle = theme.ink;
-        const text = `${name} ${joules(Math.max(value, 0), energy.most)} J`;
-        const longest = `${name} ${joules(energy.most, energy.most)} J`;
+        const text = `${name} ${joules(Math.max(value, 0), energy.most)}`;
+        const longest = `${name} ${joules(energy.most, energy.most)}`;
         c.fillText(text, words_x + size, bar.y - 15 * u);
         words_x += size * 2.1 + c.measureText(longest).width;
       }
@@ -270,10 +274,24 @@
     }
   }
 
+  // The place nearest to the one wanted at which a word covers no other.
+  function free(taken, left, middle, half, size, room) {
+    const steps = [[0, 0], [0, -1], [0, 1], [1, 0], [-1, 0], [0, -2], [0, 2]];
+    const shifted = steps.map(([x, y]) => [left + x * (2 * half + 4), middle + y * size * 1.1]);
+    const open = ([x, y]) => y >= room.top && y <= room.bottom && taken.every(([tx, ty, wide, high]) =>
+      x + 2 * half < tx || x > tx + wide || Math.abs(y - ty) > (size + high) / 2);
+    const [x, y] = shifted.find(open) || [left, middle];
+    taken.push([x, y, 2 * half, 0.8 * size]);
+    return [x, y];
+  }
+
+  // An energy to three digits of the most that there is.
   function joules(value, most) {
-    if (!(most > 0)) return "0";
-    const decimals = Math.max(0, Math.min(12, 2 - Math.floor(Math.log10(most) + 1e-9)));
-    return value.toFixed(decimals);
+    if (!(most > 0)) return "0 J";
+    const [unit, size] =
+      most >= 2e3 ? ["kJ", 1e3] : most >= 0.1 ? ["J", 1] : most >= 1e-4 ? ["mJ", 1e-3] : ["µJ", 1e-6];
+    const decimals = Math.max(0, Math.min(9, 2 - Math.floor(Math.log10(most / size) + 1e-9)));
+    return `${(value / size).toFixed(decimals)} ${unit}`;
   }
 
   // --- films in the page, and streams ---------------------------------------------------------
@@ -376,15 +394,16 @@
         `<button class="play" title="play or pause (space)" aria-label="play">${SIGN.play}</button>` +
         '<input class="scrub" type="range" min="0" step="1" value="0" aria-label="time" title="time (← →)">' +
         '<output class="time"></output>' +
-        '<select class="speed" aria-label="speed" title="speed (+ −)"></select>' +
+        '<button class="slower" title="slower (−)" aria-label="slower">−</button>' +
+        '<span class="speed"></span>' +
+        '<button class="faster" title="faster (+)" aria-label="faster">+</button>' +
         `<button class="view" title="the view as at first (0)" aria-label="reset view">${SIGN.view}</button>` +
         "</div>";
       const find = (name) => element.querySelector(name);
       Object.assign(this, {
         playButton: find(".play"), scrub: find(".scrub"), time: find(".time"),
-        speedChoice: find(".speed"), viewButton: find(".view"),
+        speed: find(".speed"), slower: find(".slower"), faster: find(".faster"), viewButton: find(".view"),
       });
-      for (const speed of SPEEDS) this.speedChoice.add(new Option(`× ${speed}`, speed));
       if (!element.hasAttribute("tabindex")) element.tabIndex = 0;
       source.start(this);
     }
@@ -423,7 +442,7 @@
         this.playButton.innerHTML = state.playing ? SIGN.pause : SIGN.play;
         this.playButton.setAttribute("aria-label", state.playing ? "pause" : "play");
       }
-      this.speedChoice.value = String(state.speed);
+      this.speed.textContent = `× ${Number(state.speed.toPrecision(3))}`;
     }
 
     // The picture of a frame of a film in the page, for a recording.
@@ -443,7 +462,8 @@
       this.scrub.onpointerdown = () => { this.dragging = true; };
       this.scrub.onpointerup = this.scrub.onpointercancel = () => { this.dragging = false; };
       this.scrub.oninput = () => source.seek(Number(this.scrub.value));
-      this.speedChoice.onchange = () => source.speed(Number(this.speedChoice.value));
+      this.slower.onclick = () => this.hasten(-1);
+      this.faster.onclick = () => this.hasten(1);
       this.viewButton.onclick = () => stage.fit();
       // A player in a page of text must not catch the reader's scrolling.
       const alone = this.element.classList.contains("alone");
@@ -459,23 +479,24 @@
       const { source } = this;
       const here = Math.floor(source.state.frame + 1e-9);
       const step = event.shiftKey ? 10 : 1;
-      const faster = (by) => {
-        const at = SPEEDS.findIndex((speed) => speed >= source.state.speed - 1e-9);
-        source.speed(SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, at + by))]);
-      };
       const does = {
         " ": () => source.play(!source.state.playing),
         ArrowRight: () => source.seek(here + step),
         ArrowLeft: () => source.seek(here - step),
         Home: () => source.seek(0),
         End: () => source.seek(source.last),
-        "+": () => faster(1), "=": () => faster(1), "-": () => faster(-1),
+        "+": () => this.hasten(1), "=": () => this.hasten(1), "-": () => this.hasten(-1),
         0: () => this.stage.fit(),
       }[event.key];
       if (!does) return;
       // A button that has the focus would be pressed by the same key.
       event.preventDefault();
       does();
+    }
+
+    hasten(by) {
+      const at = SPEEDS.findIndex((speed) => speed >= this.source.state.speed - 1e-9);
+      this.source.speed(SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, at + by))]);
     }
 
     run() {

@@ -1,0 +1,58 @@
+"""Films for tests, each simulated once; and the browser that tests need, or none."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from twolink.scene import Scene
+from twolink.shipped import shipped
+from twolink.simulation import Trajectory, simulate
+from viz.browser import find_browser
+from viz.film import Film
+from viz.run import Run
+from viz.themes import theme_named
+
+REQUIRED = "TWOLINK_REQUIRE_BROWSER"
+
+
+def scene_named(name: str, duration: float | None = None) -> Scene:
+    scene = Scene.load(shipped("scenes") / f"{name}.toml")
+    return scene if duration is None else replace(scene, duration=duration)
+
+
+@cache
+def trajectory_of(name: str, duration: float | None = None, samples: int = 501) -> Trajectory:
+    return simulate(scene_named(name, duration), samples=samples)
+
+
+def film_of(name: str, duration: float | None = None, theme: str = "light", **rates: Any) -> Film:
+    run = Run(name, trajectory_of(name, duration))
+    return Film((run,), theme=theme_named(theme), **rates)
+
+
+def need_browser() -> None:
+    """Skip a test where there is no browser, or fail it where there must be one."""
+    if find_browser() is None:
+        if os.environ.get(REQUIRED) == "1":
+            pytest.fail(f"no Chromium or Chrome was found, and {REQUIRED} is 1")
+        pytest.skip("no Chromium or Chrome")
+
+
+def processes_with(word: str) -> list[int]:
+    """Return the processes, but for this one, in whose command line or environment a word is."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        for name in ("cmdline", "environ"):
+            try:
+                if word.encode() in (folder / name).read_bytes():
+                    found.append(int(folder.name))
+                    break
+            except OSError:
+                continue
+    return [number for number in found if number != os.getpid()]

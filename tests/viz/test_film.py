@@ -1,0 +1,281 @@
+import numpy as np
+import pytest
+
+from tests.viz.films import film_of, trajectory_of
+from twolink import kinematics
+from twolink.errors import PictureError
+from viz.commands import decoded
+from viz.film import Film, metres
+from viz.run import Run
+from viz.themes import theme_named
+
+
+def commands(sequence):
+    """The commands by path and kind; of several the last, as the viewer would have it."""
+    return {(c["path"], c["type"], c.get("property", "")): c for c in map(decoded, sequence)}
+
+
+def matrix(found, path):
+    """A path's 4 × 4 matrix, as it is written down."""
+    return np.array(found[path, "set_transform", ""]["matrix"]).reshape(4, 4).T
+
+
+def corners(found, path):
+    """The corners of what is at a path, in the source's plane."""
+    geometry = found[path, "set_object", ""]["object"]["geometries"][0]
+    points = geometry["data"]["attributes"]["position"]["array"].reshape(-1, 3)
+    assert (points[:, 1] == 0).all()
+    return np.column_stack([points[:, 0], -points[:, 2]])
+
+
+def in_plane(pose, along):
+    """Where a point along a link's own x-axis is, in the source's plane."""
+    x, y, z, _ = pose @ [along, 0, 0, 1]
+    assert y == 0
+    return np.array([x, -z])
+
+
+@pytest.mark.parametrize(("fps", "speed"), [(30, 1.0), (25, 0.5), (60, 3.0)])
+def test_links_are_where_the_kinematics_puts_them_at_exact_times(fps, speed):
+    trajectory = trajectory_of("free_fall", 2.0)
+    film = film_of("free_fall", 2.0, fps=fps, speed=speed)
+    assert len(film.times) == int(2.0 * fps / speed + 1e-9) + 1
+    chain = trajectory.chain
+    for k in range(0, len(film.times), 7):
+        frame = film.frame(k)
+        assert frame.time == pytest.approx(k * speed / fps, abs=1e-15)
+        q, _ = trajectory.at([frame.time])
+        B, D = (np.array(kinematics.position(chain, tuple(q[:, 0]), p)) for p in (chain.B, chain.D))
+        found = commands(frame.commands)
+        first, second = (matrix(found, f"/twolink/run0/link{link}") for link in (1, 2))
+        assert in_plane(first, 0) == pytest.approx([0, 0], abs=1e-15)
+        assert in_plane(first, float(chain.L1)) == pytest.approx(B, abs=1e-13)
+        assert in_plane(second, 0) == pytest.approx(B, abs=1e-13)
+        assert in_plane(second, float(chain.L2)) == pytest.approx(D, abs=1e-13)
+        # Rotations about meshcat's y, which is the source's z.
+        assert np.linalg.det(first[:3, :3]) == pytest.approx(1)
+
+
+def test_gravity_points_down_on_the_screen():
+    """From rest D falls, in meshcat's frame along −z, in the window to larger rows."""
+    film = film_of("free_fall", 2.0)
+    start, later = (matrix(commands(film.frame(k).commands), "/twolink/run0/link2") for k in (0, 6))
+    assert later[2, 3] < start[2, 3]
+    a, b = film.framing(640, 480).pixel(np.array([[0.0, 0.0], [0.0, 1.0]]))
+    assert b[1] > a[1]
+
+
+def test_the_trail_follows_d_and_tapers():
+    trajectory = trajectory_of("free_fall", 2.0)
+    film = film_of("free_fall", 2.0)
+    found = commands(film.frame(45).commands)
+    points = corners(found, "/twolink/trail0")
+    half = len(points) // 2
+    middle, width = (
+        (points[:half] + points[half:]) / 2,
+        np.hypot(*(points[:half] - points[half:]).T),
+    )
+    times = 1.5 - 1 + np.arange(91) / 90
+    chain = trajectory.chain
+    D = np.array(kinematics.position(chain, tuple(trajectory.at(times)[0]), chain.D)).T
+    # Rounded to a part of 2^14 of the reach, 0.12 mm.
+    assert np.abs(middle - D[-half:]).max() < 1.3e-4
+    assert width[-1] == pytest.approx(0.03 * film._length, rel=0.01)
+    assert (np.diff(width) > 0).all()
+    colours = found["/twolink/trail0", "set_object", ""]["object"]["geometries"][0]["data"]
+    opacity = colours["attributes"]["color"]["array"].reshape(-1, 4)[:half, 3]
+    assert opacity[0] < 0.02
+    assert opacity[-1] == pytest.approx(0.75)
+
+
+def test_the_trail_touches_the_floor_where_the_end_did():
+    """Impacts are points of it: a trail of even times alone would cut the corner."""
+    film = film_of("bounce_to_rest", 1.0)
+    found = commands(film.frame(14).commands)
+    points = corners(found, "/twolink/trail0")
+    half = len(points) // 2
+    assert ((points[:half] + points[half:]) / 2)[:, 1].max() == pytest.approx(1.2, abs=2e-4)
+
+
+def test_a_frame_is_whole_whatever_was_shown_before():
+    """Each names the same paths, so nothing of another frame can remain."""
+    film = film_of("bounce_to_rest", 2.0)
+    shown = [{path.removesuffix("/<object>") for path, _, _ in commands(film.frame(k).commands)}
+             for k in range(len(film.times))]  # fmt: skip
+    assert all(paths == shown[0] for paths in shown)
+
+
+def test_equal_films_are_equal_bytes():
+    one, other = (film_of("bounce_to_rest", 2.0) for _ in range(2))
+    assert one.setup == other.setup
+    assert one.about == other.about
+    assert [one.frame(k) for k in (0, 20, 40)] == [other.frame(k) for k in (40, 20, 0)][::-1]
+
+
+def test_frames_between_frames_are_the_motion_at_that_time():
+    trajectory = trajectory_of("free_fall", 2.0)
+    found = commands(film_of("free_fall", 2.0).at(1.2345).commands)
+    q, _ = trajectory.at([1.2345])
+    assert matrix(found, "/twolink/run0/link1")[0, 0] == pytest.approx(np.cos(q[0, 0]), abs=1e-14)
+
+
+def test_surfaces_are_hatched_behind_their_edge():
+    film = film_of("bounce_to_rest", 1.0)
+    found = corners(commands(film.setup), "/twolink/surfaces")
+    # The floor is at y = 1.2, and what is behind it is below: at larger y.
+    assert found[:, 1].min() == pytest.approx(1.2)
+    assert found[:, 1].max() < 1.2 + film._hatch
+    assert found[:, 0].min() < film.box.left
+    assert found[:, 0].max() > film.box.right
+    assert film.about["surfaces"][0][0] == "floor"
+
+
+def test_no_surface_no_command():
+    paths = {path for path, _, _ in commands(film_of("free_fall", 2.0).setup)}
+    assert not any("surface" in path or "contact" in path for path in paths)
+
+
+def test_an_impact_is_marked_with_its_impulse_where_it_was():
+    trajectory = trajectory_of("bounce_to_rest", 1.0)
+    film = film_of("bounce_to_rest", 1.0)
+    impact = trajectory.impacts[0]
+    before, after = int(impact.time * 30), int(impact.time * 30) + 1
+    hidden = commands(film.frame(before).commands)
+    assert hidden["/twolink/impacts/<object>", "set_property", "visible"]["value"] is False
+    frame = film.frame(after)
+    words = [label for label in frame.words["labels"] if label[5] == "impulse"]
+    size = np.hypot(impact.normal_impulse, impact.tangential_impulse)
+    assert [label[0] for label in words] == [f"{size:.3g} N s"]
+    chain = trajectory.chain
+    q, _ = trajectory.at([impact.time])
+    place = np.array(kinematics.position(chain, tuple(q[:, 0]), chain.D))
+    # The number stands at the arrow's head: along −y, out of the floor, and against the sliding.
+    head = np.array(words[0][1:3])
+    way = (head - place) / np.hypot(*(head - place))
+    # Normal −y; tangent +x.
+    assert way == pytest.approx(
+        np.array([impact.tangential_impulse, -impact.normal_impulse]) / size, abs=1e-3
+    )
+    marked = corners(commands(frame.commands), "/twolink/impacts")
+    assert np.hypot(*(marked - place).T).max() == pytest.approx(np.hypot(*(head - place)), rel=0.02)
+
+
+def test_marks_of_impacts_go_with_time():
+    film = film_of("slide_and_stop", 2.0)
+    assert not any(label[5] == "impulse" for label in film.frame(50).words["labels"])
+
+
+@pytest.mark.parametrize("frame", range(5, 60, 9))
+def test_contacts_are_marked_while_they_last(frame):
+    trajectory = trajectory_of("slide_and_stop", 2.0)
+    film = film_of("slide_and_stop", 2.0)
+    time = float(film.times[frame])
+    event = [event for event in trajectory.events if event.entered <= time][-1]
+    found = commands(film.frame(frame).commands)
+    shown = {
+        name: found[f"/twolink/contact0/{name}", "set_property", "visible"]["value"]
+        for name in ("held", "slipping", "pushed-on", "pushed-back")
+    }
+    words = [label[0] for label in film.frame(frame).words["labels"] if label[5] == "contact"]
+    assert film.frame(frame).words["mode"] == event.what
+    if "slips" in event.what:
+        assert words == ["slips"]
+        assert shown["slipping"]
+        # Friction acts against the sliding of D along x.
+        chain = trajectory.chain
+        q, u = trajectory.at([time])
+        vx, _ = kinematics.velocity(chain, tuple(q[:, 0]), tuple(u[:, 0]), chain.D)
+        assert shown["pushed-on" if vx < 0 else "pushed-back"]
+        assert not shown["pushed-back" if vx < 0 else "pushed-on"]
+    else:
+        assert words == ["sticks"]
+        assert shown == {"held": True, "slipping": False, "pushed-on": False, "pushed-back": False}
+
+
+def test_a_contact_of_an_instant_is_marked_a_little_longer():
+    trajectory = trajectory_of("hertz_bounce", 1.0)
+    film = film_of("hertz_bounce", 1.0)
+    left = next(e.entered for e in trajectory.events[2:] if e.what == "moves freely")
+    labels = film.at(left + 0.05).words["labels"]
+    assert [label[0] for label in labels if label[5] == "contact"] == ["touched"]
+    assert not any(label[5] == "contact" for label in film.at(left - 0.1).words["labels"])
+
+
+def test_joint_friction_is_told_of_at_the_joints():
+    labels = film_of("stick_slip", 2.0).frame(20).words["labels"]
+    assert {label[0] for label in labels if label[5] == "contact"} <= {"slips", "sticks"}
+    assert sum(label[5] == "contact" for label in labels) == 2
+
+
+def test_the_energies_are_the_trajectory_s():
+    trajectory = trajectory_of("bounce_to_rest", 1.0)
+    film = film_of("bounce_to_rest", 1.0, fps=50)
+    # Samples are 2 ms apart: frames of 20 ms are every tenth.
+    for k in range(0, 51, 10):
+        words = film.frame(k).words
+        assert words["T"] == pytest.approx(trajectory.kinetic_energy[10 * k], abs=1e-4)
+        assert words["V"] == pytest.approx(trajectory.potential_energy[10 * k], rel=1e-5, abs=1e-6)
+    energy = film.about["energy"]
+    assert energy["loses"]
+    assert energy["most"] == pytest.approx(trajectory.energy[0] - energy["lowest"], rel=1e-6)
+    assert not film_of("free_fall", 2.0).about["energy"]["loses"]
+
+
+def test_ghosts_have_links_trails_and_distances_of_their_own():
+    first = trajectory_of("free_fall", 2.0)
+    other = trajectory_of("general", 2.0)
+    film = Film((Run("one", first), Run("other", other)))
+    found = commands(film.frame(30).commands)
+    chain = other.chain
+    q, _ = other.at([1.0])
+    pose = matrix(found, "/twolink/run1/link2")
+    D = np.array(kinematics.position(chain, tuple(q[:, 0]), chain.D))
+    assert in_plane(pose, float(chain.L2)) == pytest.approx(D, abs=1e-13)
+    assert ("/twolink/trail1", "set_object", "") in found
+    mine = in_plane(matrix(found, "/twolink/run0/link2"), 1.0)
+    assert film.frame(30).words["apart"] == [f"D is {metres(np.hypot(*(D - mine)))} away"]
+    assert film.about["names"] == ["one", "other"]
+    assert film.framing(640, 480).rows == 2
+
+
+def test_a_film_lasts_as_long_as_its_shortest_run():
+    film = Film((Run("a", trajectory_of("free_fall", 2.0)), Run("b", trajectory_of("drop", 1.0))))
+    assert film.times[-1] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("distance", "words"),
+    [
+        (0, "0 m"),
+        (0.5, "0.5 m"),
+        (1.234e-10, "1.2 · 10⁻¹⁰ m"),
+        (0.00314, "0.0031 m"),
+        (0.2, "0.2 m"),
+    ],
+)
+def test_distances_in_words(distance, words):
+    assert metres(distance) == words
+
+
+def test_themes_differ_in_every_surrounding():
+    light, dark = (commands(film_of("drop", 1.0, theme=name).setup) for name in ("light", "dark"))
+    for found, theme in ((light, theme_named("light")), (dark, theme_named("dark"))):
+        colour = [int(theme.background[k : k + 2], 16) for k in (1, 3, 5)]
+        parts = found["/Background", "set_property", "top_color"]["value"]
+        # As the viewer makes bytes of them: cut off.
+        assert [int(255 * part) for part in parts] == colour
+        material = found["/twolink/run0/link1/bar", "set_object", ""]["object"]["materials"][0]
+        assert material["color"] == int(theme.links[0][1:], 16)
+
+
+@pytest.mark.parametrize(
+    "rates", [{"fps": 0}, {"fps": -1}, {"fps": 1e9}, {"speed": 0}, {"speed": float("nan")}]
+)
+def test_rates_that_are_none_are_refused(rates):
+    with pytest.raises(PictureError, match="allowed is above 0"):
+        film_of("free_fall", 2.0, **rates)
+
+
+def test_unknown_themes_are_refused():
+    with pytest.raises(PictureError, match="'pink'; allowed are light, dark"):
+        theme_named("pink")
