@@ -3,9 +3,11 @@ import re
 import pytest
 from typer.testing import CliRunner
 
+from tests.viz.films import need_browser
 from tests.viz.report.test_page import read
 from twolink.cli import app
 from twolink.shipped import shipped
+from viz.browser import Browser
 
 SCENES = shipped("scenes")
 
@@ -76,3 +78,20 @@ def test_bad_input_is_one_sentence_and_nothing_is_written(arguments, sentence, t
     assert result.exit_code == 2
     assert sentence in result.output
     assert not (tmp_path / "report").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [390, 1280])
+def test_a_browser_opens_it_without_a_word_or_a_request(made, width):
+    need_browser()
+    address = (made[1] / "index.html").as_uri()
+    with Browser() as browser:
+        page = browser.page(width, 900)
+        page.open(address)
+        page.value("document.querySelector('.twolink-player button').click()")
+        page.wait_until("performance.now() > 1500")
+        assert page.complaints() == []
+        asked = [event["request"]["url"] for event in page.events("Network.requestWillBeSent")]
+        assert [url for url in asked if not url.startswith(("data:", "blob:"))] == [address]
+        # Wide tables scroll inside themselves, and the page does not.
+        assert page.value("document.documentElement.scrollWidth") <= width
