@@ -13,6 +13,7 @@ ROOT = Path(__file__).parent.parent
 LAYERS = [
     "twolink.errors",
     "twolink.files",
+    "twolink.finite",
     "twolink.optional",
     "twolink.arithmetic",
     "twolink.shipped",

@@ -15,12 +15,16 @@ from tests.verification.chains import GENERAL
 from twolink.chain import Chain, Rotor
 from twolink.cli import app
 from twolink.effects import EFFECTS, effect_class
+from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_stop import JointStop
-from twolink.errors import SceneError
+from twolink.effects.joint_torque import JointTorque
+from twolink.effects.pd_control import PdControl
+from twolink.errors import ParameterError, SceneError
 from twolink.impacts import LAWS
-from twolink.scene import METHODS, Scene, scene_model
+from twolink.scene import LARGEST_FILE, METHODS, Scene, scene_model
 from twolink.shipped import shipped
 
 TEXT = """
@@ -192,7 +196,7 @@ def test_a_bad_scene_is_refused_in_one_sentence(old, new, words):
 def test_files_that_cannot_be_read_are_refused(tmp_path):
     with pytest.raises(SceneError, match="no file of this name"):
         Scene.load(tmp_path / "none.toml")
-    with pytest.raises(SceneError, match="cannot be read"):
+    with pytest.raises(SceneError, match="this is no plain file"):
         Scene.load(tmp_path)
     latin = tmp_path / "latin.toml"
     latin.write_bytes(b'title = "\xe4"')
@@ -320,7 +324,7 @@ DRAWN = {
 
 bars = st.builds(
     Chain.uniform_bars,
-    st.tuples(positive, positive),
+    st.tuples(st.floats(1e-30, 1e30), st.floats(1e-30, 1e30)),
     st.tuples(st.floats(1e-30, 1e30), st.floats(1e-30, 1e30)),
 )
 
@@ -444,15 +448,12 @@ class Heavier(Gravity):
     [
         ({"effects": (Wind(1.0),)}, "effect Wind is not one of scene files; allowed are gravity,"),
         ({"effects": (Heavier(),)}, "effect Heavier is not one of scene files; allowed are"),
-        ({"effects": (Gravity(math.inf),)}, "effects.gravity.g is inf; allowed is a finite number"),
         (
             {"effects": (Gravity(np.float32(9.81)),)},
             "effects.gravity.g is np.float32(9.81); allowed are numbers, words, true, false",
         ),
         ({"q": [0.1, 0.2]}, "start.q is [0.1, 0.2]; allowed are numbers, words"),
         ({"q": np.eye(2)}, "start.q is array([[1., 0.], [0., 1.]]); allowed are numbers"),
-        ({"u": (math.nan, 0.0)}, "start.u.0 is nan; allowed is a finite number"),
-        ({"duration": -1.0}, "run.duration is -1.0; allowed is greater than 0"),
         ({"duration": 2**60 + 1}, "reads back otherwise; allowed are numbers that float64 can"),
         ({"method": "euler"}, "run.method is 'euler'; allowed is"),
         ({"title": None}, "title is None; allowed are numbers, words"),
@@ -468,3 +469,88 @@ def test_what_no_scene_file_can_say_is_refused(change, words):
         replace(Scene.parse(TEXT), **change).to_toml()
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"q": (math.inf, 0.0)}, "start: q is (inf, 0.0); allowed are finite numbers"),
+        ({"u": (math.nan, 0.0)}, "start: u is (nan, 0.0); allowed are finite numbers"),
+        ({"duration": -1.0}, "run: duration is -1.0; allowed is a positive number"),
+        ({"duration": math.nan}, "run: duration is nan; allowed is a positive number"),
+        ({"accuracy": 0.0}, "run: accuracy is 0.0; allowed is a positive number"),
+    ],
+)
+def test_a_scene_that_is_no_motion_is_refused(change, words):
+    with pytest.raises(ParameterError) as caught:
+        replace(Scene.parse(TEXT), **change)
+    assert str(caught.value) == words
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Gravity(math.inf), "gravity: g is inf; allowed is a finite number"),
+        (
+            lambda: JointSpring((math.nan, 0.0)),
+            "joint spring: stiffness is (nan, 0.0); allowed are finite numbers",
+        ),
+        (
+            lambda: JointTorque((math.inf, 0.0)),
+            "joint torque: torque is (inf, 0.0); allowed are finite numbers",
+        ),
+        (
+            lambda: PdControl((0.0, 0.0), (1.0, math.nan)),
+            "PD control: proportional is (1.0, nan); allowed are finite numbers",
+        ),
+        (lambda: EndForce(math.nan), "end force: normal is nan; allowed is a finite number"),
+    ],
+)
+def test_effects_of_what_is_not_finite_are_refused(make, words):
+    with pytest.raises(ParameterError) as caught:
+        make()
+    assert str(caught.value) == words
+
+
+DOTS = ".".join(["a"] * 100_000)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("x = " + "[" * 100_000, "this is nested too deeply"),
+        ("x = " + "[" * 50 + "]" * 50, "this is nested too deeply"),
+        # tomllib alone would take memory by the square of the number of names.
+        (f"{DOTS} = 1", "this is nested too deeply"),
+        (f"[{DOTS}]", "this is nested too deeply"),
+        ("x = " + "9" * 5000, "this is not TOML (Exceeds the limit"),
+        (TEXT.replace("9.81", "0x" + "f" * 9000), "an integer of thousands of digits"),
+        (TEXT.replace("9.81", "[" + "1, " * 9000 + "]"), "effects.gravity.g is (1, 1, 1"),
+    ],
+    ids=["lists", "fifty lists", "dots", "dots of a table", "digits", "hexadecimal", "entries"],
+)
+def test_hostile_text_is_refused_in_one_short_sentence(text, words):
+    with pytest.raises(SceneError) as caught:
+        Scene.parse(text)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 500
+
+
+def test_numbers_with_many_dots_are_no_deep_nesting():
+    times = ", ".join(f"{index / 10!r}" for index in range(200))
+    table = f"[effects.sampled_torque]\ntimes = [{times}]\nA = [{times}]\nB = [{times}]\n"
+    scene = Scene.parse(TEXT + table + 'interpolation = "hold"\n')
+    assert len(scene.effects[-1].times) == 200
+
+
+def test_files_without_end_or_too_large_are_refused(tmp_path):
+    large = tmp_path / "large.toml"
+    large.write_bytes(b"#" * (LARGEST_FILE + 1))
+    with pytest.raises(SceneError, match="is larger than 4 MB; allowed is a smaller file"):
+        Scene.load(large)
+    with pytest.raises(SceneError, match="this is no plain file"):
+        Scene.load("/dev/zero")
+    with pytest.raises(SceneError, match="File name too long|no file of this name") as caught:
+        Scene.load("x" * 10_000)
+    assert len(str(caught.value)) < 500

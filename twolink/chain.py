@@ -24,6 +24,10 @@ from twolink.errors import ParameterError
 from twolink.urdf import LinkParameters, read_planar_urdf, write_planar_urdf
 
 
+# Between these the products of float64 neither overflow nor lose digits.
+_SMALLEST, _LARGEST = 1e-290, 1e290
+
+
 class Point(NamedTuple):
     """A point fixed to a link: link 1 or 2, and its coordinates `along` and `across` it (m)."""
 
@@ -80,6 +84,23 @@ class Chain:
         # det M, at its smallest, is I_A I_B + m2 L1² I_C2.
         if _is_real(I_C2) and I_C2 == 0:
             _positive(1, "inertia about A", I_C1 + m1 * (a1 * a1 + b1 * b1), "kg m²")
+        self._check_that_floats_hold_it()
+
+    def _check_that_floats_hold_it(self) -> None:
+        """Refuse a chain of floats whose determinant of M leaves their range in some pose."""
+        numbers = (*self.mass, *self.length, *self.centre[0], *self.centre[1], *self.inertia)
+        if not all(isinstance(number, (float, int)) for number in numbers):
+            return
+        (m1, m2), (I_C1, I_C2) = self.mass, self.inertia
+        reach1, reach2 = (math.hypot(*centre) for centre in self.centre)
+        carried = m2 * self.L1 * self.L1
+        I_A, I_B = I_C1 + m1 * reach1 * reach1, I_C2 + m2 * reach2 * reach2
+        least, most = I_A * I_B + carried * I_C2, (I_A + carried) * I_B
+        if not _SMALLEST <= least <= most <= _LARGEST:
+            raise ParameterError(
+                f"the mass matrix's determinant is {least:.3g} to {most:.3g} kg² m⁴; allowed is "
+                f"{_SMALLEST:.0e} to {_LARGEST:.0e}, which float64 holds with all its digits"
+            )
 
     @classmethod
     def uniform_bars(cls, mass: Pair = (1.0, 1.0), length: Pair = (1.0, 1.0)) -> Chain:

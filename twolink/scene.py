@@ -7,6 +7,8 @@ effect that is left out is not imported, not evaluated, not compiled.
 from __future__ import annotations
 
 import json
+import re
+import reprlib
 import tomllib
 from collections import Counter
 from dataclasses import MISSING, dataclass, fields
@@ -18,6 +20,7 @@ from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.effects import EFFECTS, Effect, effect_class
 from twolink.errors import ParameterError, SceneError, TwolinkError
+from twolink.finite import check_finite
 from twolink.urdf.planar import JOINT_PROPERTIES, read_planar_urdf
 
 if TYPE_CHECKING:
@@ -56,6 +59,14 @@ class Scene:
     title: str = "untitled"
     shows: str = ""
 
+    def __post_init__(self) -> None:
+        """Refuse a start that is no place, and a run that has no end."""
+        check_finite("start", q=self.q, u=self.u)
+        for name in ("duration", "accuracy"):
+            value = getattr(self, name)
+            if isinstance(value, (int, float)) and not 0 < value < float("inf"):
+                raise ParameterError(f"run: {name} is {value!r}; allowed is a positive number")
+
     @property
     def equipped(self) -> Chain:
         """The chain that moves: with the rotors that effects put on it."""
@@ -79,11 +90,21 @@ class Scene:
     def parse(cls, text: str, *, source: str = "<string>", folder: Path = Path()) -> Scene:
         """Return the scene in a TOML text; `urdf = "…"` is looked for from `folder`."""
         try:
+            if _LONG_KEY.search(text):
+                raise RecursionError
             table = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
+        except RecursionError as error:
             raise SceneError(
-                f"{source}: this is not TOML ({error}); allowed is a scene file"
+                f"{source}: this is nested too deeply; allowed is a scene file"
             ) from error
+        except ValueError as error:
+            # Python's int() refuses thousands of digits with an error that is not TOML's.
+            reason = " ".join(str(error).split())
+            raise SceneError(
+                f"{source}: this is not TOML ({reason}); allowed is a scene file"
+            ) from error
+        if _is_deep(table):
+            raise SceneError(f"{source}: this is nested too deeply; allowed is a scene file")
         named = table.get("effects")
         known = [name for name in named if name in EFFECTS] if isinstance(named, dict) else []
         checked = _checked(scene_model(tuple(known)), table, source)
@@ -196,17 +217,41 @@ def _entries(effect: Any) -> dict[str, Any]:
     }
 
 
+# A table of effects, a list of tables, one table, a list, a list in it.
+_DEEPEST = 10
+
+LARGEST_FILE = 4 * 2**20
+"""Bytes of the largest scene file read: a hundred thousand samples of a torque are fewer."""
+
+# A key of fifty names with dots between; tomllib takes memory by the square of their number.
+_LONG_KEY = re.compile(r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')\s*+\.\s*+){50}""")
+
+
 def _read(file: Path) -> str:
     try:
-        return file.read_text(encoding="utf-8")
-    except FileNotFoundError as error:
+        if not file.is_file():
+            # Devices and pipes may have no end.
+            what = "this is no plain file" if file.exists() else "there is no file of this name"
+            raise SceneError(f"{_named(file)}: {what}; allowed is the path of a scene file")
+        with file.open("rb") as stream:
+            content = stream.read(LARGEST_FILE + 1)
+        if len(content) > LARGEST_FILE:
+            raise SceneError(
+                f"{file}: is larger than {LARGEST_FILE // 2**20} MB; allowed is a smaller file"
+            )
+        # Line ends as Python reads them from text.
+        return content.decode("utf-8").replace("\r\n", "\n")
+    except (OSError, ValueError) as error:
+        reason = (isinstance(error, OSError) and error.strerror) or error
         raise SceneError(
-            f"{file}: there is no file of this name; allowed is the path of a scene file"
+            f"{_named(file)}: cannot be read ({reason}); allowed is a TOML file in UTF-8"
         ) from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(
-            f"{file}: cannot be read ({error}); allowed is a TOML file in UTF-8"
-        ) from error
+
+
+def _named(file: Path) -> str:
+    """Return a file's name for a sentence: as it is, unless it is long or cannot be printed."""
+    name = str(file)
+    return name if name.isprintable() and len(name) <= 300 else _short.repr(name)
 
 
 def _checked(model: type[BaseModel], table: dict[str, Any], source: str) -> dict[str, Any]:
@@ -218,6 +263,17 @@ def _checked(model: type[BaseModel], table: dict[str, Any], source: str) -> dict
     except ValidationError as error:
         fault = error.errors()[0]
         raise SceneError(f"{source}: {_sentence(fault)}") from error
+
+
+def _is_deep(value: Any) -> bool:
+    """Return whether tables and lists are nested deeper than any scene's; without recursion."""
+    level = [value]
+    for _ in range(_DEEPEST):
+        inner = [list(x.values()) if isinstance(x, dict) else x for x in level]
+        level = [x for entries in inner for x in entries if isinstance(x, (dict, list))]
+        if not level:
+            return False
+    return True
 
 
 def _with_tuples(value: Any) -> Any:
@@ -239,12 +295,26 @@ def _sentence(fault: Any) -> str:
             return f"effect '{place[-1]}' is unknown; allowed are {', '.join(EFFECTS)}"
         return f"key '{key}' is unknown; allowed are the keys that `twolink scenes --schema` lists"
     if fault["type"] == "too_long" or (fault["type"] == "missing" and place[-1].isdigit()):
-        return f"{key.removesuffix('.1')} is {fault['input']!r}; allowed are two numbers"
+        return f"{key.removesuffix('.1')} is {_shown(fault['input'])}; allowed are two numbers"
     if fault["type"] == "missing":
         return f"key '{key}' is missing; allowed is a scene that gives it"
     # What pydantic calls a tuple is a list in TOML.
     allowed = fault["msg"].removeprefix("Input should be ").replace("a valid tuple", "a list")
-    return f"{key} is {fault['input']!r}; allowed is {allowed}"
+    return f"{key} is {_shown(fault['input'])}; allowed is {allowed}"
+
+
+def _shown(value: Any) -> str:
+    """Return what was received in words, shortened where it is long."""
+    try:
+        return _short.repr(value)
+    except ValueError:
+        # Python writes no integer of more than some thousand digits.
+        return "an integer of thousands of digits"
+
+
+_short = reprlib.Repr()
+_short.maxstring = _short.maxother = _short.maxlong = 100
+_short.maxtuple = _short.maxlist = _short.maxdict = 12
 
 
 def _chain(table: dict[str, Any], folder: Path) -> tuple[Chain, tuple[Effect, ...]]:

@@ -11,6 +11,7 @@ from twolink.arithmetic import Pair, Scalar, sign
 from twolink.chain import Chain
 from twolink.directions import PointDirection
 from twolink.errors import ParameterError
+from twolink.finite import check_finite
 from twolink.kinematics import velocity
 from twolink.loads import Force, Loads
 from twolink.nonsmooth import DryFriction
@@ -34,6 +35,7 @@ class EndForce:
 
     def __post_init__(self) -> None:
         """Refuse friction that drives, and directions that are none."""
+        check_finite("end force", normal=self.normal)
         if isinstance(self.friction, (int, float)) and not 0 <= self.friction < float("inf"):
             raise ParameterError(
                 f"end force: friction is {self.friction!r}; allowed is zero or a positive number"

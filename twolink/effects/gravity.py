@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
 from twolink.errors import ParameterError
+from twolink.finite import check_finite
 from twolink.kinematics import position
 from twolink.loads import Force, Loads
 
@@ -18,7 +19,8 @@ class Gravity:
     direction: tuple[float, float] = (0.0, 1.0)
 
     def __post_init__(self) -> None:
-        """Refuse a direction that is none."""
+        """Refuse a size that is not finite, and a direction that is none."""
+        check_finite("gravity", g=self.g)
         if not 0 < math.hypot(*self.direction) < math.inf:
             raise ParameterError(
                 f"gravity's direction is {self.direction!r}; allowed are two numbers, not both zero"

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
+from twolink.finite import check_finite
 from twolink.loads import Loads, motor_loads
 
 
@@ -16,6 +17,10 @@ class JointSpring:
 
     stiffness: tuple[float, float]
     rest: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that are not finite."""
+        check_finite("joint spring", stiffness=self.stiffness, rest=self.rest)
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the torques towards rest."""

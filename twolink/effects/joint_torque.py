@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar, sin
 from twolink.chain import Chain
+from twolink.finite import check_finite
 from twolink.loads import Loads, motor_loads
 
 
@@ -18,6 +19,10 @@ class JointTorque:
     amplitude: tuple[float, float] = (0.0, 0.0)
     frequency: tuple[float, float] = (0.0, 0.0)
     phase: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that are not finite."""
+        check_finite("joint torque", **vars(self))
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the torques on link 1 and on link 2."""

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
+from twolink.finite import check_finite
 from twolink.loads import Loads, motor_loads
 
 
@@ -17,6 +18,10 @@ class PdControl:
     target: tuple[float, float]
     proportional: tuple[float, float]
     derivative: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that are not finite."""
+        check_finite("PD control", **vars(self))
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the torques kp (target − θ) − kd dθ/dt of both motors."""

@@ -84,7 +84,8 @@ class SampledTorque:
                     f"times, {len(self.times)}"
                 )
             if not all(abs(value) < float("inf") for value in values):
-                raise ParameterError(f"sampled torque: {name} has {values!r}; allowed are numbers")
+                wrong = next(value for value in values if not abs(value) < float("inf"))
+                raise ParameterError(f"sampled torque: {name} has {wrong!r}; allowed are numbers")
         for earlier, later in pairwise(self.times):
             if not earlier < later:
                 raise ParameterError(

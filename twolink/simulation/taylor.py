@@ -177,6 +177,11 @@ def default_longest_step(scene: Scene) -> float:
     # From where the chain stands, by all that acts then.
     lagrange = EQUATIONS["lagrange"]
     _, rates = lagrange.rates(scene.equipped, scene.effects, scene.q, scene.u, times)
+    if not all(np.isfinite(du).all() for du in rates):
+        raise SimulationError(
+            f"from q = {scene.q!r} and u = {scene.u!r} the accelerations are no finite numbers; "
+            "allowed are speeds and loads that float64 can follow"
+        )
     strongest = max(float(np.abs(du).max()) for du in rates)
     fastest = max(*(abs(float(u)) for u in scene.u), math.sqrt(strongest), 1e-300)
     return min(scene.duration, 1 / fastest)
