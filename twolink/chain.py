@@ -23,7 +23,6 @@ from twolink.arithmetic import Pair, Scalar
 from twolink.errors import ParameterError
 from twolink.urdf import LinkParameters, read_planar_urdf, write_planar_urdf
 
-
 # Between these the products of float64 neither overflow nor lose digits.
 _SMALLEST, _LARGEST = 1e-290, 1e290
 

@@ -12,6 +12,7 @@ import reprlib
 import tomllib
 from collections import Counter
 from dataclasses import MISSING, dataclass, fields
+from functools import lru_cache
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_type_hints
@@ -138,6 +139,7 @@ class Scene:
         return text
 
 
+@lru_cache(maxsize=64)
 def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
     """Return the pydantic model of a scene file with these effects."""
     from typing import Annotated, Literal
