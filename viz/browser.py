@@ -90,6 +90,24 @@ def find_browser() -> str | None:
     return None
 
 
+def browser_program() -> str:
+    """Return the path of a Chromium or Chrome; raises `PictureError` where there is none."""
+    if os.name != "posix":
+        raise PictureError(
+            f"recording runs on Linux and macOS, and this is {sys.platform}; allowed is "
+            "a .html file, which needs no browser"
+        )
+    program = find_browser()
+    if program is None:
+        named = os.environ.get(BROWSER)
+        where = f" ({BROWSER} is '{named}')" if named else ""
+        raise PictureError(
+            f"no Chromium or Chrome was found{where}; allowed are a .html file, which needs "
+            "none, or any format once one is installed (Debian, Ubuntu: apt install chromium)"
+        )
+    return program
+
+
 class Browser:
     """A headless browser with pages; use it in a `with` statement, and none is left behind.
 
@@ -108,19 +126,7 @@ class Browser:
 
     def __enter__(self) -> Browser:
         """Start the browser."""
-        if os.name != "posix":
-            raise PictureError(
-                f"recording runs on Linux and macOS, and this is {sys.platform}; allowed is "
-                "--out FILE.html, which needs no browser"
-            )
-        program = find_browser()
-        if program is None:
-            named = os.environ.get(BROWSER)
-            where = f" ({BROWSER} is '{named}')" if named else ""
-            raise PictureError(
-                f"no Chromium or Chrome was found{where}; allowed are a .html file, which needs "
-                "none, or any format once one is installed (Debian, Ubuntu: apt install chromium)"
-            )
+        program = browser_program()
         self._folder = tempfile.mkdtemp(prefix="twolink-", dir=_short_folder())
         try:
             self._start(program)

@@ -251,7 +251,8 @@ class Film:
         found = []
         for link, length, below in ((1, L1, 0), (2, L2, 4)):
             order, place = _LINK_ORDER + below, f"{path}/link{link}"
-            shape = bar(length, width)
+            # Bodies of a URDF's own are seen behind.
+            shape = bar(length, 0.4 * width if self.bodies else width)
             found += [
                 flat_mesh(f"{place}/bar", shape, theme.links[link - 1], order=order),
                 flat_mesh(f"{place}/pin", disc((0, 0), 0.3 * width), theme.pin, order=order + 6),

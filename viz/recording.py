@@ -10,7 +10,7 @@ from pathlib import Path
 
 from twolink.errors import PictureError
 from twolink.files import written_whole
-from viz.browser import Browser, Page
+from viz.browser import Browser, Page, browser_program
 from viz.encoding import FILMS, check_decoded, check_film, decoded, encoder, ffmpeg
 from viz.film import Film
 from viz.page import player_page
@@ -72,7 +72,7 @@ def record(
 
 
 def check_recording(file: Path, size: tuple[int, int], fps: float) -> None:
-    """Raise `PictureError` for kinds of file and sizes that are none, and for missing packages."""
+    """Raise `PictureError` for kinds and sizes that are none, and for what is not installed."""
     if file.suffix not in KINDS:
         raise PictureError(f"{file}: the suffix is '{file.suffix}'; allowed are {', '.join(KINDS)}")
     if not all(_LEAST <= length <= _MOST for length in size):
@@ -82,6 +82,8 @@ def check_recording(file: Path, size: tuple[int, int], fps: float) -> None:
     if file.suffix in FILMS:
         check_film(file.suffix, *size, fps)
         ffmpeg()
+    if file.suffix != ".html":
+        browser_program()
 
 
 @contextmanager

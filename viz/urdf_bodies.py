@@ -32,6 +32,7 @@ def urdf_bodies(file: Path, chain: Chain, *, own: bool = True) -> tuple[bytes, .
             f"the chain that moves, with {lengths[1][0]:g} and {lengths[1][1]:g} m"
         )
     robot = _loaded(file)
+    _check_whole(robot, file)
     moved_by = _moved_by(robot, read)
     links = _links_at_zero(read, chain)
     found: list[bytes] = []
@@ -54,10 +55,11 @@ def _loaded(file: Path) -> Any:
 
     import yourdfpy
 
-    def found(name: str) -> str:
-        path = _resolved(file, name)
+    # yourdfpy calls it by this name.
+    def found(fname: str) -> str:
+        path = _resolved(file, fname)
         if not path.is_file():
-            raise UrdfError(f"{file}: there is no mesh {name}; allowed is a file that exists")
+            raise UrdfError(f"{file}: there is no mesh {fname}; allowed is a file that exists")
         return str(path)
 
     # It tells its own log of what is told here as errors.
@@ -79,6 +81,23 @@ def _loaded(file: Path) -> Any:
         ) from error
     finally:
         logger.setLevel(before)
+
+
+def _check_whole(robot: Any, file: Path) -> None:
+    """Raise `UrdfError` for a visual of which nothing was read: yourdfpy leaves it out."""
+    graph = robot.scene.graph
+    drawn = [
+        graph.transforms.parents[node]
+        for node in graph.nodes_geometry
+        if len(getattr(robot.scene.geometry[graph.get(node)[1]], "faces", ()))
+    ]
+    for name, link in robot.link_map.items():
+        wanted = sum(visual.geometry is not None for visual in link.visuals)
+        if drawn.count(name) < wanted:
+            raise UrdfError(
+                f"{file}: link '{name}' has a mesh in which nothing can be read; allowed are "
+                "meshes of triangles that trimesh reads, such as .stl, .obj and .dae"
+            )
 
 
 def _resolved(file: Path, name: str) -> Path:

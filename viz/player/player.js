@@ -43,6 +43,8 @@
       this.pane = element.querySelector(".pane");
       this.canvas = element.querySelector(".words");
       this.viewer = new MeshCat.Viewer(this.pane, false);
+      // With another camera the viewer takes new controls, and forgets to let go of the first.
+      this.viewer.controls.dispose();
       // The viewer would take the height of the window, and stretch an orthographic camera.
       this.viewer.set_3d_pane_size = () => this.fit();
       this.words = null;
@@ -467,8 +469,10 @@
       this.viewButton.onclick = () => stage.fit();
       // A player in a page of text must not catch the reader's scrolling.
       const alone = this.element.classList.contains("alone");
-      stage.viewer.controls.enabled = alone;
-      if (!alone) this.element.querySelector(".pane canvas").style.touchAction = "auto";
+      if (!alone) {
+        stage.viewer.controls.dispose();
+        stage.pane.style.touchAction = "auto";
+      }
       (alone ? document : this.element).addEventListener("keydown", (event) => this.key(event));
       if (!alone) this.element.querySelector(".stage").addEventListener("click", () => this.element.focus());
       new ResizeObserver(() => stage.fit()).observe(stage.element);

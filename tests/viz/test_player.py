@@ -1,0 +1,235 @@
+"""The player in a real browser: what it shows, and what buttons and keys do."""
+
+from __future__ import annotations
+
+import base64
+from io import BytesIO
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.viz.films import film_of, need_browser, trajectory_of
+from twolink import kinematics
+from viz.browser import Browser
+from viz.page import player_body, player_head, player_page
+
+pytestmark = pytest.mark.slow
+
+WIDTH, HEIGHT = 800, 600
+
+
+@pytest.fixture(scope="module")
+def browser():
+    need_browser()
+    with Browser() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def film_page(tmp_path_factory):
+    file = tmp_path_factory.mktemp("page") / "film.html"
+    file.write_text(player_page(film_of("bounce_to_rest", 2.0)), encoding="utf-8")
+    return file.as_uri()
+
+
+@pytest.fixture
+def page(browser, film_page):
+    found = browser.page(WIDTH, HEIGHT)
+    found.open(film_page)
+    yield found
+    assert found.complaints() == []
+    found.call("Page.close")
+
+
+def state(page):
+    data = page.value("({...document.querySelector('.twolink-player').dataset})")
+    return int(data["frame"]), data["playing"] == "true", float(data["speed"])
+
+
+def click(page, selector, share=0.5):
+    """Press and let go the mouse on an element, at a share of its width."""
+    x, y, width, height = page.value(
+        f"(({{x, y, width, height}}) => [x, y, width, height])"
+        f"(document.querySelector('{selector}').getBoundingClientRect())"
+    )
+    at = {"x": x + share * width, "y": y + height / 2, "button": "left", "clickCount": 1}
+    for kind in ("mousePressed", "mouseReleased"):
+        page.call("Input.dispatchMouseEvent", {"type": kind, **at})
+
+
+def press(page, key, code=None):
+    text = {"text": key} if len(key) == 1 else {}
+    for kind in ("keyDown", "keyUp"):
+        page.call("Input.dispatchKeyEvent", {"type": kind, "key": key, "code": code or key, **text})
+
+
+def settled(page):
+    """Wait until a frame has been drawn."""
+    page.value("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def picture(page, number):
+    url = page.value(f"document.querySelector('.twolink-player').twolink.picture({number})")
+    return np.array(Image.open(BytesIO(base64.b64decode(url.partition(",")[2]))).convert("RGB"))
+
+
+def test_it_asks_the_network_for_nothing(page, film_page):
+    asked = {event["request"]["url"] for event in page.events("Network.requestWillBeSent")}
+    # Itself; what it has within has no address of another place.
+    assert film_page in asked
+    assert all(url == film_page or url.startswith(("data:", "blob:")) for url in asked)
+
+
+def test_it_waits_at_the_start(page):
+    assert state(page) == (0, False, 1.0)
+    assert page.value("document.title") == "Bounce to rest"
+
+
+@pytest.mark.parametrize("means", ["click", "key"])
+def test_play_and_pause(page, means):
+    def toggle():
+        click(page, "button.play") if means == "click" else press(page, " ", "Space")
+
+    toggle()
+    page.wait_until("Number(document.querySelector('.twolink-player').dataset.frame) > 3")
+    assert state(page)[1]
+    toggle()
+    frame, playing, _ = state(page)
+    assert not playing
+    page.browser.wait_for_events(0.3)
+    assert state(page)[0] == frame
+
+
+def test_it_plays_in_real_time(page):
+    """By its own clock: between two pictures as many frames as the time between them has."""
+    press(page, " ", "Space")
+    watched = page.value(
+        """new Promise(done => {
+          const data = document.querySelector('.twolink-player').dataset;
+          const start = [performance.now(), Number(data.frame)];
+          setTimeout(() => done([...start, performance.now(), Number(data.frame)]), 700);
+        })"""
+    )
+    seconds, frames = (watched[2] - watched[0]) / 1000, watched[3] - watched[1]
+    # What is told may be as old as the last picture, drawn by software on a busy machine.
+    assert frames == pytest.approx(30 * seconds, abs=10)
+
+
+def test_it_stops_at_the_end_and_begins_anew(page):
+    press(page, "End")
+    assert state(page) == (60, False, 1.0)
+    click(page, "button.play")
+    page.wait_until("Number(document.querySelector('.twolink-player').dataset.frame) < 60")
+    press(page, "End")
+    page.wait_until("document.querySelector('.twolink-player').dataset.playing === 'false'")
+
+
+def test_scrubbing_by_clicks_and_keys(page):
+    click(page, "input.scrub", 0.5)
+    assert state(page)[0] == pytest.approx(30, abs=1)
+    click(page, "input.scrub", 0.999)
+    assert state(page)[0] >= 59
+    press(page, "Home")
+    assert state(page)[0] == 0
+    for _ in range(3):
+        press(page, "ArrowRight")
+    assert state(page)[0] == 3
+    press(page, "ArrowLeft")
+    assert state(page)[0] == 2
+    assert page.value("document.querySelector('.scrub').value") == "2"
+    assert page.value("document.querySelector('output').textContent") == "0.07 / 2.00 s"
+
+
+def test_speed_by_clicks_and_keys(page):
+    click(page, "button.slower")
+    assert state(page)[2] == 0.5
+    click(page, "button.faster")
+    click(page, "button.faster")
+    assert state(page)[2] == 2
+    press(page, "-")
+    assert state(page)[2] == 1
+    press(page, "+")
+    assert state(page)[2] == 2
+    for _ in range(9):
+        press(page, "+")
+    assert state(page)[2] == 4
+    assert page.value("document.querySelector('span.speed').textContent") == "× 4"
+
+
+def test_the_view_can_be_turned_and_set_back(page):
+    where = (
+        "document.querySelector('.twolink-player').twolink.stage.viewer.camera.position.toArray()"
+    )
+    before = page.value(where)
+    for kind, x in (("mousePressed", 300), ("mouseMoved", 400), ("mouseReleased", 400)):
+        at = {"x": x, "y": 250, "button": "left", "buttons": 1, "clickCount": 1}
+        page.call("Input.dispatchMouseEvent", {"type": kind, **at})
+    settled(page)
+    turned = page.value(where)
+    assert np.abs(np.array(turned) - before).max() > 1
+    press(page, "0", "Digit0")
+    settled(page)
+    assert page.value(where) == pytest.approx(before, abs=1e-9)
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("size", [(1280, 720), (640, 480)])
+def test_the_end_is_at_its_pixel(browser, tmp_path, theme, size):
+    trajectory, film = trajectory_of("free_fall", 2.0), film_of("free_fall", 2.0, theme=theme)
+    file = tmp_path / "film.html"
+    file.write_text(player_page(film, bare=True), encoding="utf-8")
+    page = browser.page(*size)
+    page.open(file.as_uri())
+    colour = [int(film.theme.end[k : k + 2], 16) for k in (1, 3, 5)]
+    for number in range(2, 60, 3):
+        pixels = picture(page, number)
+        assert pixels.shape == (size[1], size[0], 3)
+        # The trail, which is translucent, has this colour nowhere.
+        rows, columns = np.nonzero((pixels == colour).all(axis=2))
+        found = np.array([columns.mean(), rows.mean()]) + 0.5
+        q, _ = trajectory.at([film.times[number]])
+        D = kinematics.position(trajectory.chain, tuple(q[:, 0]), trajectory.chain.D)
+        assert np.abs(found - film.framing(*size).pixel(np.array(D))).max() <= 3
+    page.call("Page.close")
+
+
+def test_a_picture_depends_on_its_frame_alone(browser, film_page):
+    one, other = browser.page(640, 480), browser.page(640, 480)
+    for page in (one, other):
+        page.open(film_page)
+    straight = [picture(one, number) for number in (10, 13, 40)]
+    jumping = [picture(other, number) for number in (40, 3, 13, 59, 10)]
+    assert (straight[0] == jumping[4]).all()
+    assert (straight[1] == jumping[2]).all()
+    assert (straight[2] == jumping[0]).all()
+    assert (straight[0] != straight[1]).any()
+    for page in (one, other):
+        page.call("Page.close")
+
+
+def test_players_stand_in_a_page_of_text(browser, tmp_path):
+    """Two of them, with one viewer; a wheel over them scrolls the page."""
+    body = "".join(player_body(film_of(name, 1.0)) for name in ("drop", "bounce_to_rest"))
+    text = "<p style='height: 700px'>text</p>"
+    file = tmp_path / "report.html"
+    file.write_text(
+        f"<!DOCTYPE html><html><head><meta charset='utf-8'>{player_head()}</head>"
+        f"<body>{body}{text}</body></html>",
+        encoding="utf-8",
+    )
+    page = browser.page(400, 700)
+    page.open(file.as_uri())
+    page.wait_until("document.querySelectorAll('.twolink-player[data-ready]').length === 2")
+    widths = page.value("[...document.querySelectorAll('.stage')].map(s => s.clientWidth)")
+    assert widths == [384, 384]
+    assert page.value("document.documentElement.scrollWidth") <= 400
+    at = {"type": "mouseWheel", "x": 200, "y": 120, "deltaX": 0, "deltaY": 200}
+    page.call("Input.dispatchMouseEvent", at)
+    page.wait_until("scrollY > 100")
+    page.value("document.querySelectorAll('.twolink-player')[1].focus()")
+    press(page, "ArrowRight")
+    frames = "[...document.querySelectorAll('.twolink-player')].map(p => p.dataset.frame)"
+    assert page.value(frames) == ["0", "1"]
+    assert page.complaints() == []
+    page.call("Page.close")
