@@ -82,6 +82,39 @@ def test_stages_left_unfinished_drift_and_are_seen(monkeypatch):
     assert study.unexpected[0].startswith("implicit-midpoint: a power of 0 is expected and ")
 
 
+def test_far_from_zero_taylor_series_err_more():
+    """The same swing, a thousand turns away: tolerances and roundings are relative to angles."""
+    turns = 1000 * 2 * np.pi
+    away = replace(SWINGS, q=(SWINGS.q[0] + turns, SWINGS.q[1] + turns))
+    names = ("rk4", "taylor-11", "taylor-21")
+    near, far = (energy_drift(scene, seconds=200.0, methods=names) for scene in (SWINGS, away))
+    rk4, coarse, full = (
+        there.errors[-1] / here.errors[-1]
+        for here, there in zip(near.drifts, far.drifts, strict=True)
+    )
+    # The radius is told by steps of Taylor series, which are longer there; rk4 errs by h⁵ a time.
+    longer = far.drifts[0].step / near.drifts[0].step
+    assert rk4 == pytest.approx(longer**5, rel=0.02)
+    assert longer < 2
+    assert coarse > 100
+    assert full > 100
+    assert near.farthest < 3
+    assert far.farthest > turns
+
+
+@pytest.mark.slow
+def test_short_steps_keep_symplectic_methods_bounded_in_a_chaotic_motion(monkeypatch):
+    fall = Scene.load(shipped("scenes") / "free_fall.toml")
+    found = {}
+    for factor in (1.0, 0.25):
+        long = tuple(replace(one, share=factor * one.share) for one in LONG_METHODS)
+        monkeypatch.setattr(module, "LONG_METHODS", long)
+        (drift,) = energy_drift(fall, seconds=2000.0, methods=("gauss-legendre-4",)).drifts
+        found[factor] = drift
+    assert not found[1.0].as_expected
+    assert found[0.25].as_expected
+
+
 @pytest.mark.parametrize("share", [1.5, 4.0])
 def test_a_method_that_fails_is_a_row_and_not_a_gap(monkeypatch, share):
     long = tuple(

@@ -54,9 +54,9 @@ class Drift:
     `errors` are its root mean square over the starts, at `times` (s), as a share of the greatest
     kinetic energy; both are of shape (bins,). `step` is in s, the mean one for Taylor series;
     `iterations` are those of implicit equations in each step, and one more would move no state by
-    more than `unfinished`, in roundings. `growth` is the power of time that
-    was measured, None where there is none. The run itself took `seconds`, and `failure` says why
-    it is not to be trusted.
+    more than `unfinished`, in roundings. `growth` is the power of time that was measured, None
+    where there is none. `farthest` is the largest angle seen (rad), the run itself took `seconds`,
+    and `failure` says why it is not to be trusted.
     """
 
     method: LongMethod
@@ -65,6 +65,7 @@ class Drift:
     step: float
     iterations: int
     unfinished: float
+    farthest: float
     seconds: float
     failure: str = ""
 
@@ -103,6 +104,11 @@ class DriftStudy:
     def unexpected(self) -> tuple[str, ...]:
         """A sentence for each method that does not do what is expected of it."""
         return tuple(_sentence(drift) for drift in self.drifts if not drift.as_expected)
+
+    @property
+    def farthest(self) -> float:
+        """The largest angle (rad) of all runs."""
+        return max((drift.farthest for drift in self.drifts), default=0.0)
 
     def document(self) -> dict[str, Any]:
         """Return all of it as plain data, for other programs."""
@@ -156,6 +162,7 @@ def _as_data(drift: Drift) -> dict[str, Any]:
         "order": method.order,
         "step_s": drift.step,
         "iterations": drift.iterations,
+        "largest_angle_rad": drift.farthest,
         "roundings_by_one_more_iteration": drift.unfinished,
         "starts": drift.measured.squares.shape[1],
         "expected_exponent": method.expected,
@@ -273,18 +280,19 @@ def _drift(asked: _Asked, method: LongMethod, told: Callable[[float], None]) -> 
         run = prepared(method, asked.scene, asked.radius, states)
     except SimulationError as error:
         nothing = Binned(np.empty(0), np.empty((0, method.starts)))
-        return Drift(method, nothing, None, math.nan, 0, math.inf, 0.0, str(error))
+        return Drift(method, nothing, None, math.nan, 0, math.inf, 0.0, 0.0, str(error))
     begin = perf_counter()
     first = total_energy(asked.scene, starts)
     seen: list[float] = []
     errors: list[Array] = []
-    failure = ""
+    failure, farthest = "", 0.0
     for time, states in run.stream(asked.times):
         if not np.isfinite(states).all():
             failure = f"it leaves the numbers before {time:.3g} s"
             break
         seen.append(time)
         errors.append(np.asarray(total_energy(asked.scene, states) - first, dtype=float))
+        farthest = max(farthest, float(np.abs(states[:2]).max()))
         told(min(1.0, time / asked.seconds))
     seconds = perf_counter() - begin
     unfinished = math.inf if failure else run.unfinished(states)
@@ -300,6 +308,7 @@ def _drift(asked: _Asked, method: LongMethod, told: Callable[[float], None]) -> 
         step=run.step(),
         iterations=run.iterations,
         unfinished=unfinished,
+        farthest=farthest,
         seconds=seconds,
         failure=failure,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,7 +16,9 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from twolink.accuracy.drift import Drift, DriftStudy
-    from twolink.accuracy.parting import Parting
+
+# Angles beyond this (rad) round ten times as coarsely as those of one turn.
+_MANY_TURNS = 63.0
 
 
 def drift(
@@ -86,7 +89,8 @@ def _print(page: Console, found: DriftStudy) -> None:
             "± is the standard error over the starts.",
             soft_wrap=True,
         )
-    page.print(_regular_or_not(found.parting), soft_wrap=True)
+    for sentence in _about_the_motion(found):
+        page.print(sentence, soft_wrap=True)
     if found.unexpected:
         for sentence in found.unexpected:
             page.print(sentence, style="bold yellow", soft_wrap=True)
@@ -94,15 +98,22 @@ def _print(page: Console, found: DriftStudy) -> None:
         page.print("Every method does what is expected of it.", style="bold green")
 
 
-def _regular_or_not(parting: Parting) -> str:
-    """Return what the motion is, in a sentence: it decides what powers of time can tell."""
-    by = f"neighbours part by a factor of {parting.factor:.1g} in {parting.seconds:.3g} s"
-    if not parting.chaotic:
-        return f"The motion is regular: {by}."
-    return (
-        f"The motion is chaotic: {by}. Errors come with its swiftest moments, and powers of time "
-        "say little about a method; a regular scene, such as small_swings, tells methods apart."
-    )
+def _about_the_motion(found: DriftStudy) -> Iterator[str]:
+    """Return what the motion is like, in sentences: it decides what powers of time can tell."""
+    apart = found.parting
+    by = f"neighbours part by a factor of {apart.factor:.1g} in {apart.seconds:.3g} s"
+    if apart.chaotic:
+        yield (
+            f"The motion is chaotic: {by}. Where a step is long for its swiftest moments energy "
+            "leaps, by symplectic methods too; small_swings is a regular scene."
+        )
+    else:
+        yield f"The motion is regular: {by}."
+    if found.farthest > _MANY_TURNS:
+        yield (
+            f"Angles reach {found.farthest:.2g} rad. They round in proportion to their size, and "
+            "tolerances of Taylor series are relative to it: these err faster by as much."
+        )
 
 
 def _table(drifts: tuple[Drift, ...]) -> Any:
