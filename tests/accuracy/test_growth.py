@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twolink.accuracy.growth import binned, growth
+from twolink.accuracy.growth import Growth, binned, growth
 
 TIMES = np.logspace(0, 4, 321)
 
@@ -53,3 +53,9 @@ def test_too_little_gives_no_power():
     assert growth(binned(TIMES, np.ones((len(TIMES), 1))), start=1.0) is None
     assert growth(binned(TIMES, np.ones((len(TIMES), 4))), start=7e3) is None
     assert growth(binned(np.empty(0), np.empty((0, 4))), start=1.0) is None
+
+
+def test_an_exponent_that_rounds_to_zero_has_no_sign():
+    assert Growth(-0.004, 0.01, 1.0, 2.0).rounded == "0.00"
+    assert Growth(-0.006, 0.01, 1.0, 2.0).rounded == "-0.01"
+    assert Growth(1.004, 0.01, 1.0, 2.0).rounded == "1.00"

@@ -149,7 +149,7 @@ def _sentence(drift: Drift) -> str:
     if drift.growth is None:
         return f"{name}: too few of its errors were seen for a power of time to be fitted."
     return (
-        f"{name}: a power of {expected:g} is expected and {drift.growth.exponent:.2f} ± "
+        f"{name}: a power of {expected:g} is expected and {drift.growth.rounded} ± "
         f"{drift.growth.uncertainty:.2f} was measured."
     )
 

@@ -41,6 +41,11 @@ class Growth:
     start: float
     end: float
 
+    @property
+    def rounded(self) -> str:
+        """The exponent with two decimals; one that rounds to zero has no sign."""
+        return f"{self.exponent:.2f}".replace("-0.00", "0.00")
+
 
 def binned(times: Array, errors: Array) -> Binned:
     """Return the mean squares of errors (n, starts) at rising times (s) in bins, ten to a decade.

@@ -134,7 +134,7 @@ def _table(drifts: tuple[Drift, ...]) -> Any:
             str(method.order),
             f"{drift.step:.2g} s" if drift.step > 0 else "",
             f"{method.expected:g}",
-            "" if found is None else f"{found.exponent:.2f} ± {found.uncertainty:.2f}",
+            "" if found is None else f"{found.rounded} ± {found.uncertainty:.2f}",
             f"{drift.errors[-1]:.1e}" if len(drift.errors) else "",
             f"{drift.seconds:.1f} s",
             style=None if drift.as_expected else "yellow",

@@ -47,9 +47,7 @@ def drift_plot(study: DriftStudy, theme: str = "light") -> Figure:
 def _label(drift: Drift) -> str:
     if drift.growth is None:
         return drift.method.name
-    # A power that rounds to zero has no sign.
-    power = f"{drift.growth.exponent:.2f}".replace("-0.00", "0.00")
-    return f"{drift.method.name} ∝ $t^{{{power}}}$"
+    return f"{drift.method.name} ∝ $t^{{{drift.growth.rounded}}}$"
 
 
 def _guide(axes: Axes, study: DriftStudy, colours: Theme) -> None:
