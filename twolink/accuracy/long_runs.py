@@ -127,7 +127,10 @@ def _map_stream(steps: StepMap, starts: Array) -> Callable[[Array], Iterator[tup
 
 
 def _by_series(scene: Scene, order: int, starts: Array) -> LongRun:
-    """As `twolink.simulation.taylor` runs one start, with the same tolerance and cap, for many."""
+    """As `twolink.simulation.taylor` runs one start, with the same tolerance and cap, for many.
+
+    Where one cannot be followed, none of its batch is a number from there on.
+    """
     hy = heyoka()
     equations, chain = MomentumEquations(), scene.equipped.convert(float)
     q1, q2, p1, p2 = hy.make_vars("q1", "q2", "p1", "p2")
@@ -139,13 +142,15 @@ def _by_series(scene: Scene, order: int, starts: Array) -> LongRun:
     for integrator, part in zip(integrators, parts, strict=True):
         integrator.state[:] = part
     cap = [default_longest_step(scene)] * LANES
-    taken = _Taken()
+    taken, reached = _Taken(), hy.taylor_outcome.time_limit
 
     def stream(times: Array) -> Iterator[tuple[float, Array]]:
         for time in times:
             for integrator in integrators:
                 integrator.propagate_until([float(time)] * LANES, max_delta_t=cap)
                 taken.steps += sum(result[3] for result in integrator.propagate_res)
+                if any(result[0] != reached for result in integrator.propagate_res):
+                    integrator.state[:] = np.nan
             taken.time = float(time) * LANES * len(integrators)
             yield float(time), np.concatenate([one.state for one in integrators], axis=1)
 
