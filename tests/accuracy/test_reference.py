@@ -7,8 +7,10 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.accuracy.test_study import END
+from twolink.accuracy.multiprecision import precise_motion
 from twolink.accuracy.reference import MOST_DIGITS_WITH_EVENTS, reference
 from twolink.cli import app
+from twolink.effects import effects_during
 from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.shipped import shipped
@@ -93,6 +95,32 @@ def test_across_events_it_says_how_many_digits_there_are():
     assert np.allclose([float(value) for value in found.states[0]], ends, rtol=0, atol=1e-10)
 
 
+def test_with_events_the_digits_are_those_of_sixty():
+    """Torques that are held are constant from sample to sample: so 60 digits can judge 113 bits."""
+    scene = Scene.load(SCENES / "sampled_torque.toml")
+    found = reference(scene, MOST_DIGITS_WITH_EVENTS, (0.2,))
+    q, u = scene.q, scene.u
+    for start, end in ((0.0, 0.1), (0.1, 0.2)):
+        piece = replace(scene, q=q, u=u, effects=effects_during(scene.effects, start))
+        motion = precise_motion(piece, "momenta", 60)
+        # Not 0.1 s: the difference of two float64 numbers, in all their digits.
+        motion.integrator.propagate_until(
+            motion.number(end) - motion.number(start), max_delta_t=motion.longest_step
+        )
+        q1, q2, *u = motion.speeds()
+        q, u = (q1, q2), tuple(u)
+    for ours, true in zip(found.states[0], (*q, *u), strict=True):
+        assert abs(Decimal(ours) - Decimal(str(true))) <= Decimal("0.5e-28")
+
+
+def test_with_events_more_of_the_agreement_is_held_back(monkeypatch):
+    from twolink.accuracy import reference as module
+
+    scene = replace(Scene.load(SCENES / "drop.toml"), duration=0.5)
+    monkeypatch.setattr(module, "_agreement", lambda coarse, fine: 20)
+    assert reference(scene, 28).digits == (17,)
+
+
 @pytest.mark.parametrize(
     ("digits", "times", "sentence"),
     [
@@ -159,6 +187,8 @@ def test_float64_results_are_as_near_to_the_references_as_they_say(file):
     times = [float(state["t"]) for state in document["states"]]
     q, u = trajectory.at(times)
     for index, state in enumerate(document["states"]):
+        # Every number has its digits written out: one that is small, or zero, too.
+        assert {len(state[name].split(".")[1]) for name in ("q1", "u2")} == {state["digits"]}
         for ours, name in zip((*q[:, index], *u[:, index]), ("q1", "q2", "u1", "u2"), strict=True):
             error = abs(Decimal(float(ours)) - Decimal(state[name]))
             assert error <= Decimal(trajectory.error), (name, times[index])

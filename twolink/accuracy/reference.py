@@ -34,8 +34,11 @@ _FIRST_GUARD, _SECOND_GUARD = 8, 14
 # Motions that amplify more than this many repetitions make up for are left with fewer digits.
 _MOST_TRIES = 4
 
-# Digits of their agreement that are not vouched for: it is a difference, not a bound.
-_MARGIN = 1
+# Digits of their agreement that are not vouched for. Of two runs of which one is better by six
+# digits, the difference is the error of the other, of which the first digit may be near to 10. With
+# events both err by the rounding of 113 bits, which grows in the same direction: so two that err
+# alike may agree too well, by three digits in one case of a thousand.
+_MARGIN, _MARGIN_WITH_EVENTS = 1, 3
 
 State = tuple[str, str, str, str]
 
@@ -264,11 +267,12 @@ def _vouched(
     digits: int,
 ) -> Reference:
     """Return the second run's states, each to the digits in which the first agrees."""
+    margin = _MARGIN_WITH_EVENTS if has_events(scene) else _MARGIN
     states, right = [], []
     for time, coarse, fine in zip(grid, first[1], second[1], strict=True):
         if time not in asked:
             continue
-        agreed = min(digits, _agreement(coarse, fine) - _MARGIN)
+        agreed = min(digits, _agreement(coarse, fine) - margin)
         right.append(agreed)
         states.append(tuple(_rounded(value, agreed) for value in fine))
     found: Any = tuple(states)
@@ -280,7 +284,7 @@ def _agreement(coarse: tuple[Decimal, ...], fine: tuple[Decimal, ...]) -> int:
     with localcontext() as context:
         context.prec = 2 * MOST_DIGITS
         apart = max(abs(a - b) for a, b in zip(coarse, fine, strict=True))
-    return MOST_DIGITS + _MARGIN if apart == 0 else -apart.adjusted() - 1
+    return 2 * MOST_DIGITS if apart == 0 else -apart.adjusted() - 1
 
 
 def _rounded(value: Decimal, digits: int) -> str:
