@@ -118,6 +118,6 @@ def test_a_circulating_set_with_a_negative_inertia_is_refused():
 @pytest.mark.parametrize("size", [1e-310, 1e-160, 1e155, 1e300])
 def test_a_chain_that_float64_cannot_hold_is_refused(size):
     """Else det M would be 0 or infinite, and every acceleration a NaN."""
-    with pytest.raises(ParameterError, match="determinant is .* allowed is 1e-290 to"):
+    with pytest.raises(ParameterError, match=r"determinant is .* allowed is 1e-290 to"):
         Chain.uniform_bars((size, size))
     assert Chain.uniform_bars((1e140, 1e140)).m1 == 1e140

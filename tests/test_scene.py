@@ -551,6 +551,6 @@ def test_files_without_end_or_too_large_are_refused(tmp_path):
         Scene.load(large)
     with pytest.raises(SceneError, match="this is no plain file"):
         Scene.load("/dev/zero")
-    with pytest.raises(SceneError, match="File name too long|no file of this name") as caught:
+    with pytest.raises(SceneError, match=r"File name too long|no file of this name") as caught:
         Scene.load("x" * 10_000)
     assert len(str(caught.value)) < 500
