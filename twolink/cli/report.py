@@ -30,9 +30,6 @@ def report(
         typer.Argument(help="Scene files (TOML). Default: the source's drop, and its free fall."),
     ] = None,
     out: Annotated[Path, typer.Option(help="The folder for index.html.")] = Path("report"),
-    full: Annotated[
-        bool, typer.Option("--full", help="Run the hard cases too, which takes minutes.")
-    ] = False,
     states: Annotated[int, typer.Option(help="How many random states to verify at.")] = 10_000,
 ) -> None:
     """Verify, simulate, measure, and write one self-contained page of it all.
@@ -44,7 +41,7 @@ def report(
     if states < 1:
         refuse(f"--states is {states}; allowed is a positive whole number")
     try:
-        passed, sentence = _made(scenes or [], out, full, states)
+        passed, sentence = _made(scenes or [], out, states)
     except TwolinkError as error:
         refuse(str(error))
     page = console()
@@ -54,7 +51,7 @@ def report(
         raise typer.Exit(FAILED)
 
 
-def _made(files: list[Path], out: Path, full: bool, states: int) -> tuple[bool, str]:
+def _made(files: list[Path], out: Path, states: int) -> tuple[bool, str]:
     """Write the page; return whether all that was checked agrees, and the verdict's sentence."""
     from twolink.scene import Scene
     from twolink.shipped import shipped
@@ -66,7 +63,7 @@ def _made(files: list[Path], out: Path, full: bool, states: int) -> tuple[bool, 
 
     # All is read before any work is done.
     loaded = [Scene.load(file) for file in files or [shipped("scenes") / name for name in _DEFAULT]]
-    stages = 2 + len(loaded) + full
+    stages = 2 + len(loaded)
     with progress_bar() as bar:
         stage = _Stages(bar, stages)
         with stage("verifying the shipped URDF") as tell:
@@ -77,12 +74,6 @@ def _made(files: list[Path], out: Path, full: bool, states: int) -> tuple[bool, 
         for scene in loaded:
             with stage(f"simulating, filming, measuring: {scene.title}") as tell:
                 parts.append(_scene(scene, _BUDGET / len(loaded), tell))
-        passed = verdict.passed
-        if full:
-            with stage("hard cases") as tell:
-                section, kept = _hardcases(tell)
-                parts.append(section)
-                passed &= kept
         with stage("writing the page"):
             parts.append(made.origin(verdict, " ".join(["twolink", *sys.argv[1:]])))
             out.mkdir(parents=True, exist_ok=True)
@@ -92,7 +83,7 @@ def _made(files: list[Path], out: Path, full: bool, states: int) -> tuple[bool, 
             )
             whole = page.page("twolink report", lead, parts, player_head())
             page.write(out / "index.html", whole)
-    return passed, verdict.sentence
+    return verdict.passed, verdict.sentence
 
 
 class _Stages:
@@ -129,7 +120,3 @@ def _scene(scene: Scene, budget: float, tell: Callable[[float], None]) -> Sectio
     player = player_body(Film((Run(scene.title, trajectory),)))
     measured = study(scene, budget=budget, progress=lambda _, share: tell(share))
     return made.scene(trajectory, player, effects_cost(scene), measured)
-
-
-def _hardcases(tell: Callable[[float], None]) -> tuple[Section, bool]:
-    raise NotImplementedError
