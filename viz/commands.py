@@ -61,7 +61,10 @@ def flat_mesh(
 
 
 def line_segments(path: str, ends: Array, colour: str, *, order: int) -> bytes:
-    """Return the command for straight lines, one pixel wide, between pairs of points (2 n, 2)."""
+    """Return the command for straight lines, one pixel wide, between pairs of points (2 n, 2).
+
+    They are behind all else, bodies in space too.
+    """
     geometry = {
         "type": "BufferGeometry",
         "data": {"attributes": {"position": _numbers(_in_space(ends), 3)}},
@@ -69,7 +72,8 @@ def line_segments(path: str, ends: Array, colour: str, *, order: int) -> bytes:
     material = {
         "type": "LineBasicMaterial",
         "color": int(colour[1:], 16),
-        "transparent": True,
+        # What is not transparent is drawn first, in its order and then by depth.
+        "transparent": False,
         "depthTest": False,
         "depthWrite": False,
     }

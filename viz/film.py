@@ -40,7 +40,7 @@ _TRAIL_SECONDS, _TRAIL_RATE = 1.0, 90
 # Places of a trail are rounded to this part of the reach: it keeps films small, and is not seen.
 _FINE = 2.0**-14
 
-_GRID_ORDER, _TRAIL_ORDER, _GHOST_ORDER, _LINK_ORDER = 0, 20, 30, 40
+_GRID_ORDER, _TRAIL_ORDER, _GHOST_ORDER, _LINK_ORDER = -2, 20, 30, 40
 
 
 @dataclass(frozen=True)

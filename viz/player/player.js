@@ -258,7 +258,17 @@
       this.font(c, 14);
       c.fillStyle = about.theme.contact;
       const mode = words.mode === "moves freely" ? "" : words.mode;
-      c.fillText(this.cut(c, mode, width - side - taken), width - side, height - 39 * u);
+      const room = width - side - taken;
+      if (c.measureText(mode).width <= room) {
+        c.fillText(mode, width - side, height - 39 * u);
+      } else {
+        // Where there is no room beside the energies, above them.
+        c.lineWidth = 4;
+        c.strokeStyle = about.theme.background;
+        const cut = this.cut(c, mode, width - 2 * side);
+        c.strokeText(cut, width - side, height - this.bottom - 9 * u);
+        c.fillText(cut, width - side, height - this.bottom - 9 * u);
+      }
       this.font(c, 13);
       c.fillStyle = about.theme.faint;
       const text = about.grid;
