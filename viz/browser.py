@@ -127,7 +127,7 @@ class Browser:
     def __enter__(self) -> Browser:
         """Start the browser."""
         program = browser_program()
-        self._folder = tempfile.mkdtemp(prefix="twolink-", dir=_short_folder())
+        self._folder = tempfile.mkdtemp(prefix="twolink-web-", dir=_short_folder())
         try:
             self._start(program)
             self.call("Browser.getVersion")
