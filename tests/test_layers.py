@@ -36,6 +36,7 @@ LAYERS = [
     "twolink.simulation",
     "twolink.verification",
     "twolink.accuracy",
+    "twolink.hardcases",
     "viz",
     "twolink.cli",
 ]

@@ -9,6 +9,7 @@ import typer
 
 from twolink.cli.accuracy import accuracy
 from twolink.cli.drift import drift
+from twolink.cli.hardcases import hardcases
 from twolink.cli.plot import plot
 from twolink.cli.record import record
 from twolink.cli.reference import reference
@@ -26,7 +27,19 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-COMMANDS = (report, verify, simulate, accuracy, drift, reference, plot, view, record, scenes)
+COMMANDS = (
+    report,
+    verify,
+    simulate,
+    accuracy,
+    drift,
+    hardcases,
+    reference,
+    plot,
+    view,
+    record,
+    scenes,
+)
 
 for command in COMMANDS:
     app.command()(command)

@@ -24,6 +24,9 @@ from twolink.urdf.spatial import Matrix3, Pose, Vector3, rotation_from_rpy, unit
 LARGEST_FILE = 16 * 2**20
 """Bytes of the largest file read; a URDF carries no meshes, so more than this is a mistake."""
 
+# Characters of a path, of which the last name has 255 at most.
+_LONGEST_NAME = 400
+
 JOINT_TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
 
 # Python's float() also takes "1_000", "nan" and digits of every script. A URDF does not.
@@ -87,10 +90,12 @@ class Tree:
 @contextmanager
 def naming(source: str) -> Iterator[None]:
     """Put the name of the file before the sentence of any `UrdfError` raised inside."""
+    # What no file system would hold for a name is not repeated.
+    name = source if len(source) <= _LONGEST_NAME else quoted(source)
     try:
         yield
     except UrdfError as error:
-        raise UrdfError(f"{source}: {error}") from error.__cause__
+        raise UrdfError(f"{name}: {error}") from error.__cause__
 
 
 def quoted(text: object) -> str:

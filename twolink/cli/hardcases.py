@@ -1,0 +1,126 @@
+"""The command `twolink hardcases`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from twolink.cli.terminal import (
+    FAILED,
+    check_target,
+    console,
+    progress_bar,
+    refuse,
+    write_json,
+)
+from twolink.errors import TwolinkError
+
+if TYPE_CHECKING:
+    from twolink.hardcases import Case, Column, Outcome
+
+_STYLES = {
+    "pass": "green",
+    "missed": "yellow",
+    "silently wrong": "bold red",
+    "refused": "cyan",
+    "crash": "magenta",
+    "hang": "magenta",
+    "cannot express": "dim",
+}
+
+
+def hardcases(
+    case: Annotated[
+        list[str] | None, typer.Option("--case", help="Only this case; may be given often.")
+    ] = None,
+    engine: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--engine",
+            help="Only this column: momenta, lagrange, kane, or a peer; may be given often. "
+            "Default: all that are installed.",
+        ),
+    ] = None,
+    ours: Annotated[bool, typer.Option("--ours", help="Only the columns of this library.")] = False,
+    explain: Annotated[
+        str | None,
+        typer.Option("--explain", help="Print what this case is about, in Markdown; or 'all'."),
+    ] = None,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the scoreboard to this file as JSON.")
+    ] = None,
+) -> None:
+    """Run the hard cases on this library, and on its peers.
+
+    Rows are cases, columns are engines. Exit code 0: this library passes all. 1: it does not.
+    2: the input was refused.
+    """
+    check_target("--json", json_file)
+    from twolink.hardcases.catalogue import CASES, case_named, explained
+    from twolink.hardcases.run import OURS, columns, document, failed_by_us
+
+    try:
+        if explain is not None:
+            chosen = CASES if explain == "all" else (case_named(explain),)
+            typer.echo("\n".join(explained(one) for one in chosen), nl=False)
+            return
+        if ours and engine:
+            refuse("both --ours and --engine are given; allowed is one of them")
+        cases = CASES if case is None else tuple(case_named(name) for name in case)
+        chosen_columns = OURS if ours else columns(engine)
+    except TwolinkError as error:
+        refuse(str(error))
+    board = _run(cases, chosen_columns)
+    _print_board(cases, chosen_columns, board)
+    if json_file is not None:
+        write_json(json_file, document(board, cases))
+    if failed_by_us(board):
+        raise typer.Exit(FAILED)
+
+
+def _run(cases: tuple[Case, ...], chosen: tuple[Column, ...]) -> dict[str, dict[str, Outcome]]:
+    """Run all cases under a progress bar that says which one is on its way."""
+    from twolink.hardcases.run import scoreboard
+
+    with progress_bar() as bar:
+        task = bar.add_task("hard cases", total=len(cases) * len(chosen))
+
+        def told(case: Case, column: Column) -> None:
+            bar.update(task, description=f"{case.name}, {column.name}", advance=1)
+
+        return scoreboard(cases, chosen, told)
+
+
+def _print_board(
+    cases: tuple[Case, ...], chosen: tuple[Column, ...], board: dict[str, dict[str, Outcome]]
+) -> None:
+    """Print the scoreboard, and why this library fails where it does."""
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    from twolink.hardcases.run import failed_by_us
+
+    page = console()
+    for group in dict.fromkeys(one.group for one in cases):
+        table = Table(title=f"Hard cases: {group}", title_justify="left", box=box.SIMPLE_HEAD)
+        table.add_column("", no_wrap=True)
+        for column in chosen:
+            table.add_column(column.name)
+        for one in (one for one in cases if one.group == group):
+            row = [board[one.name][column.name] for column in chosen]
+            cells = [Text(found.words, style=_STYLES[found.mark.value]) for found in row]
+            table.add_row(one.name, *cells)
+        page.print(table)
+    for column in chosen:
+        counts: dict[str, int] = {}
+        for row in board.values():
+            mark = row[column.name].mark.value
+            counts[mark] = counts.get(mark, 0) + 1
+        told = ", ".join(f"{count} {mark}" for mark, count in counts.items())
+        page.print(f"{column.name}: {told}", soft_wrap=True)
+    for name, formulation in failed_by_us(board):
+        found = board[name][formulation]
+        page.print(f"{name}, {formulation}: {found.words}; {found.said}", style="bold red")

@@ -1,0 +1,42 @@
+"""All hard cases, group by group."""
+
+from __future__ import annotations
+
+from twolink.errors import ParameterError
+from twolink.hardcases import contact, evaluation, friction, smooth
+from twolink.hardcases import input as input_cases
+from twolink.hardcases.record import Case
+
+CASES: tuple[Case, ...] = (
+    *evaluation.CASES,
+    *smooth.CASES,
+    *friction.CASES,
+    *contact.CASES,
+    *input_cases.CASES,
+)
+
+
+def case_named(name: str) -> Case:
+    """Return the case of a name; `ParameterError` names those that are like it, or all groups."""
+    for case in CASES:
+        if case.name == name:
+            return case
+    alike = [case.name for case in CASES if name in case.name or case.name in name]
+    allowed = ", ".join(alike or [case.name for case in CASES])
+    raise ParameterError(f"case is '{name}'; allowed are {allowed}")
+
+
+def explained(case: Case) -> str:
+    """Return a case as a page of Markdown: what, why, expected, reference, bound."""
+    return (
+        f"# {case.name}\n\n"
+        f"Group: {case.group}.\n\n"
+        f"**What is hard.** {_sentence(case.hard)}\n\n"
+        f"**Expected.** {_sentence(case.expected)}\n\n"
+        f"**Reference.** {_sentence(case.reference)}\n\n"
+        f"**Bound.** {_sentence(case.bound)}\n"
+    )
+
+
+def _sentence(text: str) -> str:
+    return text[0].upper() + text[1:] + "."
