@@ -110,8 +110,8 @@ def _print_board(
         for column in chosen:
             table.add_column(column.name)
         for one in (one for one in cases if one.group == group):
-            row = [board[one.name][column.name] for column in chosen]
-            cells = [Text(found.words, style=_STYLES[found.mark.value]) for found in row]
+            found = [board[one.name][column.name] for column in chosen]
+            cells = [Text(each.words, style=_STYLES[each.mark.value]) for each in found]
             table.add_row(one.name, *cells)
         page.print(table)
     for column in chosen:
@@ -122,5 +122,5 @@ def _print_board(
         told = ", ".join(f"{count} {mark}" for mark, count in counts.items())
         page.print(f"{column.name}: {told}", soft_wrap=True)
     for name, formulation in failed_by_us(board):
-        found = board[name][formulation]
-        page.print(f"{name}, {formulation}: {found.words}; {found.said}", style="bold red")
+        failed = board[name][formulation]
+        page.print(f"{name}, {formulation}: {failed.words}; {failed.said}", style="bold red")

@@ -180,9 +180,9 @@ def _struck(
 
 
 def _just_stopping(chain: Chain) -> tuple[float, float]:
-    """Return u with which D slides until compression ends: v_t = v_n (G_nt − μ G_tt)/(G_nn − μ G_nt).
+    """Return u with which D slides along x until compression ends, coming down at 1 m/s.
 
-    Sliding forward along x, while D comes down at 1 m/s.
+    That is at v_t = v_n (G_nt − μ G_tt)/(G_nn − μ G_nt).
     """
     q1, q2 = _LEANING
     across, along = (-math.cos(q1), -math.cos(q2)), (-math.sin(q1), -math.sin(q2))
@@ -341,7 +341,7 @@ CASES = (
     ),
     _case(
         "painleve",
-        "a rough floor wedges what slides into its lean: neither sliding on nor leaving is possible",
+        "a rough floor wedges what slides into its lean: it can neither slide on nor leave",
         _wedged(),
         "an impact without collision, by Stronge's law",
         _FLIGHT,

@@ -117,7 +117,7 @@ def momentum_rates(
 
 
 def pendulum(start: float, w_squared: float, t: float) -> tuple[float, float]:
-    """Return angle (rad) and speed (rad/s) at a time (s) of θ'' = −w² sin θ from θ = start, at rest.
+    """Return the angle (rad) and speed (rad/s) of θ'' = −w² sin θ that begins at rest at `start`.
 
     sin(θ/2) = k cd(w t, k) with k = sin(start/2): Jacobi's functions by the arithmetic-geometric
     mean (M. Abramowitz and I. Stegun, Handbook of Mathematical Functions, 1964, section 16.4).

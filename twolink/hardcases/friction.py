@@ -193,7 +193,7 @@ CASES = (
     ),
     _case(
         "loose-at-1.001",
-        "both joints are pulled by 1.001 of what they can hold: neither can rest while the other slips",
+        "both joints are pulled by 1.001 of what they can hold: neither rests as the other slips",
         _breaking_loose(),
         "both move at once, with constant accelerations of a thousandth",
     ),

@@ -16,14 +16,13 @@ from twolink.errors import TwolinkError
 from twolink.hardcases.on_input import URDFS, OnInput, refused
 from twolink.hardcases.record import Case
 from twolink.scene import Scene
-from twolink.shipped import shipped
 from twolink.simulation import simulate
 from twolink.urdf import parse_planar_urdf, read_planar_urdf
 
 _EXPECTED = "refused in one sentence that says what was received and what is allowed"
 _BOUND = (
-    "a sentence of 500 letters at most, on one line; what is hostile has 20 s and 2 GB, in a process "
-    "of its own"
+    "a sentence of 500 letters at most, on one line; what is hostile has 20 s and 2 GB, in a "
+    "process of its own"
 )
 
 
@@ -358,8 +357,8 @@ CASES = (
     _case("scene-noise", "letters of all kinds", OnInput(hostile="scene: noise")),
     _case(
         "scene-paths",
-        "a scene whose urdf is /etc/passwd, a device, the process's memory, a folder, a name with a "
-        "zero byte, a name of 10 000 letters",
+        "a scene whose urdf is /etc/passwd, a device, the process's memory, a folder, a name with "
+        "a zero byte, a name of 10 000 letters",
         OnInput(hostile="scene: paths"),
         "each refused in one sentence, and nothing of another file is shown",
     ),

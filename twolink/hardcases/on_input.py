@@ -65,12 +65,12 @@ class OnInput:
         """Return whether a peer refuses it: one that answers has not."""
         from twolink.engines.isolated import run_isolated
 
-        limits = {"seconds": min(seconds, _SECONDS), "memory": 2 * _MEMORY}
+        limit, memory = min(seconds, _SECONDS), 2 * _MEMORY
         if self.state is not None:
-            done = run_isolated(peer_answers, peer.name, self.state, **limits)
+            done = run_isolated(peer_answers, peer.name, self.state, seconds=limit, memory=memory)
             call = f"{peer.name}.accelerations(uniform bars, **{self.state!r})"
         else:
-            done = run_isolated(peer_reads, peer.name, self.urdf, **limits)
+            done = run_isolated(peer_reads, peer.name, self.urdf, seconds=limit, memory=memory)
             call = f"{peer.name} reads the URDF '{self.urdf}' of twolink.hardcases.on_input"
         if done.kind == "refused":
             return Finding(0.0, said=done.said), done, call
@@ -201,7 +201,10 @@ def _edited(old: str, new: str) -> Callable[[], str]:
 def _with_entities() -> str:
     """Return a URDF whose entities would expand to a billion letters."""
     names = "abcdefghij"
-    lines = [f'<!ENTITY {first} "{f"&{second};" * 10}">' for first, second in zip(names[1:], names)]
+    lines = [
+        f'<!ENTITY {first} "{f"&{second};" * 10}">'
+        for first, second in zip(names[1:], names, strict=False)
+    ]
     entities = "\n".join(['<!ENTITY a "aaaaaaaaaa">', *lines])
     body = _shipped_urdf().partition("<robot")[2]
     start = f'<?xml version="1.0"?>\n<!DOCTYPE robot [\n{entities}\n]>\n<robot'

@@ -144,7 +144,7 @@ class Reference:
             self._made[key] = hy.taylor_adaptive(system, zeros, fp_type=kind, opt_level=0, **more)
         return self._made[key]
 
-    def _height(self, hy: Any, q: list[Any]) -> Any:
+    def _height(self, hy: Any, q: Any) -> Any:
         """Return y of D."""
         L1, L2 = (self._number(x) for x in self.chain.length)
         return L1 * hy.sin(q[0]) + L2 * hy.sin(q[1])

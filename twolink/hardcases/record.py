@@ -93,7 +93,7 @@ class Outcome:
         return self.mark.value
 
 
-class Late(TwolinkError):
+class LateError(TwolinkError):
     """The time that a case is given is over."""
 
 
@@ -103,7 +103,7 @@ class Trial(Protocol):
     def ours(self, formulation: str, check: Callable[[], None]) -> Finding:
         """Return how one of this library's formulations does.
 
-        `check` is called now and then, and raises `Late` when the time is over. Errors of this
+        `check` is called now and then, and raises `LateError` when the time is over. Errors of this
         library are the caller's to judge.
         """
 

@@ -9,7 +9,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from twolink.errors import EngineError, TwolinkError
-from twolink.hardcases.record import FORMULATIONS, Case, Column, Finding, Late, Mark, Outcome
+from twolink.hardcases.record import FORMULATIONS, Case, Column, Finding, LateError, Mark, Outcome
 
 if TYPE_CHECKING:
     from twolink.engines.isolated import Outcome as Isolated
@@ -72,7 +72,7 @@ def _of_ours(case: Case, formulation: str) -> Outcome:
 
     def check() -> None:
         if perf_counter() - begin > case.seconds:
-            raise Late(f"stopped after {case.seconds:g} s")
+            raise LateError(f"stopped after {case.seconds:g} s")
 
     call = f"{case.name} with {formulation}"
     try:
@@ -80,7 +80,7 @@ def _of_ours(case: Case, formulation: str) -> Outcome:
             # What would be a warning on a user's screen counts as a failure of ours.
             warnings.simplefilter("error")
             finding = case.trial.ours(formulation, check)
-    except Late as error:
+    except LateError as error:
         return Outcome(Mark.HANG, None, perf_counter() - begin, str(error), call)
     except TwolinkError as error:
         return Outcome(Mark.REFUSED, None, perf_counter() - begin, str(error), call)

@@ -129,7 +129,7 @@ def _long(name: str, accuracy: float, *more: Judge) -> InMotion:
 
 
 def _chaotic() -> InMotion:
-    """Return a motion that no number of 113 bits can follow to its end: what is claimed must hold."""
+    """Return a motion that no number of 113 bits can follow to its end: a claim must hold."""
     trial = _long("chaos", 1e-9)
 
     def judge(answer: Answer) -> Finding:
@@ -225,7 +225,8 @@ CASES = (
             tolerances=(1e-3, 1e-4, 1e-6, 1e-8, 1e-9, 1e-12),
             also=_every_order,
         ),
-        "free fall from the horizontal for 3 s, at every accuracy and at every odd order from 5 to 31 (the library takes no even one)",
+        "free fall from the horizontal for 3 s, at every accuracy, and at every odd order from "
+        "5 to 31: the library takes no even one",
         bound=_BOUND + "; of an order p, steps × (exp(−2 (p + 1)) + 1e-15) × the growth",
     ),
     _case(
@@ -242,11 +243,11 @@ CASES = (
     ),
     _case(
         "chaos-100-s",
-        "an error of the start grows by 5e31 in 100 s: float64 has no digit left after 60 s, and 113 "
-        "bits after 100 s",
+        "an error of the start grows by 5e31 in 100 s: float64 has no digit left after 60 s, and "
+        "113 bits after 100 s",
         _chaotic(),
-        "the motion to 1e-9 for 70 s at least, the energy for all of 100 s, and a sentence that says "
-        "until when the motion is known",
+        "the motion to 1e-9 for 70 s at least, the energy for all of 100 s, and a sentence that "
+        "says until when the motion is known",
         _KEPT,
         _BOUND
         + "; it must be met as long as the growth × 1e-31, a thousand roundings of 113 bits, "
@@ -312,7 +313,7 @@ CASES = (
     ),
     _case(
         "strong-damping-creep",
-        "dampers of 1e8 N m s/rad for 100 s: what is slow has 1e-7 rad/s, what is fast dies in 1e-9 s",
+        "dampers of 1e8 N m s/rad for 100 s: the slow is 1e-7 rad/s, the fast dies in 1e-9 s",
         _creeping(),
         "it creeps with u of C u = Q",
         "closed form: the first term in 1/c; the next is 1e-16",
