@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from twolink.chain import Chain
 from twolink.hardcases.in_state import InState, Numbers
@@ -11,8 +12,9 @@ from twolink.hardcases.record import Case
 _EXPECTED = "du of M du + C u = Q, and u and dp/dt of the momenta, each to its last digits"
 _REFERENCE = "the equations of motion in 100-digit decimal arithmetic, in the run"
 _BOUND = (
-    "N ε through the condition of Bauer and Skeel, |M⁻¹| (R + M̄ |du|), N the depth of the compiled "
-    "text (500 for a peer, in whichever angles it computes)"
+    "N ε (|M⁻¹| R + |du|), N the depth of the compiled text: det M is a sum of positive terms, and "
+    "right to N ε and to the rounding of the elbow's angle; a peer's is 500 ε through the condition of Bauer and Skeel, |M⁻¹| (R + M̄ |du|), "
+    "in whichever angles it computes"
 )
 
 _GENERAL = (0.3, -0.4)
@@ -37,7 +39,14 @@ def _links(
     )
 
 
-_AT_THE_ENDS = {"along": (1.0, 1.0), "share": 0.0}
+_AT_THE_ENDS: dict[str, Any] = {"along": (1.0, 1.0), "share": 0.0}
+
+# A torque at A alone, and a momentum of link 1 alone: what is found is a column of M⁻¹, as well
+# known as det M is.
+_A_COLUMN: dict[str, Any] = {"u": (0.0, 0.0), "g": 0.0, "torque": (0.3, 0.0), "p": (1.0, 0.0)}
+
+
+_HEAVY_TIP = _links((1.0, 1e9), along=(0.5, 1.0), share=1e-20)
 
 
 def _case(name: str, hard: str, trial: InState) -> Case:
@@ -73,29 +82,29 @@ CASES = (
     _case(
         "point-masses",
         "no central inertia at all: what simulators refuse as not physical is a textbook's chain",
-        InState(_links(**_AT_THE_ENDS), _GENERAL),  # type: ignore[arg-type]
+        InState(_links(**_AT_THE_ENDS), _GENERAL),
     ),
     _case(
         "point-masses-heavy-tip-aligned",
         "point masses of 1 and 1e12 kg in line: det M = m1 m2 is what 1e24 − 1e24 leaves",
-        InState(_links((1.0, 1e12), **_AT_THE_ENDS), (0.7, 0.7)),  # type: ignore[arg-type]
+        InState(_links((1.0, 1e12), **_AT_THE_ENDS), (0.7, 0.7), **_A_COLUMN),
     ),
     _case(
         "point-masses-heavy-tip-folded",
         "the same folded, as nearly as π is a float64",
-        InState(_links((1.0, 1e12), **_AT_THE_ENDS), (0.7, 0.7 - math.pi)),  # type: ignore[arg-type]
+        InState(_links((1.0, 1e12), **_AT_THE_ENDS), (0.7, 0.7 - math.pi), **_A_COLUMN),
     ),
     _case("aligned", "δ = q2 − q1 = 0: the coupling is largest", InState(_links(), (0.9, 0.9))),
     _case("folded", "δ = π, as nearly as float64 has it", InState(_links(), (0.9, 0.9 - math.pi))),
     _case(
         "nearly-aligned",
         "δ = 1e-8: its square is lost beside 1, and its sine is not",
-        InState(_links((1.0, 1e9), along=(0.5, 1.0), share=1e-20), (0.9, 0.9 + 1e-8)),
+        InState(_HEAVY_TIP, (0.9, 0.9 + 1e-8), **_A_COLUMN),
     ),
     _case(
         "nearly-folded",
         "δ = π − 1e-8",
-        InState(_links((1.0, 1e9), along=(0.5, 1.0), share=1e-20), (0.9, 0.9 + math.pi - 1e-8)),
+        InState(_HEAVY_TIP, (0.9, 0.9 + math.pi - 1e-8), **_A_COLUMN),
     ),
     _case(
         "angles-of-1e8",

@@ -1,9 +1,13 @@
 """A trial in a state: forward dynamics once, against a hundred digits.
 
-The bound is the library's one tolerance (`twolink.verification.tolerance`): N roundings on the
-longest path, through Bauer and Skeel's condition of M u̇ = r. Below float64's smallest normal number
-an operation errs by the least of all numbers instead of by a share of its result; each term of the
-bound carries that too.
+A peer's bound is the library's one tolerance (`twolink.verification.tolerance`): N roundings on the
+longest path, through Bauer and Skeel's condition of M u̇ = r, N ε |M⁻¹| (R + M̄ |u̇|). It allows for a
+solution of an M whose entries are rounded. This library promises more: by Cramer's rule u̇ is
+adj(M) r / det M, and its det M is a sum of positive terms, right to N ε of itself. So its bound is
+N ε (|M⁻¹| R + |u̇|), and what the rounding of the elbow's angle makes of det M; what would cancel
+in det M does not enter. Below float64's smallest normal
+number an operation errs by the least of all numbers instead of by a share of its result; each term
+of the bounds carries that too.
 """
 
 from __future__ import annotations
@@ -44,13 +48,17 @@ _ROUNDINGS_OF_A_PEER = 500
 
 @dataclass(frozen=True)
 class InState:
-    """A chain in a state (rad, rad/s) under gravity g (m/s², along y) and motor torques (N m)."""
+    """A chain in a state (rad, rad/s) under gravity g (m/s², along y) and motor torques (N m).
+
+    The momenta (kg m²/s) are those of u, unless `p` is given.
+    """
 
     chain: Chain
     q: Numbers
     u: Numbers = (0.1, -0.2)
     g: float = 9.81
     torque: Numbers = (0.3, -0.7)
+    p: Numbers | None = None
 
     def ours(self, formulation: str, check: Callable[[], None]) -> Finding:
         """Return how far one of the formulations is from the truth."""
@@ -119,21 +127,23 @@ class InState:
         return Problem(self.chain, scale, states, roundings, found=states.accelerations)
 
     def _bound(self, roundings: int) -> Numbers:
-        """Return the largest error (rad/s²) of du1 and du2 in absolute angles."""
-        first, second = _with_underflow(self._problem(roundings), roundings)
-        return first, second
+        """Return the largest error (rad/s²) of du1 and du2 by Cramer's rule, det M being right."""
+        problem = self._problem(roundings)
+        loads = problem.scale.weight + problem.states.torques
+        right = tolerance("velocity terms", problem) + problem.units * loads
+        return _by_cramer(problem, right, self._truth, roundings)
 
     def _bound_of_a_peer(self) -> Numbers:
         """Return the same for an engine, in whichever angles it computes: the larger of both."""
-        absolute = self._bound(_ROUNDINGS_OF_A_PEER)
-        problem = self._problem(_ROUNDINGS_OF_A_PEER, joint=True)
-        first, second = _with_underflow(problem, _ROUNDINGS_OF_A_PEER)
+        N = _ROUNDINGS_OF_A_PEER
+        absolute = _with_underflow(self._problem(N), N)
+        first, second = _with_underflow(self._problem(N, joint=True), N)
         return max(absolute[0], first), max(absolute[1], first + second)
 
     def _by_momenta(self) -> Finding:
         """Return the same for the momenta's equations: u of given momenta, and their rates."""
         equations, chain = MomentumEquations(), self.chain
-        p1, p2 = equations.from_speeds(chain, self.q, self.u)
+        p1, p2 = self.p or equations.from_speeds(chain, self.q, self.u)
         p = float(p1), float(p2)
 
         def rates(q: Pair, momenta: Pair) -> tuple[Any, ...]:
@@ -146,8 +156,7 @@ class InState:
         N = Compiled(rates).depth
         problem = self._problem(N)
         units = float(problem.units[0])
-        right = units * np.abs(_column(p)) + N * _LEAST
-        off = problem.solution(right[:, None], _column(u)[:, None])[:, 0, 0]
+        off = _by_cramer(problem, units * np.abs(_column(p)), truth, N)
         scale = problem.scale
         # The rates are Q ± slope u1 u2, and slope is no more than the coupling.
         products = units * abs(u[0] * u[1]) + off[0] * abs(u[1]) + off[1] * abs(u[0])
@@ -188,6 +197,26 @@ def compared(
     true = ", ".join(f"{float(x)!r}" for x in truth)
     said += f"; true is {true}; off by {size:.2g}, allowed are {limits[0]:.2g}, {limits[1]:.2g}"
     return Finding(max(shares), warned, said)
+
+
+def _by_cramer(problem: Problem, right: Array, truth: Any, roundings: int) -> Numbers:
+    """Return |M⁻¹| right + N ε |truth|: of adj(M) r the terms, of det M nothing but roundings."""
+    size = np.array([abs(float(truth[0])), abs(float(truth[1]))])
+    det = float(problem.scale.determinant(problem.chain, problem.elbow, 0.0)[0])
+    underflow = roundings * _LEAST
+    terms = problem.inverse[:, :, 0] @ (right[:, 0] + underflow)
+    share = float(problem.units[0]) + (underflow + _by_the_angle(problem)) / det
+    first, second = terms + share * size + underflow
+    return float(first), float(second)
+
+
+def _by_the_angle(problem: Problem) -> float:
+    """Return what the rounding of the elbow's angle makes of (m2 L1 h)², a part of det M."""
+    scale, elbow = problem.scale, float(problem.elbow[0])
+    a, b = problem.chain.centre[1]
+    h, eta = abs(a * math.sin(elbow) + b * math.cos(elbow)), float(problem.uncertainty[0])
+    moved = scale.radius[1] * eta
+    return float((scale.mass[1] * scale.length) ** 2 * (2 * h * moved + moved * moved))
 
 
 def _with_underflow(problem: Problem, roundings: int) -> Numbers:

@@ -1,0 +1,114 @@
+"""Each safeguard of the library is needed: without it at least one hard case turns red."""
+
+import math
+import sys
+from dataclasses import replace
+
+import pytest
+
+from twolink import arithmetic, kane, lagrange
+from twolink.hardcases.catalogue import case_named
+from twolink.hardcases.in_motion import InMotion
+from twolink.hardcases.record import FORMULATIONS, Case, Column, Mark
+from twolink.hardcases.run import outcome
+from twolink.simulation import compiled_mode, course, equations, modes, taylor
+
+
+def fresh(name: str, seconds: float = 20.0) -> Case:
+    """Return a case that remembers nothing of earlier trials."""
+    case = case_named(name)
+    trial = case.trial
+    if isinstance(trial, InMotion):
+        trial = replace(trial, _found={}, accuracies=trial.accuracies[:1])
+    return replace(case, trial=trial, seconds=seconds)
+
+
+def mark(name: str, formulation: str) -> Mark:
+    forget_what_is_compiled()
+    return outcome(fresh(name), Column(formulation)).mark
+
+
+def forget_what_is_compiled() -> None:
+    compiled_mode._compiled.cache_clear()
+    taylor._compiled.cache_clear()
+
+
+@pytest.fixture(autouse=True)
+def nothing_compiled():
+    """Compile anew when a safeguard is back."""
+    yield
+    forget_what_is_compiled()
+
+
+def cancelling(chain, q):
+    (M11, M12), (_, M22) = lagrange.mass_matrix(chain, q)
+    return M11 * M22 - M12 * M12
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("name", ["point-masses-heavy-tip-aligned", "nearly-aligned"])
+def test_a_determinant_that_cancels(name, formulation, monkeypatch):
+    assert mark(name, formulation) is Mark.PASS
+    for text in (kane, lagrange):
+        monkeypatch.setattr(text, "determinant", cancelling)
+    whole = equations._mass
+    monkeypatch.setattr(
+        equations, "_mass", lambda chain, q: (*whole(chain, q)[:3], cancelling(chain, q))
+    )
+    assert mark(name, formulation) is not Mark.PASS
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_steps_without_a_cap(formulation, monkeypatch):
+    assert mark("soft-torque", formulation) is Mark.PASS
+    # The package has a function of the module's name.
+    module = sys.modules["twolink.simulation.simulate"]
+    monkeypatch.setattr(module, "default_longest_step", lambda scene: scene.duration)
+    assert mark("soft-torque", formulation) is Mark.SILENT
+
+
+@pytest.mark.parametrize("formulation", ["lagrange", "kane"])
+def test_bounces_without_an_end(formulation, monkeypatch):
+    assert mark("zeno", formulation) is Mark.PASS
+    begin = course.Course.__init__
+
+    def without_jump(self, *arguments):
+        begin(self, *arguments)
+        self._shortest = 0.0
+
+    monkeypatch.setattr(course.Course, "__init__", without_jump)
+    assert mark("zeno", formulation) is not Mark.PASS
+
+
+def within_a_turn(x):
+    """Return a float less turns of float64's 2π; what is only written down is let pass."""
+    return math.remainder(x, 2 * math.pi) if isinstance(x, float) else x
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_angles_that_are_brought_into_one_turn(formulation, monkeypatch):
+    assert mark("angles-of-1e8", formulation) is Mark.PASS
+    for text in (kane, lagrange, equations):
+        for name in ("sin", "cos"):
+            function = getattr(arithmetic, name)
+            monkeypatch.setattr(text, name, lambda x, f=function: f(within_a_turn(x)))
+    assert mark("angles-of-1e8", formulation) is Mark.SILENT
+
+
+@pytest.mark.parametrize("formulation", ["lagrange", "kane"])
+def test_constraints_that_are_not_pulled_back(formulation, monkeypatch):
+    assert mark("sliding-200-s", formulation) is Mark.PASS
+    kept = modes.Modes._constraints
+    # The pull is a default of the function, bound when it was made.
+    monkeypatch.setattr(
+        modes.Modes, "_constraints", lambda self, mode, q, u, pull=0: kept(self, mode, q, u, 0)
+    )
+    assert mark("sliding-200-s", formulation) is not Mark.PASS
+
+
+def test_orders_that_end_on_missing_terms(monkeypatch):
+    """At even orders the natural start's series ends on two terms that are not there."""
+    assert mark("natural-start", "momenta") is Mark.PASS
+    smooth = sys.modules["twolink.hardcases.smooth"]
+    monkeypatch.setattr(smooth, "_EVERY_ORDER", range(8, 30, 4))
+    assert mark("natural-start", "momenta") is Mark.SILENT
