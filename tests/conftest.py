@@ -17,6 +17,10 @@ settings.register_profile(
 settings.register_profile(
     "thorough", settings.get_profile("twolink"), derandomize=False, max_examples=2000
 )
+# For a night: pytest tests/hardcases/test_fuzz.py --hypothesis-profile nightly.
+settings.register_profile(
+    "nightly", settings.get_profile("thorough"), max_examples=50_000, database=None
+)
 settings.load_profile("twolink")
 
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from tests.strategies import chains
+from tests.strategies import EFFECT_STRATEGIES, scenes
 from tests.urdf.drawing import arm, at, joint
 from tests.verification.chains import GENERAL
 from twolink.chain import Chain, Rotor
@@ -23,8 +23,7 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.pd_control import PdControl
 from twolink.errors import ParameterError, SceneError
-from twolink.impacts import LAWS
-from twolink.scene import LARGEST_FILE, METHODS, Scene, scene_model
+from twolink.scene import LARGEST_FILE, Scene, scene_model
 from twolink.shipped import shipped
 
 TEXT = """
@@ -244,104 +243,7 @@ def test_the_order_of_effects_may_be_given():
     assert turned.effects == Scene.parse(TEXT).effects[::-1]
 
 
-# Scenes as TOML. Numbers are drawn from all that float64 has, where an effect allows it.
-
-finite = st.floats(allow_nan=False, allow_infinity=False)
-size = st.floats(0, 1e300)
-positive = st.floats(1e-100, 1e100)
-pairs = st.tuples(finite, finite)
-sizes = st.tuples(size, size)
-shares = st.floats(0, 1)
-
-
-def built(effect, /, **values):
-    return st.builds(effect_class(effect), **values)
-
-
-@st.composite
-def with_friction(draw, effect, /, **values):
-    """An effect whose static friction is above that of sliding, or not given."""
-    low, high = sorted([draw(size), draw(size)])
-    static = draw(st.sampled_from([None, high]))
-    return draw(built(effect, friction=st.just(low), static=st.just(static), **values))
-
-
-@st.composite
-def joint_frictions(draw):
-    of_joints = [sorted([draw(size), draw(size)]) for _ in "AB"]
-    kinetic, static = zip(*of_joints, strict=True)
-    return effect_class("joint_friction")(kinetic, draw(st.sampled_from([None, static])))
-
-
-@st.composite
-def joint_stops(draw):
-    lower, upper = sorted(draw(st.lists(finite, min_size=2, max_size=2, unique=True)))
-    angles = draw(st.sampled_from([(lower, None), (None, upper), (lower, upper)]))
-    return JointStop(draw(st.sampled_from("AB")), *angles, restitution=draw(shares))
-
-
-@st.composite
-def sampled_torques(draw):
-    times = sorted(draw(st.lists(st.integers(-999, 999), min_size=4, max_size=6, unique=True)))
-    torques = st.tuples(*[st.floats(-1e9, 1e9)] * len(times))
-    interpolation = draw(st.sampled_from(["hold", "linear", "cubic"]))
-    rising = tuple(time / 7 for time in times)
-    return effect_class("sampled_torque")(rising, draw(torques), draw(torques), interpolation)
-
-
-DRAWN = {
-    "gravity": built("gravity", g=finite, direction=st.tuples(size, positive)),
-    "end_force": with_friction("end_force", normal=finite, sliding=st.sampled_from([None, 1, -1])),
-    "joint_torque": built("joint_torque", torque=pairs, amplitude=pairs, phase=pairs),
-    "sampled_torque": sampled_torques(),
-    "joint_damping": built("joint_damping", coefficient=sizes),
-    "joint_friction": joint_frictions(),
-    "motor_inertia": built("motor_inertia", inertia=sizes, ratio=pairs, carried=st.booleans()),
-    "joint_stop": joint_stops(),
-    "surface": with_friction(
-        "surface",
-        point=pairs,
-        normal=st.tuples(finite, positive),
-        on=st.permutations(["B", "C1", "C2", "D"]).map(lambda points: tuple(points[:2])),
-        restitution=shares,
-        law=st.sampled_from(LAWS),
-        name=st.text(),
-    ),
-    "compliant_surface": with_friction(
-        "compliant_surface",
-        point=pairs,
-        normal=st.tuples(finite, positive),
-        law=st.sampled_from(["kelvin-voigt", "hunt-crossley"]),
-        stiffness=positive,
-        loss=size,
-        on=st.permutations(["B", "C1", "C2", "D"]).map(lambda points: tuple(points[:2])),
-        name=st.text(),
-    ),
-    "joint_spring": built("joint_spring", stiffness=pairs, rest=pairs),
-    "pd_control": built("pd_control", target=pairs, proportional=pairs, derivative=pairs),
-    "end_drag": built("end_drag", coefficient=size),
-}
-
-bars = st.builds(
-    Chain.uniform_bars,
-    st.tuples(st.floats(1e-30, 1e30), st.floats(1e-30, 1e30)),
-    st.tuples(st.floats(1e-30, 1e30), st.floats(1e-30, 1e30)),
-)
-
-
-def scenes(effects):
-    return st.builds(
-        Scene,
-        chain=bars | chains(),
-        q=pairs,
-        u=pairs,
-        duration=positive,
-        effects=effects,
-        accuracy=positive,
-        method=st.sampled_from(METHODS),
-        title=st.text(),
-        shows=st.text(),
-    )
+# Scenes as TOML.
 
 
 def assert_it_reads_back(scene):
@@ -354,7 +256,7 @@ def assert_it_reads_back(scene):
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_every_effect_reads_back_from_toml(name):
-    @given(scenes(st.tuples(DRAWN[name])))
+    @given(scenes(st.tuples(EFFECT_STRATEGIES[name])))
     def reads_back(scene):
         assert f"\n[effects.{name}]\n" in scene.to_toml()
         assert_it_reads_back(scene)
@@ -362,7 +264,7 @@ def test_every_effect_reads_back_from_toml(name):
     reads_back()
 
 
-@given(scenes(st.lists(st.one_of(*DRAWN.values()), max_size=6).map(tuple)))
+@given(scenes())
 def test_effects_in_any_order_read_back_from_toml(scene):
     assert_it_reads_back(scene)
 
