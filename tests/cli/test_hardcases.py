@@ -1,0 +1,70 @@
+"""The command `twolink hardcases`: the scoreboard, its explanations, its exit codes."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from twolink.cli import app
+from twolink.hardcases import catalogue
+from twolink.hardcases.record import Case, Finding
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(app, ["hardcases", *arguments])
+
+
+def test_a_case_on_all_formulations(tmp_path):
+    file = tmp_path / "board.json"
+    result = run("--case", "zeno", "--case", "aligned", "--ours", "--json", str(file))
+    assert result.exit_code == 0, result.output
+    assert "Hard cases: contact" in result.output
+    assert "Hard cases: evaluation" in result.output
+    assert "kane: 2 pass" in result.output
+    table = json.loads(file.read_text())
+    assert list(table) == ["zeno", "aligned"]
+    assert {found["mark"] for found in table["zeno"]["outcomes"].values()} == {"pass"}
+
+
+def test_a_peer_that_fails_is_told_and_is_no_failure_of_ours(tmp_path):
+    file = tmp_path / "board.json"
+    result = run("--case", "zeno", "--engine", "heyoka", "--json", str(file))
+    assert result.exit_code == 0, result.output
+    assert "heyoka: 1 cannot express" in result.output
+    assert "joint_stop" in json.loads(file.read_text())["zeno"]["outcomes"]["heyoka"]["said"]
+
+
+def test_a_failure_of_ours_is_exit_code_1(monkeypatch):
+    class Wrong:
+        def ours(self, formulation, check):
+            return Finding(1e9, said="q is off by a turn")
+
+    wrong = Case("wrong", "smooth", "it", "this", "here", "so", Wrong())
+    monkeypatch.setattr(catalogue, "CASES", (wrong,))
+    result = run("--ours")
+    assert result.exit_code == 1
+    assert "wrong, kane: silently wrong; q is off by a turn" in result.output
+
+
+def test_explanations():
+    result = run("--explain", "zeno")
+    assert result.exit_code == 0
+    assert result.output.startswith("# zeno\n\nGroup: contact.\n")
+    every = run("--explain", "all").output
+    assert every.count("**What is hard.**") == len(catalogue.CASES)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--case", "xyz"], "case is 'xyz'; allowed are"),
+        (["--explain", "xyz"], "case is 'xyz'; allowed are"),
+        (["--engine", "ode"], "engine is 'ode'; allowed are momenta, lagrange, kane, heyoka"),
+        (["--ours", "--engine", "kane"], "both --ours and --engine are given"),
+        (["--json", "no/such/folder/x.json"], "--json is no/such/folder/x.json"),
+    ],
+)
+def test_what_is_refused(arguments, words):
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert words in result.output

@@ -1,0 +1,130 @@
+"""The runner: whatever a case does, its cell says so, and the others are run."""
+
+import dataclasses
+import json
+import time
+import warnings
+
+import pytest
+
+from twolink.engines.peers import PEERS, peer_named
+from twolink.errors import EngineError, SimulationError
+from twolink.hardcases.catalogue import CASES, case_named
+from twolink.hardcases.in_motion import Answer, InMotion
+from twolink.hardcases.record import FORMULATIONS, Case, Column, Finding, Mark
+from twolink.hardcases.run import columns, document, failed_by_us, outcome, scoreboard
+
+
+class Trial:
+    """A trial that does what it is told to."""
+
+    def __init__(self, does):
+        self.does = does
+
+    def ours(self, formulation, check):
+        return self.does(check)
+
+
+def case(does, seconds=60.0):
+    return Case("a case", "smooth", "it", "this", "here", "so", Trial(does), seconds)
+
+
+def refuse(check):
+    raise SimulationError("it is so; allowed is otherwise")
+
+
+def crash(check):
+    raise ZeroDivisionError("division by zero")
+
+
+def warn(check):
+    warnings.warn("overflow", RuntimeWarning, stacklevel=1)
+    return Finding(0.0)
+
+
+def hang(check):
+    while True:
+        time.sleep(0.01)
+        check()
+
+
+@pytest.mark.parametrize(
+    ("does", "mark", "said"),
+    [
+        (lambda check: Finding(0.1), Mark.PASS, ""),
+        (lambda check: Finding(20.0, said="far"), Mark.SILENT, "far"),
+        (refuse, Mark.REFUSED, "it is so; allowed is otherwise"),
+        (crash, Mark.CRASH, "ZeroDivisionError: division by zero"),
+        (warn, Mark.CRASH, "RuntimeWarning: overflow"),
+        (hang, Mark.HANG, "stopped after 0.2 s"),
+    ],
+)
+def test_cells_of_this_library(does, mark, said):
+    found = outcome(case(does, seconds=0.2), Column("kane"))
+    assert found.mark is mark
+    assert said in found.said
+    assert found.call == ("" if mark is Mark.PASS else "a case with kane")
+
+
+def test_the_scoreboard_goes_on_after_a_failure():
+    cases = [dataclasses.replace(case(does), name=does.__name__) for does in (crash, warn, refuse)]
+    told = []
+    board = scoreboard(
+        cases, (Column("kane"), Column("lagrange")), lambda one, column: told.append(one.name)
+    )
+    assert told == ["crash", "crash", "warn", "warn", "refuse", "refuse"]
+    assert len(failed_by_us(board)) == 6
+    table = document(board, cases)
+    assert json.loads(json.dumps(table)) == table
+    assert table["crash"]["outcomes"]["kane"]["mark"] == "crash"
+    assert table["crash"]["hard"] == "it"
+
+
+def test_columns():
+    names = [column.name for column in columns()]
+    assert tuple(names[:3]) == FORMULATIONS
+    assert set(names[3:]) == {peer.name for peer in PEERS if not peer.missing()}
+    assert [column.name for column in columns(["KANE", "heyoka"])] == ["kane", "heyoka"]
+    with pytest.raises(EngineError, match="engine is 'ode'; allowed are momenta, lagrange, kane, "):
+        columns(["ode"])
+
+
+def test_a_peer_that_cannot_express_a_scene_is_not_run():
+    heyoka = peer_named("heyoka")
+    found = outcome(case_named("zeno"), Column(heyoka.name, heyoka))
+    assert found.mark is Mark.CANNOT
+    assert "joint_stop" in found.said
+    found = outcome(case_named("scene-100-mb"), Column(heyoka.name, heyoka))
+    assert (found.mark, found.said) == (Mark.CANNOT, "scene files are this library's own")
+
+
+def test_a_peer_is_run_in_a_process_of_its_own():
+    """heyoka alone, from the natural start, at a tolerance for which it takes an order of 8."""
+    heyoka = peer_named("heyoka")
+    column = Column(heyoka.name, heyoka)
+    found = outcome(case_named("natural-start"), column)
+    assert found.mark is Mark.SILENT
+    assert found.call.startswith("heyoka, taylor: prepared(scene)(tolerance 0.001, 0.0001")
+    assert outcome(case_named("point-masses"), column).mark is Mark.PASS
+
+
+def test_a_peers_silence_about_what_is_no_number():
+    """Pinocchio answers a NaN with NaNs: not refused, but no finite answer either."""
+    pinocchio = peer_named("SciPy over Pinocchio")
+    found = outcome(case_named("nan-angle"), Column(pinocchio.name, pinocchio))
+    assert found.mark is Mark.MISSED
+    assert "it is taken, and the accelerations are [nan, nan]" in found.said
+    found = outcome(case_named("urdf-truncated"), Column(pinocchio.name, pinocchio))
+    assert found.mark is Mark.PASS
+
+
+def test_what_is_not_whole_is_no_answer():
+    trial = next(case.trial for case in CASES if isinstance(case.trial, InMotion))
+    answer = Answer(trial.scene, *(trial_array() for _ in range(3)), accuracy=1e-9)
+    assert not answer.finite
+
+
+def trial_array():
+    import numpy as np
+
+    return np.zeros((2, 3))
