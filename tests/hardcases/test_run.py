@@ -113,7 +113,7 @@ def test_a_peers_silence_about_what_is_no_number():
     pinocchio = peer_named("SciPy over Pinocchio")
     found = outcome(case_named("nan-angle"), Column(pinocchio.name, pinocchio))
     assert found.mark is Mark.MISSED
-    assert "it is taken, and the accelerations are [nan, nan]" in found.said
+    assert "it is taken, and the answer is [nan, nan]" in found.said
     found = outcome(case_named("urdf-truncated"), Column(pinocchio.name, pinocchio))
     assert found.mark is Mark.PASS
 

@@ -22,7 +22,7 @@ from twolink.urdf import parse_planar_urdf, read_planar_urdf
 _EXPECTED = "refused in one sentence that says what was received and what is allowed"
 _BOUND = (
     "a sentence of 500 letters at most, on one line; what is hostile has 20 s and 2 GB, in a "
-    "process of its own"
+    "process of its own; a peer may refuse in any words"
 )
 
 

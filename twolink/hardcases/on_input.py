@@ -78,7 +78,7 @@ class OnInput:
             return None, done, call
         numbers = [float(x) for x in done.result]
         finite = all(map(math.isfinite, numbers))
-        said = f"it is taken, and the accelerations are {numbers}"
+        said = f"it is taken, and the answer is {numbers}"
         factor = 0.0 if self.harmless else math.inf
         return Finding(factor, bool(done.warnings), said, finite=finite), done, call
 
@@ -125,7 +125,10 @@ def peer_answers(name: str, state: dict[str, Any]) -> tuple[float, float]:
 
 
 def peer_reads(name: str, urdf: str) -> list[float]:
-    """Return accelerations of what a peer made of a URDF; the task of a process of its own."""
+    """Return what a peer computes of what it made of a URDF: accelerations, or PyBullet's torques.
+
+    It is the task of a process of its own.
+    """
     return READERS[name](URDFS[urdf]())
 
 
