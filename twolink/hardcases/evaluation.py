@@ -13,7 +13,7 @@ _EXPECTED = "du of M du + C u = Q, and u and dp/dt of the momenta, each to its l
 _REFERENCE = "the equations of motion in 100-digit decimal arithmetic, in the run"
 _BOUND = (
     "N ε (|M⁻¹| R + |du|), N the depth of the compiled text: det M is a sum of positive terms, "
-    "right to N ε and to the rounding of the elbow's angle; a peer's is 500 ε through the condition "
+    "right to N ε and to the rounding of the elbow's angle; a peer's is 500 ε by the condition "
     "of Bauer and Skeel, |M⁻¹| (R + M̄ |du|), in whichever angles it computes"
 )
 
