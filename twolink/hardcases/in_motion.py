@@ -1,10 +1,11 @@
 """A trial in a motion: a scene simulated, and judged at its samples.
 
 This library promises a global error, so its bound is the accuracy that is asked for. A peer
-promises at most a tolerance for each step. It is given what is fine for it (a tolerance of 1e-12,
-steps of a hundredth of the time in which the chain turns through a radian), and held to
-`PEERS_ACCURACY`, or to what a thousand of its tolerances have grown to, but never to more than
-`NO_ANSWER`: beyond that an answer is none.
+promises at most a tolerance for each step. It is given its method of the highest order (an implicit
+one where the scene asks for that), what is fine for it (a tolerance of 1e-12, steps of a hundredth
+of the time in which the chain turns through a radian), and as much time as this library. It is held
+to `PEERS_ACCURACY`, or to ours where that is less, or to what a thousand of its tolerances have
+grown to, but never to more than `NO_ANSWER`: beyond that an answer is none.
 """
 
 from __future__ import annotations
@@ -62,11 +63,10 @@ class Answer:
 
     def bound(self, growth: float | Array = 1.0) -> Array:
         """Return the error that is allowed at each time, shape (n,)."""
-        grown = np.asarray(growth) * _TOLERANCES_TOGETHER * self.tolerance
-        return np.broadcast_to(
-            np.minimum(np.maximum(self.accuracy, grown), max(NO_ANSWER, self.accuracy)),
-            self.t.shape,
-        )
+        together = _TOLERANCES_TOGETHER * self.tolerance
+        grown = np.maximum(self.accuracy, np.asarray(growth) * together)
+        most = max(NO_ANSWER, self.accuracy, together)
+        return np.broadcast_to(np.minimum(grown, most), self.t.shape)
 
 
 Judge = Callable[[Answer], Finding]
@@ -132,7 +132,7 @@ class InMotion:
         """Return the worst of what is found of a peer's own method and integrator."""
         from twolink.engines.isolated import run_isolated
 
-        method = _method(peer)
+        method = _method(peer, self.scene)
         knobs = self.tolerances if method.knob == "tolerance" else (self._step,)
         arguments = (peer.name, self.scene, method.name, knobs, self.samples)
         done = run_isolated(peer_motions, *arguments, seconds=seconds)
@@ -145,7 +145,8 @@ class InMotion:
         times = np.linspace(0.0, self.scene.duration, self.samples)
         for knob, (q, u, warnings) in zip(knobs, done.result, strict=True):
             tolerance = knob if method.knob == "tolerance" else 0.0
-            answer = Answer(self.scene, times, q, u, PEERS_ACCURACY, tolerance)
+            accuracy = max(PEERS_ACCURACY, self.scene.accuracy)
+            answer = Answer(self.scene, times, q, u, accuracy, tolerance)
             found.append(self._judged(answer, bool(warnings or done.warnings)))
         return worst(found), done, call
 
@@ -177,10 +178,23 @@ def peer_motions(
     return found
 
 
-def _method(peer: Peer) -> PeerMethod:
-    """Return a peer's most accurate method: of highest order, or whose order varies."""
-    wanted = {"MuJoCo": "RK4"}.get(peer.name)
-    return next((m for m in peer.methods if m.name == wanted), peer.methods[0])
+# Peers' methods for what is stiff, in the order in which they are looked for.
+_IMPLICIT = ("Radau", "Kvaerno5", "radau3", "radau1", "implicit_euler", "implicit")
+
+
+def _method(peer: Peer, scene: Scene) -> PeerMethod:
+    """Return a peer's method of highest order, or an implicit one where a scene asks for that."""
+    implicit = [m for name in _IMPLICIT for m in peer.methods if m.name == name]
+    if scene.method == "Radau" and implicit:
+        return implicit[0]
+    explicit = [m for m in peer.methods if m not in implicit]
+    controlled = [m for m in explicit if m.knob == "tolerance"] or explicit
+    varying = [m for m in controlled if m.order is None]
+    return varying[0] if varying[:1] == controlled[:1] else max(controlled, key=_order)
+
+
+def _order(method: PeerMethod) -> int:
+    return method.order or 0
 
 
 def _warned(notes: tuple[str, ...]) -> bool:

@@ -14,9 +14,6 @@ from twolink.hardcases.record import FORMULATIONS, Case, Column, Finding, LateEr
 if TYPE_CHECKING:
     from twolink.engines.isolated import Outcome as Isolated
 
-# A case of a peer is given less time than one of ours: what it is asked for is the same.
-_SECONDS_OF_A_PEER = 30.0
-
 OURS = tuple(Column(name) for name in FORMULATIONS)
 
 
@@ -96,8 +93,7 @@ def _of_a_peer(case: Case, column: Column) -> Outcome:
     reason = case.trial.cannot(column.peer)
     if reason is not None:
         return Outcome(Mark.CANNOT, said=reason)
-    seconds = min(case.seconds, _SECONDS_OF_A_PEER)
-    finding, done, call = case.trial.peers(column.peer, seconds)
+    finding, done, call = case.trial.peers(column.peer, case.seconds)
     if finding is not None:
         return Outcome.of(finding, done.seconds, call, _printed(done))
     mark = _MARKS[done.kind]

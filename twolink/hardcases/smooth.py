@@ -44,8 +44,8 @@ _KEPT = (
     "references.json and made again by `python -m twolink.hardcases.long_truths`"
 )
 _BOUND = (
-    "the global accuracy that is asked for; a peer's is 1e-6, or a thousand of its tolerances "
-    "times the growth of errors over the run, and 0.01 at most"
+    "the global accuracy that is asked for; a peer's is 1e-6 or ours, or a thousand of its "
+    "tolerances times the growth of errors over the run, and 0.01 at most"
 )
 
 
