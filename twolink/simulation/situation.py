@@ -1,0 +1,244 @@
+"""Where a motion stands at an instant: its state, and what the chain touches in it."""
+
+from __future__ import annotations
+
+import math
+from types import ModuleType
+from typing import Any
+
+from twolink.arithmetic import Pair
+from twolink.chain import Chain
+from twolink.directions import Direction
+from twolink.effects import Effect
+from twolink.errors import SimulationError
+from twolink.nonsmooth import Cushion, DryFriction, Element, Obstacle
+from twolink.simulation.constrained import rests, same_way
+from twolink.simulation.cushions import Cushions
+from twolink.simulation.mode import Mode, State
+from twolink.simulation.modes import Modes
+from twolink.simulation.striking import Striking
+from twolink.simulation.taylor import rounding
+
+# So far inside, in units of rounding, is more than rounding.
+_INSIDE = 1e4
+
+# So near, in units of rounding of where things are, is touching.
+_NEAR = 64
+
+
+class Situation:
+    """A state q (rad), u (rad/s) at a time (s), and the obstacles and cushions touched in it.
+
+    `touched` has what is neither moving away nor towards, though it may not push; `apart` how far
+    away obstacles are (rad or m), as variables of their own and not as differences of positions.
+    """
+
+    def __init__(
+        self,
+        chain: Chain,
+        text: ModuleType,
+        effects: tuple[Effect, ...],
+        start: tuple[Pair, Pair],
+        precision: str,
+        kind: Any,
+    ) -> None:
+        """Stand at the start, under effects; `kind` makes numbers of the precision.
+
+        Raises `SimulationError` where that is inside an obstacle.
+        """
+        self._chain, self._text, self._kind = chain, text, kind
+        self._resolution = rounding(precision)
+        self.now = kind(0)
+        self.q, self.u = start
+        self.touched: set[int] = set()
+        self.apart: dict[int, Any] = {}
+        self.take_up(effects)
+        self.cushions = Cushions(self.elements, kind)
+        for number, element in enumerate(self.elements):
+            if not isinstance(element, DryFriction):
+                self._measure(number, element)
+
+    def take_up(self, effects: tuple[Effect, ...]) -> None:
+        """Let these effects act from now on."""
+        self.modes = Modes(self._chain, effects, self._text)
+        self.striking = Striking(self.modes)
+
+    @property
+    def elements(self) -> tuple[Element, ...]:
+        """What may hold the chain: frictions, obstacles and cushions, by number."""
+        return self.modes.elements
+
+    @property
+    def free_mode(self) -> Mode:
+        """The mode in which nothing is touched."""
+        open_all = (State.OPEN,) * len(self.elements)
+        return Mode(self.modes.names, open_all, self.cushions.dents)
+
+    def _measure(self, number: int, element: Obstacle | Cushion) -> None:
+        """Find how far away an obstacle is at the start, or whether it is touched."""
+        gap = self.apart[number] = self.gap(number)
+        # A start is given in float64, and is on an obstacle to its rounding.
+        if self._is_near(element, gap, rounding("double")):
+            self.place(number)
+            if isinstance(element, Cushion) and not self._recedes(element):
+                self.press(number)
+        elif gap < 0:
+            raise SimulationError(
+                f"{element.name}: the scene starts {-float(gap):.6g} inside; allowed is a "
+                "start on its outside, or on it"
+            )
+
+    def gap(self, number: int) -> Any:
+        """Return how far an obstacle is away in this pose (rad or m)."""
+        here = self.direction(number).coordinate(self.modes.chain, self.q)
+        return here - self.cushions.surface(number)
+
+    def direction(self, number: int) -> Direction:
+        """Return the direction in which an element bars or brakes."""
+        return self.elements[number].direction
+
+    def row(self, number: int) -> Pair:
+        """Return the row of an element's direction in this pose."""
+        return self.modes.row(self.direction(number), self.q)
+
+    def place(self, number: int) -> None:
+        """Move q by rounding, so that an obstacle is touched exactly."""
+        surface = self.cushions.surface(number)
+        self.q = self.striking.placed(self.direction(number), surface, self.q)
+        self.apart[number] = self._kind(0)
+
+    def press(self, number: int) -> None:
+        """Begin to press a cushion: at no depth, or hardly any if it is touched at rest."""
+        self.touched.add(number)
+        least = math.sqrt(self._resolution) if rests(self.row(number), self.u) else 0.0
+        self.cushions.press(number, least)
+
+    def leave(self, number: int) -> None:
+        """Come off an obstacle or a cushion."""
+        self.touched.discard(number)
+        if isinstance(self.elements[number], Cushion):
+            self.cushions.leave(number, -self.gap(number))
+        self.apart[number] = self._kind(0)
+
+    def _recedes(self, element: Cushion) -> bool:
+        row = self.modes.row(element.direction, self.q)
+        return not rests(row, self.u) and bool(row[0] * self.u[0] + row[1] * self.u[1] > 0)
+
+    def _is_near(
+        self, obstacle: Obstacle | Cushion, gap: Any, resolution: float | None = None
+    ) -> bool:
+        """Return whether a gap is no more than rounding."""
+        size = max(1.0, abs(float(obstacle.bound)))
+        return bool(abs(gap) <= _NEAR * (resolution or self._resolution) * size)
+
+    def near(self) -> set[int]:
+        """Return the obstacles that are touched, but for rounding."""
+        return {
+            index
+            for index, element in enumerate(self.elements)
+            if isinstance(element, Obstacle) and self._is_near(element, self.apart[index])
+        }
+
+    def runs_into_something(self) -> bool:
+        """Return whether what is touched is also approached: by chance two events may coincide."""
+        near = self.near() - self.touched
+        return any(self.striking.approached(index, self.q, self.u) for index in near)
+
+    def is_moving(self, number: int) -> bool:
+        """Return whether the chain moves along an element's direction."""
+        return not rests(self.row(number), self.u)
+
+    def check_outside(self, mode: Mode) -> None:
+        """Refuse to go on inside an obstacle: an impact that was missed is not passed over."""
+        for index, state in enumerate(mode.states):
+            if state is not State.OPEN:
+                continue
+            element, gap = self.elements[index], self.apart[index]
+            assert not isinstance(element, DryFriction)
+            if gap < -_INSIDE * rounding("double") * max(1.0, abs(float(element.bound))):
+                raise SimulationError(
+                    f"{element.name}: at {float(self.now):.9g} s it is {-float(gap):.3g} inside, "
+                    "which must not be; allowed are scenes whose contact can be followed"
+                )
+
+    def settle(self, mode: Mode) -> None:
+        """Set to rest exactly what a mode holds at rest, where it is so to rounding."""
+        self.u = self.striking.stopped(self._barred(mode), self.q, self.u)
+
+    def stop(self, number: int, mode: Mode) -> None:
+        """Bring to rest what slipped in a mode."""
+        along = [slides(self.elements[number]), *self._barred(mode)]
+        self.u = self.striking.stopped(along, self.q, self.u)
+
+    def _barred(self, mode: Mode) -> list[Direction]:
+        """Return the directions in which a mode lets nothing move."""
+        found = []
+        for element, state in zip(self.elements, mode.states, strict=True):
+            if isinstance(element, Obstacle) and state is not State.OPEN:
+                found.append(element.direction)
+            if state is State.STICKS:
+                found.append(slides(element))
+        return found
+
+    def pushed_by(self, number: int, slips: State) -> dict[int, State]:
+        """Return what is touched and would be pushed by a friction that breaks loose this way."""
+        if not isinstance(self.elements[number], DryFriction):
+            return {}
+        row = self.row(number)
+        pushed = {}
+        for index in self.touched:
+            across = self.row(index)
+            against = slips.direction * (row[0] * across[0] + row[1] * across[1]) < 0
+            if against and same_way(row, across):
+                pushed[index] = State.CLOSED
+        return pushed
+
+    def choices(self, number: int, moment: Any) -> tuple[State, ...]:
+        """Return the states of an element that come into question, the most restful first.
+
+        Where this pose does not tell, that of a free motion a `moment` (s) later does.
+        """
+        element = self.elements[number]
+        if not isinstance(element, DryFriction) and number not in self.touched:
+            return (State.OPEN,)
+        leaving = (State.OPEN,) if isinstance(element, Obstacle) else ()
+        along = element.direction if isinstance(element, DryFriction) else element.tangent
+        if along is None:
+            return (State.CLOSED, *leaving)
+        row, u = self.modes.row(along, self.q), self.u
+        if max(abs(row[0]), abs(row[1])) <= self._resolution:
+            # A chain that is stretched along a direction cannot move its end that way yet: where it
+            # will slide shows a moment later.
+            row, u = self._moved_on(along, moment)
+        if rests(row, u):
+            return (State.STICKS, State.FORWARD, State.BACKWARD, *leaving)
+        forward = row[0] * u[0] + row[1] * u[1] > 0
+        return (State.FORWARD if forward else State.BACKWARD, *leaving)
+
+    def _moved_on(self, direction: Direction, h: Any) -> tuple[Pair, Pair]:
+        """Return the row of a direction, and u, when the chain has moved freely for h (s)."""
+        (q1, q2), (u1, u2) = self.q, self.u
+        du1, du2 = self.accelerations(self.free_mode)
+        q = q1 + h * (u1 + h * du1 / 2), q2 + h * (u2 + h * du2 / 2)
+        return self.modes.row(direction, q), (u1 + h * du1, u2 + h * du2)
+
+    def accelerations(self, mode: Mode) -> Pair:
+        """Return du (rad/s²) in a mode."""
+        return self.modes.accelerations(mode, self.q, self.u, self.now)
+
+    def keep_touched(self, mode: Mode) -> None:
+        """Forget what a mode leaves; what is held off it by others is touched still."""
+        pushing = {index for index in self.touched if mode.states[index] is not State.OPEN}
+        kept = set()
+        for index in self.touched - pushing:
+            row = self.row(index)
+            if rests(row, self.u) and rests(row, self.accelerations(mode)):
+                kept.add(index)
+        self.touched = kept | pushing
+
+
+def slides(element: Element) -> Direction:
+    """Return the direction in which an element with friction lets the chain slip."""
+    along = element.direction if isinstance(element, DryFriction) else element.tangent
+    assert along is not None
+    return along
