@@ -17,6 +17,7 @@ LAYERS = [
     "twolink.optional",
     "twolink.arithmetic",
     "twolink.shipped",
+    "twolink.provenance",
     "twolink.coordinates",
     "twolink.urdf",
     "twolink.chain",

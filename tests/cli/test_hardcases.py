@@ -21,7 +21,11 @@ def test_a_case_on_all_formulations(tmp_path):
     assert "Hard cases: contact" in result.output
     assert "Hard cases: evaluation" in result.output
     assert "kane: 2 pass" in result.output
-    table = json.loads(file.read_text())
+    passes = "This library passes 2 hard cases of 2, with momenta, lagrange, kane."
+    assert result.output.splitlines()[-1] == passes
+    document = json.loads(file.read_text())
+    assert document["versions"]["heyoka"]
+    table = document["cases"]
     assert list(table) == ["zeno", "aligned"]
     assert {found["mark"] for found in table["zeno"]["outcomes"].values()} == {"pass"}
 
@@ -31,7 +35,8 @@ def test_a_peer_that_fails_is_told_and_is_no_failure_of_ours(tmp_path):
     result = run("--case", "zeno", "--engine", "heyoka", "--json", str(file))
     assert result.exit_code == 0, result.output
     assert "heyoka: 1 cannot express" in result.output
-    assert "joint_stop" in json.loads(file.read_text())["zeno"]["outcomes"]["heyoka"]["said"]
+    document = json.loads(file.read_text())
+    assert "joint_stop" in document["cases"]["zeno"]["outcomes"]["heyoka"]["said"]
 
 
 def test_a_failure_of_ours_is_exit_code_1(monkeypatch):
@@ -44,6 +49,7 @@ def test_a_failure_of_ours_is_exit_code_1(monkeypatch):
     result = run("--ours")
     assert result.exit_code == 1
     assert "wrong, kane: silently wrong; q is off by a turn" in result.output
+    assert "This library fails 1 of 1 hard case: wrong." in result.output
 
 
 def test_explanations():

@@ -76,8 +76,8 @@ def test_the_scoreboard_goes_on_after_a_failure():
     assert len(failed_by_us(board)) == 6
     table = document(board, cases)
     assert json.loads(json.dumps(table)) == table
-    assert table["crash"]["outcomes"]["kane"]["mark"] == "crash"
-    assert table["crash"]["hard"] == "it"
+    assert table["cases"]["crash"]["outcomes"]["kane"]["mark"] == "crash"
+    assert table["cases"]["crash"]["hard"] == "it"
 
 
 def test_columns():

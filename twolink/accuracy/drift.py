@@ -10,10 +10,8 @@ from __future__ import annotations
 import csv
 import io
 import math
-import platform
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.metadata import version
 from time import perf_counter
 from typing import Any
 
@@ -24,6 +22,7 @@ from twolink.accuracy.growth import Array, Binned, Growth, binned, growth
 from twolink.accuracy.long_runs import LONG_METHODS, LongMethod, many_starts, prepared
 from twolink.accuracy.parting import Parting, parting
 from twolink.errors import SimulationError
+from twolink.provenance import package_versions, this_machine
 from twolink.scene import Scene
 from twolink.simulation.equations import MomentumEquations
 from twolink.simulation.taylor import taylor_run
@@ -122,9 +121,8 @@ class DriftStudy:
             "chaotic": self.parting.chaotic,
             "starts": {"spread_rad": _SPREAD, "seed": _SEED},
             "energy_error": "root mean square over the starts, per greatest kinetic energy",
-            "machine": f"{platform.machine()}, {platform.system()}, Python "
-            f"{platform.python_version()}",
-            "versions": {name: version(name) for name in ("heyoka", "numpy", "scipy", "twolink")},
+            "machine": this_machine(),
+            "versions": package_versions("heyoka", "numpy", "scipy"),
             "methods": [_as_data(drift) for drift in self.drifts],
             "unexpected": list(self.unexpected),
         }

@@ -39,6 +39,7 @@ from twolink.accuracy.witness import (
 )
 from twolink.errors import SimulationError
 from twolink.optional import flint
+from twolink.provenance import package_versions
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
 
@@ -103,14 +104,12 @@ class Enclosure:
 
     def document(self) -> dict[str, Any]:
         """Return it as plain data, with the scene and its start as exact numbers."""
-        from importlib.metadata import version
-
         names = ("q1", "q2", "u1", "u2")
         return {
             **exact_inputs(self.scene),
             "witness": {"equations": "momenta", "bits": self.bits, "order": self.order},
             "proof": "inverse dynamics of the witness in balls; a comparison theorem for the rest",
-            "versions": {name: version(name) for name in ("python-flint", "heyoka", "twolink")},
+            "versions": package_versions("python-flint", "heyoka"),
             "states": [
                 {"t": repr(time)}
                 | {name: interval._asdict() for name, interval in zip(names, state, strict=True)}

@@ -20,6 +20,7 @@ import numpy as np
 from twolink.accuracy.multiprecision import precise_motion
 from twolink.effects import breaks
 from twolink.errors import SimulationError
+from twolink.provenance import package_versions
 from twolink.scene import Scene
 from twolink.simulation.motion import has_modes, motion_run
 
@@ -83,15 +84,13 @@ class Reference:
 
     def document(self) -> dict[str, Any]:
         """Return it as plain data, with the scene and its start as exact numbers."""
-        from importlib.metadata import version
-
         return {
             **exact_inputs(self.scene),
             "vouched_for_by": [
                 {"equations": run.equations, "bits": run.bits, "order": run.order}
                 for run in self.runs
             ],
-            "versions": {name: version(name) for name in ("heyoka", "twolink")},
+            "versions": package_versions("heyoka"),
             "states": [
                 dict(zip(("t", "digits", "q1", "q2", "u1", "u2"), row, strict=True))
                 for row in self._rows()

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
-import platform
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields
-from importlib.metadata import version
 from itertools import groupby
 from typing import Any
 
@@ -24,6 +22,7 @@ from twolink.accuracy.front import (
 from twolink.accuracy.peer_ways import peer_ways
 from twolink.accuracy.ways import chosen, own_ways
 from twolink.accuracy.work_precision import Point, WorkPrecision, work_precision
+from twolink.provenance import package_versions, this_machine
 from twolink.scene import Scene
 
 # The error (rad, rad/s) at which ways are compared.
@@ -113,9 +112,8 @@ class Study:
             "duration_s": self.work_precision.scene.duration,
             "judged_at": self.work_precision.judged_at,
             "judged_by": self.work_precision.truth.source,
-            "machine": f"{platform.machine()}, {platform.system()}, Python "
-            f"{platform.python_version()}",
-            "versions": {name: version(name) for name in ("heyoka", "numpy", "scipy", "twolink")},
+            "machine": this_machine(),
+            "versions": package_versions("heyoka", "numpy", "scipy"),
             "recommendation": self.recommendation,
             "choices": [
                 {

@@ -101,7 +101,7 @@ def _print_board(
     from rich.table import Table
     from rich.text import Text
 
-    from twolink.hardcases.run import failed_by_us
+    from twolink.hardcases.run import counts, failed_by_us, verdict
 
     page = console()
     for group in dict.fromkeys(one.group for one in cases):
@@ -115,12 +115,10 @@ def _print_board(
             table.add_row(one.name, *cells)
         page.print(table)
     for column in chosen:
-        counts: dict[str, int] = {}
-        for row in board.values():
-            mark = row[column.name].mark.value
-            counts[mark] = counts.get(mark, 0) + 1
-        told = ", ".join(f"{count} {mark}" for mark, count in counts.items())
-        page.print(f"{column.name}: {told}", soft_wrap=True)
+        told = (f"{count} {mark.value}" for mark, count in counts(board, column.name).items())
+        page.print(f"{column.name}: {', '.join(told)}", soft_wrap=True)
     for name, formulation in failed_by_us(board):
         failed = board[name][formulation]
         page.print(f"{name}, {formulation}: {failed.words}; {failed.said}", style="bold red")
+    passed, sentence = verdict(board)
+    page.print(f"\n{sentence}", style="bold green" if passed else "bold red", soft_wrap=True)

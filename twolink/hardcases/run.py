@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from twolink.errors import EngineError, TwolinkError
 from twolink.hardcases.record import FORMULATIONS, Case, Column, Finding, LateError, Mark, Outcome
+from twolink.provenance import package_versions, this_machine
 
 if TYPE_CHECKING:
     from twolink.engines.isolated import Outcome as Isolated
@@ -113,7 +114,7 @@ def _printed(done: Isolated) -> str:
 
 
 def document(board: dict[str, dict[str, Outcome]], cases: Iterable[Case]) -> dict[str, object]:
-    """Return a scoreboard and its cases as dicts, lists, numbers and words."""
+    """Return a scoreboard and its cases as dicts, lists, numbers and words, and where it ran."""
     described = {
         case.name: {
             "group": case.group,
@@ -125,22 +126,34 @@ def document(board: dict[str, dict[str, Outcome]], cases: Iterable[Case]) -> dic
         for case in cases
     }
     return {
-        name: {
-            **described[name],
-            "outcomes": {
-                column: {
-                    "mark": found.mark.value,
-                    "factor": found.factor,
-                    "seconds": found.seconds,
-                    "said": found.said,
-                    "call": found.call,
-                    "output": found.output,
-                }
-                for column, found in row.items()
-            },
-        }
-        for name, row in board.items()
+        "versions": {**package_versions("heyoka", "numpy", "scipy"), **_peers_of(board)},
+        "machine": this_machine(),
+        "cases": {
+            name: {
+                **described[name],
+                "outcomes": {
+                    column: {
+                        "mark": found.mark.value,
+                        "factor": found.factor,
+                        "seconds": found.seconds,
+                        "said": found.said,
+                        "call": found.call,
+                        "output": found.output,
+                    }
+                    for column, found in row.items()
+                },
+            }
+            for name, row in board.items()
+        },
     }
+
+
+def _peers_of(board: dict[str, dict[str, Outcome]]) -> dict[str, str]:
+    """Return the versions of the peers that a scoreboard has columns of."""
+    from twolink.engines.peers import PEERS
+
+    tried = {name for row in board.values() for name in row}
+    return {peer.name: peer.version() for peer in PEERS if peer.name in tried}
 
 
 def failed_by_us(board: dict[str, dict[str, Outcome]]) -> list[tuple[str, str]]:
@@ -151,6 +164,24 @@ def failed_by_us(board: dict[str, dict[str, Outcome]]) -> list[tuple[str, str]]:
         for column, found in row.items()
         if column in FORMULATIONS and found.mark is not Mark.PASS
     ]
+
+
+def counts(board: dict[str, dict[str, Outcome]], column: str) -> dict[Mark, int]:
+    """Return how often each mark stands in a column, in the order of `Mark`, without zeros."""
+    marks = [row[column].mark for row in board.values()]
+    return {mark: marks.count(mark) for mark in Mark if mark in marks}
+
+
+def verdict(board: dict[str, dict[str, Outcome]]) -> tuple[bool, str]:
+    """Return whether this library passes all that it was tried on, and that in a sentence."""
+    tried = [name for name in FORMULATIONS if any(name in row for row in board.values())]
+    failed = {name for name, _ in failed_by_us(board)}
+    cases = f"{len(board)} hard case{'' if len(board) == 1 else 's'}"
+    if not tried:
+        return True, f"This library was not tried on the {cases}."
+    if failed:
+        return False, f"This library fails {len(failed)} of {cases}: {', '.join(sorted(failed))}."
+    return True, f"This library passes {cases} of {len(board)}, with {', '.join(tried)}."
 
 
 def finding_of(offence: str | None) -> Finding:

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
-import platform
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
-from importlib.metadata import version
 
 import numpy as np
 
@@ -15,6 +12,7 @@ from twolink.chain import Chain
 from twolink.engines.pinocchio import Pinocchio
 from twolink.engines.protocol import Engine
 from twolink.errors import ParameterError
+from twolink.provenance import package_versions, this_machine
 from twolink.urdf import PlanarUrdf
 from twolink.verification.jointspace import (
     FORMULATIONS,
@@ -216,8 +214,8 @@ class Comparing:
             seed=seed,
             assumptions=(*self.urdf.assumptions, *remarks),
             comparisons=comparisons,
-            versions=_versions(),
-            machine=_machine(),
+            versions=package_versions("pin", "numpy"),
+            machine=this_machine(),
         )
 
 
@@ -350,16 +348,3 @@ class _Portion:
             difference = np.where(left_out, 0.0, difference)
         units = problem.units / EPSILON
         return Met(quantity, source, against, self._states, difference, allowed, units)
-
-
-def _versions() -> dict[str, str]:
-    packages = {name: version(name) for name in ("twolink", "pin", "numpy")}
-    return {"python": platform.python_version(), **packages}
-
-
-def _machine() -> dict[str, str | int | None]:
-    return {
-        "system": platform.system(),
-        "machine": platform.machine(),
-        "cores": os.cpu_count(),
-    }

@@ -1,0 +1,22 @@
+"""Where a result was made: the versions of what computed it, and the machine."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+
+
+def package_versions(*packages: str) -> dict[str, str]:
+    """Return the versions of Python, of twolink, and of the packages named."""
+    named = {name: importlib.metadata.version(name) for name in ("twolink", *packages)}
+    return {"python": platform.python_version(), **named}
+
+
+def this_machine() -> dict[str, str | int | None]:
+    """Return the operating system, the kind of processor, and the number of its cores."""
+    return {
+        "system": platform.system(),
+        "machine": platform.machine(),
+        "cores": os.cpu_count(),
+    }
