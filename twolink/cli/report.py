@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,6 +15,7 @@ from twolink.cli.terminal import FAILED, check_folder, console, progress_bar, re
 from twolink.errors import TwolinkError
 
 if TYPE_CHECKING:
+    from twolink.hardcases import Case, Column
     from twolink.scene import Scene
     from viz.report.page import Section
 
@@ -31,6 +33,12 @@ def report(
     ] = None,
     out: Annotated[Path, typer.Option(help="The folder for index.html.")] = Path("report"),
     states: Annotated[int, typer.Option(help="How many random states to verify at.")] = 10_000,
+    full: Annotated[
+        bool,
+        typer.Option(
+            "--full", help="Run the hard cases too, on all engines installed; this takes minutes."
+        ),
+    ] = False,
 ) -> None:
     """Verify, simulate, measure, and write one self-contained page of it all.
 
@@ -41,18 +49,19 @@ def report(
     if states < 1:
         refuse(f"--states is {states}; allowed is a positive whole number")
     try:
-        passed, sentence = _made(scenes or [], out, states)
+        verdicts = _made(scenes or [], out, states, full)
     except TwolinkError as error:
         refuse(str(error))
     page = console()
-    page.print(sentence, style="bold green" if passed else "bold red", soft_wrap=True)
+    for passed, sentence in verdicts:
+        page.print(sentence, style="bold green" if passed else "bold red", soft_wrap=True)
     page.print(f"{out / 'index.html'}", soft_wrap=True)
-    if not passed:
+    if not all(passed for passed, _ in verdicts):
         raise typer.Exit(FAILED)
 
 
-def _made(files: list[Path], out: Path, states: int) -> tuple[bool, str]:
-    """Write the page; return whether all that was checked agrees, and the verdict's sentence."""
+def _made(files: list[Path], out: Path, states: int, full: bool) -> list[tuple[bool, str]]:
+    """Write the page; return each verdict: whether what was checked agrees, and its sentence."""
     from twolink.scene import Scene
     from twolink.shipped import shipped
     from twolink.urdf import read_planar_urdf
@@ -63,7 +72,7 @@ def _made(files: list[Path], out: Path, states: int) -> tuple[bool, str]:
 
     # All is read before any work is done.
     loaded = [Scene.load(file) for file in files or [shipped("scenes") / name for name in _DEFAULT]]
-    stages = 2 + len(loaded)
+    stages = 2 + len(loaded) + full
     with progress_bar() as bar:
         stage = _Stages(bar, stages)
         with stage("verifying the shipped URDF") as tell:
@@ -71,9 +80,15 @@ def _made(files: list[Path], out: Path, states: int) -> tuple[bool, str]:
                 read_planar_urdf(shipped("twolink.urdf")), states=states, progress=tell
             )
         parts: list[Section] = [made.verification(verdict)]
+        verdicts = [(verdict.passed, verdict.sentence)]
         for scene in loaded:
             with stage(f"simulating, filming, measuring: {scene.title}") as tell:
                 parts.append(_scene(scene, _BUDGET / len(loaded), tell))
+        if full:
+            with stage("hard cases") as tell:
+                part, found = _hard_cases(tell)
+                parts.append(part)
+                verdicts.append(found)
         with stage("writing the page"):
             parts.append(made.origin(verdict, " ".join(["twolink", *sys.argv[1:]])))
             out.mkdir(parents=True, exist_ok=True)
@@ -83,7 +98,7 @@ def _made(files: list[Path], out: Path, states: int) -> tuple[bool, str]:
             )
             whole = page.page("twolink report", lead, parts, player_head())
             page.write(out / "index.html", whole)
-    return verdict.passed, verdict.sentence
+    return verdicts
 
 
 class _Stages:
@@ -94,12 +109,13 @@ class _Stages:
         self._task = bar.add_task("", total=1.0)
 
     @contextmanager
-    def __call__(self, name: str) -> Iterator[Callable[[float], None]]:
-        """Name the stage that goes on; it may tell which share of it is done."""
+    def __call__(self, name: str) -> Iterator[Callable[..., None]]:
+        """Name the stage that goes on; it may tell which share of it is done, and at what it is."""
 
-        def tell(share: float) -> None:
+        def tell(share: float, at: str = "") -> None:
             whole = (self._done + share) / self._count
-            self._bar.update(self._task, description=name, completed=whole)
+            description = f"{name}: {at}" if at else name
+            self._bar.update(self._task, description=description, completed=whole)
 
         tell(0.0)
         yield tell
@@ -120,3 +136,20 @@ def _scene(scene: Scene, budget: float, tell: Callable[[float], None]) -> Sectio
     player = player_body(Film((Run(scene.title, trajectory),)))
     measured = study(scene, budget=budget, progress=lambda _, share: tell(share))
     return made.scene(trajectory, player, effects_cost(scene), measured)
+
+
+def _hard_cases(tell: Callable[[float, str], None]) -> tuple[Section, tuple[bool, str]]:
+    """Return the section of the hard cases, and their verdict."""
+    from twolink.hardcases.catalogue import CASES
+    from twolink.hardcases.run import columns, scoreboard, verdict
+    from viz.report.scoreboard import hard_cases
+
+    chosen = columns()
+    cells = len(CASES) * len(chosen)
+    begun = itertools.count()
+
+    def told(case: Case, column: Column) -> None:
+        tell(next(begun) / cells, f"{case.name}, {column.name}")
+
+    board = scoreboard(CASES, chosen, told)
+    return hard_cases(CASES, chosen, board), verdict(board)

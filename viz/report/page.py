@@ -33,7 +33,8 @@ p { margin: .5rem 0 .8rem; }
 .verdict { padding: .8rem 1rem; border-left: 4px solid var(--good); background: var(--panel);
   font-weight: 600; }
 .verdict.bad { border-color: var(--bad); }
-.good { color: var(--good); } .bad { color: var(--bad); }
+.good { color: var(--good); } .bad { color: var(--bad); } .soft { color: var(--soft); }
+details { margin: .3rem 0; } summary { cursor: pointer; } summary::marker { color: var(--soft); }
 nav { margin: 1rem 0 0; font-size: .92rem; }
 nav a { color: var(--accent); margin-right: 1rem; white-space: nowrap; }
 .scroll { overflow-x: auto; margin: .8rem 0; }
