@@ -59,12 +59,15 @@ def console() -> Console:
 
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
-    """Show a bar on the terminal while work goes on, and leave nothing of it behind."""
+    """Show a bar on the terminal, if there is one, and leave nothing of it behind."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    errors = Console(stderr=True)
+    # Without a terminal an empty line would be left.
+    nobody = not errors.is_terminal
+    with Progress(*columns, console=errors, transient=True, disable=nobody) as bar:
         yield bar
 
 
