@@ -14,7 +14,11 @@ from twolink.errors import BrowserError, TwolinkError
 
 def record(
     motion: Annotated[
-        Path, typer.Argument(help="A scene (TOML), or a trajectory (.npz, .csv, .parquet).")
+        Path,
+        typer.Argument(
+            metavar="SCENE|TRAJECTORY",
+            help="A scene (TOML), or a trajectory (.npz, .csv, .parquet).",
+        ),
     ],
     out: Annotated[Path, typer.Option(help="The .mp4, .webm, .gif, .png or .html file to write.")],
     fps: Annotated[

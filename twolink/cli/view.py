@@ -24,7 +24,11 @@ _FPS = 60.0
 
 def view(
     motion: Annotated[
-        Path, typer.Argument(help="A scene (TOML), or a trajectory (.npz, .csv, .parquet).")
+        Path,
+        typer.Argument(
+            metavar="SCENE|TRAJECTORY",
+            help="A scene (TOML), or a trajectory (.npz, .csv, .parquet).",
+        ),
     ],
     ghost: Annotated[
         list[str] | None,

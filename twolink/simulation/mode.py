@@ -163,6 +163,9 @@ class Impact:
     def what(self) -> str:
         """The impact in words."""
         before, after = self.speeds
+        if self.regime == BOUNCES_DIE_AWAY:
+            # Their energy is no news: the friction that goes with them acts as the contact begins.
+            return f"{self.name}: bounces of {before:.6g} and less die away"
         gain = "; this law of restitution creates energy here" if self.creates_energy else ""
         return (
             f"{self.name}: impact, {before:.6g} to {after:.6g}, {self.regime}, "
