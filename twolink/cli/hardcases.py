@@ -11,6 +11,7 @@ from twolink.cli.terminal import (
     FAILED,
     check_target,
     console,
+    ended_by_signals,
     progress_bar,
     refuse,
     write_json,
@@ -83,14 +84,18 @@ def hardcases(
 def _run(cases: tuple[Case, ...], chosen: tuple[Column, ...]) -> dict[str, dict[str, Outcome]]:
     """Run all cases under a progress bar that says which one is on its way."""
     from twolink.hardcases.run import scoreboard
+    from twolink.hardcases.spreading import spread_scoreboard
 
-    with progress_bar() as bar:
-        task = bar.add_task("hard cases", total=len(cases) * len(chosen))
+    with progress_bar() as bar, ended_by_signals():
+        task = bar.add_task("hard cases", total=len(cases))
 
-        def told(case: Case, column: Column) -> None:
-            bar.update(task, description=f"{case.name}, {column.name}", advance=1)
+        def told(done: int, running: tuple[str, ...]) -> None:
+            bar.update(task, description=", ".join(running), completed=done)
 
-        return scoreboard(cases, chosen, told)
+        if len(cases) > 1:
+            return spread_scoreboard(cases, chosen, told)
+        told(0, (cases[0].name,))
+        return scoreboard(cases, chosen)
 
 
 def _print_board(

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from twolink.cli.showing import ThemeName, ended_by_signals, film_of
-from twolink.cli.terminal import FAILED, check_target, progress_bar, refuse
+from twolink.cli.showing import ThemeName, film_of
+from twolink.cli.terminal import FAILED, check_target, ended_by_signals, progress_bar, refuse
 from twolink.errors import BrowserError, TwolinkError
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,7 +14,6 @@ from twolink.cli.terminal import FAILED, check_folder, console, progress_bar, re
 from twolink.errors import TwolinkError
 
 if TYPE_CHECKING:
-    from twolink.hardcases import Case, Column
     from twolink.scene import Scene
     from viz.report.page import Section
 
@@ -141,15 +139,13 @@ def _scene(scene: Scene, budget: float, tell: Callable[[float], None]) -> Sectio
 def _hard_cases(tell: Callable[[float, str], None]) -> tuple[Section, tuple[bool, str]]:
     """Return the section of the hard cases, and their verdict."""
     from twolink.hardcases.catalogue import CASES
-    from twolink.hardcases.run import columns, scoreboard, verdict
+    from twolink.hardcases.run import columns, verdict
+    from twolink.hardcases.spreading import spread_scoreboard
     from viz.report.scoreboard import hard_cases
 
+    def told(done: int, running: tuple[str, ...]) -> None:
+        tell(done / len(CASES), ", ".join(running))
+
     chosen = columns()
-    cells = len(CASES) * len(chosen)
-    begun = itertools.count()
-
-    def told(case: Case, column: Column) -> None:
-        tell(next(begun) / cells, f"{case.name}, {column.name}")
-
-    board = scoreboard(CASES, chosen, told)
+    board = spread_scoreboard(CASES, chosen, told)
     return hard_cases(CASES, chosen, board), verdict(board)

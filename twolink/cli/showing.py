@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -149,17 +146,3 @@ def _urdf_of(motion: Path) -> Path | None:
         return None
     named = tomllib.loads(motion.read_text(encoding="utf-8"))["chain"].get("urdf")
     return motion.parent / named if named is not None else None
-
-
-@contextmanager
-def ended_by_signals() -> Iterator[None]:
-    """Let SIGTERM end the work within as Ctrl-C does: with everything put away."""
-
-    def end(number: int, frame: object) -> None:
-        raise SystemExit(128 + number)
-
-    before = signal.signal(signal.SIGTERM, end)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

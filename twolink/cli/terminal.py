@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -69,6 +70,20 @@ def progress_bar() -> Iterator[Progress]:
     nobody = not errors.is_terminal
     with Progress(*columns, console=errors, transient=True, disable=nobody) as bar:
         yield bar
+
+
+@contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """Let SIGTERM end the work within as Ctrl-C does: with everything put away."""
+
+    def end(number: int, frame: object) -> None:
+        raise SystemExit(128 + number)
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def write_json(path: Path, document: Any) -> None:

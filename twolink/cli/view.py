@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from twolink.cli.showing import ThemeName, ended_by_signals, film_of
-from twolink.cli.terminal import refuse
+from twolink.cli.showing import ThemeName, film_of
+from twolink.cli.terminal import ended_by_signals, refuse
 from twolink.errors import TwolinkError
 
 if TYPE_CHECKING:

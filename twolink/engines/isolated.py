@@ -173,17 +173,26 @@ def _keep_to_oneself(output: str, memory: int) -> None:
     import resource
 
     os.setsid()
-    if sys.platform == "linux":
-        import ctypes
-
-        # PR_SET_PDEATHSIG: should the caller be killed, so is this process.
-        ctypes.CDLL(None).prctl(1, int(signal.SIGKILL))
+    end_with_the_caller()
     file = os.open(output, os.O_WRONLY | os.O_APPEND)
     os.dup2(file, 1)
     os.dup2(file, 2)
     faulthandler.enable(file=2)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+
+
+def end_with_the_caller() -> None:
+    """Let this process be killed when the one that started it is (on Linux)."""
+    if sys.platform == "linux":
+        import ctypes
+
+        # PR_SET_PDEATHSIG
+        ctypes.CDLL(None).prctl(1, int(signal.SIGKILL))
+        caller = multiprocessing.parent_process()
+        if caller is not None and os.getppid() != caller.pid:
+            # It was killed before this could be known.
+            os._exit(1)
 
 
 def _each_once(heard: list[Any]) -> tuple[str, ...]:
