@@ -29,6 +29,7 @@ def test_it_is_the_scoreboard():
     assert {name for _, running in told for name in running} == set(NAMES)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are looked for in /proc")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_interrupted_it_leaves_nothing_running(number, tmp_path):
