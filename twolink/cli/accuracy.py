@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from twolink.cli.terminal import check_folder, console, progress_bar, refuse, write_json
+from twolink.cli.studies import bar_of, names_in, write_study
+from twolink.cli.terminal import check_folder, console, refuse
 from twolink.errors import TwolinkError
-from twolink.files import written_whole
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -51,36 +51,17 @@ def accuracy(
     check_folder("--out", out)
     try:
         loaded = Scene.load(scene)
-        names = tuple(name.strip() for name in methods.split(",") if name.strip())
-        with progress_bar() as bar:
-            task = bar.add_task("measuring", total=1.0)
+        with bar_of("measuring") as told:
             found = study(
-                loaded,
-                methods=names,
-                peers=peers,
-                budget=budget,
-                progress=lambda what, share: bar.update(
-                    task, description=f"measuring: {what}", completed=share
-                ),
+                loaded, methods=names_in(methods), peers=peers, budget=budget, progress=told
             )
     except TwolinkError as error:
         refuse(str(error))
     _print(console(), found)
     if out is not None:
-        _write(out, found)
+        from viz.plots.work_precision import work_precision_plot
 
-
-def _write(folder: Path, found: Study) -> None:
-    from viz.plots.style import save
-    from viz.plots.work_precision import work_precision_plot
-
-    folder.mkdir(parents=True, exist_ok=True)
-    write_json(folder / "accuracy.json", found.document())
-    with written_whole(folder / "accuracy.csv") as file:
-        file.write_text(found.csv(), encoding="utf-8")
-    figure = work_precision_plot(found)
-    for suffix in ("svg", "png"):
-        save(figure, folder / f"accuracy.{suffix}")
+        write_study(out, "accuracy", found, work_precision_plot(found))
 
 
 def _print(page: Console, found: Study) -> None:

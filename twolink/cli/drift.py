@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from twolink.cli.terminal import check_folder, console, progress_bar, refuse, write_json
+from twolink.cli.studies import bar_of, names_in, write_study
+from twolink.cli.terminal import check_folder, console, refuse
 from twolink.errors import TwolinkError
-from twolink.files import written_whole
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -43,35 +43,15 @@ def drift(
     check_folder("--out", out)
     try:
         loaded = Scene.load(scene)
-        names = tuple(name.strip() for name in methods.split(",") if name.strip())
-        with progress_bar() as bar:
-            task = bar.add_task("following", total=1.0)
-            found = energy_drift(
-                loaded,
-                seconds=seconds,
-                methods=names,
-                progress=lambda what, share: bar.update(
-                    task, description=f"following: {what}", completed=share
-                ),
-            )
+        with bar_of("following") as told:
+            found = energy_drift(loaded, seconds=seconds, methods=names_in(methods), progress=told)
     except TwolinkError as error:
         refuse(str(error))
     _print(console(), found)
     if out is not None:
-        _write(out, found)
+        from viz.plots.drift import drift_plot
 
-
-def _write(folder: Path, found: DriftStudy) -> None:
-    from viz.plots.drift import drift_plot
-    from viz.plots.style import save
-
-    folder.mkdir(parents=True, exist_ok=True)
-    write_json(folder / "drift.json", found.document())
-    with written_whole(folder / "drift.csv") as file:
-        file.write_text(found.csv(), encoding="utf-8")
-    figure = drift_plot(found)
-    for suffix in ("svg", "png"):
-        save(figure, folder / f"drift.{suffix}")
+        write_study(out, "drift", found, drift_plot(found))
 
 
 def _print(page: Console, found: DriftStudy) -> None:

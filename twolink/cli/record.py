@@ -7,39 +7,31 @@ from typing import Annotated
 
 import typer
 
-from twolink.cli.showing import ThemeName, film_of
+from twolink.cli.showing import (
+    Ghosts,
+    Motion,
+    Nearby,
+    OwnGeometry,
+    Surroundings,
+    ThemeName,
+    film_of,
+)
 from twolink.cli.terminal import FAILED, check_target, ended_by_signals, progress_bar, refuse
 from twolink.errors import BrowserError, TwolinkError
 
 
 def record(
-    motion: Annotated[
-        Path,
-        typer.Argument(
-            metavar="SCENE|TRAJECTORY",
-            help="A scene (TOML), or a trajectory (.npz, .csv, .parquet).",
-        ),
-    ],
+    motion: Motion,
     out: Annotated[Path, typer.Option(help="The .mp4, .webm, .gif, .png or .html file to write.")],
     fps: Annotated[
         float | None, typer.Option(help="Frames a second. Default: 30, and 25 in a .gif.")
     ] = None,
     size: Annotated[str, typer.Option(help="Width and height in pixels.")] = "1280x720",
     speed: Annotated[float, typer.Option(help="Seconds of motion a second of film.")] = 1.0,
-    theme: Annotated[ThemeName, typer.Option(help="Light or dark surroundings.")] = ThemeName.light,
-    ghost: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Another run beside it: a scene, a trajectory, momenta, lagrange, kane or "
-            "pinocchio. May be given several times."
-        ),
-    ] = None,
-    nearby: Annotated[
-        float | None, typer.Option(help="A ghost that starts with q1 larger by so much (rad).")
-    ] = None,
-    urdf: Annotated[
-        Path | None, typer.Option(help="Show this URDF's own geometry. Default: the scene's.")
-    ] = None,
+    theme: Surroundings = ThemeName.light,
+    ghost: Ghosts = None,
+    nearby: Nearby = None,
+    urdf: OwnGeometry = None,
     at: Annotated[
         float | None, typer.Option(help="The time of a .png (s). Default: the end.")
     ] = None,

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from twolink.cli.terminal import progress_bar, refuse
 from twolink.errors import SceneError
@@ -17,6 +19,27 @@ if TYPE_CHECKING:
     from twolink.simulation import Trajectory
     from viz.film import Film
     from viz.run import Run
+
+Motion = Annotated[
+    Path,
+    typer.Argument(
+        metavar="SCENE|TRAJECTORY", help="A scene (TOML), or a trajectory (.npz, .csv, .parquet)."
+    ),
+]
+Ghosts = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--ghost",
+        help="Another run beside it: a scene, a trajectory, momenta, lagrange, kane or "
+        "pinocchio. May be given several times.",
+    ),
+]
+Nearby = Annotated[
+    float | None, typer.Option(help="A ghost that starts with q1 larger by so much (rad).")
+]
+OwnGeometry = Annotated[
+    Path | None, typer.Option(help="Show this URDF's own geometry. Default: the scene's.")
+]
 
 KEPT = (".npz", ".csv", ".parquet")
 _FORMULATIONS = ("momenta", "lagrange", "kane")
@@ -31,6 +54,9 @@ class ThemeName(StrEnum):
 
     light = "light"
     dark = "dark"
+
+
+Surroundings = Annotated[ThemeName, typer.Option(help="Light or dark surroundings.")]
 
 
 def film_of(

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import signal
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from twolink.cli.showing import ThemeName, film_of
+from twolink.cli.showing import (
+    Ghosts,
+    Motion,
+    Nearby,
+    OwnGeometry,
+    Surroundings,
+    ThemeName,
+    film_of,
+)
 from twolink.cli.terminal import ended_by_signals, refuse
 from twolink.errors import TwolinkError
 
@@ -23,28 +30,12 @@ _FPS = 60.0
 
 
 def view(
-    motion: Annotated[
-        Path,
-        typer.Argument(
-            metavar="SCENE|TRAJECTORY",
-            help="A scene (TOML), or a trajectory (.npz, .csv, .parquet).",
-        ),
-    ],
-    ghost: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Another run beside it: a scene, a trajectory, momenta, lagrange, kane or "
-            "pinocchio. May be given several times."
-        ),
-    ] = None,
-    nearby: Annotated[
-        float | None, typer.Option(help="A ghost that starts with q1 larger by so much (rad).")
-    ] = None,
-    urdf: Annotated[
-        Path | None, typer.Option(help="Show this URDF's own geometry. Default: the scene's.")
-    ] = None,
+    motion: Motion,
+    ghost: Ghosts = None,
+    nearby: Nearby = None,
+    urdf: OwnGeometry = None,
     speed: Annotated[float, typer.Option(help="Seconds of motion a second on the wall.")] = 1.0,
-    theme: Annotated[ThemeName, typer.Option(help="Light or dark surroundings.")] = ThemeName.light,
+    theme: Surroundings = ThemeName.light,
     browser: Annotated[
         bool, typer.Option(help="Open the page in your browser, and not only print its address.")
     ] = True,

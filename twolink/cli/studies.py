@@ -1,0 +1,49 @@
+"""What the commands that measure methods share: which methods, how far, and files of the result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from twolink.cli.terminal import progress_bar, write_json
+from twolink.files import written_whole
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Study(Protocol):
+    """A result that can be written down."""
+
+    def document(self) -> dict[str, Any]:
+        """Return it as plain data."""
+
+    def csv(self) -> str:
+        """Return it as comma-separated values."""
+
+
+def names_in(words: str) -> tuple[str, ...]:
+    """Return the names between commas; none, where there is nothing."""
+    return tuple(name.strip() for name in words.split(",") if name.strip())
+
+
+@contextmanager
+def bar_of(doing: str) -> Iterator[Callable[[str, float], None]]:
+    """Show a bar while work goes on; it is told what is done and which share of it."""
+    with progress_bar() as bar:
+        task = bar.add_task(doing, total=1.0)
+        yield lambda what, share: bar.update(task, description=f"{doing}: {what}", completed=share)
+
+
+def write_study(folder: Path, name: str, found: Study, figure: Figure) -> None:
+    """Write a result into a folder: as JSON, as CSV, and its picture as SVG and PNG."""
+    from viz.plots.style import save
+
+    folder.mkdir(parents=True, exist_ok=True)
+    write_json(folder / f"{name}.json", found.document())
+    with written_whole(folder / f"{name}.csv") as file:
+        file.write_text(found.csv(), encoding="utf-8")
+    for suffix in ("svg", "png"):
+        save(figure, folder / f"{name}.{suffix}")
