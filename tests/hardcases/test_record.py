@@ -12,15 +12,15 @@ from twolink.hardcases.record import Finding, Mark, Outcome
     [
         (Finding(0.0), Mark.PASS, "pass"),
         (Finding(1.0, warned=True), Mark.PASS, "pass"),
-        (Finding(1.5), Mark.MISSED, "missed × 1.5"),
-        (Finding(10.0), Mark.MISSED, "missed × 10"),
+        (Finding(1.5), Mark.MISSED, "missed × 1.50"),
+        (Finding(10.0), Mark.MISSED, "missed × 10.0"),
         # Beyond ten times the bound it matters whether a word was said.
         (Finding(10.1), Mark.SILENT, "silently wrong"),
         (Finding(1e6, warned=True), Mark.MISSED, "missed × 1e+06"),
         (Finding(math.inf), Mark.SILENT, "silently wrong"),
         # NaN speaks for itself.
-        (Finding(math.inf, finite=False), Mark.MISSED, "missed"),
-        (Finding(math.nan), Mark.MISSED, "missed"),
+        (Finding(math.inf, finite=False), Mark.MISSED, "missed × ∞"),
+        (Finding(math.nan), Mark.MISSED, "missed × ∞"),
     ],
 )
 def test_marks(finding, mark, words):

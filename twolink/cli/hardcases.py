@@ -9,6 +9,7 @@ import typer
 
 from twolink.cli.terminal import (
     FAILED,
+    WIDE,
     check_target,
     console,
     ended_by_signals,
@@ -30,6 +31,15 @@ _STYLES = {
     "hang": "magenta",
     "cannot express": "dim",
 }
+
+
+# Columns of letters that all engines' columns take, side by side.
+_WIDE = 124
+
+_FAIR = (
+    "Peers run by their best method at a fine setting, and are held to 1e-6, or to what their "
+    "tolerance grows to; --json keeps what they said, and the call."
+)
 
 
 def hardcases(
@@ -106,19 +116,32 @@ def _print_board(
     from rich.table import Table
     from rich.text import Text
 
-    from twolink.hardcases.run import counts, failed_by_us, verdict
+    from twolink.hardcases import Mark
+    from twolink.hardcases.run import OURS, counts, failed_by_us, verdict
 
-    page = console()
+    page = console(_WIDE if len(chosen) > len(OURS) else WIDE)
     for group in dict.fromkeys(one.group for one in cases):
-        table = Table(title=f"Hard cases: {group}", title_justify="left", box=box.SIMPLE_HEAD)
+        table = Table(
+            title=f"Hard cases: {group}",
+            title_justify="left",
+            box=box.SIMPLE_HEAD,
+            padding=(0, 1, 0, 0),
+        )
         table.add_column("", no_wrap=True)
         for column in chosen:
-            table.add_column(column.name)
+            # Long words may break at their hyphens.
+            table.add_column(column.name.replace("-", "- "), overflow="fold")
         for one in (one for one in cases if one.group == group):
             found = [board[one.name][column.name] for column in chosen]
-            cells = [Text(each.words, style=_STYLES[each.mark.value]) for each in found]
+            cells = [Text(each.short, style=_STYLES[each.mark.value]) for each in found]
             table.add_row(one.name, *cells)
         page.print(table)
+    met = {found.mark for row in board.values() for found in row.values()}
+    for mark in (mark for mark in Mark if mark in met):
+        page.print(f"{mark.short}: {mark.means}", style="dim", soft_wrap=True)
+    if len(chosen) > len(OURS):
+        page.print(_FAIR, style="dim", soft_wrap=True)
+    page.print()
     for column in chosen:
         told = (f"{count} {mark.value}" for mark, count in counts(board, column.name).items())
         page.print(f"{column.name}: {', '.join(told)}", soft_wrap=True)

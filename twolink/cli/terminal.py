@@ -51,11 +51,11 @@ def check_folder(option: str, path: Path | None) -> None:
         refuse(f"{option} is {path}; allowed is a folder that can be written to or made")
 
 
-def console() -> Console:
-    """Return where tables go: as wide as the terminal is, or as the widest table."""
+def console(wide: int = WIDE) -> Console:
+    """Return where tables go: as wide as the terminal is, or as `wide` as the widest table."""
     from rich.console import Console
 
-    return Console(width=None if sys.stdout.isatty() else WIDE, highlight=False)
+    return Console(width=None if sys.stdout.isatty() else wide, highlight=False)
 
 
 @contextmanager

@@ -34,6 +34,29 @@ class Mark(Enum):
     HANG = "hang"
     CANNOT = "cannot express"
 
+    @property
+    def short(self) -> str:
+        """The mark in so few letters that a dozen columns stand side by side."""
+        return {"missed": "×", "silently wrong": "silent", "cannot express": "–"}.get(
+            self.value, self.value
+        )
+
+    @property
+    def means(self) -> str:
+        """What the mark says of an engine."""
+        return _MEANS[self]
+
+
+_MEANS = {
+    Mark.PASS: "within the bound",
+    Mark.MISSED: "the bound is missed by so much (∞: no number), tenfold at most or with a warning",
+    Mark.SILENT: "silently wrong: finite, without a warning, and beyond ten times the bound",
+    Mark.REFUSED: "the engine says that it will not",
+    Mark.CRASH: "its process ended by itself, or ran out of memory",
+    Mark.HANG: "no answer in the time that all are given",
+    Mark.CANNOT: "it has no such effect, or reads no such file, and was not tried",
+}
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -87,10 +110,22 @@ class Outcome:
 
     @property
     def words(self) -> str:
-        """The cell's text: the mark, with the factor by which a bound is missed."""
-        if self.mark is Mark.MISSED and self.factor is not None and math.isfinite(self.factor):
-            return f"missed × {self.factor:.2g}"
-        return self.mark.value
+        """The outcome in words: the mark, with the factor by which a bound is missed."""
+        return " ".join([self.mark.value, self._times]).strip()
+
+    @property
+    def short(self) -> str:
+        """The cell's text, in a few letters."""
+        return self._times or self.mark.short
+
+    @property
+    def _times(self) -> str:
+        """The factor by which a bound is missed, where it says something."""
+        if self.mark is not Mark.MISSED or self.factor is None:
+            return ""
+        if not math.isfinite(self.factor):
+            return "× ∞"
+        return f"× {self.factor:#.3g}" if self.factor < 1000 else f"× {self.factor:.0e}"
 
 
 class LateError(TwolinkError):

@@ -10,19 +10,12 @@ from viz.report.page import Section, heading, paragraph, table, text
 
 Board = dict[str, dict[str, Outcome]]
 
-# A mark's short form, so that a dozen columns fit on a page, its class, and what it means.
-_SHORT = {
-    Mark.PASS: ("✓", "good", "within the bound"),
-    Mark.MISSED: ("×", "soft", "beyond the bound by this factor, or told as such by the engine"),
-    Mark.SILENT: (
-        "silent",
-        "bad",
-        "silently wrong: finite, without a warning, and beyond the bound more than tenfold",
-    ),
-    Mark.REFUSED: ("refused", "soft", "the engine says that it will not"),
-    Mark.CRASH: ("crash", "bad", "the engine's process ended, or ran out of memory"),
-    Mark.HANG: ("hang", "bad", "no answer in the time that all are given"),
-    Mark.CANNOT: ("·", "soft", "the engine has no such effect, and was not tried"),
+# How a mark is coloured; what hurts is red.
+_CLASSES = {
+    Mark.PASS: "good",
+    Mark.SILENT: "bad",
+    Mark.CRASH: "bad",
+    Mark.HANG: "bad",
 }
 
 
@@ -43,8 +36,7 @@ def hard_cases(cases: Sequence[Case], columns: Sequence[Column], board: Board) -
 
 
 def _key() -> str:
-    told = "; ".join(f"{short} {meaning}" for short, _, meaning in _SHORT.values())
-    return paragraph(f"{told}.", "note")
+    return paragraph("; ".join(f"{mark.short}: {mark.means}" for mark in Mark) + ".", "note")
 
 
 def _summary(columns: Sequence[Column], board: Board) -> str:
@@ -70,10 +62,7 @@ def _group(group: str, cases: Sequence[Case], columns: Sequence[Column], board: 
 
 
 def _cell(outcome: Outcome) -> str:
-    short, kind, _ = _SHORT[outcome.mark]
-    missed = outcome.mark is Mark.MISSED
-    words = outcome.words.removeprefix("missed ") if missed else short
-    return f'<span class="{kind}">{text(words)}</span>'
+    return f'<span class="{_CLASSES.get(outcome.mark, "soft")}">{text(outcome.short)}</span>'
 
 
 def _about(case: Case, row: dict[str, Outcome]) -> str:
