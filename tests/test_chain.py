@@ -121,3 +121,14 @@ def test_a_chain_that_float64_cannot_hold_is_refused(size):
     with pytest.raises(ParameterError, match=r"determinant is .* allowed is 1e-290 to"):
         Chain.uniform_bars((size, size))
     assert Chain.uniform_bars((1e140, 1e140)).m1 == 1e140
+
+
+def test_a_determinant_that_hardly_varies_is_held_by_float64_all_the_same():
+    """Found by fuzzing: rounding put the least of all poses an ulp above the most."""
+    chain = Chain(
+        (1.0, 1.333521432163324e-06),
+        (1.0, 10.0),
+        ((1.0, 0.75), (2.5, 5.0)),
+        (1000000.0, 1.333521432163324),
+    )
+    assert chain.m2 == 1.333521432163324e-06

@@ -95,7 +95,8 @@ class Chain:
         carried = m2 * self.L1 * self.L1
         I_A, I_B = I_C1 + m1 * reach1 * reach1, I_C2 + m2 * reach2 * reach2
         least, most = I_A * I_B + carried * I_C2, (I_A + carried) * I_B
-        if not _SMALLEST <= least <= most <= _LARGEST:
+        # Rounding may leave the least above the most, where they are nearly one.
+        if not (least >= _SMALLEST and most <= _LARGEST):
             raise ParameterError(
                 f"the mass matrix's determinant is {least:.3g} to {most:.3g} kg² m⁴; allowed is "
                 f"{_SMALLEST:.0e} to {_LARGEST:.0e}, which float64 holds with all its digits"

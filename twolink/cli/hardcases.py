@@ -129,8 +129,8 @@ def _print_board(
         )
         table.add_column("", no_wrap=True)
         for column in chosen:
-            # Long words may break at their hyphens.
-            table.add_column(column.name.replace("-", "- "), overflow="fold")
+            # A long word breaks at its hyphen.
+            table.add_column(column.name.replace("-", "-\n"), overflow="fold")
         for one in (one for one in cases if one.group == group):
             found = [board[one.name][column.name] for column in chosen]
             cells = [Text(each.short, style=_STYLES[each.mark.value]) for each in found]

@@ -7,6 +7,7 @@ evaluated on JAX's tracers; solvers, step sizes and compiled code are its own.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
@@ -14,21 +15,19 @@ import numpy as np
 
 from twolink import lagrange
 from twolink.arithmetic import Pair
-from twolink.chain import Chain
-from twolink.effects import breaks, nonsmooth, smooth_loads
+from twolink.chain import Chain, Rotor
+from twolink.effects import Effect, breaks, nonsmooth, smooth_loads
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
-from twolink.engines.joint_model import effect_name
-from twolink.engines.peer import Installed, PeerMethod, PeerRun, Prepared, check_method
+from twolink.engines.joint_model import JointModel, effect_name
+from twolink.engines.peer import Peer, PeerMethod, PeerRun, Prepared
 from twolink.engines.protocol import Array
 from twolink.errors import EngineError
 from twolink.scene import Scene
 
-_SOLVERS = {"Tsit5": "Tsit5", "Dopri8": "Dopri8", "Kvaerno5": "Kvaerno5"}
 
-
-class Diffrax:
-    """diffrax; see `twolink.engines.peers.Peer`.
+class Diffrax(Peer):
+    """diffrax; see `twolink.engines.peer.Peer`.
 
     The knob is rtol and atol of its `PIDController`. Values between steps are diffrax's dense
     output. The first run for a number of samples compiles, which is counted as set-up.
@@ -40,15 +39,7 @@ class Diffrax:
         PeerMethod("Dopri8", 8, "tolerance"),
         PeerMethod("Kvaerno5", 5, "tolerance"),
     )
-    _installed = Installed(name, (("diffrax", "diffrax"), ("jax", "jax")))
-
-    def missing(self) -> str | None:
-        """Return the sentence that it is not installed; None if it is."""
-        return self._installed.missing()
-
-    def version(self) -> str:
-        """Return the versions of diffrax and of JAX."""
-        return self._installed.version()
+    packages = (("diffrax", "diffrax"), ("jax", "jax"))
 
     def cannot(self, scene: Scene) -> str | None:
         """Return why it cannot express a scene; None if it can."""
@@ -60,18 +51,13 @@ class Diffrax:
                 )
         if breaks(scene.effects):
             return (
-                f"{self.name} cannot express sampled_torque: its equations would have kinks, "
-                "and its steps would reach over them"
+                f"{self.name} cannot express sampled_torque: its fields are smooth, and each kink "
+                "would have to be told to its step control"
             )
         return None
 
-    def prepared(self, scene: Scene, method: str) -> Prepared:
+    def _prepared(self, scene: Scene, method: str) -> Prepared:
         """Return what runs a scene; it is compiled once for each number of samples."""
-        self._installed.check()
-        check_method(self.name, self.methods, method)
-        sentence = self.cannot(scene)
-        if sentence:
-            raise EngineError(sentence)
         import jax
 
         start = np.array([*scene.q, *scene.u], dtype=float)
@@ -94,37 +80,37 @@ class Diffrax:
 
         return run
 
-    def accelerations(
-        self,
-        chain: Chain,
-        q: Pair,
-        u: Pair,
-        *,
-        gravity: Pair = (0.0, 9.81),
-        torque: Pair = (0.0, 0.0),
-    ) -> Pair:
-        """Return du (rad/s²) at a state, by Lagrange's text compiled by JAX."""
-        self._installed.check()
+    def _accelerations(self, model: JointModel) -> Pair:
+        """Return du (rad/s²) at the start of a model, by Lagrange's text compiled by JAX."""
         import jax
 
-        size = float(np.hypot(*gravity))
-        pull = (Gravity(size, gravity),) if size else ()
-        scene = Scene(chain, q, u, 1.0, (*pull, JointTorque(torque)))
         with jax.enable_x64(True):
-            state = jax.numpy.asarray(np.array([*q, *u], dtype=float))
-            rates = jax.jit(_field(scene))(0.0, state, None)
+            state = jax.numpy.asarray(np.array([*model.q, *model.u], dtype=float))
+            rates = jax.jit(_field(_with_rotors(model), _effects(model)))(0.0, state, None)
         return float(rates[2]), float(rates[3])
 
 
-def _field(scene: Scene) -> Callable[[Any, Any, Any], Any]:
-    """Return the vector field of a scene, as diffrax takes it."""
-    from jax import numpy as jnp
+def _effects(model: JointModel) -> tuple[Effect, ...]:
+    """Return the effects of a state: its gravity, and the torques of its motors."""
+    size = model.size
+    pull = (Gravity(size, model.gravity),) if size else ()
+    return (*pull, JointTorque(model.torque))
 
-    chain = scene.equipped.convert(float)
+
+def _with_rotors(model: JointModel) -> Chain:
+    """Return the chain with the armature of its joints as rotors that turn as these do."""
+    first, second = model.armature
+    rotors = (Rotor(first, (1.0, 0.0)), Rotor(second, (-1.0, 1.0)))
+    return replace(model.chain, rotors=tuple(rotor for rotor in rotors if rotor.inertia))
+
+
+def _field(chain: Chain, effects: tuple[Effect, ...]) -> Callable[[Any, Any, Any], Any]:
+    """Return the vector field of a chain under effects, as diffrax takes it."""
+    from jax import numpy as jnp
 
     def field(t: Any, y: Any, _: Any) -> Any:
         q, u = (y[0], y[1]), (y[2], y[3])
-        loads = smooth_loads(scene.effects, chain, q, u, t)
+        loads = smooth_loads(effects, chain, q, u, t)
         return jnp.stack([*u, *lagrange.forward_dynamics(chain, q, u, loads)])
 
     return field
@@ -134,7 +120,8 @@ def _solve(scene: Scene, method: str) -> Callable[[Any, Any, Any], Any]:
     """Return the function that is compiled: from start, times and tolerance to states."""
     import diffrax
 
-    term, solver = diffrax.ODETerm(_field(scene)), getattr(diffrax, _SOLVERS[method])()
+    field = _field(scene.equipped.convert(float), scene.effects)
+    term, solver = diffrax.ODETerm(field), getattr(diffrax, method)()
 
     def solve(start: Any, times: Any, tolerance: Any) -> Any:
         solution = diffrax.diffeqsolve(

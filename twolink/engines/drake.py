@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from twolink.arithmetic import Pair
-from twolink.chain import Chain
-from twolink.engines.joint_model import JOINTS, JointModel, at_state, joint_model, why_not
-from twolink.engines.peer import Installed, PeerMethod, PeerRun, Prepared, check_method, stretches
+from twolink.engines.joint_model import JOINTS, JointModel, Samples, joint_model
+from twolink.engines.peer import Peer, PeerMethod, PeerRun, Prepared, stretches
 from twolink.engines.protocol import Array
 from twolink.errors import EngineError
 from twolink.scene import Scene
@@ -25,7 +24,7 @@ _REASONS = {
     "end_force": _DISCRETE,
     "drive": "it refuses negative damping",
 }
-_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves"})
+_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "samples"})
 
 # Its longest step with error control is 0.1 s by default, and remains so.
 _ERROR_CONTROLLED = (
@@ -46,8 +45,8 @@ _FIXED = (
 )
 
 
-class Drake:
-    """Drake; see `twolink.engines.peers.Peer`.
+class Drake(Peer):
+    """Drake; see `twolink.engines.peer.Peer`.
 
     The knob of a method with error control is Drake's `accuracy`; one named "…, fixed step" takes
     equal steps.
@@ -58,27 +57,13 @@ class Drake:
         *(PeerMethod(name, order, "tolerance") for name, order in _ERROR_CONTROLLED),
         *(PeerMethod(f"{name}, fixed step", order, "step") for name, order in _FIXED),
     )
-    _installed = Installed(name, (("drake", "pydrake"),))
+    packages = (("drake", "pydrake"),)
+    expresses = _EXPRESSES
+    reasons = _REASONS
 
-    def missing(self) -> str | None:
-        """Return the sentence that it is not installed; None if it is."""
-        return self._installed.missing()
-
-    def version(self) -> str:
-        """Return Drake's version."""
-        return self._installed.version()
-
-    def cannot(self, scene: Scene) -> str | None:
-        """Return why it cannot express a scene; None if it can."""
-        return why_not(scene, self.name, _EXPRESSES, _REASONS)
-
-    def prepared(self, scene: Scene, method: str) -> Prepared:
+    def _prepared(self, scene: Scene, method: str) -> Prepared:
         """Return what runs a scene; plant and simulator are built once."""
-        self._installed.check()
-        chosen = check_method(self.name, self.methods, method)
-        sentence = self.cannot(scene)
-        if sentence:
-            raise EngineError(sentence)
+        chosen = next(each for each in self.methods if each.name == method)
         begin = perf_counter()
         model = joint_model(scene)
         built = _built(model)
@@ -118,18 +103,8 @@ class Drake:
 
         return run
 
-    def accelerations(
-        self,
-        chain: Chain,
-        q: Pair,
-        u: Pair,
-        *,
-        gravity: Pair = (0.0, 9.81),
-        torque: Pair = (0.0, 0.0),
-    ) -> Pair:
-        """Return du (rad/s²) at a state, by the plant's own time derivatives."""
-        self._installed.check()
-        model = at_state(chain, q, u, gravity, torque)
+    def _accelerations(self, model: JointModel) -> Pair:
+        """Return du (rad/s²) at the start of a model, by the plant's own time derivatives."""
         built = _built(model)
         context = built.system.CreateDefaultContext()
         _start(built, model, context)
@@ -158,7 +133,7 @@ def _built(model: JointModel) -> _Built:
         plant = builder.AddSystem(_plant(model))
     except RuntimeError as error:
         raise EngineError(f"Drake refuses the chain: {error}") from error
-    if any(model.torque) or model.waves:
+    if model.uses & {"torque", "waves", "samples"}:
         _add_torques(builder, plant, model)
     return _Built(builder.Build(), plant)
 
@@ -189,10 +164,10 @@ def _plant(model: JointModel) -> Any:
 
 
 def _add_torques(builder: Any, plant: Any, model: JointModel) -> None:
-    """Wire sources of constant torque and of sines to the plant's generalized forces."""
-    from pydrake.systems.primitives import Adder, ConstantVectorSource, Sine
+    """Wire constant torques, sines and samples to the plant's generalized forces."""
+    from pydrake.systems.primitives import Adder, ConstantVectorSource, Sine, TrajectorySource
 
-    total = builder.AddSystem(Adder(1 + len(model.waves), 2))
+    total = builder.AddSystem(Adder(1 + len(model.waves) + len(model.samples), 2))
     steady: Any = np.array(model.torque)
     constant = builder.AddSystem(ConstantVectorSource(steady))
     builder.Connect(constant.get_output_port(), total.get_input_port(0))
@@ -202,7 +177,24 @@ def _add_torques(builder: Any, plant: Any, model: JointModel) -> None:
             Sine(of_joint * wave.amplitude, of_joint * wave.frequency, of_joint * wave.phase)
         )
         builder.Connect(sine.get_output_port(0), total.get_input_port(number))
+    for number, samples in enumerate(model.samples, start=1 + len(model.waves)):
+        source = builder.AddSystem(TrajectorySource(_trajectory(samples)))
+        builder.Connect(source.get_output_port(), total.get_input_port(number))
     builder.Connect(total.get_output_port(), plant.get_applied_generalized_force_input_port())
+
+
+def _trajectory(samples: Samples) -> Any:
+    """Return samples as Drake's trajectory, which stays at its ends as it is there."""
+    from pydrake.trajectories import PiecewisePolynomial
+
+    times, values = np.array(samples.times), np.array(samples.values)
+    if samples.interpolation == "hold":
+        # The last sample is held, too.
+        times, values = np.append(times, times[-1] + 1.0), np.c_[values, values[:, -1]]
+        return PiecewisePolynomial.ZeroOrderHold(times, values)
+    if samples.interpolation == "linear":
+        return PiecewisePolynomial.FirstOrderHold(times, values)
+    return PiecewisePolynomial.CubicWithContinuousSecondDerivatives(times, values)
 
 
 def _start(built: _Built, model: JointModel, context: Any) -> None:

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from twolink.arithmetic import Pair
-from twolink.chain import Chain
-from twolink.engines.joint_model import JointModel, at_state, joint_model, why_not
-from twolink.engines.peer import Installed, PeerMethod, PeerRun, Prepared, check_method
+from twolink.engines.joint_model import JointModel, joint_model
+from twolink.engines.peer import Peer, PeerMethod, PeerRun, Prepared
 from twolink.engines.protocol import Array
 from twolink.errors import EngineError
 from twolink.optional import heyoka
@@ -20,12 +19,15 @@ from twolink.scene import Scene
 _EVENTS = "heyoka has events, and the motion between and after them would be this library's own"
 _REASONS = dict.fromkeys(
     ("joint_friction", "joint_stop", "surface", "compliant_surface", "end_force"), _EVENTS
-) | {"end_drag": "its dissipation function depends on speeds alone"}
+) | {
+    "end_drag": "its dissipation function depends on speeds alone",
+    "samples": "its series have no kinks; runs from sample to sample would have to be written anew",
+}
 _EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "drive"})
 
 
-class HeyokaLagrangian:
-    """heyoka's `taylor_adaptive` on its `lagrangian()`; see `twolink.engines.peers.Peer`.
+class HeyokaLagrangian(Peer):
+    """heyoka's `taylor_adaptive` on its `lagrangian()`; see `twolink.engines.peer.Peer`.
 
     The knob is the tolerance of a step, which sets the order too. `taylor` is heyoka as it comes;
     `taylor, odd order` takes the next finer tolerance that has an odd order. From rest at the
@@ -38,27 +40,13 @@ class HeyokaLagrangian:
         PeerMethod("taylor", None, "tolerance"),
         PeerMethod("taylor, odd order", None, "tolerance"),
     )
-    _installed = Installed(name, (("heyoka", "heyoka"),), extra=None)
+    packages = (("heyoka", "heyoka"),)
+    extra = None
+    expresses = _EXPRESSES
+    reasons = _REASONS
 
-    def missing(self) -> str | None:
-        """Return the sentence that it is not installed; None if it is."""
-        return self._installed.missing()
-
-    def version(self) -> str:
-        """Return heyoka's version."""
-        return self._installed.version()
-
-    def cannot(self, scene: Scene) -> str | None:
-        """Return why it cannot express a scene; None if it can."""
-        return why_not(scene, self.name, _EXPRESSES, _REASONS)
-
-    def prepared(self, scene: Scene, method: str) -> Prepared:
+    def _prepared(self, scene: Scene, method: str) -> Prepared:
         """Return what runs a scene; it is compiled once for each tolerance."""
-        self._installed.check()
-        check_method(self.name, self.methods, method)
-        sentence = self.cannot(scene)
-        if sentence:
-            raise EngineError(sentence)
         model = joint_model(scene)
         compiled: dict[float, tuple[Any, float]] = {}
 
@@ -80,18 +68,9 @@ class HeyokaLagrangian:
 
         return run
 
-    def accelerations(
-        self,
-        chain: Chain,
-        q: Pair,
-        u: Pair,
-        *,
-        gravity: Pair = (0.0, 9.81),
-        torque: Pair = (0.0, 0.0),
-    ) -> Pair:
-        """Return du (rad/s²) at a state, by heyoka's compiled function of its `lagrangian()`."""
-        self._installed.check()
-        return _accelerations(at_state(chain, q, u, gravity, torque))
+    def _accelerations(self, model: JointModel) -> Pair:
+        """Return du (rad/s²) at the start of a model, by the compiled form of `lagrangian()`."""
+        return _accelerations(model)
 
 
 def _compiled(model: JointModel, tolerance: float) -> tuple[Any, float]:

@@ -6,13 +6,17 @@ are made of these are gathered; a PD controller is a spring and a damper too.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.coordinates import JointConvention
 from twolink.effects import EFFECTS
+from twolink.engines.protocol import Array
 from twolink.errors import EngineError
 from twolink.scene import Scene
 
@@ -22,7 +26,14 @@ JOINTS = JointConvention()
 Numbers = tuple[float, float]
 _NONE = (0.0, 0.0)
 
-_GATHERED = {"gravity", "joint_damping", "joint_spring", "pd_control", "joint_torque"}
+_GATHERED = {
+    "gravity",
+    "joint_damping",
+    "joint_spring",
+    "pd_control",
+    "joint_torque",
+    "sampled_torque",
+}
 
 
 @dataclass(frozen=True)
@@ -39,12 +50,40 @@ class Wave:
 
 
 @dataclass(frozen=True)
+class Samples:
+    """Torques in the joints A and B at rising `times` (s), and what is between: `values` in N m.
+
+    `interpolation` is "hold", "linear" or "cubic", as scene files have it.
+    """
+
+    times: tuple[float, ...]
+    values: tuple[tuple[float, ...], tuple[float, ...]]
+    interpolation: str
+
+    def interpolant(self) -> Callable[[float], Array]:
+        """Return the torques (N m, shape (2,)) as a function of time (s), by SciPy's splines."""
+        from scipy.interpolate import make_interp_spline
+
+        first, last = self.times[0], self.times[-1]
+        if self.interpolation == "hold":
+            times, values = np.array(self.times), np.array(self.values)
+
+            def held(t: float) -> Array:
+                return values[:, max(0, int(np.searchsorted(times, t, side="right")) - 1)]
+
+            return held
+        degree = {"linear": 1, "cubic": 3}[self.interpolation]
+        spline = make_interp_spline(self.times, np.array(self.values).T, k=degree)
+        return lambda t: np.asarray(spline(min(max(t, first), last)))
+
+
+@dataclass(frozen=True)
 class JointModel:
     """A chain of floats without rotors, its start, and what acts, in pairs for the joints A and B.
 
     `q` (rad) and `u` (rad/s) are absolute. `gravity` is along x and y (m/s²). In a joint act
-    `torque` − `stiffness` (θ − `rest`) − `damping` θ̇ and the waves (N m, N m/rad, rad, N m s/rad);
-    `armature` is added to the joint's inertia (kg m²).
+    `torque` − `stiffness` (θ − `rest`) − `damping` θ̇ (N m, N m/rad, rad, N m s/rad), the waves, and
+    what the samples say; `armature` is added to the joint's inertia (kg m²).
     """
 
     chain: Chain
@@ -57,13 +96,19 @@ class JointModel:
     damping: Numbers = _NONE
     armature: Numbers = _NONE
     waves: tuple[Wave, ...] = ()
+    samples: tuple[Samples, ...] = ()
 
     @property
     def uses(self) -> frozenset[str]:
         """The names of the fields that are not zero, and of "drive" where damping drives."""
-        names = ("torque", "stiffness", "damping", "armature", "waves")
+        names = ("torque", "stiffness", "damping", "armature", "waves", "samples")
         drive = {"drive"} if min(self.damping) < 0 else set()
         return frozenset(name for name in names if any(getattr(self, name))) | drive
+
+    def sampled(self) -> Callable[[float], Array]:
+        """Return the torques of all samples (N m, shape (2,)) as a function of time (s)."""
+        parts = [samples.interpolant() for samples in self.samples]
+        return lambda t: np.sum([part(t) for part in parts], axis=0)
 
     @property
     def theta(self) -> Numbers:
@@ -111,7 +156,7 @@ def joint_model(scene: Scene) -> JointModel:
 
 
 def why_not(
-    scene: Scene, engine: str, expresses: frozenset[str], reasons: dict[str, str]
+    scene: Scene, engine: str, expresses: frozenset[str], reasons: Mapping[str, str]
 ) -> str | None:
     """Return why an engine that `expresses` these fields cannot express a scene; None if it can.
 
@@ -137,6 +182,7 @@ _WORDS = {
     "damping": "a joint's damping",
     "armature": "a rotor's inertia",
     "waves": "a torque that varies with time",
+    "samples": "a sampled torque",
     "drive": "damping that drives",
 }
 
@@ -183,6 +229,9 @@ def _with(model: JointModel, name: str, effect: Any) -> JointModel:
     if name == "pd_control":
         model = replace(model, damping=_sum(model.damping, effect.derivative))
         return _with_spring(model, effect.proportional, effect.target)
+    if name == "sampled_torque":
+        samples = Samples(effect.times, (effect.A, effect.B), effect.interpolation)
+        return replace(model, samples=(*model.samples, samples))
     waves = tuple(
         Wave(joint, effect.amplitude[joint], effect.frequency[joint], effect.phase[joint])
         for joint in (0, 1)

@@ -11,31 +11,30 @@ from typing import Any
 import numpy as np
 
 from twolink.arithmetic import Pair
-from twolink.chain import Chain
 from twolink.engines import mujoco_contact
-from twolink.engines.joint_model import JOINTS, JointModel, at_state, why_not
-from twolink.engines.nearest import NearestModel, changed, nearest_model, smooth_part
+from twolink.engines.joint_model import JOINTS, JointModel
+from twolink.engines.nearest import NearestModel, nearest_model
 from twolink.engines.peer import (
-    Installed,
+    NearestPeer,
     PeerMethod,
     PeerRun,
     Prepared,
-    check_method,
     heard,
     stretches,
 )
 from twolink.engines.protocol import Array
-from twolink.errors import EngineError
 from twolink.scene import Scene
 
 _SOFT = "its constraints are soft, and it has no coefficient of restitution"
+_HELD = "mj_step holds a torque over its step, so that no method keeps its order"
 _REASONS = {
     "joint_friction": "its frictionloss is a soft constraint that creeps, and does not stick",
     "joint_stop": _SOFT,
     "surface": _SOFT,
     "compliant_surface": "its contact forces follow from an impedance, and not from a force law",
     "end_force": "its friction is that of contacts, which creep under load",
-    "waves": "mj_step holds a torque over its step, so that no method keeps its order",
+    "waves": _HELD,
+    "samples": _HELD,
 }
 _EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "drive"})
 _INTEGRATORS = {
@@ -48,8 +47,8 @@ _INTEGRATORS = {
 _STAGES = {"RK4": 4}
 
 
-class Mujoco:
-    """MuJoCo; see `twolink.engines.peers.Peer`. Its Euler method takes damping implicitly."""
+class Mujoco(NearestPeer):
+    """MuJoCo; see `twolink.engines.peer.Peer`. Its Euler method takes damping implicitly."""
 
     name = "MuJoCo"
     methods = (
@@ -59,31 +58,13 @@ class Mujoco:
         PeerMethod("discrete", 1, "step"),
         PeerMethod("RK4", 4, "step"),
     )
-    _installed = Installed(name, (("mujoco", "mujoco"),))
+    packages = (("mujoco", "mujoco"),)
+    expresses = _EXPRESSES
+    reasons = _REASONS
+    changes = mujoco_contact.CHANGES
 
-    def missing(self) -> str | None:
-        """Return the sentence that it is not installed; None if it is."""
-        return self._installed.missing()
-
-    def version(self) -> str:
-        """Return MuJoCo's version."""
-        return self._installed.version()
-
-    def cannot(self, scene: Scene) -> str | None:
-        """Return why it cannot express a scene; None if it can."""
-        return why_not(scene, self.name, _EXPRESSES, _REASONS)
-
-    def changed(self, scene: Scene) -> tuple[str, ...]:
-        """Return what it changes of a scene that it can only run by what it has nearest."""
-        return changed(scene, mujoco_contact.CHANGES)
-
-    def prepared(self, scene: Scene, method: str, *, nearest: bool = False) -> Prepared:
+    def _prepared(self, scene: Scene, method: str) -> Prepared:
         """Return what runs a scene; `mj_step` is called once between two samples."""
-        self._installed.check()
-        check_method(self.name, self.methods, method)
-        sentence = self.cannot(smooth_part(scene) if nearest else scene)
-        if sentence:
-            raise EngineError(sentence)
         import mujoco
 
         begin = perf_counter()
@@ -117,20 +98,10 @@ class Mujoco:
 
         return run
 
-    def accelerations(
-        self,
-        chain: Chain,
-        q: Pair,
-        u: Pair,
-        *,
-        gravity: Pair = (0.0, 9.81),
-        torque: Pair = (0.0, 0.0),
-    ) -> Pair:
-        """Return du (rad/s²) at a state, by `mj_forward`."""
-        self._installed.check()
+    def _accelerations(self, model: JointModel) -> Pair:
+        """Return du (rad/s²) at the start of a model, by `mj_forward`."""
         import mujoco
 
-        model = at_state(chain, q, u, gravity, torque)
         with _listening(mujoco) as said:
             robot = _robot(mujoco, NearestModel(model))
             data = mujoco.MjData(robot)

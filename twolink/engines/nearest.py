@@ -7,6 +7,7 @@ run a scene by those, and says what it changed.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -63,7 +64,7 @@ def nearest_model(scene: Scene) -> NearestModel:
     return model
 
 
-def changed(scene: Scene, words: dict[str, str]) -> tuple[str, ...]:
+def changed(scene: Scene, words: Mapping[str, str]) -> tuple[str, ...]:
     """Return an engine's words for what it changes of a scene, by the names of effects."""
     names = dict.fromkeys(effect_name(effect) for effect in scene.effects)
     told = [f"{name}: {words[name]}" for name in names if name in words]

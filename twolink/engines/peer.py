@@ -9,16 +9,20 @@ from __future__ import annotations
 import importlib.metadata
 import importlib.util
 import warnings
-from collections.abc import Callable, Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, Protocol, runtime_checkable
+from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
 
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
+from twolink.engines.joint_model import JointModel, at_state, why_not
+from twolink.engines.nearest import changed, smooth_part
 from twolink.engines.protocol import Array
 from twolink.errors import EngineError
 from twolink.scene import Scene
@@ -59,25 +63,41 @@ Prepared = Callable[[float, Array], PeerRun]
 """Runs a scene: knob value, and increasing times (s) of which the first is 0."""
 
 
-class Peer(Protocol):
-    """Somebody else's engine, with integrators of its own."""
+class Peer(ABC):
+    """Somebody else's engine, with integrators of its own.
 
-    @property
-    def name(self) -> str:
-        """The engine's name, such as "MuJoCo"."""
+    `name` is the engine's, such as "MuJoCo", and `methods` are its integrators. `packages` are what
+    it needs, pairs of a distribution's name and the module to look for, the engine's own first;
+    `extra` is the extra of this project that has them, or None where they come with it.
+    `expresses` are the fields of a `JointModel` that it has a place for, and `reasons` say why not,
+    by the name of an effect or of a field.
+    """
 
-    @property
-    def methods(self) -> tuple[PeerMethod, ...]:
-        """Its integrators."""
+    name: str
+    methods: tuple[PeerMethod, ...]
+    packages: tuple[tuple[str, str], ...]
+    extra: str | None = "engines"
+    expresses: frozenset[str] = frozenset()
+    reasons: Mapping[str, str] = MappingProxyType({})
 
     def missing(self) -> str | None:
         """Return the sentence that it is not installed, and how to install it; None if it is."""
+        for package, module in self.packages:
+            if importlib.util.find_spec(module) is None:
+                wanted = f"'twolink[{self.extra}]'" if self.extra else package
+                return (
+                    f"{self.name} needs {package}, which is not installed; allowed is to "
+                    f"install it: pip install {wanted}"
+                )
+        return None
 
     def version(self) -> str:
-        """Return the version that is installed."""
+        """Return the versions of all packages, the engine's first."""
+        return ", ".join(importlib.metadata.version(package) for package, _ in self.packages)
 
     def cannot(self, scene: Scene) -> str | None:
         """Return the sentence that says why it cannot express a scene; None if it can."""
+        return why_not(scene, self.name, self.expresses, self.reasons)
 
     def prepared(self, scene: Scene, method: str) -> Prepared:
         """Return what runs a scene by one of the methods, with all set-up done that can be.
@@ -85,6 +105,8 @@ class Peer(Protocol):
         Raises `EngineError` for a scene that it cannot express or that the engine refuses; what is
         returned raises it where the engine gives up.
         """
+        self._check(scene, method)
+        return self._prepared(scene, method)
 
     def accelerations(
         self,
@@ -100,60 +122,49 @@ class Peer(Protocol):
         `gravity` (m/s²) is along x and y, `torque` (N m) that of the motors at A and B. Raises
         `EngineError` where the engine refuses the chain.
         """
+        self._check_installed()
+        return self._accelerations(at_state(chain, q, u, gravity, torque))
 
+    def _check(self, scene: Scene, method: str) -> None:
+        """Raise `EngineError` for what is missing, no method, or cannot be expressed."""
+        self._check_installed()
+        if method not in {each.name for each in self.methods}:
+            allowed = ", ".join(each.name for each in self.methods)
+            raise EngineError(f"{self.name}: method is '{method}'; allowed are {allowed}")
+        sentence = self.cannot(scene)
+        if sentence:
+            raise EngineError(sentence)
 
-@runtime_checkable
-class NearestPeer(Peer, Protocol):
-    """A peer that can run friction, stops and surfaces by laws of its own that are near to them."""
-
-    def changed(self, scene: Scene) -> tuple[str, ...]:
-        """Return what it changes of a scene when it takes the nearest that it has, in words."""
-
-    def prepared(self, scene: Scene, method: str, *, nearest: bool = False) -> Prepared:
-        """Return what runs a scene; with `nearest`, also one that it cannot express as it is."""
-
-
-@dataclass(frozen=True)
-class Installed:
-    """What is known of the packages that an engine needs, without importing them.
-
-    `packages` are pairs of a distribution's name and the module to look for; the first is the
-    engine.
-    """
-
-    engine: str
-    packages: tuple[tuple[str, str], ...]
-    extra: str | None = "engines"
-
-    def missing(self) -> str | None:
-        """Return the sentence that a package is missing; None if all are there."""
-        for package, module in self.packages:
-            if importlib.util.find_spec(module) is None:
-                wanted = f"'twolink[{self.extra}]'" if self.extra else package
-                return (
-                    f"{self.engine} needs {package}, which is not installed; allowed is to "
-                    f"install it: pip install {wanted}"
-                )
-        return None
-
-    def version(self) -> str:
-        """Return the versions of all packages, the engine's first."""
-        return ", ".join(importlib.metadata.version(package) for package, _ in self.packages)
-
-    def check(self) -> None:
-        """Raise `EngineError` where a package is missing."""
+    def _check_installed(self) -> None:
         sentence = self.missing()
         if sentence:
             raise EngineError(sentence)
 
+    @abstractmethod
+    def _prepared(self, scene: Scene, method: str) -> Prepared:
+        """Return what runs a scene that it can express."""
 
-def check_method(engine: str, methods: tuple[PeerMethod, ...], name: str) -> PeerMethod:
-    """Return the method of a name, or raise `EngineError` with the names that are allowed."""
-    for method in methods:
-        if method.name == name:
-            return method
-    allowed = ", ".join(method.name for method in methods)
-    raise EngineError(f"{engine}: method is '{name}'; allowed are {allowed}")
+    @abstractmethod
+    def _accelerations(self, model: JointModel) -> Pair:
+        """Return du (rad/s²) at the start of a model."""
+
+
+class NearestPeer(Peer):
+    """A peer that can run friction, stops and surfaces by laws of its own that are near to them.
+
+    `changes` are these laws, by the name of the effect.
+    """
+
+    changes: Mapping[str, str]
+
+    def changed(self, scene: Scene) -> tuple[str, ...]:
+        """Return what it changes of a scene when it takes the nearest that it has, in words."""
+        return changed(scene, self.changes)
+
+    def prepared(self, scene: Scene, method: str, *, nearest: bool = False) -> Prepared:
+        """Return what runs a scene; with `nearest`, also one that it cannot express as it is."""
+        self._check(smooth_part(scene) if nearest else scene, method)
+        return self._prepared(scene, method)
 
 
 def stretches(times: Array, longest: float) -> Iterator[tuple[int, float]]:

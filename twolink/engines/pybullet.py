@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from twolink.arithmetic import Pair
-from twolink.chain import Chain
-from twolink.engines.joint_model import JOINTS, at_state, why_not
-from twolink.engines.nearest import NearestModel, Plane, changed, nearest_model, smooth_part
-from twolink.engines.peer import Installed, PeerMethod, PeerRun, Prepared, check_method, stretches
+from twolink.engines.joint_model import JOINTS, JointModel
+from twolink.engines.nearest import NearestModel, Plane, nearest_model
+from twolink.engines.peer import NearestPeer, PeerMethod, PeerRun, Prepared, stretches
 from twolink.engines.protocol import Array
 from twolink.errors import EngineError
 from twolink.scene import Scene
@@ -31,7 +30,7 @@ _REASONS = {
     "armature": "its joints have no armature",
     "drive": "its damping cannot be negative",
 }
-_EXPRESSES = frozenset({"torque", "stiffness", "damping", "waves"})
+_EXPRESSES = frozenset({"torque", "stiffness", "damping", "waves", "samples"})
 _FASTEST = 1e12
 _CHANGES = {
     "joint_friction": "a motor of PyBullet's that holds the joint up to the kinetic torque",
@@ -42,39 +41,21 @@ _CHANGES = {
 _BALL = 1e-2
 
 
-class Pybullet:
-    """PyBullet; see `twolink.engines.peers.Peer`.
+class Pybullet(NearestPeer):
+    """PyBullet; see `twolink.engines.peer.Peer`.
 
     Springs and torques are set before every step, as its users do; damping is its own.
     """
 
     name = "PyBullet"
     methods = (PeerMethod("stepSimulation", 1, "step"),)
-    _installed = Installed(name, (("pybullet", "pybullet"),))
+    packages = (("pybullet", "pybullet"),)
+    expresses = _EXPRESSES
+    reasons = _REASONS
+    changes = _CHANGES
 
-    def missing(self) -> str | None:
-        """Return the sentence that it is not installed; None if it is."""
-        return self._installed.missing()
-
-    def version(self) -> str:
-        """Return PyBullet's version."""
-        return self._installed.version()
-
-    def cannot(self, scene: Scene) -> str | None:
-        """Return why it cannot express a scene; None if it can."""
-        return why_not(scene, self.name, _EXPRESSES, _REASONS)
-
-    def changed(self, scene: Scene) -> tuple[str, ...]:
-        """Return what it changes of a scene that it can only run by what it has nearest."""
-        return changed(scene, _CHANGES)
-
-    def prepared(self, scene: Scene, method: str, *, nearest: bool = False) -> Prepared:
+    def _prepared(self, scene: Scene, method: str) -> Prepared:
         """Return what runs a scene, in a world that lasts for the run."""
-        self._installed.check()
-        check_method(self.name, self.methods, method)
-        sentence = self.cannot(smooth_part(scene) if nearest else scene)
-        if sentence:
-            raise EngineError(sentence)
         model = nearest_model(scene)
 
         def run(step: float, times: Array) -> PeerRun:
@@ -96,22 +77,12 @@ class Pybullet:
 
         return run
 
-    def accelerations(
-        self,
-        chain: Chain,
-        q: Pair,
-        u: Pair,
-        *,
-        gravity: Pair = (0.0, 9.81),
-        torque: Pair = (0.0, 0.0),
-    ) -> Pair:
-        """Return du (rad/s²) at a state, by its mass matrix and inverse dynamics.
+    def _accelerations(self, model: JointModel) -> Pair:
+        """Return du (rad/s²) at the start of a model, by its mass matrix and inverse dynamics.
 
         It has no forward dynamics to ask for: `calculateMassMatrix` is solved for what
         `calculateInverseDynamics` leaves at rest.
         """
-        self._installed.check()
-        model = at_state(chain, q, u, gravity, torque)
         with _World(NearestModel(model)) as world:
             angles, speeds = list(model.theta), list(model.theta_speed)
             matrix = np.array(world.ask("calculateMassMatrix", world.body, angles))
@@ -146,6 +117,7 @@ class _World:
 
         self._bullet: Any = pybullet
         self._whole, self._model = whole, whole.smooth
+        self._sampled = whole.smooth.sampled()
 
     def __enter__(self) -> _World:
         self._client = self._bullet.connect(self._bullet.DIRECT)
@@ -248,5 +220,7 @@ class _World:
         ]
         for wave in model.waves:
             forces[wave.joint] += wave.amplitude * np.sin(wave.frequency * time + wave.phase)
+        if model.samples:
+            forces = (np.array(forces) + self._sampled(time)).tolist()
         mode = self._bullet.TORQUE_CONTROL
         self.ask("setJointMotorControlArray", self.body, self.joints, mode, forces=forces)

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from twolink.arithmetic import Pair
-from twolink.chain import Chain
-from twolink.engines.joint_model import JOINTS, JointModel, at_state, joint_model, why_not
-from twolink.engines.peer import Installed, PeerMethod, PeerRun, Prepared, check_method, heard
+from twolink.engines.joint_model import JOINTS, JointModel, joint_model
+from twolink.engines.peer import Peer, PeerMethod, PeerRun, Prepared, heard
 from twolink.engines.protocol import Array
 from twolink.errors import EngineError
 from twolink.scene import Scene
@@ -20,11 +19,11 @@ _EVENTS = "solve_ivp integrates smooth equations; events and modes would have to
 _REASONS = dict.fromkeys(
     ("joint_friction", "joint_stop", "surface", "compliant_surface", "end_force"), _EVENTS
 )
-_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "drive"})
+_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "samples", "drive"})
 
 
-class ScipyOverPinocchio:
-    """`scipy.integrate.solve_ivp` over `pinocchio.aba`; see `twolink.engines.peers.Peer`.
+class ScipyOverPinocchio(Peer):
+    """`scipy.integrate.solve_ivp` over `pinocchio.aba`; see `twolink.engines.peer.Peer`.
 
     The knob is rtol and atol both. Values between steps are SciPy's dense output.
     """
@@ -36,27 +35,13 @@ class ScipyOverPinocchio:
         PeerMethod("Radau", 5, "tolerance"),
         PeerMethod("LSODA", None, "tolerance"),
     )
-    _installed = Installed(name, (("pin", "pinocchio"), ("scipy", "scipy")), extra=None)
+    packages = (("pin", "pinocchio"), ("scipy", "scipy"))
+    extra = None
+    expresses = _EXPRESSES
+    reasons = _REASONS
 
-    def missing(self) -> str | None:
-        """Return the sentence that it is not installed; None if it is."""
-        return self._installed.missing()
-
-    def version(self) -> str:
-        """Return the versions of Pinocchio and of SciPy."""
-        return self._installed.version()
-
-    def cannot(self, scene: Scene) -> str | None:
-        """Return why it cannot express a scene; None if it can."""
-        return why_not(scene, self.name, _EXPRESSES, _REASONS)
-
-    def prepared(self, scene: Scene, method: str) -> Prepared:
+    def _prepared(self, scene: Scene, method: str) -> Prepared:
         """Return what runs a scene; the model is built once."""
-        self._installed.check()
-        check_method(self.name, self.methods, method)
-        sentence = self.cannot(scene)
-        if sentence:
-            raise EngineError(sentence)
         from scipy import integrate
 
         solve: Any = integrate.solve_ivp
@@ -82,18 +67,8 @@ class ScipyOverPinocchio:
 
         return run
 
-    def accelerations(
-        self,
-        chain: Chain,
-        q: Pair,
-        u: Pair,
-        *,
-        gravity: Pair = (0.0, 9.81),
-        torque: Pair = (0.0, 0.0),
-    ) -> Pair:
-        """Return du (rad/s²) at a state, by `aba`."""
-        self._installed.check()
-        model = at_state(chain, q, u, gravity, torque)
+    def _accelerations(self, model: JointModel) -> Pair:
+        """Return du (rad/s²) at the start of a model, by `aba`."""
         rates = _rates(model)(0.0, np.array([*model.theta, *model.theta_speed]))
         du1, du2 = JOINTS.absolute_speeds((rates[2], rates[3]))
         return float(du1), float(du2)
@@ -141,15 +116,19 @@ def _torque(model: JointModel) -> Callable[[float, Array], Array]:
     def steady(_: float, x: Array) -> Array:
         return np.asarray(constant - k * (x[:2] - rest) - c * x[2:])
 
-    if not model.waves:
-        return steady
+    with_waves = _with_waves(model, steady) if model.waves else steady
+    if not model.samples:
+        return with_waves
+    sampled = model.sampled()
+    return lambda t, x: np.asarray(with_waves(t, x) + sampled(t))
+
+
+def _with_waves(
+    model: JointModel, steady: Callable[[float, Array], Array]
+) -> Callable[[float, Array], Array]:
     place = np.zeros((2, len(model.waves)))
     for column, wave in enumerate(model.waves):
         place[wave.joint, column] = wave.amplitude
     frequency = np.array([wave.frequency for wave in model.waves])
     phase = np.array([wave.phase for wave in model.waves])
-
-    def varying(t: float, x: Array) -> Array:
-        return steady(t, x) + place @ np.sin(frequency * t + phase)
-
-    return varying
+    return lambda t, x: np.asarray(steady(t, x) + place @ np.sin(frequency * t + phase))

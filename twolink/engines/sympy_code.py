@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from twolink.arithmetic import Pair
-from twolink.chain import Chain
 from twolink.engines.isolated import run_isolated
-from twolink.engines.joint_model import JointModel, at_state, joint_model, why_not
-from twolink.engines.peer import Installed, PeerMethod, PeerRun, Prepared, check_method, heard
+from twolink.engines.joint_model import JointModel, joint_model
+from twolink.engines.peer import Peer, PeerMethod, PeerRun, Prepared, heard
 from twolink.engines.protocol import Array
 from twolink.engines.sympy_derivation import derived_code
 from twolink.errors import EngineError
@@ -23,14 +22,14 @@ _EVENTS = "solve_ivp integrates smooth equations; events and modes would have to
 _REASONS = dict.fromkeys(
     ("joint_friction", "joint_stop", "surface", "compliant_surface", "end_force"), _EVENTS
 )
-_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "drive"})
+_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "samples", "drive"})
 
 # So long (s) SymPy may take; it takes some three.
 _PATIENCE = 300.0
 
 
-class SympyCode:
-    """`sympy.physics.mechanics` and `scipy.integrate`; see `twolink.engines.peers.Peer`.
+class SympyCode(Peer):
+    """`sympy.physics.mechanics` and `scipy.integrate`; see `twolink.engines.peer.Peer`.
 
     The code is generated in another process: where SymPy is imported, heyoka would load it too,
     which takes it seconds.
@@ -43,39 +42,25 @@ class SympyCode:
         PeerMethod("Radau", 5, "tolerance"),
         PeerMethod("LSODA", None, "tolerance"),
     )
-    _installed = Installed(name, (("sympy", "sympy"), ("scipy", "scipy")))
+    packages = (("sympy", "sympy"), ("scipy", "scipy"))
+    expresses = _EXPRESSES
+    reasons = _REASONS
 
-    def missing(self) -> str | None:
-        """Return the sentence that it is not installed; None if it is."""
-        return self._installed.missing()
-
-    def version(self) -> str:
-        """Return the versions of SymPy and of SciPy."""
-        return self._installed.version()
-
-    def cannot(self, scene: Scene) -> str | None:
-        """Return why it cannot express a scene; None if it can."""
-        return why_not(scene, self.name, _EXPRESSES, _REASONS)
-
-    def prepared(self, scene: Scene, method: str) -> Prepared:
+    def _prepared(self, scene: Scene, method: str) -> Prepared:
         """Return what runs a scene; the code is generated once."""
-        self._installed.check()
-        check_method(self.name, self.methods, method)
-        sentence = self.cannot(scene)
-        if sentence:
-            raise EngineError(sentence)
         from scipy import integrate
 
         solve: Any = integrate.solve_ivp
         begin = perf_counter()
         model = joint_model(scene)
-        function, numbers, generating = _accelerations(model)
+        function, generating = _accelerations(model)
+        numbers = _numbers_in_time(model)
         start = [*model.q, *model.u]
         setup = max(perf_counter() - begin, generating)
 
         def rates(t: float, x: Array) -> Array:
             q1, q2, u1, u2 = x.tolist()
-            return np.array([u1, u2, *function(q1, q2, u1, u2, t, *numbers)])
+            return np.array([u1, u2, *function(q1, q2, u1, u2, t, *numbers(t))])
 
         def run(tolerance: float, times: Array) -> PeerRun:
             span = (float(times[0]), float(times[-1]))
@@ -94,31 +79,36 @@ class SympyCode:
 
         return run
 
-    def accelerations(
-        self,
-        chain: Chain,
-        q: Pair,
-        u: Pair,
-        *,
-        gravity: Pair = (0.0, 9.81),
-        torque: Pair = (0.0, 0.0),
-    ) -> Pair:
-        """Return du (rad/s²) at a state, by the generated code."""
-        self._installed.check()
-        model = at_state(chain, q, u, gravity, torque)
-        function, numbers, _ = _accelerations(model)
+    def _accelerations(self, model: JointModel) -> Pair:
+        """Return du (rad/s²) at the start of a model, by the generated code."""
+        function, _ = _accelerations(model)
         try:
-            du1, du2 = function(*model.q, *model.u, 0.0, *numbers)
+            du1, du2 = function(*model.q, *model.u, 0.0, *_numbers_in_time(model)(0.0))
         except ArithmeticError as error:
             raise EngineError(f"SymPy's code refuses the state: {error}") from error
         return float(du1), float(du2)
 
 
-def _accelerations(model: JointModel) -> tuple[Callable[..., Any], list[float], float]:
-    """Return the generated function, what comes after its state, and the time it took (s)."""
-    numbers = _numbers(model)
-    function, seconds = _function(frozenset(numbers))
-    return function, [numbers[name] for name in sorted(numbers)], seconds
+def _accelerations(model: JointModel) -> tuple[Callable[..., Any], float]:
+    """Return the generated function, and the time it took (s)."""
+    return _function(frozenset(_numbers(model)))
+
+
+def _numbers_in_time(model: JointModel) -> Callable[[float], list[float]]:
+    """Return what comes after the state in the generated function, as a function of time (s)."""
+    named = _numbers(model)
+    names = sorted(named)
+    numbers = [named[name] for name in names]
+    if not model.samples:
+        return lambda t: numbers
+    sampled, steady = model.sampled(), np.array(model.torque)
+    first, second = names.index("tau1"), names.index("tau2")
+
+    def at(t: float) -> list[float]:
+        numbers[first], numbers[second] = (steady + sampled(t)).tolist()
+        return numbers
+
+    return at
 
 
 @functools.lru_cache(maxsize=32)
@@ -134,7 +124,7 @@ def _function(present: frozenset[str]) -> tuple[Callable[..., Any], float]:
 
 
 def _numbers(model: JointModel) -> dict[str, float]:
-    """Return all parameters that are not zero, by their names in the derivation."""
+    """Return all parameters that are not always zero, by their names in the derivation."""
     chain, (gx, gy) = model.chain, model.gravity
     found = {"L1": chain.L1, "gx": gx, "gy": gy}
     for index, link in enumerate("12"):
@@ -148,4 +138,5 @@ def _numbers(model: JointModel) -> dict[str, float]:
         place = f"{wave.joint + 1}_{number}"
         found |= {f"amplitude{place}": wave.amplitude, f"frequency{place}": wave.frequency}
         found |= {f"phase{place}": wave.phase}
-    return {name: value for name, value in found.items() if value}
+    kept = {"tau1", "tau2"} if model.samples else set()
+    return {name: value for name, value in found.items() if value or name in kept}
