@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,15 +44,17 @@ th, td { padding: .28rem .6rem; border-bottom: 1px solid var(--line); text-align
   vertical-align: baseline; }
 th { font-weight: 600; color: var(--soft); }
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
-figure { margin: 1rem 0; }
-figure img { display: block; width: 100%; height: auto; background: #fff; border-radius: 4px; }
+figure { margin: 1rem 0; overflow-x: auto; }
+figure img { display: block; width: 100%; min-width: 36rem; height: auto; border-radius: 4px; }
+figcaption { position: sticky; left: 0; }
 figcaption, .note { color: var(--soft); font-size: .88rem; margin-top: .4rem; }
 code, pre { font-family: ui-monospace, SFMono-Regular, Menlo, Consolas, monospace;
   font-size: .88em; }
 pre { padding: .7rem .9rem; background: var(--panel); overflow-x: auto; }
 @media print { body { max-width: none; font-size: 10.5pt; padding: 0; }
   nav, .twolink-player { display: none; } h2 { break-after: avoid; }
-  figure, table { break-inside: avoid; } .scroll { overflow: visible; } }
+  figure, table { break-inside: avoid; }
+  figure img { min-width: 0; } figure, .scroll { overflow: visible; } }
 """
 
 
@@ -126,19 +128,26 @@ def table(
     )
 
 
-def picture(figure: Figure, alt: str) -> str:
-    """Return a matplotlib figure as an image inside the page.
+def picture(draw: Callable[[str], Figure], alt: str) -> str:
+    """Return a figure as an image inside the page, drawn in the theme that is asked for.
 
-    An image of its own, and not SVG in the page's text: two of matplotlib's SVGs share ids.
+    The page shows the light one or the dark one, as its reader's surroundings are, and prints the
+    light one. Images of their own, and not SVG in the page's text: two of matplotlib's share ids.
     """
+    dark, light = (_as_url(draw(theme)) for theme in ("dark", "light"))
+    return (
+        f'<figure><picture><source media="screen and (prefers-color-scheme: dark)" srcset="{dark}">'
+        f'<img alt="{text(alt)}" src="{light}"></picture>'
+        f"<figcaption>{text(alt)}</figcaption></figure>"
+    )
+
+
+def _as_url(figure: Figure) -> str:
     buffer = io.BytesIO()
     with mpl.rc_context({"svg.hashsalt": "twolink", "svg.fonttype": "path"}):
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     data = base64.b64encode(buffer.getvalue()).decode("ascii")
-    return (
-        f'<figure><img alt="{text(alt)}" src="data:image/svg+xml;base64,{data}">'
-        f"<figcaption>{text(alt)}</figcaption></figure>"
-    )
+    return f"data:image/svg+xml;base64,{data}"
 
 
 def write(path: Path, document: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from functools import partial
 from typing import Any
 
 from twolink.accuracy.study import COMPARED_AT, Study
@@ -109,11 +110,11 @@ def _log(trajectory: Trajectory) -> str:
 def _curves(trajectory: Trajectory) -> str:
     title = trajectory.scene.title
     found = [
-        picture(angles(trajectory), f"Angles and speeds: {title}"),
-        picture(energy(trajectory), f"Energy, and the work of each effect: {title}"),
+        picture(partial(angles, trajectory), f"Angles and speeds: {title}"),
+        picture(partial(energy, trajectory), f"Energy, and the work of each effect: {title}"),
     ]
     if trajectory.events:
-        found.append(picture(contact(trajectory), f"Contact, its modes shaded: {title}"))
+        found.append(picture(partial(contact, trajectory), f"Contact, its modes shaded: {title}"))
     return "\n".join(found)
 
 
@@ -134,7 +135,10 @@ def _accuracy(study: Study) -> str:
     return (
         _verdict(study.recommendation)
         + paragraph(judge)
-        + picture(work_precision_plot(study), "Time against error; the band is the best to be had")
+        + picture(
+            partial(work_precision_plot, study),
+            "Time against error; the band is the best to be had",
+        )
         + table(heads, rows, numbers=(1, 2, 3))
         + paragraph("± marks times that could not be repeated to within a factor of two.", "note")
     )

@@ -1,3 +1,4 @@
+import base64
 import re
 from html.parser import HTMLParser
 
@@ -9,7 +10,7 @@ from viz.report.page import Section, page, paragraph, picture, table, write
 class Reader(HTMLParser):
     """Collects what a page opens and closes, and every address in it."""
 
-    VOID = ("meta", "link", "img", "br", "!doctype")
+    VOID = ("meta", "link", "img", "source", "br", "!doctype")
 
     def __init__(self):
         super().__init__()
@@ -35,13 +36,13 @@ def read(document):
     return reader
 
 
-def figure():
-    drawn = Figure()
+def figure(theme):
+    drawn = Figure(facecolor={"light": "#abcdef", "dark": "#123456"}[theme])
     drawn.subplots().plot([0, 1], [0, 1])
     return drawn
 
 
-SECTIONS = [Section("One", picture(figure(), "a line")), Section("And two", paragraph("x < y & z"))]
+SECTIONS = [Section("One", picture(figure, "a line")), Section("And two", paragraph("x < y & z"))]
 
 
 def test_tags_are_closed_and_links_lead_to_sections():
@@ -70,8 +71,20 @@ def test_columns_of_numbers_are_set_to_the_right():
     assert "<caption>c &amp; d</caption>" in found
 
 
+def test_a_picture_is_light_or_dark_as_its_surroundings_are():
+    light, dark = (
+        base64.b64decode(url)
+        for url in re.search(
+            r'srcset="data:image/svg\+xml;base64,(.*?)".* src="data:image/svg\+xml;base64,(.*?)"',
+            picture(figure, "a"),
+        ).groups()[::-1]
+    )
+    assert b"#abcdef" in light
+    assert b"#123456" in dark
+
+
 def test_a_picture_is_the_same_each_time():
-    assert picture(figure(), "a") == picture(figure(), "a")
+    assert picture(figure, "a") == picture(figure, "a")
 
 
 def test_it_is_written_whole(tmp_path):
