@@ -51,10 +51,11 @@ figcaption, .note { color: var(--soft); font-size: .88rem; margin-top: .4rem; }
 code, pre { font-family: ui-monospace, SFMono-Regular, Menlo, Consolas, monospace;
   font-size: .88em; }
 pre { padding: .7rem .9rem; background: var(--panel); overflow-x: auto; }
-@media print { body { max-width: none; font-size: 10.5pt; padding: 0; }
-  nav, .twolink-player { display: none; } h2 { break-after: avoid; }
-  figure, table { break-inside: avoid; }
-  figure img { min-width: 0; } figure, .scroll { overflow: visible; } }
+@media print { body { max-width: none; font-size: 10pt; padding: 0; }
+  nav, .twolink-player { display: none !important; }
+  h2, h3, p, caption { break-after: avoid; } figure, tr, summary { break-inside: avoid; }
+  figure, .scroll { overflow: visible; } figure { text-align: center; }
+  figure img { display: inline; width: auto; min-width: 0; max-width: 100%; max-height: 9.5cm; } }
 """
 
 

@@ -14,6 +14,7 @@ from twolink.verification import Comparison, Verdict
 from viz.plots.angles import angles
 from viz.plots.contact import contact
 from viz.plots.energy import energy
+from viz.plots.path import path
 from viz.plots.work_precision import work_precision_plot
 from viz.report.page import Section, heading, paragraph, picture, table, text
 
@@ -110,6 +111,7 @@ def _log(trajectory: Trajectory) -> str:
 def _curves(trajectory: Trajectory) -> str:
     title = trajectory.scene.title
     found = [
+        picture(partial(path, trajectory), f"Path of D, the chain at start and end: {title}"),
         picture(partial(angles, trajectory), f"Angles and speeds: {title}"),
         picture(partial(energy, trajectory), f"Energy, and the work of each effect: {title}"),
     ]
