@@ -33,8 +33,9 @@ COMPARED_AT = 1e-8
 class WaySummary:
     """One way in a line: its best error, its order as declared and measured, its time.
 
-    `seconds` is the time at `COMPARED_AT`, None where it never errs so little; `ratio` that time
-    over the least of all ways. `failures` counts its settings that failed.
+    `seconds` is the time at `COMPARED_AT`, None where it never errs so little, or does at one
+    setting and not at the next finer one; `ratio` that time over the least of all ways. `failures`
+    counts its settings that failed.
     """
 
     way: str
@@ -46,6 +47,11 @@ class WaySummary:
     ratio: float | None
     failures: int
     repeatable: bool
+
+    @property
+    def why_no_time(self) -> str:
+        """Why there is no time at `COMPARED_AT`, in a word or two."""
+        return "by chance" if self.best <= COMPARED_AT else "never"
 
 
 @dataclass(frozen=True)

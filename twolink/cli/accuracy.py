@@ -86,7 +86,10 @@ def _print(page: Console, found: Study) -> None:
         )
     page.print(table)
     page.print(_ways_table(found.ways))
-    page.print("± marks times whose slowest repeat took twice the fastest, or that stand alone.\n")
+    page.print("± marks times whose slowest repeat took twice the fastest, or that stand alone.")
+    if any(line.seconds is None and line.why_no_time != "never" for line in found.ways):
+        page.print("By chance: one setting errs so little, and the next finer one does not.")
+    page.print()
     if any(point.events for point in found.points):
         page.print(_events_table(found))
         page.print("Of bounces that die away, each precision sees as many as it can.\n")
@@ -111,7 +114,7 @@ def _ways_table(ways: tuple[WaySummary, ...]) -> Any:
     for line in ways:
         table.add_row(
             line.way,
-            _marked(line.seconds, line.repeatable),
+            line.why_no_time if line.seconds is None else _marked(line.seconds, line.repeatable),
             "" if line.ratio is None else f"{line.ratio:.3g}",
             f"{line.best:.1e}",
             "" if line.declared is None else str(line.declared),
@@ -166,10 +169,8 @@ def _floor_sentences(found: Study) -> list[str]:
     return sentences
 
 
-def _marked(seconds: float | None, repeatable: bool) -> str:
+def _marked(seconds: float, repeatable: bool) -> str:
     """Return a time, with a mark if it is not to be trusted."""
-    if seconds is None:
-        return "never"
     return _time(seconds) + ("" if repeatable else " ±")
 
 

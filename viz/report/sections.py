@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
-from twolink.accuracy.study import COMPARED_AT, Study
+from twolink.accuracy.study import COMPARED_AT, Study, WaySummary
 from twolink.simulation import Trajectory
 from twolink.simulation.effects_cost import EffectsCost
 from twolink.verification import Comparison, Verdict
@@ -125,7 +125,7 @@ def _accuracy(study: Study) -> str:
     rows = [
         [
             text(line.way),
-            _time(line.seconds) + ("" if line.repeatable or line.seconds is None else " ±"),
+            _time_of(line),
             "" if line.ratio is None else f"{line.ratio:.3g}",
             f"{line.best:.1e}" if math.isfinite(line.best) else "failed",
         ]
@@ -142,16 +142,23 @@ def _accuracy(study: Study) -> str:
             "Time against error; the band is the best to be had",
         )
         + table(heads, rows, numbers=(1, 2, 3))
-        + paragraph("± marks times that could not be repeated to within a factor of two.", "note")
+        + paragraph(
+            "± marks times that could not be repeated to within a factor of two; by chance: one "
+            "setting errs so little, and the next finer one does not.",
+            "note",
+        )
     )
 
 
-def _time(seconds: float | None) -> str:
+def _time_of(line: WaySummary) -> str:
+    """Return a way's time in the unit that suits it, marked if it is not to be trusted."""
+    seconds = line.seconds
     if seconds is None:
-        return "never"
+        return line.why_no_time
+    mark = "" if line.repeatable else " ±"
     if seconds < 1e-3:
-        return f"{seconds * 1e6:.0f} µs"
-    return f"{seconds * 1e3:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
+        return f"{seconds * 1e6:.0f} µs{mark}"
+    return f"{seconds * 1e3:.3g} ms{mark}" if seconds < 1 else f"{seconds:.3g} s{mark}"
 
 
 def _effects(cost: EffectsCost) -> str:
