@@ -35,8 +35,9 @@ p { margin: .5rem 0 .8rem; }
 .verdict.bad { border-color: var(--bad); }
 .good { color: var(--good); } .bad { color: var(--bad); } .soft { color: var(--soft); }
 details { margin: .3rem 0; } summary { cursor: pointer; } summary::marker { color: var(--soft); }
+a { color: var(--accent); }
 nav { margin: 1rem 0 0; font-size: .92rem; }
-nav a { color: var(--accent); margin-right: 1rem; white-space: nowrap; }
+nav a { margin-right: 1rem; white-space: nowrap; }
 .scroll { overflow-x: auto; margin: .8rem 0; }
 table { border-collapse: collapse; width: 100%; font-size: .88rem; }
 caption { text-align: left; font-weight: 600; padding: .3rem 0; }
@@ -44,6 +45,9 @@ th, td { padding: .28rem .6rem; border-bottom: 1px solid var(--line); text-align
   vertical-align: baseline; }
 th { font-weight: 600; color: var(--soft); }
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+table.board { table-layout: fixed; min-width: 58rem; font-size: .8rem; }
+.board th, .board td { padding: .2rem .25rem; white-space: nowrap; }
+.board th { white-space: normal; vertical-align: bottom; font-size: .72rem; } .board th:first-child { width: 14rem; }
 figure { margin: 1rem 0; overflow-x: auto; }
 figure img { display: block; width: 100%; min-width: 36rem; height: auto; border-radius: 4px; }
 figcaption { position: sticky; left: 0; }
@@ -111,8 +115,12 @@ def table(
     *,
     numbers: Sequence[int] = (),
     caption: str = "",
+    kind: str = "",
 ) -> str:
-    """Return a table; cells are HTML, and the columns in `numbers` are set to the right."""
+    """Return a table; cells are HTML, and the columns in `numbers` are set to the right.
+
+    `kind` is a CSS class, if one is named.
+    """
 
     def cells(tag: str, row: Sequence[str]) -> str:
         right = ' class="number"'
@@ -122,9 +130,10 @@ def table(
         )
 
     above = f"<caption>{text(caption)}</caption>" if caption else ""
+    of_kind = f' class="{kind}"' if kind else ""
     body = "\n".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
     return (
-        f'<div class="scroll"><table>{above}<thead><tr>{cells("th", heads)}</tr></thead>\n'
+        f'<div class="scroll"><table{of_kind}>{above}<thead><tr>{cells("th", heads)}</tr></thead>\n'
         f"<tbody>{body}</tbody></table></div>"
     )
 

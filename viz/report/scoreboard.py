@@ -58,7 +58,9 @@ def _group(group: str, cases: Sequence[Case], columns: Sequence[Column], board: 
         for case in cases
         if case.group == group
     ]
-    return table(["", *(text(column.name) for column in columns)], rows, caption=group.capitalize())
+    # A long word may break at its hyphen.
+    heads = ["", *(text(column.name).replace("-", "-<wbr>") for column in columns)]
+    return table(heads, rows, caption=group.capitalize(), kind="board")
 
 
 def _cell(outcome: Outcome) -> str:

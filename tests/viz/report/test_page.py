@@ -10,7 +10,7 @@ from viz.report.page import Section, page, paragraph, picture, table, write
 class Reader(HTMLParser):
     """Collects what a page opens and closes, and every address in it."""
 
-    VOID = ("meta", "link", "img", "source", "br", "!doctype")
+    VOID = ("meta", "link", "img", "source", "br", "wbr", "!doctype")
 
     def __init__(self):
         super().__init__()
@@ -69,6 +69,7 @@ def test_columns_of_numbers_are_set_to_the_right():
     assert '<td>x</td><td class="number">1</td>' in found
     assert '<th>a</th><th class="number">b</th>' in found
     assert "<caption>c &amp; d</caption>" in found
+    assert '<table class="board">' in table(["a"], [["x"]], kind="board")
 
 
 def test_a_picture_is_light_or_dark_as_its_surroundings_are():
