@@ -85,8 +85,11 @@ def test_columns():
     assert tuple(names[:3]) == FORMULATIONS
     assert set(names[3:]) == {peer.name for peer in PEERS if not peer.missing()}
     assert [column.name for column in columns(["KANE", "heyoka"])] == ["kane", "heyoka"]
+    assert [column.name for column in columns(["pinocchio"])] == ["SciPy over Pinocchio"]
     with pytest.raises(EngineError, match="engine is 'ode'; allowed are momenta, lagrange, kane, "):
         columns(["ode"])
+    with pytest.raises(EngineError, match="engine is 's'; allowed are"):
+        columns(["s"])
 
 
 def test_a_peer_that_cannot_express_a_scene_is_not_run():

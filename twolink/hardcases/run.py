@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from collections.abc import Callable, Iterable
 from time import perf_counter
@@ -21,7 +22,8 @@ OURS = tuple(Column(name) for name in FORMULATIONS)
 def columns(names: Iterable[str] | None = None) -> tuple[Column, ...]:
     """Return this library's columns and those of the peers that are installed, or those named.
 
-    Raises `EngineError` for a name that is none, or of a peer that is not installed.
+    The beginning of a word will do where one name has such a word. Raises `EngineError` for a name
+    that is none, or of a peer that is not installed.
     """
     from twolink.engines.peers import PEERS
 
@@ -31,7 +33,10 @@ def columns(names: Iterable[str] | None = None) -> tuple[Column, ...]:
     known = {column.name.casefold(): column for column in (*OURS, *peers)}
     found = []
     for name in names:
-        column = known.get(name.casefold())
+        wanted = name.casefold()
+        begins = re.compile(rf"\b{re.escape(wanted)}")
+        alike = [column for whole, column in known.items() if begins.search(whole)]
+        column = known.get(wanted) or (alike[0] if len(alike) == 1 else None)
         if column is None:
             allowed = ", ".join(column.name for column in known.values())
             raise EngineError(f"engine is '{name}'; allowed are {allowed}")

@@ -47,7 +47,8 @@ th { font-weight: 600; color: var(--soft); }
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
 table.board { table-layout: fixed; min-width: 58rem; font-size: .8rem; }
 .board th, .board td { padding: .2rem .25rem; white-space: nowrap; }
-.board th { white-space: normal; vertical-align: bottom; font-size: .72rem; } .board th:first-child { width: 14rem; }
+.board th { white-space: normal; vertical-align: bottom; font-size: .72rem; }
+.board th:first-child { width: 14rem; }
 figure { margin: 1rem 0; overflow-x: auto; }
 figure img { display: block; width: 100%; min-width: 36rem; height: auto; border-radius: 4px; }
 figcaption { position: sticky; left: 0; }
