@@ -2,10 +2,11 @@
 
 This library promises a global error, so its bound is the accuracy that is asked for. A peer
 promises at most a tolerance for each step. It is given its method of the highest order (an implicit
-one where the scene asks for that), what is fine for it (a tolerance of 1e-12, steps of a hundredth
-of the time in which the chain turns through a radian), and as much time as this library. It is held
-to `PEERS_ACCURACY`, or to ours where that is less, or to what a thousand of its tolerances have
-grown to, but never to more than `NO_ANSWER`: beyond that an answer is none.
+one where the scene asks for that), what is fine for it (a tolerance of 1e-12, of heyoka that of
+rounding, which it takes by default; steps of a hundredth of the time in which the chain turns
+through a radian), and as much time as this library. It is held to `PEERS_ACCURACY`, or to ours
+where that is less, or to what a thousand of its tolerances have grown to, but never to more than
+`NO_ANSWER`: beyond that an answer is none.
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
 PEERS_ACCURACY, NO_ANSWER = 1e-6, 1e-2
 
 _TOLERANCE = 1e-12
+# heyoka's is by default as fine as rounding; others do not go so far.
+_TOLERANCES = {"heyoka": EPSILON}
 _TOLERANCES_TOGETHER = 1e3
 _LONGEST_STEP, _SHARE_OF_A_RADIAN = 1e-4, 1e-2
 
@@ -80,14 +83,15 @@ class InMotion:
     """A scene at evenly spaced samples, and what judges it.
 
     `accuracies` are asked of this library one after the other (none: the scene's), `tolerances` of
-    peers; `also` is tried with each formulation, and need not be simulated as a scene is.
+    peers (none: what is fine for them); `also` is tried with each formulation, and need not be
+    simulated as a scene is.
     """
 
     scene: Scene
     judges: tuple[Judge, ...]
     samples: int = 11
     accuracies: tuple[float, ...] = ()
-    tolerances: tuple[float, ...] = (_TOLERANCE,)
+    tolerances: tuple[float, ...] = ()
     also: Callable[[str, Check], Iterable[Finding]] | None = None
     _found: dict[str, Finding] = field(default_factory=dict, repr=False, compare=False)
 
@@ -133,7 +137,8 @@ class InMotion:
         from twolink.engines.isolated import run_isolated
 
         method = _method(peer, self.scene)
-        knobs = self.tolerances if method.knob == "tolerance" else (self._step,)
+        fine = _TOLERANCES.get(peer.name, _TOLERANCE)
+        knobs = (self.tolerances or (fine,)) if method.knob == "tolerance" else (self._step,)
         arguments = (peer.name, self.scene, method.name, knobs, self.samples)
         done = run_isolated(peer_motions, *arguments, seconds=seconds)
         knob_name = "tolerance" if method.knob == "tolerance" else "step"
