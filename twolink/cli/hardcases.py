@@ -50,8 +50,8 @@ def hardcases(
         list[str] | None,
         typer.Option(
             "--engine",
-            help="Only this column: momenta, lagrange, kane, or a peer; may be given often. "
-            "Default: all that are installed.",
+            help="Only this column: momenta, lagrange, kane, or a peer by the beginning of its "
+            "name; may be given often. Default: all that are installed.",
         ),
     ] = None,
     ours: Annotated[bool, typer.Option("--ours", help="Only the columns of this library.")] = False,
