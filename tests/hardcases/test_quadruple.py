@@ -117,11 +117,11 @@ def test_growth_is_that_of_the_unstable_pose():
     [
         ("stiff-spring", 2),
         pytest.param("spin", 2, marks=pytest.mark.slow),
-        pytest.param("zero-gravity", 2, marks=pytest.mark.slow),
         pytest.param("chaos", 2, marks=pytest.mark.slow),
     ],
 )
 def test_what_is_kept_is_what_is_made_again(name, count):
+    """The longest, zero-gravity, is left out: energy and momentum vouch for it."""
     made = long_truths.made(name, count)
     truth, growth = long_truths.kept(name)
     assert truth.t.tolist() == long_truths.times(name).tolist()
