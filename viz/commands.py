@@ -32,19 +32,21 @@ def flat_mesh(
     *,
     order: int,
     opacity: float = 1.0,
-    colours: Array | None = None,
+    opacities: Array | None = None,
 ) -> bytes:
     """Return the command that puts a flat shape at a path, in one unlit colour "#rrggbb".
 
-    `colours`, of shape (n, 4), are red, green, blue and opacity of each corner instead.
+    `opacities`, of shape (n,), are those of the corners.
     """
     attributes = {"position": _numbers(_in_space(shape.corners), 3)}
-    if colours is not None:
-        attributes["color"] = _numbers(colours, 4)
+    if opacities is not None:
+        # The viewer multiplies corners' colours with the material's.
+        white = np.ones((len(opacities), 3))
+        attributes["color"] = _numbers(np.column_stack([white, opacities]), 4)
     material = {
         "type": "MeshBasicMaterial",
-        "color": 0xFFFFFF if colours is not None else int(colour[1:], 16),
-        "vertexColors": 0 if colours is None else 2,
+        "color": int(colour[1:], 16),
+        "vertexColors": 0 if opacities is None else 2,
         "side": _BOTH_SIDES,
         # All that is flat is "transparent", so that it is drawn in its order and not by depth.
         "transparent": True,
@@ -126,9 +128,14 @@ def set_property(path: str, name: str, value: Any) -> bytes:
 
 def background(colour: str) -> list[bytes]:
     """Return the commands for a background of one colour."""
-    # The viewer turns parts of 1 into bytes by cutting off; a quarter keeps them on the right side.
-    parts = [(int(colour[k : k + 2], 16) + 0.25) / 255 for k in (1, 3, 5)]
+    parts = background_parts(colour)
     return [set_property("/Background", name, parts) for name in ("top_color", "bottom_color")]
+
+
+def background_parts(colour: str) -> list[float]:
+    """Return red, green and blue (0 to 1) of a background, as the viewer wants them."""
+    # It turns parts of 1 into bytes by cutting off; a quarter keeps them on the right side.
+    return [(int(colour[k : k + 2], 16) + 0.25) / 255 for k in (1, 3, 5)]
 
 
 def frontal_camera(distance: float) -> list[bytes]:

@@ -6,7 +6,7 @@ whatever was shown before, so that it can be sought, recorded and streamed alike
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +16,7 @@ from twolink.errors import PictureError
 from viz.commands import (
     ROOT,
     background,
+    background_parts,
     flat_mesh,
     frontal_camera,
     in_the_plane,
@@ -144,7 +145,6 @@ class Film:
         least = float(total.min()) - lowest
         # What is missing was given off if there was never more than at the start.
         loses = total[0] - lowest >= (1 - 1e-9) * most and most - least > 1e-6 * most
-        theme = self.theme
         return {
             "title": self.title or self.runs[0].trajectory.scene.title,
             "fps": self.fps,
@@ -157,19 +157,23 @@ class Film:
             "grid": f"grid {metres(grid_spacing(self.box))}",
             "reach": self.reach,
             "names": list(self.names),
-            "swatches": [theme.end, *(self._ghost_colour(k) for k in range(1, len(self.runs)))],
             "energy": {"lowest": lowest, "most": most, "loses": bool(loses)},
             "surfaces": surface_names(self.runs[0], self.box),
             "hatch": self._hatch,
             "width": self._width,
-            "theme": {
-                name: getattr(theme, name)
-                for name in (
-                    "name", "background", "grid", "axis", "ink", "faint", "surface", "contact",
-                    "impulse", "kinetic", "potential",
-                )
-            },
-        }  # fmt: skip
+            **self.colours,
+        }
+
+    @property
+    def colours(self) -> dict[str, Any]:
+        """What a page needs to know of the theme."""
+        theme = self.theme
+        ghosts = (self._ghost_colour(k) for k in range(1, len(self.runs)))
+        return {
+            "theme": asdict(theme),
+            "background": background_parts(theme.background),
+            "swatches": [theme.end, *ghosts],
+        }
 
     def frame(self, number: int) -> Frame:
         """Return the frame of a number from 0 on."""
@@ -281,17 +285,13 @@ class Film:
         fine = _FINE * self.reach
         corners = np.round(shape.corners / fine) * fine
         colour = theme.end if number == 0 else self._ghost_colour(number)
-        red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
         opacity = np.round(0.75 * (1 - age), 3)
-        colours = np.column_stack(
-            [np.broadcast_to(part, opacity.shape) for part in (red, green, blue, opacity)]
-        )
         return flat_mesh(
             path,
             Shape(corners, shape.faces),
             colour,
             order=_TRAIL_ORDER - number,
-            colours=np.concatenate([colours, colours]),
+            opacities=np.concatenate([opacity, opacity]),
         )
 
 

@@ -101,9 +101,7 @@ class Impacts:
             shapes.append(shape)
             shades.append(np.full(len(shape.corners), round(1 - age**3, 3)))
         opacity = np.concatenate(shades)
-        colour = [int(theme.impulse[k : k + 2], 16) / 255 for k in (1, 3, 5)]
-        colours = np.column_stack([np.tile(colour, (len(opacity), 1)), opacity])
-        mesh = flat_mesh(_PATH, joined(shapes), theme.impulse, order=_ORDER, colours=colours)
+        mesh = flat_mesh(_PATH, joined(shapes), theme.impulse, order=_ORDER, opacities=opacity)
         return mesh, [self._label(strongest)]
 
     def _shape(self, impulse: Impulse, size: float, age: float) -> Shape:

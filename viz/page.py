@@ -8,12 +8,14 @@ import json
 import struct
 import zlib
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from viz.film import Film, Frame
+from viz.themes import DARK, recoloured
 
 Progress = Callable[[float], None]
 
@@ -46,24 +48,36 @@ def player_head() -> str:
     )
 
 
-def player_body(film: Film, *, kind: str = "", progress: Progress | None = None) -> str:
-    """Return the element of a player, with its film inside; as wide as what it stands in."""
-    packed = base64.b64encode(zlib.compress(archive(film, progress), 9)).decode()
+def player_body(
+    film: Film, *, kind: str = "", dark: bool = False, progress: Progress | None = None
+) -> str:
+    """Return the element of a player, with its film inside; as wide as what it stands in.
+
+    With `dark` it is dark where its reader's surroundings are.
+    """
+    packed = base64.b64encode(zlib.compress(archive(film, dark, progress), 9)).decode()
     return (
         f'<div class="{f"twolink-player {kind}".strip()}" data-theme="{film.theme.name}">'
         f'<script type="application/x-twolink-film">{packed}</script></div>\n'
     )
 
 
-def archive(film: Film, progress: Progress | None = None) -> bytes:
-    """Return a film as the player reads it: a JSON text, and the commands that it counts."""
+def archive(film: Film, dark: bool = False, progress: Progress | None = None) -> bytes:
+    """Return a film as the player reads it: a JSON text, and the commands that it counts.
+
+    With `dark` it says what becomes of the film's colours in dark surroundings.
+    """
     frames = []
     for number in range(len(film.times)):
         frames.append(film.frame(number))
         if progress is not None:
             progress((number + 1) / len(film.times))
+    about = film.about
+    if dark:
+        colours = replace(film, theme=DARK).colours
+        about = {**about, "dark": {**colours, "recoloured": recoloured(film.theme, DARK)}}
     head = {
-        "about": film.about,
+        "about": about,
         "setup": [len(command) for command in film.setup],
         "frames": [
             {"words": frame.words, "commands": [len(command) for command in frame.commands]}

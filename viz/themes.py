@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from twolink.errors import PictureError
 
@@ -65,6 +65,17 @@ DARK = Theme(
 )
 
 THEMES = {theme.name: theme for theme in (LIGHT, DARK)}
+
+
+def recoloured(theme: Theme, into: Theme) -> dict[str, str]:
+    """Return for each colour of a theme the one that has its place in another."""
+    found: dict[str, str] = {}
+    for field in fields(theme):
+        if field.name != "name":
+            one, other = getattr(theme, field.name), getattr(into, field.name)
+            several = isinstance(one, tuple)
+            found.update(zip(one, other, strict=True) if several else [(one, other)])
+    return found
 
 
 def theme_named(name: str) -> Theme:

@@ -7,7 +7,7 @@ from twolink.errors import PictureError
 from viz.commands import decoded
 from viz.film import Film, metres
 from viz.run import Run
-from viz.themes import theme_named
+from viz.themes import recoloured, theme_named
 
 
 def commands(sequence):
@@ -82,8 +82,12 @@ def test_the_trail_follows_d_and_tapers():
     assert np.abs(middle - D[-half:]).max() < 1.3e-4
     assert width[-1] == pytest.approx(0.03 * film._length, rel=0.01)
     assert (np.diff(width) > 0).all()
-    colours = found["/twolink/trail0", "set_object", ""]["object"]["geometries"][0]["data"]
-    opacity = colours["attributes"]["color"]["array"].reshape(-1, 4)[:half, 3]
+    drawn = found["/twolink/trail0", "set_object", ""]["object"]
+    colours = drawn["geometries"][0]["data"]["attributes"]["color"]["array"].reshape(-1, 4)
+    # White, by which the viewer multiplies the material's colour.
+    assert (colours[:, :3] == 1).all()
+    assert drawn["materials"][0]["color"] == int(film.theme.end[1:], 16)
+    opacity = colours[:half, 3]
     assert opacity[0] < 0.02
     assert opacity[-1] == pytest.approx(0.75)
 
@@ -274,6 +278,17 @@ def test_themes_differ_in_every_surrounding():
 def test_rates_that_are_none_are_refused(rates):
     with pytest.raises(PictureError, match="allowed is above 0"):
         film_of("free_fall", 2.0, **rates)
+
+
+def test_each_colour_of_a_theme_has_one_place_in_the_other():
+    light, dark = theme_named("light"), theme_named("dark")
+    found = recoloured(light, dark)
+    for name in ("background", "ink", "pin", "end", "impulse", "contact"):
+        assert found[getattr(light, name)] == getattr(dark, name)
+    assert [found[colour] for colour in (*light.links, *light.ghosts)] == [
+        *dark.links,
+        *dark.ghosts,
+    ]
 
 
 def test_unknown_themes_are_refused():

@@ -10,6 +10,7 @@ from twolink.simulation import simulate
 from viz.film import Film
 from viz.page import archive, frame_message, licences, player_body, player_head, player_page
 from viz.run import Run
+from viz.themes import DARK, LIGHT
 
 
 def unpacked(message):
@@ -21,7 +22,7 @@ def unpacked(message):
 def test_an_archive_holds_every_frame_in_order():
     film = film_of("drop", 1.0)
     told = []
-    head, rest = unpacked(archive(film, told.append))
+    head, rest = unpacked(archive(film, progress=told.append))
     assert head["about"] == json.loads(json.dumps(film.about))
     assert len(head["frames"]) == len(film.times) == 31
     lengths = [*head["setup"], *(n for frame in head["frames"] for n in frame["commands"])]
@@ -54,6 +55,17 @@ def test_what_is_inside_is_what_was_put_there():
     body = player_body(film)
     packed = re.search(r'application/x-twolink-film">([^<]*)<', body)
     assert zlib.decompress(b64decode(packed[1])) == archive(film)
+
+
+def test_a_player_may_be_dark_where_its_reader_is():
+    film = film_of("drop", 1.0)
+    head, rest = unpacked(archive(film, dark=True))
+    plain, same = unpacked(archive(film))
+    dark = head["about"].pop("dark")
+    assert (head, rest) == (plain, same)
+    assert dark["theme"]["name"] == "dark"
+    assert dark["swatches"] == [DARK.end]
+    assert dark["recoloured"][LIGHT.links[0]] == DARK.links[0]
 
 
 def test_the_viewer_comes_with_its_licences():

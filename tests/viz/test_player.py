@@ -194,6 +194,38 @@ def test_the_end_is_at_its_pixel(browser, tmp_path, theme, size):
     page.call("Page.close")
 
 
+def test_it_is_dark_where_its_reader_is(browser, tmp_path):
+    """And becomes light with the surroundings: the same pixels as of a film in that theme."""
+    pages = {name: tmp_path / f"{name}.html" for name in ("either", "light", "dark")}
+    for name, file in pages.items():
+        film = film_of("bounce_to_rest", 1.0, theme="dark" if name == "dark" else "light")
+        body = player_body(film, dark=name == "either")
+        file.write_text(f"<!DOCTYPE html>{player_head()}<body>{body}</body>", encoding="utf-8")
+    page = browser.page(640, 480)
+
+    def opened(name):
+        page.open(pages[name].as_uri())
+        page.wait_until("document.querySelectorAll('.twolink-player[data-ready]').length === 1")
+        # With a trail, and with an impulse's mark.
+        return picture(page, 16)
+
+    def surrounded(by):
+        feature = {"name": "prefers-color-scheme", "value": by}
+        page.call("Emulation.setEmulatedMedia", {"features": [feature]})
+
+    light, dark = opened("light"), opened("dark")
+    assert (light != dark).any()
+    surrounded("dark")
+    assert (opened("either") == dark).all()
+    theme = "document.querySelector('.twolink-player').dataset.theme"
+    for name, expected in (("light", light), ("dark", dark)):
+        surrounded(name)
+        page.wait_until(f"{theme} === '{name}'")
+        assert (picture(page, 16) == expected).all()
+    assert page.complaints() == []
+    page.call("Page.close")
+
+
 def test_a_picture_depends_on_its_frame_alone(browser, film_page):
     one, other = browser.page(640, 480), browser.page(640, 480)
     for page in (one, other):

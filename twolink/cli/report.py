@@ -131,7 +131,7 @@ def _scene(scene: Scene, budget: float, tell: Callable[[float], None]) -> Sectio
     from viz.run import Run
 
     trajectory = simulate(scene)
-    player = player_body(Film((Run(scene.title, trajectory),)))
+    player = player_body(Film((Run(scene.title, trajectory),)), dark=True)
     measured = study(scene, budget=budget, progress=lambda _, share: tell(share))
     return made.scene(trajectory, player, effects_cost(scene), measured)
 

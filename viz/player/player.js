@@ -52,6 +52,26 @@
 
     apply(commands) {
       for (const command of commands) this.viewer.handle_command_bytearray(command);
+      if (this.about.recoloured) this.colour();
+    }
+
+    // Of a film in one theme a picture in another.
+    wear(colours) {
+      Object.assign(this.about, { recoloured: null }, colours);
+      for (const property of ["top_color", "bottom_color"])
+        this.viewer.set_property(["Background"], property, this.about.background);
+      this.colour();
+      this.viewer.set_dirty();
+    }
+
+    // All that is drawn flat; a body's colours are its own in any light.
+    colour() {
+      this.viewer.scene.traverse(({ material }) => {
+        if (!material || !(material.isMeshBasicMaterial || material.isLineBasicMaterial)) return;
+        material.userData.own ??= `#${material.color.getHexString()}`;
+        const { own } = material.userData;
+        material.color.set((this.about.recoloured || {})[own] || own);
+      });
     }
 
     // The rule of viz/framing.py.
@@ -433,8 +453,23 @@
       this.stage.apply(setup);
       this.stage.fit();
       this.scrub.max = about.count - 1;
+      if (about.dark) this.follow();
       this.listen();
       this.run();
+    }
+
+    // Dark where the reader's surroundings are, or become so.
+    follow() {
+      const { theme, background, swatches, dark } = this.about;
+      const light = { theme, background, swatches };
+      const surroundings = matchMedia("(prefers-color-scheme: dark)");
+      const wear = () => {
+        const colours = surroundings.matches ? dark : light;
+        this.element.dataset.theme = colours.theme.name;
+        this.stage.wear(colours);
+      };
+      surroundings.addEventListener("change", wear);
+      wear();
     }
 
     show(frame, state) {
