@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 OF_MOTION = ("angles", "phase", "path", "energy", "contact")
 KINDS = (*OF_MOTION, "verification", "all")
-_FILES, _THEMES = (".svg", ".png"), ("light", "dark")
+_FILES = (".svg", ".png")
 _TRAJECTORIES = (".npz", ".csv", ".parquet")
 
 
@@ -74,10 +74,12 @@ def plot(
 
 def _check(source: Path, kind: str, out: Path, theme: str, states: int, seed: int) -> None:
     """Refuse what is not allowed before any work is done."""
+    from viz.themes import THEMES
+
     if kind not in KINDS:
         refuse(f"--kind is {kind}; allowed are {', '.join(KINDS)}")
-    if theme not in _THEMES:
-        refuse(f"--theme is {theme}; allowed are {', '.join(_THEMES)}")
+    if theme not in THEMES:
+        refuse(f"--theme is {theme}; allowed are {', '.join(THEMES)}")
     check_target("--out", out, _FILES)
     if states < 1:
         refuse(f"--states is {states}; allowed is a positive whole number")

@@ -16,7 +16,7 @@ from twolink.simulation import Trajectory
 from twolink.simulation.mode import Impact, State
 from twolink.simulation.trajectory import ContactForce
 from viz.plots.moments import Array, moments, spans, time_axis
-from viz.plots.style import Theme, figure, label_lines, stroke, theme_named
+from viz.plots.style import Palette, figure, label_lines, palette_of, stroke
 
 # Each state has a band of the theme, and a hatching that is seen in grey.
 _BANDS: dict[State, tuple[int, str]] = {
@@ -58,7 +58,7 @@ def contact(trajectory: Trajectory, theme: str = "light") -> Figure:
     Impulses (N s, N m s) have a row of their own, and contacts that are over soon are shown close
     up. Raises `ParameterError` for a motion with neither friction nor obstacles.
     """
-    chosen = theme_named(theme)
+    palette = palette_of(theme)
     if not trajectory.events:
         raise ParameterError(
             f"'{trajectory.scene.title}' has no friction and no obstacle; allowed is a scene that "
@@ -68,9 +68,9 @@ def contact(trajectory: Trajectory, theme: str = "light") -> Figure:
     forces = trajectory.contact_forces(shown.t if shown.known_between else None)
     rows: list[_Row] = []
     for index, force in enumerate(forces):
-        rows += _rows(trajectory, chosen, shown.t, index, force)
+        rows += _rows(trajectory, palette, shown.t, index, force)
     made, axes = figure(
-        chosen,
+        palette,
         f"{trajectory.scene.title}: contact and friction",
         rows=len(rows),
         size=(7.2, 0.9 + sum(row.height for row in rows)),
@@ -80,7 +80,7 @@ def contact(trajectory: Trajectory, theme: str = "light") -> Figure:
         row.draw(each)
     over_time = [each for each, row in zip(axes, rows, strict=True) if row.over_time]
     if over_time:
-        time_axis(over_time, trajectory, chosen)
+        time_axis(over_time, trajectory, palette)
     label_lines(*axes)
     return made
 
@@ -98,7 +98,7 @@ def phases(trajectory: Trajectory, index: int) -> list[Phase]:
 
 
 def _rows(
-    trajectory: Trajectory, theme: Theme, times: Array, index: int, force: ContactForce
+    trajectory: Trajectory, palette: Palette, times: Array, index: int, force: ContactForce
 ) -> list[_Row]:
     """Return the rows of one friction or obstacle."""
     known = phases(trajectory, index)
@@ -106,16 +106,16 @@ def _rows(
     touching = [phase for phase in known if phase.state is not State.OPEN]
     rows: list[_Row] = []
     if touching or not impacts:
-        rows.append(_Row(2.2, True, lambda axes: _draw_forces(axes, theme, times, force, known)))
+        rows.append(_Row(2.2, True, lambda axes: _draw_forces(axes, palette, times, force, known)))
     duration = float(trajectory.t[-1])
     if touching and max(phase.end - phase.start for phase in touching) < _SHORT * duration:
         rows.append(
-            _Row(1.9, False, lambda axes: _draw_close_up(axes, theme, times, force, touching))
+            _Row(1.9, False, lambda axes: _draw_close_up(axes, palette, times, force, touching))
         )
     if impacts:
         until = _until(trajectory)
         rows.append(
-            _Row(1.6, False, lambda axes: _draw_impulses(axes, theme, force, impacts, until))
+            _Row(1.6, False, lambda axes: _draw_impulses(axes, palette, force, impacts, until))
         )
     return rows
 
@@ -127,23 +127,23 @@ def _until(trajectory: Trajectory) -> float:
 
 
 def _draw_forces(
-    axes: Axes, theme: Theme, times: Array, force: ContactForce, known: list[Phase]
+    axes: Axes, palette: Palette, times: Array, force: ContactForce, known: list[Phase]
 ) -> None:
     """Draw what one friction or obstacle gives, over its states."""
-    _shade(axes, theme, known)
-    _title(axes, theme, _in_words(force.name))
-    axes.axhline(0, color=theme.faint, linewidth=0.8)
+    _shade(axes, palette, known)
+    _title(axes, palette, _in_words(force.name))
+    axes.axhline(0, color=palette.faint, linewidth=0.8)
     if force.tangential is None:
         label = "torque" if force.unit == "N m" else "force"
-        axes.plot(times, force.normal, label=label, **stroke(theme, 0))
+        axes.plot(times, force.normal, label=label, **stroke(palette, 0))
     else:
-        axes.plot(times, force.normal, label="normal", **stroke(theme, 0))
-        axes.plot(times, force.tangential, label="friction", **stroke(theme, 1))
+        axes.plot(times, force.normal, label="normal", **stroke(palette, 0))
+        axes.plot(times, force.tangential, label="friction", **stroke(palette, 1))
     axes.set_ylabel(f"{'torque' if force.unit == 'N m' else 'force'} ({force.unit})")
 
 
 def _draw_close_up(
-    axes: Axes, theme: Theme, times: Array, force: ContactForce, touching: list[Phase]
+    axes: Axes, palette: Palette, times: Array, force: ContactForce, touching: list[Phase]
 ) -> None:
     """Draw the first contact over its own time."""
     first, until = touching[0], touching[0].end
@@ -164,27 +164,27 @@ def _draw_close_up(
         for p in touching
         if p.end <= until
     ]
-    _draw_forces(axes, theme, milliseconds, close, during)
-    _title(axes, theme, f"the first contact, from {first.start:.6g} s")
+    _draw_forces(axes, palette, milliseconds, close, during)
+    _title(axes, palette, f"the first contact, from {first.start:.6g} s")
     axes.set_xlabel("time since then (ms)")
     axes.set_xlim(0, (until - first.start) * 1e3)
 
 
 def _draw_impulses(
-    axes: Axes, theme: Theme, force: ContactForce, impacts: list[Impact], until: float
+    axes: Axes, palette: Palette, force: ContactForce, impacts: list[Impact], until: float
 ) -> None:
     """Draw a stem for each impact up to a time (s), with the normal impulse and friction's."""
     times = np.array([impact.time for impact in impacts])
     kinds = {"normal": np.array([impact.normal_impulse for impact in impacts])}
     if force.tangential is not None:
         kinds["friction"] = np.array([impact.tangential_impulse for impact in impacts])
-    axes.axhline(0, color=theme.faint, linewidth=0.8)
+    axes.axhline(0, color=palette.faint, linewidth=0.8)
     for number, (name, impulses) in enumerate(kinds.items()):
-        style = stroke(theme, number)
+        style = stroke(palette, number)
         axes.vlines(times, 0, impulses, color=style["color"], linewidth=1.1)
         axes.plot(
             times, impulses, "os"[number], color=style["color"], markersize=4, label=f"_{name}",
-            markerfacecolor=style["color"] if number == 0 else theme.paper, clip_on=False,
+            markerfacecolor=style["color"] if number == 0 else palette.paper, clip_on=False,
         )  # fmt: skip
         largest = int(np.argmax(np.abs(impulses)))
         axes.annotate(
@@ -193,19 +193,19 @@ def _draw_impulses(
             xytext=(6, 0),
             textcoords="offset points",
             va="center",
-            color=theme.ink,
+            color=palette.ink,
             fontsize=9,
-            bbox={"facecolor": theme.paper, "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
+            bbox={"facecolor": palette.paper, "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
         )
     axes.margins(y=0.15)
     axes.set_xlim(0, until)
     axes.set_xlabel("time (s)")
     count = f"{len(impacts)} impact{'s' if len(impacts) > 1 else ''}"
-    _title(axes, theme, f"{_in_words(force.name)}: {count}")
+    _title(axes, palette, f"{_in_words(force.name)}: {count}")
     axes.set_ylabel(f"impulse ({force.unit} s)")
 
 
-def _shade(axes: Axes, theme: Theme, known: list[Phase]) -> None:
+def _shade(axes: Axes, palette: Palette, known: list[Phase]) -> None:
     """Shade the states, and say above the axes which is which."""
     keys: dict[State, Patch] = {}
     for phase in known:
@@ -213,8 +213,8 @@ def _shade(axes: Axes, theme: Theme, known: list[Phase]) -> None:
             continue
         band, hatch = _BANDS[phase.state]
         style: dict[str, Any] = {
-            "facecolor": theme.bands[band],
-            "edgecolor": theme.faint,
+            "facecolor": palette.bands[band],
+            "edgecolor": palette.faint,
             "linewidth": 0.0,
         }
         axes.axvspan(phase.start, phase.end, hatch=hatch, zorder=0, **style)
@@ -227,7 +227,7 @@ def _shade(axes: Axes, theme: Theme, known: list[Phase]) -> None:
             ncols=len(keys),
             frameon=False,
             fontsize=9,
-            labelcolor=theme.ink,
+            labelcolor=palette.ink,
             borderpad=0,
             borderaxespad=0.2,
             handlelength=1.4,
@@ -235,8 +235,8 @@ def _shade(axes: Axes, theme: Theme, known: list[Phase]) -> None:
         )
 
 
-def _title(axes: Axes, theme: Theme, words: str) -> None:
-    axes.set_title(words, loc="left", color=theme.ink, fontsize=10)
+def _title(axes: Axes, palette: Palette, words: str) -> None:
+    axes.set_title(words, loc="left", color=palette.ink, fontsize=10)
 
 
 def _in_words(name: str) -> str:

@@ -6,9 +6,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from twolink.accuracy.drift import Drift, DriftStudy
-from viz.plots.style import Theme, figure, label_lines, theme_named
+from viz.plots.style import Palette, figure, label_lines, palette_of
 
-# The number of a theme's line, and dashes, by what a method is; and all kinds by name.
+# The number of a palette's line, and dashes, by what a method is; and all kinds by name.
 _FAMILIES = {"taylor": (0, "-"), "runge-kutta": (1, "-."), "symplectic": (2, (0, (5, 1.6)))}
 
 # The guides are a fan at the lower right: this many decades long, each with its power of time.
@@ -24,22 +24,22 @@ def drift_plot(study: DriftStudy, theme: str = "light") -> Figure:
 
     A line for each method, with its measured power of time, and guides of the powers expected.
     """
-    colours = theme_named(theme)
+    palette = palette_of(theme)
     title = f"{study.scene.title}, {study.seconds:g} s: what becomes of energy"
-    drawn, (axes,) = figure(colours, title, size=(8.4, 5.8))
+    drawn, (axes,) = figure(palette, title, size=(8.4, 5.8))
     axes.set_xscale("log")
     axes.set_yscale("log")
     seen = [drift for drift in study.drifts if len(drift.times)]
     for drift in seen:
         number, dashes = _FAMILIES[drift.method.family]
         axes.plot(
-            drift.times, drift.errors, color=colours.lines[number], linestyle=dashes,
+            drift.times, drift.errors, color=palette.lines[number], linestyle=dashes,
             linewidth=1.5, label=_label(drift),
         )  # fmt: skip
     axes.set_xlim(min((drift.times[0] for drift in seen), default=1.0), study.seconds)
     axes.set_xlabel("time (s)")
     axes.set_ylabel("energy error / greatest kinetic energy (1), RMS of starts")
-    _guide(axes, study, colours)
+    _guide(axes, study, palette)
     label_lines(axes)
     return drawn
 
@@ -50,7 +50,7 @@ def _label(drift: Drift) -> str:
     return f"{drift.method.name} ∝ $t^{{{drift.growth.rounded}}}$"
 
 
-def _guide(axes: Axes, study: DriftStudy, colours: Theme) -> None:
+def _guide(axes: Axes, study: DriftStudy, palette: Palette) -> None:
     """Draw the fan of powers that errors may follow."""
     errors = (float(e) for drift in study.drifts for e in drift.errors if e > 0)
     least = min(errors, default=1.0)
@@ -60,9 +60,9 @@ def _guide(axes: Axes, study: DriftStudy, colours: Theme) -> None:
     for power, name in _GUIDES:
         top = height * 10 ** (power * _GUIDE_DECADES)
         axes.plot(
-            (start, end), (height, top), color=colours.ink, linewidth=0.8, label=f"_guide {power}"
+            (start, end), (height, top), color=palette.ink, linewidth=0.8, label=f"_guide {power}"
         )
         axes.annotate(
             name, (end, top), xytext=(4, 0), textcoords="offset points", fontsize=8,
-            va="center", color=colours.ink,
+            va="center", color=palette.ink,
         )  # fmt: skip

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from twolink.errors import SimulationError
 from twolink.simulation import Trajectory
 from viz.plots.moments import moments, time_axis
-from viz.plots.style import figure, label_lines, note, stroke, theme_named
+from viz.plots.style import figure, label_lines, note, palette_of, stroke
 
 
 def energy(trajectory: Trajectory, theme: str = "light") -> Figure:
@@ -20,7 +20,7 @@ def energy(trajectory: Trajectory, theme: str = "light") -> Figure:
     The works sum up to the change of T, and by how much they do not is said. A trajectory without
     dense output does not know them: then it is said that they are left out.
     """
-    chosen = theme_named(theme)
+    palette = palette_of(theme)
     shown = moments(trajectory)
     trajectory = replace(trajectory, t=shown.t, q=shown.q, u=shown.u)
     try:
@@ -28,26 +28,26 @@ def energy(trajectory: Trajectory, theme: str = "light") -> Figure:
     except SimulationError:
         works = None
     title = f"{trajectory.scene.title}: energy"
-    made, axes = figure(chosen, title, rows=1 if works is None else 2, sharex=True)
+    made, axes = figure(palette, title, rows=1 if works is None else 2, sharex=True)
     stored = {
         "$T$, kinetic": trajectory.kinetic_energy,
         "$V$, potential": trajectory.potential_energy,
         "$T + V$": trajectory.energy,
     }
     for number, (name, values) in enumerate(stored.items()):
-        axes[0].plot(trajectory.t, values, label=name, **stroke(chosen, number))
+        axes[0].plot(trajectory.t, values, label=name, **stroke(palette, number))
     axes[0].set_ylabel("energy (J)")
     if works is None:
-        note(made, chosen, "The works of the effects are not known: there are samples alone.")
+        note(made, palette, "The works of the effects are not known: there are samples alone.")
     else:
         change = trajectory.kinetic_energy - _start(trajectory)
-        axes[1].plot(trajectory.t, change, label="change of $T$", **stroke(chosen, 0))
+        axes[1].plot(trajectory.t, change, label="change of $T$", **stroke(palette, 0))
         for number, (name, values) in enumerate(works.items(), start=3):
-            axes[1].plot(trajectory.t, values, label=in_words(name), **stroke(chosen, number))
+            axes[1].plot(trajectory.t, values, label=in_words(name), **stroke(palette, number))
         axes[1].set_ylabel("work since the start (J)")
         left = float(np.abs(change - sum(works.values())).max())
-        note(made, chosen, f"The works sum up to the change of T within {left:.1e} J.")
-    time_axis(axes, trajectory, chosen)
+        note(made, palette, f"The works sum up to the change of T within {left:.1e} J.")
+    time_axis(axes, trajectory, palette)
     label_lines(*axes)
     return made
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from twolink.errors import SimulationError
 from twolink.simulation import Trajectory
 from twolink.simulation.mode import Mode
-from viz.plots.style import Theme
+from viz.plots.style import Palette
 
 Array = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ def moments(trajectory: Trajectory) -> Moments:
     return Moments(times, q, u, known_between=True)
 
 
-def time_axis(axes: list[Axes], trajectory: Trajectory, theme: Theme) -> None:
+def time_axis(axes: list[Axes], trajectory: Trajectory, palette: Palette) -> None:
     """Let axes above each other run over the time of a trajectory, named at the lowest.
 
     Where the accuracy that was asked for does not hold to the end, they say from when on.
@@ -81,7 +81,7 @@ def time_axis(axes: list[Axes], trajectory: Trajectory, theme: Theme) -> None:
     for each in axes:
         each.set_xlim(float(trajectory.t[0]), float(trajectory.t[-1]))
         if not trajectory.met:
-            each.axvline(trajectory.holds_until, color=theme.ink, linewidth=0.8)
+            each.axvline(trajectory.holds_until, color=palette.ink, linewidth=0.8)
     if not trajectory.met:
         axes[0].annotate(
             f"known to {trajectory.accuracy:.0e} until here",
@@ -90,7 +90,7 @@ def time_axis(axes: list[Axes], trajectory: Trajectory, theme: Theme) -> None:
             xytext=(3, -3),
             textcoords="offset points",
             va="top",
-            color=theme.ink,
+            color=palette.ink,
             fontsize=8,
         )
     axes[-1].set_xlabel("time (s)")

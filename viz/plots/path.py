@@ -14,7 +14,7 @@ from twolink import kinematics
 from twolink.simulation import Trajectory
 from viz.plots.moments import Array, Moments, moments
 from viz.plots.phase import mark
-from viz.plots.style import Theme, figure, note, stroke, theme_named
+from viz.plots.style import Palette, figure, note, palette_of, stroke
 
 # A figure's width (inch) and what of it is not axes; how high axes are to their width, in bounds.
 _WIDTH, _BESIDE, _ABOVE = 7.2, 0.75, 1.15
@@ -25,30 +25,30 @@ _FREE, _HATCH = 0.09, 0.022
 
 def path(trajectory: Trajectory, theme: str = "light") -> Figure:
     """Return the path of D (m), the chain at start and end, surfaces, and where D struck them."""
-    chosen = theme_named(theme)
+    palette = palette_of(theme)
     shown = moments(trajectory)
     chain = trajectory.chain
     x, y = np.array(kinematics.position(chain, tuple(shown.q), chain.D))
     elbows = np.array(kinematics.position(chain, tuple(shown.q[:, [0, -1]]), chain.B))
     view = View.around(np.column_stack([[x, y], elbows, [0.0, 0.0]]))
-    made, (axes,) = figure(chosen, f"{trajectory.scene.title}: path of D", size=view.size)
+    made, (axes,) = figure(palette, f"{trajectory.scene.title}: path of D", size=view.size)
     axes.set_aspect("equal")
     axes.set_xlim(view.left, view.right)
     axes.set_ylim(view.bottom, view.top)
     for effect in trajectory.scene.effects:
         if hasattr(effect, "normal") and hasattr(effect, "point"):
-            _draw_surface(axes, chosen, view, effect)
+            _draw_surface(axes, palette, view, effect)
     for moment, alpha in ((0, 0.35), (-1, 0.8)):
-        _draw_chain(axes, chosen, trajectory, shown.q[:, moment], alpha)
-    axes.plot(x, y, label="_path", **{**stroke(chosen, 2), "linestyle": "solid", "linewidth": 1.2})
-    struck = _draw_impacts(axes, chosen, trajectory, shown)
-    mark(axes, chosen, (x[0], y[0]), "start", above=True)
-    mark(axes, chosen, (x[-1], y[-1]), "end", above=False)
+        _draw_chain(axes, palette, trajectory, shown.q[:, moment], alpha)
+    axes.plot(x, y, label="_path", **{**stroke(palette, 2), "linestyle": "solid", "linewidth": 1.2})
+    struck = _draw_impacts(axes, palette, trajectory, shown)
+    mark(axes, palette, (x[0], y[0]), "start", above=True)
+    mark(axes, palette, (x[-1], y[-1]), "end", above=False)
     axes.annotate(
-        "A", (0, 0), xytext=(-7, 7), textcoords="offset points", ha="right", color=chosen.ink
+        "A", (0, 0), xytext=(-7, 7), textcoords="offset points", ha="right", color=palette.ink
     )
     if struck:
-        note(made, chosen, struck)
+        note(made, palette, struck)
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m), downward")
     return made
@@ -89,7 +89,9 @@ class View:
         return (self.left <= x) & (x <= self.right) & (self.top <= y) & (y <= self.bottom)
 
 
-def _draw_chain(axes: Axes, theme: Theme, trajectory: Trajectory, q: Array, alpha: float) -> None:
+def _draw_chain(
+    axes: Axes, palette: Palette, trajectory: Trajectory, q: Array, alpha: float
+) -> None:
     """Draw both links in a pose, in the background."""
     chain = trajectory.chain
     B, D = (kinematics.position(chain, tuple(q), point) for point in (chain.B, chain.D))
@@ -97,7 +99,7 @@ def _draw_chain(axes: Axes, theme: Theme, trajectory: Trajectory, q: Array, alph
         axes.plot(
             (start[0], end[0]),
             (start[1], end[1]),
-            color=theme.lines[link],
+            color=palette.lines[link],
             linewidth=5,
             alpha=alpha,
             solid_capstyle="round",
@@ -105,11 +107,11 @@ def _draw_chain(axes: Axes, theme: Theme, trajectory: Trajectory, q: Array, alph
         )
     for x, y in ((0.0, 0.0), B):
         axes.plot(
-            x, y, "o", markersize=5, color=theme.paper, markeredgecolor=theme.ink, alpha=alpha
+            x, y, "o", markersize=5, color=palette.paper, markeredgecolor=palette.ink, alpha=alpha
         )
 
 
-def _draw_impacts(axes: Axes, theme: Theme, trajectory: Trajectory, shown: Moments) -> str:
+def _draw_impacts(axes: Axes, palette: Palette, trajectory: Trajectory, shown: Moments) -> str:
     """Mark where D was struck, larger where the impulse is, and return words on it."""
     of_D = [impact for impact in trajectory.impacts if impact.name.startswith("D on ")]
     if not of_D:
@@ -124,7 +126,7 @@ def _draw_impacts(axes: Axes, theme: Theme, trajectory: Trajectory, shown: Momen
         places[1],
         s=12 + 140 * impulses / impulses.max(),
         facecolors="none",
-        edgecolors=theme.ink,
+        edgecolors=palette.ink,
         linewidths=0.9,
         zorder=4,
     )
@@ -134,7 +136,7 @@ def _draw_impacts(axes: Axes, theme: Theme, trajectory: Trajectory, shown: Momen
     )
 
 
-def _draw_surface(axes: Axes, theme: Theme, view: View, surface: Any) -> None:
+def _draw_surface(axes: Axes, palette: Palette, view: View, surface: Any) -> None:
     """Draw the edge of a half-plane across the view, with hatching where nothing may be."""
     normal = np.array(surface.normal) / float(np.hypot(*surface.normal))
     along = np.array([-normal[1], normal[0]])
@@ -144,16 +146,16 @@ def _draw_surface(axes: Axes, theme: Theme, view: View, surface: Any) -> None:
     step = _HATCH * view.diagonal
     places = step * np.arange(-round(1 / _HATCH), round(1 / _HATCH) + 1)
     edge = foot[:, None] + along[:, None] * places
-    axes.plot(*edge, color=theme.ink, linewidth=1.2, label="_surface")
+    axes.plot(*edge, color=palette.ink, linewidth=1.2, label="_surface")
     for start in edge.T:
         end = start + step * (along - normal)
-        axes.plot(*np.array([start, end]).T, color=theme.ink, linewidth=0.6, alpha=0.6)
+        axes.plot(*np.array([start, end]).T, color=palette.ink, linewidth=0.6, alpha=0.6)
     # The name stands below a floor at the right, or where else its edge is seen.
     inside = edge - 1.9 * step * normal[:, None]
     seen = inside[:, view.holds(inside)]
     if seen.size:
         x, y = seen[:, np.argsort(seen[0] + seen[1])[-min(4, seen.shape[1])]]
         axes.text(
-            x, y, surface.name, ha="center", va="center", color=theme.ink, fontsize=9,
-            bbox={"facecolor": theme.paper, "edgecolor": "none", "pad": 0.8},
+            x, y, surface.name, ha="center", va="center", color=palette.ink, fontsize=9,
+            bbox={"facecolor": palette.paper, "edgecolor": "none", "pad": 0.8},
         )  # fmt: skip

@@ -7,41 +7,45 @@ from matplotlib.figure import Figure
 
 from twolink.simulation import Trajectory
 from viz.plots.moments import moments
-from viz.plots.style import Theme, figure, stroke, theme_named
+from viz.plots.style import Palette, figure, palette_of, stroke
 
 _SIZE = (7.2, 3.6)
 
 
 def phase(trajectory: Trajectory, theme: str = "light") -> Figure:
     """Return u1 over q1 and u2 over q2 (rad/s, rad), with start and end marked."""
-    chosen = theme_named(theme)
-    made, axes = figure(chosen, f"{trajectory.scene.title}: phase portraits", columns=2, size=_SIZE)
+    palette = palette_of(theme)
+    made, axes = figure(
+        palette, f"{trajectory.scene.title}: phase portraits", columns=2, size=_SIZE
+    )
     shown = moments(trajectory)
     for link, each in enumerate(axes):
         # Each has axes of its own, so that dashes need not tell the links apart.
         each.plot(
             shown.q[link],
             shown.u[link],
-            **{**stroke(chosen, link), "linestyle": "solid", "linewidth": 1.1},
+            **{**stroke(palette, link), "linestyle": "solid", "linewidth": 1.1},
         )
         each.set_xlabel(f"$q_{link + 1}$ (rad)")
         each.set_ylabel(f"$u_{link + 1}$ (rad/s)")
-        each.set_title(f"link {link + 1}", loc="left", color=chosen.ink, fontsize=10)
+        each.set_title(f"link {link + 1}", loc="left", color=palette.ink, fontsize=10)
         each.margins(0.1)
         places = shown.q[link], shown.u[link]
-        mark(each, chosen, (places[0][0], places[1][0]), "start", above=True)
-        mark(each, chosen, (places[0][-1], places[1][-1]), "end", above=False)
+        mark(each, palette, (places[0][0], places[1][0]), "start", above=True)
+        mark(each, palette, (places[0][-1], places[1][-1]), "end", above=False)
     return made
 
 
-def mark(axes: Axes, theme: Theme, place: tuple[float, float], words: str, *, above: bool) -> None:
+def mark(
+    axes: Axes, palette: Palette, place: tuple[float, float], words: str, *, above: bool
+) -> None:
     """Mark a place with a ring or a disc, and words above or below."""
     axes.plot(
         *place,
         "o",
         markersize=5.5,
-        color=theme.paper if above else theme.ink,
-        markeredgecolor=theme.ink,
+        color=palette.paper if above else palette.ink,
+        markeredgecolor=palette.ink,
         zorder=5,
     )
     axes.annotate(
@@ -50,8 +54,8 @@ def mark(axes: Axes, theme: Theme, place: tuple[float, float], words: str, *, ab
         xytext=(5, 5 if above else -5),
         textcoords="offset points",
         va="bottom" if above else "top",
-        color=theme.ink,
+        color=palette.ink,
         fontsize=9,
-        bbox={"facecolor": theme.paper, "edgecolor": "none", "alpha": 0.7, "pad": 0.8},
+        bbox={"facecolor": palette.paper, "edgecolor": "none", "alpha": 0.7, "pad": 0.8},
         zorder=6,
     )

@@ -9,7 +9,7 @@ from fractions import Fraction
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from viz.plots.style import Theme, figure, label_lines, stroke, theme_named
+from viz.plots.style import Palette, figure, label_lines, palette_of, stroke
 
 
 @dataclass(frozen=True)
@@ -45,27 +45,27 @@ class Restitution:
 
 def contact_plot(limits: Sequence[Limit], restitution: Restitution, theme: str = "light") -> Figure:
     """Return two plots, one above the other: misses over stiffness, and restitution over speed."""
-    colours = theme_named(theme)
+    palette = palette_of(theme)
     drawn, (above, below) = figure(
-        colours, "Compliant contact: the rigid limit, and what yielding takes", rows=2,
+        palette, "Compliant contact: the rigid limit, and what yielding takes", rows=2,
         size=(7.2, 6.4),
     )  # fmt: skip
-    _draw_limits(above, limits, colours)
-    _draw_restitution(below, restitution, colours)
+    _draw_limits(above, limits, palette)
+    _draw_restitution(below, restitution, palette)
     for axes in (above, below):
         label_lines(axes)
     return drawn
 
 
-def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Theme) -> None:
+def _draw_limits(axes: Axes, limits: Sequence[Limit], palette: Palette) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     for number, limit in enumerate(limits):
         stiffest, last = limit.stiffness[-1], limit.misses[-1]
         theory = [last * (stiffest / k) ** float(limit.expected) for k in limit.stiffness]
-        axes.plot(limit.stiffness, theory, color=colours.ink, linewidth=0.8, label="_theory")
+        axes.plot(limit.stiffness, theory, color=palette.ink, linewidth=0.8, label="_theory")
         axes.plot(
-            limit.stiffness, limit.misses, **stroke(colours, number), marker="os"[number % 2],
+            limit.stiffness, limit.misses, **stroke(palette, number), marker="os"[number % 2],
             markersize=4.5, label=f"{limit.law}, {limit.unit}:\nslope −{limit.rate:.3f},\n"
             f"in theory −{limit.expected} (thin)",
         )  # fmt: skip
@@ -73,9 +73,9 @@ def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Theme) -> None:
     axes.set_ylabel("rebound misses the\nrigid law's by (m/s)")
 
 
-def _draw_restitution(axes: Axes, restitution: Restitution, colours: Theme) -> None:
+def _draw_restitution(axes: Axes, restitution: Restitution, palette: Palette) -> None:
     axes.set_xscale("log")
-    style = stroke(colours, 0)
+    style = stroke(palette, 0)
     axes.plot(
         restitution.speeds, restitution.computed, **style,
         label=f"{restitution.material}:\nsimulated (points), and by\nthe areas of the law (line)",
@@ -85,11 +85,11 @@ def _draw_restitution(axes: Axes, restitution: Restitution, colours: Theme) -> N
         label="_simulated",
     )  # fmt: skip
     axes.axvline(
-        restitution.yields, color=colours.ink, linewidth=0.8, linestyle=(0, (1, 2)), label="_yields"
+        restitution.yields, color=palette.ink, linewidth=0.8, linestyle=(0, (1, 2)), label="_yields"
     )
     axes.text(
         restitution.yields, 0.04, " yields from here on",
-        transform=axes.get_xaxis_transform(), color=colours.ink, fontsize=9, va="bottom",
+        transform=axes.get_xaxis_transform(), color=palette.ink, fontsize=9, va="bottom",
     )  # fmt: skip
     axes.set_ylim(0, 1.05)
     axes.set_xlabel("speed of approach (m/s)")

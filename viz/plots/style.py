@@ -21,6 +21,7 @@ from matplotlib.transforms import offset_copy
 
 from twolink.errors import ParameterError
 from twolink.files import written_whole
+from viz.themes import theme_named
 
 KINDS_OF_FILE = (".svg", ".png")
 """What a plot can be written to, by the end of its name."""
@@ -50,10 +51,9 @@ _LEADING = 1.12
 
 
 @dataclass(frozen=True)
-class Theme:
+class Palette:
     """The colours of a plot: paper, ink, what stays in the background, and the lines in order."""
 
-    name: str
     paper: str
     ink: str
     faint: str
@@ -61,17 +61,15 @@ class Theme:
     lines: tuple[str, ...]
 
 
-THEMES = {
-    "light": Theme(
-        name="light",
+PALETTES = {
+    "light": Palette(
         paper="#ffffff",
         ink="#1c1c1c",
         faint="#c9c9c9",
         bands=("#d9e7f3", "#f6dcc8", "#d5ece3", "#eedfe9", "#ececec"),
         lines=("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#1c1c1c", "#E69F00", "#56B4E9"),
     ),
-    "dark": Theme(
-        name="dark",
+    "dark": Palette(
         paper="#14171c",
         ink="#ececec",
         faint="#464c55",
@@ -79,18 +77,16 @@ THEMES = {
         lines=("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#ececec", "#F0E442", "#D55E00"),
     ),
 }
-"""The themes by name."""
+"""The palettes by the names of their themes."""
 
 
-def theme_named(name: str) -> Theme:
-    """Return a theme. Raises `ParameterError` for a name that is none's."""
-    if name not in THEMES:
-        raise ParameterError(f"theme is {name!r}; allowed are {', '.join(THEMES)}")
-    return THEMES[name]
+def palette_of(theme: str) -> Palette:
+    """Return a theme's palette. Raises `PictureError` for a theme that is none."""
+    return PALETTES[theme_named(theme).name]
 
 
 def figure(
-    theme: Theme,
+    palette: Palette,
     title: str = "",
     *,
     rows: int = 1,
@@ -98,50 +94,50 @@ def figure(
     size: tuple[float, float] | None = None,
     **subplots: Any,
 ) -> tuple[Figure, list[Axes]]:
-    """Return an empty figure in a theme, and its axes row by row.
+    """Return an empty figure in a palette's colours, and its axes row by row.
 
     `size` is the width and height (inch), by default as the rows need; `subplots` go to
     matplotlib, such as `sharex=True`.
     """
     height = _HEIGHT_OF_ROW * rows + _HEIGHT_OF_TITLE
     made = Figure(
-        figsize=size or (_WIDTH, height), layout="constrained", facecolor=theme.paper, dpi=100
+        figsize=size or (_WIDTH, height), layout="constrained", facecolor=palette.paper, dpi=100
     )
     grid = made.subplots(rows, columns, squeeze=False, **subplots)
     if title:
-        made.suptitle(title, x=0.012, ha="left", color=theme.ink, fontsize=_TITLE)
+        made.suptitle(title, x=0.012, ha="left", color=palette.ink, fontsize=_TITLE)
     found = list(grid.flat)
     for axes in found:
-        _dress(axes, theme)
+        _dress(axes, palette)
     made.align_ylabels(found)
     return made, found
 
 
-def _dress(axes: Axes, theme: Theme) -> None:
-    """Give axes a theme's colours: all that matplotlib makes late is told now, too."""
-    axes.set_facecolor(theme.paper)
+def _dress(axes: Axes, palette: Palette) -> None:
+    """Give axes a palette's colours: all that matplotlib makes late is told now, too."""
+    axes.set_facecolor(palette.paper)
     axes.set_axisbelow(True)
-    axes.grid(color=theme.faint, linewidth=0.6, alpha=0.6)
+    axes.grid(color=palette.faint, linewidth=0.6, alpha=0.6)
     axes.tick_params(
-        which="both", color=theme.faint, labelcolor=theme.ink, labelsize=_SMALL, length=3
+        which="both", color=palette.faint, labelcolor=palette.ink, labelsize=_SMALL, length=3
     )
     for side, spine in axes.spines.items():
-        spine.set_color(theme.faint)
+        spine.set_color(palette.faint)
         spine.set_visible(side in ("left", "bottom"))
     for axis in (axes.xaxis, axes.yaxis):
-        axis.label.set(color=theme.ink, fontsize=_TEXT)
-    axes.title.set(color=theme.ink, fontsize=_TEXT)
+        axis.label.set(color=palette.ink, fontsize=_TEXT)
+    axes.title.set(color=palette.ink, fontsize=_TEXT)
 
 
-def note(made: Figure, theme: Theme, sentence: str) -> None:
+def note(made: Figure, palette: Palette, sentence: str) -> None:
     """Write a sentence below a figure."""
-    made.supxlabel(sentence, x=0.012, ha="left", color=theme.ink, fontsize=_SMALL)
+    made.supxlabel(sentence, x=0.012, ha="left", color=palette.ink, fontsize=_SMALL)
 
 
-def stroke(theme: Theme, number: int) -> dict[str, Any]:
+def stroke(palette: Palette, number: int) -> dict[str, Any]:
     """Return how the line of this number (from 0) is drawn, as keywords of `Axes.plot`."""
     return {
-        "color": theme.lines[number % len(theme.lines)],
+        "color": palette.lines[number % len(palette.lines)],
         "linestyle": _DASHES[number % len(_DASHES)],
         "linewidth": _LINE_WIDTH,
         "solid_capstyle": "round",
@@ -153,7 +149,7 @@ def label_lines(*every: Axes) -> list[Annotation]:
 
     To be called for all axes of a figure once all is drawn and the limits are set. Lines without a
     label are left out. A stroke like the line's leads from its end to the words, which are in the
-    theme's ink.
+    palette's ink.
     """
     whole = every[0].get_figure(root=True)
     assert isinstance(whole, Figure)

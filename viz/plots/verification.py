@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from twolink.verification.differences import Differences
 from viz.plots.moments import Array
-from viz.plots.style import Theme, figure, note, theme_named
+from viz.plots.style import Palette, figure, note, palette_of
 
 Pair = tuple[str, str]
 
@@ -33,20 +33,20 @@ def verification(found: Iterable[Differences], theme: str = "light") -> Figure:
     A state's difference is in units of the tolerance there, on a logarithmic axis; how many states
     have none at all is said in words. Quantities of C1, C2 and D share a row.
     """
-    chosen = theme_named(theme)
+    palette = palette_of(theme)
     rows = in_rows(found)
     pairs = list(dict.fromkeys(pair for row in rows.values() for pair in row))
     edges = bins(shares for row in rows.values() for shares in row.values())
     lanes = sum(len(row) for row in rows.values())
     height = _LANE * lanes + _BETWEEN * len(rows) + _AROUND
     made, (axes,) = figure(
-        chosen, "Differences over states, in units of the tolerance", size=(_WIDTH, height)
+        palette, "Differences over states, in units of the tolerance", size=(_WIDTH, height)
     )
     middles, y = [], 0.0
     for row in rows.values():
         first = y
         for pair, shares in row.items():
-            _draw_lane(axes, chosen, y, pairs.index(pair), shares, edges)
+            _draw_lane(axes, palette, y, pairs.index(pair), shares, edges)
             y += 1
         middles.append((first + y) / 2)
         y += _BETWEEN / _LANE
@@ -57,7 +57,7 @@ def verification(found: Iterable[Differences], theme: str = "light") -> Figure:
     axes.set_xscale("log")
     axes.set_xlim(edges[0], edges[-1])
     axes.set_xlabel("difference / tolerance (1)")
-    axes.axvline(1.0, color=chosen.ink, linewidth=1.3, label="_tolerance")
+    axes.axvline(1.0, color=palette.ink, linewidth=1.3, label="_tolerance")
     axes.annotate(
         "tolerance",
         (1.0, 1.0),
@@ -65,11 +65,11 @@ def verification(found: Iterable[Differences], theme: str = "light") -> Figure:
         xytext=(0, 3),
         textcoords="offset points",
         ha="center",
-        color=chosen.ink,
+        color=palette.ink,
         fontsize=9,
     )
-    _key(axes, chosen, pairs)
-    note(made, chosen, _sentence(rows))
+    _key(axes, palette, pairs)
+    note(made, palette, _sentence(rows))
     return made
 
 
@@ -110,11 +110,11 @@ def histogram(shares: Array, edges: Array) -> Array:
 
 
 def _draw_lane(
-    axes: Axes, theme: Theme, y: float, number: int, shares: Array, edges: Array
+    axes: Axes, palette: Palette, y: float, number: int, shares: Array, edges: Array
 ) -> None:
     """Draw a histogram in a lane whose top is y, a mark at its largest, and the share of zeros."""
     counts = histogram(shares, edges)
-    colour = theme.lines[number]
+    colour = palette.lines[number]
     if counts.any():
         first, last = np.flatnonzero(counts)[[0, -1]]
         tops = y + 1 - _FILL * counts / counts.max()
@@ -125,7 +125,7 @@ def _draw_lane(
         largest = min(float(shares.max()), float(edges[-1]))
         axes.plot(
             largest, y + 0.6, _MARKERS[number], color=colour, markersize=3.5, clip_on=False,
-            markeredgecolor=theme.ink, markeredgewidth=0.5, label="_largest",
+            markeredgecolor=palette.ink, markeredgewidth=0.5, label="_largest",
         )  # fmt: skip
     axes.annotate(
         f"{100 * np.mean(shares == 0):.0f} % equal",
@@ -134,17 +134,17 @@ def _draw_lane(
         xytext=(3, 0),
         textcoords="offset points",
         va="center_baseline",
-        color=theme.ink,
+        color=palette.ink,
         fontsize=_TINY,
     )
 
 
-def _key(axes: Axes, theme: Theme, pairs: list[Pair]) -> None:
+def _key(axes: Axes, palette: Palette, pairs: list[Pair]) -> None:
     """Say above the axes which colour and mark is which pair of sources, and what a mark is."""
     handles = [
         Line2D(
-            [], [], color=theme.lines[number], marker=_MARKERS[number], linewidth=5, alpha=0.75,
-            markersize=4, markeredgecolor=theme.ink, label=f"{source} − {against}",
+            [], [], color=palette.lines[number], marker=_MARKERS[number], linewidth=5, alpha=0.75,
+            markersize=4, markeredgecolor=palette.ink, label=f"{source} − {against}",
         )
         for number, (source, against) in enumerate(pairs)
     ]  # fmt: skip
@@ -155,7 +155,7 @@ def _key(axes: Axes, theme: Theme, pairs: list[Pair]) -> None:
         ncols=len(handles),
         frameon=False,
         fontsize=8.5,
-        labelcolor=theme.ink,
+        labelcolor=palette.ink,
         borderpad=0,
         handlelength=1.6,
         columnspacing=1.2,

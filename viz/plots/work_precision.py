@@ -9,7 +9,7 @@ from twolink.accuracy.front import ways_of
 from twolink.accuracy.study import Study
 from twolink.accuracy.ways import OWN
 from twolink.accuracy.work_precision import Point
-from viz.plots.style import Theme, figure, label_lines, theme_named
+from viz.plots.style import Palette, figure, label_lines, palette_of
 
 # The number of a theme's line, dashes and marks, by what a way is.
 _TAYLOR = (0, "-", "o")
@@ -27,16 +27,16 @@ def work_precision_plot(study: Study, theme: str = "light") -> Figure:
 
     Accuracy grows to the right. The best that can be had for any time is a broad band behind.
     """
-    measured, colours = study.work_precision, theme_named(theme)
+    measured, palette = study.work_precision, palette_of(theme)
     scene = measured.scene
     title = f"{scene.title}, {scene.duration:g} s: what accuracy costs"
-    drawn, (axes,) = figure(colours, title, size=(8.4, 5.8))
+    drawn, (axes,) = figure(palette, title, size=(8.4, 5.8))
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.invert_xaxis()
     front = [point for point in study.front if point.error < _LARGEST_ERROR]
     axes.plot(
-        *_xy(front), color=colours.bands[0], linewidth=10, solid_capstyle="round", zorder=1,
+        *_xy(front), color=palette.bands[0], linewidth=10, solid_capstyle="round", zorder=1,
         label="_the best to be had",
     )  # fmt: skip
     for name, points in ways_of(study.points).items():
@@ -44,24 +44,24 @@ def work_precision_plot(study: Study, theme: str = "light") -> Figure:
         if seen:
             number, dashes, mark = _family(seen[0])
             axes.plot(
-                *_xy(seen), color=colours.lines[number], linestyle=dashes, linewidth=1.2,
+                *_xy(seen), color=palette.lines[number], linestyle=dashes, linewidth=1.2,
                 marker=mark, markersize=3.5, label=name,
             )  # fmt: skip
-    _mark_the_floor(axes, study.floor.error, colours)
+    _mark_the_floor(axes, study.floor.error, palette)
     axes.set_xlabel(f"error at {measured.judged_at} (rad, rad/s)")
     axes.set_ylabel("time to run (s), median")
     label_lines(axes)
     return drawn
 
 
-def _mark_the_floor(axes: Axes, error: float, colours: Theme) -> None:
+def _mark_the_floor(axes: Axes, error: float, palette: Palette) -> None:
     """Draw where double precision ends."""
     axes.axvline(
-        error, color=colours.ink, linewidth=0.8, linestyle=(0, (1, 2)), zorder=0, label="_floor"
+        error, color=palette.ink, linewidth=0.8, linestyle=(0, (1, 2)), zorder=0, label="_floor"
     )
     axes.text(
         error, 0.99, " float64 ends here", transform=axes.get_xaxis_transform(),
-        fontsize=8, va="top", ha="left", color=colours.ink,
+        fontsize=8, va="top", ha="left", color=palette.ink,
     )  # fmt: skip
 
 

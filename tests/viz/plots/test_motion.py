@@ -8,7 +8,7 @@ import pytest
 from matplotlib.text import Annotation
 
 from twolink import kinematics
-from twolink.errors import ParameterError
+from twolink.errors import ParameterError, PictureError
 from twolink.simulation import Trajectory
 from twolink.simulation.mode import State
 from viz.plots.angles import angles
@@ -17,7 +17,8 @@ from viz.plots.energy import energy, in_words
 from viz.plots.moments import moments, spans
 from viz.plots.path import path
 from viz.plots.phase import phase
-from viz.plots.style import THEMES, save
+from viz.plots.style import save
+from viz.themes import THEMES
 
 PLOTS = {"angles": angles, "phase": phase, "path": path, "energy": energy, "contact": contact}
 SCENES = (
@@ -316,5 +317,5 @@ def test_themes_differ(run, kind):
     light, dark = (PLOTS[kind](run("bounce_to_rest"), theme) for theme in THEMES)
     assert light.get_facecolor() == (1, 1, 1, 1)
     assert max(dark.get_facecolor()[:3]) < 0.2
-    with pytest.raises(ParameterError, match="theme is 'sepia'"):
+    with pytest.raises(PictureError, match="theme is 'sepia'"):
         PLOTS[kind](run("bounce_to_rest"), "sepia")

@@ -7,32 +7,32 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from twolink.errors import ParameterError
+from twolink.errors import ParameterError, PictureError
 from viz.plots.style import (
-    THEMES,
+    PALETTES,
     figure,
     label_lines,
     overlaps,
+    palette_of,
     save,
     spread,
     stroke,
-    theme_named,
 )
 
-themes = pytest.mark.parametrize("theme", THEMES.values(), ids=list(THEMES))
+palettes = pytest.mark.parametrize("palette", PALETTES.values(), ids=list(PALETTES))
 
 
-def drawn(theme, ends=(0.0, 0.01, 0.02, 1.0, 1.0, 1.0)):
-    made, (axes,) = figure(theme, "Six lines", rows=1)
+def drawn(palette, ends=(0.0, 0.01, 0.02, 1.0, 1.0, 1.0)):
+    made, (axes,) = figure(palette, "Six lines", rows=1)
     for number, end in enumerate(ends):
-        axes.plot([0, 1], [0.5, end], label=f"line {number} (m)", **stroke(theme, number))
+        axes.plot([0, 1], [0.5, end], label=f"line {number} (m)", **stroke(palette, number))
     axes.set_xlim(0, 1)
     return made, axes
 
 
-@themes
-def test_labels_that_would_meet_are_moved_apart(theme):
-    made, axes = drawn(theme)
+@palettes
+def test_labels_that_would_meet_are_moved_apart(palette):
+    made, axes = drawn(palette)
     words = label_lines(axes)
     assert [word.get_text() for word in words] == [f"line {k} (m)" for k in range(6)]
     made.draw_without_rendering()
@@ -47,7 +47,7 @@ def test_labels_that_would_meet_are_moved_apart(theme):
 
 
 def test_overlaps_are_found():
-    made, axes = drawn(THEMES["light"])
+    made, axes = drawn(PALETTES["light"])
     words = label_lines(axes)
     words[0].xy = words[1].xy
     made.draw_without_rendering()
@@ -55,14 +55,14 @@ def test_overlaps_are_found():
 
 
 def test_a_label_that_is_alone_stands_at_its_lines_end():
-    _made, axes = drawn(THEMES["light"], ends=(0.3, 0.9))
+    _made, axes = drawn(PALETTES["light"], ends=(0.3, 0.9))
     axes.set_ylim(0, 1)
     for word, end in zip(label_lines(axes), (0.3, 0.9), strict=True):
         assert word.xy[1] == pytest.approx(end)
 
 
 def test_lines_without_a_label_get_none():
-    _made, (axes,) = figure(THEMES["light"])
+    _made, (axes,) = figure(PALETTES["light"])
     axes.plot([0, 1], [0, 1])
     assert label_lines(axes) == []
 
@@ -91,28 +91,28 @@ def contrast(one, other):
     return (high + 0.05) / (low + 0.05)
 
 
-@themes
-def test_words_and_the_first_lines_stand_out(theme):
+@palettes
+def test_words_and_the_first_lines_stand_out(palette):
     """WCAG 2: 4.5 for text, 3 for graphics; text is read on shaded bands, too."""
-    for ground in (theme.paper, *theme.bands):
-        assert contrast(theme.ink, ground) > 4.5
-    for colour in theme.lines[:3]:
-        assert contrast(colour, theme.paper) > 3
+    for ground in (palette.paper, *palette.bands):
+        assert contrast(palette.ink, ground) > 4.5
+    for colour in palette.lines[:3]:
+        assert contrast(colour, palette.paper) > 3
 
 
-@themes
-def test_lines_differ_without_colour(theme):
-    strokes = [str(stroke(theme, k)["linestyle"]) for k in range(len(theme.lines))]
+@palettes
+def test_lines_differ_without_colour(palette):
+    strokes = [str(stroke(palette, k)["linestyle"]) for k in range(len(palette.lines))]
     assert len(set(strokes)) == len(strokes)
-    hues = {tuple(round(x, 3) for x in colorsys.rgb_to_hls(*to_rgb(c))) for c in theme.lines}
-    assert len(hues) == len(theme.lines)
+    hues = {tuple(round(x, 3) for x in colorsys.rgb_to_hls(*to_rgb(c))) for c in palette.lines}
+    assert len(hues) == len(palette.lines)
 
 
-@themes
+@palettes
 @pytest.mark.parametrize("kind", ["svg", "png"])
-def test_a_file_is_the_same_each_time(tmp_path, theme, kind):
+def test_a_file_is_the_same_each_time(tmp_path, palette, kind):
     for name in ("one", "two"):
-        made, axes = drawn(theme)
+        made, axes = drawn(palette)
         label_lines(axes)
         save(made, tmp_path / f"{name}.{kind}")
     one = (tmp_path / f"one.{kind}").read_bytes()
@@ -123,9 +123,9 @@ def test_a_file_is_the_same_each_time(tmp_path, theme, kind):
 
 
 def test_what_is_not_allowed_is_said(tmp_path):
-    made, _ = figure(THEMES["light"])
+    made, _ = figure(PALETTES["light"])
     with pytest.raises(ParameterError, match=r"plot\.pdf .*allowed is one of \.svg or \.png"):
         save(made, tmp_path / "plot.pdf")
-    with pytest.raises(ParameterError, match="'sepia'; allowed are light, dark"):
-        theme_named("sepia")
+    with pytest.raises(PictureError, match="'sepia'; allowed are light, dark"):
+        palette_of("sepia")
     assert not list(tmp_path.iterdir())
