@@ -1,10 +1,16 @@
 """Settings of all tests: every run draws the same examples, and says from which seed."""
 
+import signal
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
 SEED = 20261121
+
+# What a shell starts in the background inherits that Ctrl-C is ignored, and so would all commands
+# that the tests start and interrupt.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile(
     "twolink",

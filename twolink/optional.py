@@ -12,21 +12,28 @@ def heyoka() -> Any:
     """Return the module heyoka.
 
     Where SymPy is installed, heyoka imports it, which takes seconds and is of no use here: it is
-    kept out of the way. Raises `SimulationError` where heyoka is not installed.
+    kept out of the way. Nor does heyoka keep what it compiles in the user's home: by default it
+    would fill that with up to 20 GB, which take seconds to open, and compiling would seem to cost
+    less than it does. Who imported heyoka before keeps what was set. Raises `SimulationError` where
+    heyoka is not installed.
     """
-    hidden = "sympy" not in sys.modules and "heyoka" not in sys.modules
+    imported = sys.modules.get("heyoka")
+    if imported is not None:
+        return imported
+    hidden = "sympy" not in sys.modules
     if hidden:
         sys.modules["sympy"] = None  # type: ignore[assignment]
     try:
         import heyoka
     except ImportError as error:
         raise SimulationError(
-            "heyoka is not installed; allowed is version 7 or later (pip install heyoka), or "
+            "heyoka is not installed; allowed is version 7.10 or later (pip install heyoka), or "
             "method DOP853"
         ) from error
     finally:
         if hidden:
             del sys.modules["sympy"]
+    heyoka.llvm_state.set_diskcache_enabled(False)
     return heyoka
 
 

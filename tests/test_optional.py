@@ -1,0 +1,58 @@
+"""Packages that are imported with care: what they do to whoever uses this library."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+SIMULATED = """
+from twolink.scene import Scene
+from twolink.simulation import simulate
+
+simulate(Scene.load("models/scenes/drop.toml"))
+"""
+
+
+def python(code: str, home: Path) -> str:
+    """Return what a program prints whose user has a home of nothing."""
+    places = {name: str(home) for name in ("HOME", "XDG_CACHE_HOME", "TMPDIR")}
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, **places},
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+
+
+def files_in(home: Path) -> list[Path]:
+    return [path for path in home.rglob("*") if path.is_file()]
+
+
+def test_a_simulation_leaves_nothing_in_the_home(tmp_path):
+    python(SIMULATED, tmp_path)
+    assert files_in(tmp_path) == []
+
+
+def test_heyoka_would_leave_what_it_compiles(tmp_path):
+    """What the test above is about: it would see it."""
+    python("import heyoka" + SIMULATED, tmp_path)
+    assert [path.name for path in files_in(tmp_path)] == ["cache.db"]
+
+
+@pytest.mark.parametrize("chosen", [True, False])
+def test_who_imported_heyoka_keeps_its_settings(tmp_path, chosen):
+    told = python(
+        f"import heyoka; heyoka.llvm_state.set_diskcache_enabled({chosen})"
+        f"{SIMULATED}\nprint(heyoka.llvm_state.get_diskcache_enabled())",
+        tmp_path,
+    )
+    assert told.strip() == str(chosen)
+
+
+def test_sympy_is_kept_out_of_the_way(tmp_path):
+    assert python(f"{SIMULATED}\nimport sys; print('sympy' in sys.modules)", tmp_path) == "False\n"
