@@ -54,5 +54,27 @@ def test_who_imported_heyoka_keeps_its_settings(tmp_path, chosen):
     assert told.strip() == str(chosen)
 
 
+def test_threads_may_import_it_at_once(tmp_path):
+    told = python(
+        """
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+from twolink.optional import heyoka
+
+ready = Barrier(8)
+
+def imported(number):
+    ready.wait()
+    state = heyoka().llvm_state
+    return hasattr(heyoka(), "real"), state.get_diskcache_enabled()
+
+with ThreadPoolExecutor(8) as threads:
+    print(set(threads.map(imported, range(8))))
+""",
+        tmp_path,
+    )
+    assert told.strip() == "{(True, False)}"
+
+
 def test_sympy_is_kept_out_of_the_way(tmp_path):
     assert python(f"{SIMULATED}\nimport sys; print('sympy' in sys.modules)", tmp_path) == "False\n"

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import sys
+from threading import Lock
 from typing import Any
 
 from twolink.errors import SimulationError
+
+# Of two threads the second would find a module that is not whole yet.
+_ONE_AT_A_TIME = Lock()
 
 
 def heyoka() -> Any:
@@ -17,9 +21,11 @@ def heyoka() -> Any:
     less than it does. Who imported heyoka before keeps what was set. Raises `SimulationError` where
     heyoka is not installed.
     """
-    imported = sys.modules.get("heyoka")
-    if imported is not None:
-        return imported
+    with _ONE_AT_A_TIME:
+        return sys.modules.get("heyoka") or _imported_heyoka()
+
+
+def _imported_heyoka() -> Any:
     hidden = "sympy" not in sys.modules
     if hidden:
         sys.modules["sympy"] = None  # type: ignore[assignment]
