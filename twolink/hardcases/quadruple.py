@@ -141,7 +141,10 @@ class Reference:
             if self.torques:
                 more["pars"] = np.array([self._number(0)] * 5)
             zeros = np.array([self._number(0)] * 4)
-            self._made[key] = hy.taylor_adaptive(system, zeros, fp_type=kind, opt_level=0, **more)
+            # Loops of calls to a library are compiled fifty times as fast as what is unrolled.
+            self._made[key] = hy.taylor_adaptive(
+                system, zeros, fp_type=kind, opt_level=0, compact_mode=True, **more
+            )
         return self._made[key]
 
     def _height(self, hy: Any, q: Any) -> Any:

@@ -19,7 +19,7 @@ from twolink.nonsmooth import Cushion
 from twolink.optional import heyoka
 from twolink.simulation.mode import Mode, State
 from twolink.simulation.modes import Modes
-from twolink.simulation.taylor import number_type, step_tolerance
+from twolink.simulation.taylor import compact, number_type, step_tolerance
 from twolink.simulation.watching import Places, Watch, margin, watches
 
 # What is watched is a multiple of the quantity and a little more. heyoka misses later roots of a
@@ -225,6 +225,7 @@ def _compiled(
         tol=kind(step_tolerance(precision, order)),
         # A mode lasts for a few steps: optimising them takes longer than they do.
         opt_level=0,
+        compact_mode=compact(precision),
         fp_type=kind,
         t_events=events,
     )
