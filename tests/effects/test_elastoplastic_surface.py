@@ -232,6 +232,17 @@ def chain_on(surface, duration=1.0, accuracy=1e-10) -> Scene:
 ONTO = {"q": Q, "u": speeds_of(1.0, -0.3), "duration": 0.1}
 
 
+def test_what_breaks_loose_is_not_stopped_by_rounding(random):
+    """It begins with no acceleration: static friction is no more than kinetic."""
+    start = replace(chain_on(floor(friction=0.9)), **ONTO)
+    for _ in range(60):
+        u1, u2 = np.array(start.u) * (1 + 1e-6 * random.standard_normal(2))
+        run = event_run(replace(start, u=(float(u1), float(u2))), [0.0, 0.01])
+        states = [event.mode.states[0] for event in run.events]
+        place = states.index(State.STICKS)
+        assert states[place:] == [State.STICKS, State.STICKS, State.FORWARD, State.OPEN]
+
+
 @pytest.mark.parametrize(
     ("start", "sticking"),
     [

@@ -308,18 +308,20 @@ class Course:
     def _guard(self, known: Collection[int], choices: dict[int, tuple[State, ...]]) -> None:
         """Do not watch for a moment what has just left zero, lest it cross it by rounding.
 
-        In a moment a stiff cushion can do much: of what touches one all is watched, until that
-        shows to go on without end.
+        In a moment a stiff cushion can do much: on one it is the shortest that there is, until that
+        shows to go on without end. What breaks loose where static friction is no more than kinetic
+        begins with no acceleration at all, and would be stopped by the first rounding.
         """
         here = self._here
-        soon = here.now + self._moment
+        soon, sooner = here.now + self._moment, here.now + self._kind(self._shortest)
         for index, state in enumerate(self._mode.states):
             in_question = len(choices[index]) > 1 or here.now == 0
             if not (index in known or in_question):
                 continue
             stiff = isinstance(here.elements[index], Cushion)
-            if state.direction and not (stiff and self._at_once == 0):
-                self._guards[Watch(Kind.STOPS, index)] = soon
+            if state.direction:
+                at_first = stiff and self._at_once == 0
+                self._guards[Watch(Kind.STOPS, index)] = sooner if at_first else soon
             if state is State.OPEN:
                 self._guards[Watch(Kind.HITS, index)] = soon
 
