@@ -19,7 +19,14 @@ from mpmath.libmp import to_rational
 from tests.conftest import SEED
 from twolink import lagrange
 from twolink.chain import Chain
-from twolink.impacts import Impulse, Response, rough_impulse, smooth_impulse
+from twolink.impacts import (
+    LAWS,
+    Impulse,
+    Response,
+    guided_impulse,
+    rough_impulse,
+    smooth_impulse,
+)
 from twolink.loads import Force
 
 # The laws that end an impact on its path; Newton's older one looks at the whole impulse.
@@ -664,3 +671,51 @@ def test_sliding_that_does_not_jam_needs_no_impulse(law, random):
         blow = general_blow(random)._replace(normal_speed=0.0)
         if not blow.jams():
             assert blow.impulse(law)[:2] == (0, 0)
+
+
+def guided_in_steps(lever, friction, restitution, law, steps=200_000):
+    """The path of a point on a line, G_nn = 1, coming in at −1, in small steps of the impulse."""
+    v, p, tangential, taken, back, squeezed, dp = -1.0, 0.0, 0.0, 0.0, 0.0, None, 2 / steps
+    while True:
+        s = -friction * np.sign(lever * v)
+        dv = (1 + s * lever) * dp
+        if v < 0 <= v + dv:
+            squeezed = p
+            if 1 - friction * abs(lever) <= 0:
+                return p, tangential
+            v = 0.0
+            s = -friction * np.sign(lever)
+            dv = (1 + s * lever) * dp
+        ends = {
+            "newton-routh": v >= restitution,
+            "poisson": squeezed is not None and p - squeezed >= restitution * squeezed,
+            "stronge": squeezed is not None and back >= restitution**2 * taken,
+        }
+        if squeezed is not None and ends[law]:
+            return p, tangential
+        if squeezed is None:
+            taken -= (v + dv / 2) * dp
+        else:
+            back += (v + dv / 2) * dp
+        v, p, tangential = v + dv, p + dp, tangential + s * dp
+
+
+@pytest.mark.parametrize("law", PATH_LAWS)
+@pytest.mark.parametrize("lever", [-3.0, -0.4, 0.7, 2.5])
+@pytest.mark.parametrize("restitution", [0.0, 0.6])
+def test_a_guided_point_takes_the_path_of_its_line(law, lever, restitution):
+    found = guided_impulse(-1.0, 1.0, lever, friction=0.5, restitution=restitution, law=law)
+    path = guided_in_steps(lever, 0.5, restitution, law)
+    assert found[:2] == pytest.approx(path, abs=1e-4)
+    speed = -1 + found.normal + lever * found.tangential
+    assert (speed == pytest.approx(0, abs=1e-12)) == (found.regime == "sticks")
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("lever", [-1.3, -0.4, 0.7, 1.5])
+def test_a_guided_point_is_the_limit_of_one_that_hardly_moves_aside(law, lever):
+    """Where friction does not wedge it; the other way of moving is ever heavier."""
+    G = Response(2.0, 2.0 * lever, 2.0 * lever**2 * (1 + 1e-9))
+    near = rough_impulse(-0.7, -0.7 * lever, G, friction=0.5, restitution=0.6, law=law)
+    found = guided_impulse(-0.7, 2.0, lever, friction=0.5, restitution=0.6, law=law)
+    assert found[:2] == pytest.approx(near[:2], rel=1e-7)

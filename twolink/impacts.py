@@ -55,6 +55,39 @@ def smooth_impulse(normal_speed: Scalar, response: Scalar, restitution: Scalar) 
     return Impulse(-(1 + restitution) * normal_speed / response, 0 * normal_speed, "frictionless")
 
 
+def guided_impulse(
+    normal_speed: Scalar,
+    response: Scalar,
+    lever: Scalar,
+    *,
+    friction: Scalar,
+    restitution: Scalar,
+    law: str,
+) -> Impulse:
+    """Return the impulse on a point that can move along one line only: v_t = `lever` · v_n.
+
+    Any point of link 1 is such. It slides in while it is compressed, and out, against friction the
+    other way, while the impulse is given back. Where μ |lever| ≥ 1 friction wedges it, and it
+    stays.
+    """
+    slip = friction * abs(lever)
+    inward, outward = response * (1 + slip), response * (1 - slip)
+    brake = friction if lever > 0 else -friction
+    compression = -normal_speed / inward
+    if outward <= 0 or restitution == 0:
+        return Impulse(compression, brake * compression, "sticks")
+    if law == "newton":
+        # Coulomb's law of the impulse as a whole, as the point slides at the end.
+        whole = -(1 + restitution) * normal_speed / outward
+        return Impulse(whole, -brake * whole, "slides back")
+    given_back = {
+        "newton-routh": -restitution * normal_speed / outward,
+        "poisson": restitution * compression,
+        "stronge": restitution * compression * sqrt(inward / outward),
+    }[law]
+    return Impulse(compression + given_back, brake * (compression - given_back), "slides back")
+
+
 def rough_impulse(
     normal_speed: Scalar,
     tangential_speed: Scalar,

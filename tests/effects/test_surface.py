@@ -192,6 +192,41 @@ def test_elbow_and_tip_at_once_never_gain_energy(random):
         assert {impact.name for impact in first} == {"B on wall", "D on wall"}
 
 
+@pytest.mark.parametrize("law", ["newton", "newton-routh", "poisson", "stronge"])
+@pytest.mark.parametrize("friction", [0.2, 1.5])
+def test_the_elbow_is_struck_on_its_circle(law, friction):
+    """It moves along one line only: what slows it along the floor slows it across."""
+    chain = Chain.point_masses((1.0, 0.6), (1.0, 0.9))
+    surface = floor(0.8, restitution=0.5, friction=friction, law=law, on=("B",))
+    trajectory = simulate(scene(Gravity(), surface, chain=chain, duration=2.0))
+    assert trajectory.met
+    first, lever = trajectory.impacts[0], math.tan(math.asin(0.8))
+    assert abs(first.sliding[0] / first.speeds[0]) == pytest.approx(lever)
+    if friction * lever >= 1:
+        assert first.regime == "sticks"
+        assert first.speeds[1] == 0
+    else:
+        assert first.regime == "slides back"
+        assert abs(first.sliding[1] / first.speeds[1]) == pytest.approx(lever)
+    works, T = trajectory.work(), trajectory.kinetic_energy
+    assert sum(works.values()) == pytest.approx(T - T[0], abs=1e-8)
+
+
+@pytest.mark.parametrize("formulation", ["lagrange", "kane"])
+def test_what_rests_on_two_points_stays_there(formulation):
+    """D slides when B is struck, and what is left of its speed is rounding: it does not fly off."""
+    chain = Chain.point_masses((1.0, 0.9923371066338436), (1.0, 0.9431624080780688))
+    surface = floor(-0.3196961928711095, friction=0.254, law="poisson", on=("B", "D"))
+    start = scene(
+        Gravity(), surface, chain=chain, q=(-0.509502839091557, 2.9624621216541893),
+        u=(2.4982047300996104, 0.46106569038311296), duration=1.0, accuracy=1e-6,
+    )  # fmt: skip
+    trajectory = simulate(start, formulation=formulation)
+    assert trajectory.met
+    assert len(trajectory.events) == 2
+    assert np.abs(trajectory.u[:, -1]).max() == 0
+
+
 @pytest.mark.parametrize(("speed", "impacts"), [(0.0, 0), (0.4, 1), (-0.4, 0)])
 def test_a_start_on_the_floor(speed, impacts):
     """At rest on it, moving into it, and away from it."""

@@ -47,7 +47,8 @@ class Following:
             ahead, max_delta_t=self._kind(self._cap)
         )
         states = values[:, :4]
-        self.rows += [states[0]] * early
+        # Of a motion that cannot begin there is no state at all; its outcome says so.
+        self.rows += list(states[:1]) * early
         self.rows += list(states[1 : 1 + len(inside)])
         if len(states) == len(ahead):
             self.rows += [states[-1]] * late

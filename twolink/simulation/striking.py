@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.directions import Direction, JointDirection
-from twolink.impacts import Impulse, Response, rough_impulse, smooth_impulse
+from twolink.impacts import Impulse, Response, guided_impulse, rough_impulse, smooth_impulse
 from twolink.nonsmooth import Obstacle
 from twolink.simulation.constrained import rests, same_way
 from twolink.simulation.mode import BOUNCES_DIE_AWAY
@@ -101,7 +101,12 @@ class Striking:
         strikes: list[Strike] = []
         rows = {index: self._row(index, q) for index in touched}
         resting = {index for index, row in rows.items() if rests(row, u)}
+        before = u
         for _ in range(_MOST_IMPACTS):
+            if strikes:
+                # Of what has been stopped the rounding is left, which is no speed to fly off at.
+                resting |= {index for index, row in rows.items() if _is_left_over(row, u, before)}
+                u = self.stopped([self._modes.elements[i].direction for i in resting], q, u)
             approached = {
                 index: row[0] * u[0] + row[1] * u[1]
                 for index, row in rows.items()
@@ -173,6 +178,8 @@ class Striking:
             return self._strike(index, impulse, q, (u, after), time)
         G_nt = self._modes.response(row, tangent, q)
         across = row[0] * tangent[1] - row[1] * tangent[0]
+        if abs(across) <= _NO_LEVER * (abs(row[0] * tangent[1]) + abs(row[1] * tangent[0])):
+            return self._guided_impact(index, q, u, time, (v_n, G_nn, G_nt))
         _, det_M = self._modes.inertia(q)
         impulse = rough_impulse(
             v_n,
@@ -194,6 +201,29 @@ class Striking:
             found = row[0] * after[0] + row[1] * after[1]
             speed = -obstacle.restitution * v_n if known else found
             after = self._with_normal_speed(row, tangent, speed)
+        return self._strike(index, impulse, q, (u, after), time)
+
+    def _guided_impact(
+        self, index: int, q: Pair, u: Pair, time: float, blow: tuple[Scalar, Scalar, Scalar]
+    ) -> Strike:
+        """Return what an obstacle does to a point that moves along one line only."""
+        obstacle, row = self._obstacle(index), self._row(index, q)
+        assert obstacle.tangent is not None
+        tangent = self._modes.row(obstacle.tangent, q)
+        v_n, G_nn, G_nt = blow
+        impulse = guided_impulse(
+            v_n,
+            G_nn,
+            G_nt / G_nn,
+            friction=obstacle.kinetic,
+            restitution=obstacle.restitution,
+            law=obstacle.law,
+        )
+        normal, along = impulse.normal, impulse.tangential
+        given = (normal * row[0] + along * tangent[0], normal * row[1] + along * tangent[1])
+        after = self._after(q, u, given)
+        if impulse.regime == "sticks":
+            after = self.stopped([obstacle.direction], q, after)
         return self._strike(index, impulse, q, (u, after), time)
 
     def _strike(
@@ -229,6 +259,12 @@ class Striking:
 
     def _row(self, index: int, q: Pair) -> Pair:
         return self._modes.row(self._modes.elements[index].direction, q)
+
+
+def _is_left_over(row: Pair, u: Pair, before: Pair) -> bool:
+    """Return whether the speed row · u is zero, but for the rounding of what u was before."""
+    size = max(abs(before[0]), abs(before[1])) * (abs(row[0]) + abs(row[1]))
+    return bool(abs(row[0] * u[0] + row[1] * u[1]) <= _NO_LEVER * size)
 
 
 def _runs_into(row: Pair, u: Pair) -> bool:
