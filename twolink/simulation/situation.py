@@ -170,6 +170,18 @@ class Situation:
         along = [slides(self.elements[number]), *self._barred(mode)]
         self.u = self.striking.stopped(along, self.q, self.u)
 
+    def halts(self, number: int, mode: Mode) -> bool:
+        """Set the chain to rest if it must be where an element's speed is zero, and return whether.
+
+        So it is where a mode holds it in another direction.
+        """
+        still = [self.direction(number), *self._barred(mode)]
+        rows = [self.modes.row(direction, self.q) for direction in still]
+        if all(same_way(rows[0], row) for row in rows[1:]):
+            return False
+        self.u = self.striking.stopped(still, self.q, self.u)
+        return True
+
     def _barred(self, mode: Mode) -> list[Direction]:
         """Return the directions in which a mode lets nothing move."""
         found = []
