@@ -226,8 +226,9 @@ class Course:
                 here.cushions.clear(watch.number)
                 here.apart[watch.number] = self._kind(0)
             self._mode = replace(self._mode, dents=here.cushions.dents)
-            if watch.kind is Kind.TURNS and here.halts(watch.number, self._mode):
-                # What slides comes to rest with it, and may go on the other way.
+            slides = bool(self._mode.states[watch.number].direction)
+            if watch.kind is Kind.TURNS and slides and here.halts(watch.number, self._mode):
+                # The slide comes to rest at the same instant, and may go on the other way.
                 self._enter({})
         if here.runs_into_something():
             self._strike()
