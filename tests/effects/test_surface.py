@@ -227,6 +227,19 @@ def test_what_rests_on_two_points_stays_there(formulation):
     assert np.abs(trajectory.u[:, -1]).max() == 0
 
 
+def test_bounces_that_die_away_on_two_points_leave_no_speed():
+    surface = floor(-0.7186599244635882, restitution=0.103, law="newton", on=("B", "D"))
+    start = scene(
+        Gravity(), surface, q=(-0.8018732314606898, -1.7320333536369614),
+        u=(0.14073576648463604, -1.4761041016837626), duration=2.0, accuracy=1e-10,
+    )  # fmt: skip
+    trajectory = simulate(start)
+    assert "B on floor rests, D on floor rests" in trajectory.events[-1].what
+    assert np.abs(trajectory.u[:, -1]).max() == 0
+    exact = event_run(start, trajectory.t, precision="quadruple")
+    assert np.abs(trajectory.q - exact.q.astype(float)).max() <= 1e-10
+
+
 @pytest.mark.parametrize(("speed", "impacts"), [(0.0, 0), (0.4, 1), (-0.4, 0)])
 def test_a_start_on_the_floor(speed, impacts):
     """At rest on it, moving into it, and away from it."""

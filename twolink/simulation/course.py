@@ -289,6 +289,7 @@ class Course:
         self.strikes.append(strike)
         here.u = strike.u[1]
         here.touched.add(index)
+        here.rest_on_all()
         self._enter({})
         self._since = here.now + lasting
 

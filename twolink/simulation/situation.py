@@ -165,6 +165,11 @@ class Situation:
         """Set to rest exactly what a mode holds at rest, where it is so to rounding."""
         self.u = self.striking.stopped(self._barred(mode), self.q, self.u)
 
+    def rest_on_all(self) -> None:
+        """Take away what speed is left along any of the obstacles that are touched."""
+        touched = sorted(i for i in self.touched if isinstance(self.elements[i], Obstacle))
+        self.u = self.striking.stopped([self.direction(i) for i in touched], self.q, self.u)
+
     def stop(self, number: int, mode: Mode) -> None:
         """Bring to rest what slipped in a mode."""
         along = [slides(self.elements[number]), *self._barred(mode)]
