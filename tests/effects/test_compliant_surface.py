@@ -248,3 +248,14 @@ def test_works_close_the_balance_through_contact(law, stiffness, loss):
     # Hunt and Crossley's force also has the rate as a factor, and a kink in its slope at the end.
     allowed = 1e-6 if law == "hunt-crossley" else 1e-10
     assert sum(works.values()) == pytest.approx(T - T[0], abs=allowed)
+
+
+def test_a_surface_that_springs_back_at_once_does_not_shorten_the_flight():
+    """Left while sunk in, it is back in 1e-8 s; the flight after it lasts for half a second."""
+    start = scene(Gravity(), floor("kelvin-voigt", 1e9, 0.1, friction=0.3))
+    trajectory = simulate(start)
+    assert len(trajectory.events) > 4
+    assert trajectory.statistics.steps < 1000
+    exact = event_run(start, trajectory.t, precision="quadruple", formulation="kane")
+    assert np.abs(trajectory.q - exact.q.astype(float)).max() <= 1e-9
+    assert np.abs(trajectory.u - exact.u.astype(float)).max() <= 1e-9

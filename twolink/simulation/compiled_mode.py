@@ -44,10 +44,10 @@ class Free(NamedTuple):
     relaxing: dict[int, float]
 
     @classmethod
-    def of(cls, modes: Modes, mode: Mode) -> Free:
-        """Return those of a mode."""
+    def of(cls, modes: Modes, mode: Mode, sunk: frozenset[int]) -> Free:
+        """Return those of a mode in which these surfaces are still sunk in."""
         gaps = tuple(i for i, state in enumerate(mode.states) if state is State.OPEN)
-        cushions = {i: e for i in gaps if isinstance(e := modes.elements[i], Cushion)}
+        cushions = {i: e for i in sunk if isinstance(e := modes.elements[i], Cushion)}
         rates = {index: cushion.law.relaxation for index, cushion in cushions.items()}
         return cls(gaps, {index: rate for index, rate in rates.items() if rate is not None})
 
@@ -57,7 +57,8 @@ class Segment(NamedTuple):
 
     `effects` are those that act in it. `unwatched` are those whose quantities have only just left
     zero, or stay there. `since` is when the mode is said to begin (s). `last` is where the variable
-    of integration ends, where that is not time.
+    of integration ends, where that is not time; `sunk` are the surfaces that have been left, and
+    still spring back.
     """
 
     mode: Mode
@@ -68,6 +69,7 @@ class Segment(NamedTuple):
     unwatched: frozenset[Watch]
     since: Any
     last: Any = None
+    sunk: frozenset[int] = frozenset()
 
     @property
     def numbers(self) -> list[Any]:
@@ -146,14 +148,20 @@ def compiled_mode(
     formulation: str,
     precision: str,
     order: int | None,
+    sunk: frozenset[int] = frozenset(),
 ) -> CompiledMode:
-    """Return a mode's integrator, compiled unless it already was."""
+    """Return a mode's integrator, compiled unless it already was.
+
+    `sunk` are the surfaces that have been left, and still spring back.
+    """
     varying: tuple[Any, ...] = effects
     blank = tuple(
         effect.with_numbers((0.0,) * len(effect.numbers)) if hasattr(effect, "numbers") else effect
         for effect in varying
     )
-    return _compiled(chain, blank, mode.kind, formulation, precision, order, chain._exact_inertia)
+    return _compiled(
+        chain, blank, mode.kind, formulation, precision, order, sunk, chain._exact_inertia
+    )
 
 
 @functools.lru_cache(maxsize=256)
@@ -164,6 +172,7 @@ def _compiled(
     formulation: str,
     precision: str,
     order: int | None,
+    sunk: frozenset[int],
     exact_inertia: Pair | None,
 ) -> CompiledMode:
     """Return a mode's integrator, kept for all segments and all runs in this mode."""
@@ -185,15 +194,15 @@ def _compiled(
     wanted = watches(modes, mode)
     now = hy.par[numbers + 2 * len(wanted)] + clock if rooted else hy.time
     solution = modes.solution(mode, q, u, now, roots)
-    free = Free.of(modes, mode)
+    free = Free.of(modes, mode, sunk)
     gaps = {index: hy.make_vars(f"gap{index}") for index in free.gaps}
-    sunk = {index: hy.make_vars(f"sunk{index}") for index in free.relaxing}
-    springing = {index: -rate * sunk[index] for index, rate in free.relaxing.items()}
+    depths = {index: hy.make_vars(f"sunk{index}") for index in free.relaxing}
+    springing = {index: -rate * depths[index] for index, rate in free.relaxing.items()}
     gap_rates = [
         modes.elements[index].direction.speed(modes.chain, q, u) + springing.get(index, 0.0)
         for index in gaps
     ]
-    variables = [*q, *u, *gaps.values(), *sunk.values(), *roots.values()]
+    variables = [*q, *u, *gaps.values(), *depths.values(), *roots.values()]
     places = Places(gaps, roots)
     events: list[Any] = []
     watched: list[Watch] = []

@@ -55,8 +55,8 @@ class Course:
         self._scene, self._precision, self._kind = scene, precision, kind
         self._formulation, self._order_asked = formulation, order
         self._equipped = scene.equipped
-        # Those of the effects that act now, by the kind of mode.
-        self._compiled: dict[Mode, CompiledMode] = {}
+        # Those of the effects that act now, by the kind of mode, and by what springs back.
+        self._compiled: dict[tuple[Mode, frozenset[int]], CompiledMode] = {}
         self._breaks = [kind(t) for t in breaks(scene.effects) if t > 0]
         self._effects = effects_during(scene.effects, 0.0)
         self.following = Following(times, precision, cap)
@@ -114,6 +114,9 @@ class Course:
         if here.now < self._horizon:
             until = min(until, self._horizon)
         roots, sunk = here.cushions.roots, here.cushions.sunk
+        back = here.cushions.spring_back(rounding(self._precision))
+        if back < math.inf:
+            until = min(until, here.now + self._kind(back))
         if roots:
             until = min(until, here.now + _LONGEST_PRESS)
         start = here.now
@@ -129,7 +132,9 @@ class Course:
         if roots:
             state = (*state, self._kind(0))
         since = max(start, self._since)
-        segment = Segment(self._mode, self._effects, start, until, state, unwatched, since)
+        segment = Segment(
+            self._mode, self._effects, start, until, state, unwatched, since, sunk=self._sunk
+        )
         integrator = compiled.set_to(segment)
         self.compile_seconds += perf_counter() - begun
         begun = perf_counter()
@@ -157,17 +162,24 @@ class Course:
 
     def _compile(self) -> CompiledMode:
         """Return the integrator of the mode."""
-        kind = self._mode.kind
-        if kind not in self._compiled:
-            self._compiled[kind] = compiled_mode(
+        kind, sunk = self._mode.kind, self._sunk
+        if (kind, sunk) not in self._compiled:
+            self._compiled[kind, sunk] = compiled_mode(
                 self._equipped,
                 self._effects,
                 kind,
                 self._formulation,
                 self._precision,
                 self._order_asked,
+                sunk,
             )
-        return self._compiled[kind]
+        return self._compiled[kind, sunk]
+
+    @property
+    def _sunk(self) -> frozenset[int]:
+        """The surfaces that have been left, and still spring back."""
+        depths = self._here.cushions.sunk
+        return frozenset(i for i in depths if depths[i] != 0)
 
     def _change_mode(self, outcome: Any, watched: tuple[Watch, ...], start: Any) -> None:
         """Go on after what was watched for has come to pass."""

@@ -6,6 +6,7 @@ left has how far it is still sunk in, and one that yields has its dent.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from twolink.arithmetic import sqrt
@@ -57,6 +58,26 @@ class Cushions:
             memory, dent = self._remembered(index)
             if dent.phase is Phase.PRESSED_AGAIN:
                 self._remember(index, memory.turned(dent, depth))
+
+    def spring_back(self, resolution: float) -> float:
+        """Let surfaces be back that are so but for rounding; return how long (s) others will take.
+
+        It is infinity where none springs back. A surface that springs back fast needs steps that
+        are as short, and would need them for ever.
+        """
+        soonest = math.inf
+        for index, depth in self.sunk.items():
+            if depth == 0:
+                continue
+            cushion = self._elements[index]
+            assert isinstance(cushion, Cushion)
+            rounding = resolution * max(1.0, abs(float(cushion.bound)))
+            if abs(depth) <= rounding:
+                self.sunk[index] = self._kind(0)
+            else:
+                times = math.log(2 * abs(float(depth)) / rounding)
+                soonest = min(soonest, times / self._law(index).relaxation)
+        return soonest
 
     def reach(self, index: int) -> None:
         """Go on with the next branch of a cushion's law."""

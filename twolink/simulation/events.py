@@ -68,6 +68,7 @@ class EventRun(MotionRun):
                     self.formulation,
                     self.precision,
                     self.order_asked,
+                    segment.sunk,
                 )
                 outputs[index] = compiled.output(segment, self.longest_step)
             return outputs[index]
