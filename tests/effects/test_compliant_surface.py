@@ -252,7 +252,8 @@ def test_works_close_the_balance_through_contact(law, stiffness, loss):
 
 def test_a_surface_that_springs_back_at_once_does_not_shorten_the_flight():
     """Left while sunk in, it is back in 1e-8 s; the flight after it lasts for half a second."""
-    start = scene(Gravity(), floor("kelvin-voigt", 1e9, 0.1, friction=0.3))
+    surface = floor("kelvin-voigt", 1e9, 0.1, friction=0.3, height=1.2)
+    start = scene(Gravity(), surface, q=(0.3, -0.2))
     trajectory = simulate(start)
     assert len(trajectory.events) > 4
     assert trajectory.statistics.steps < 1000

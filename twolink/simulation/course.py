@@ -252,8 +252,24 @@ class Course:
             # Where a push presses on, no push left does not mean that it leaves.
             self._enter({})
             return
+        if isinstance(here.elements[number], Cushion) and self._falls_back(number):
+            self._enter({})
+            return
         here.leave(number)
         self._enter({number: State.OPEN})
+
+    def _falls_back(self, number: int) -> bool:
+        """Return whether what comes off a cushion is back on it before that can be seen.
+
+        So it is where a press without damping comes back to where it began at rest.
+        """
+        here = self._here
+        row = here.row(number)
+        speed = row[0] * here.u[0] + row[1] * here.u[1]
+        du = here.accelerations(here.free_mode)
+        drift = here.direction(number).drift(here.modes.chain, here.q, here.u)
+        back = -(row[0] * du[0] + row[1] * du[1] + drift)
+        return bool(back > 0 and 2 * speed < self._shortest * back)
 
     def _strike(self) -> None:
         """Let all that is touched and run into be struck, and go on."""
@@ -336,11 +352,11 @@ class Course:
             if not (index in known or in_question):
                 continue
             stiff = isinstance(here.elements[index], Cushion)
+            until = sooner if stiff and self._at_once == 0 else soon
             if state.direction:
-                at_first = stiff and self._at_once == 0
-                self._guards[Watch(Kind.STOPS, index)] = sooner if at_first else soon
+                self._guards[Watch(Kind.STOPS, index)] = until
             if state is State.OPEN:
-                self._guards[Watch(Kind.HITS, index)] = soon
+                self._guards[Watch(Kind.HITS, index)] = until
 
     def _wedge(self, choices: dict[int, tuple[State, ...]]) -> bool:
         """Strike what slides on an obstacle that wedges it, and return whether there is any.
