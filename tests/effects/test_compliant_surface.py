@@ -15,6 +15,7 @@ from twolink.errors import ParameterError
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.events import event_run
+from twolink.simulation.mode import State
 
 BARS = Chain.uniform_bars()
 Q = (0.3, 1.1)
@@ -260,3 +261,13 @@ def test_a_surface_that_springs_back_at_once_does_not_shorten_the_flight():
     exact = event_run(start, trajectory.t, precision="quadruple", formulation="kane")
     assert np.abs(trajectory.q - exact.q.astype(float)).max() <= 1e-9
     assert np.abs(trajectory.u - exact.u.astype(float)).max() <= 1e-9
+
+
+def test_the_shortest_flights_end_where_they_began():
+    """Pressed from rest, and hardly damped, a stiff cushion lets go for a microsecond at a time."""
+    start = scene(Gravity(), floor("kelvin-voigt", 1e9, 0.1, friction=0.3), duration=0.016)
+    run = event_run(start, np.linspace(0.0, 0.016, 401))
+    first = next(event.time for event in run.events if event.mode.states[0] is State.OPEN)
+    assert any(event.mode.states[0] is not State.OPEN for event in run.events if event.time > first)
+    q1, q2 = run.q
+    assert (np.sin(q1) + np.sin(q2)).max() < HEIGHT + 1e-7

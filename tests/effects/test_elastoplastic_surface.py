@@ -17,6 +17,8 @@ from twolink.chain import Chain
 from twolink.compliance import Phase
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
+from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_stop import JointStop
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.errors import ParameterError, SceneError
 from twolink.scene import Scene
@@ -241,6 +243,30 @@ def test_what_breaks_loose_is_not_stopped_by_rounding(random):
         states = [event.mode.states[0] for event in run.events]
         place = states.index(State.STICKS)
         assert states[place:] == [State.STICKS, State.STICKS, State.FORWARD, State.OPEN]
+
+
+@pytest.mark.parametrize("formulation", ["lagrange", "kane"])
+def test_a_slide_turns_with_the_dent_where_a_stop_holds_the_elbow(formulation):
+    """With one way to move left, all speeds pass through zero at one instant."""
+    wall = CompliantSurface(
+        (0.2090626016232561, 0.047536179108491984), (0.9751107242627869, 0.22171845982620197),
+        "elasto-plastic", friction=0.32317261791220375, radius=0.05, modulus=(1e8, 2e11),
+        poisson=(0.3, 0.3), strength=(1e6, 1e9),
+    )  # fmt: skip
+    stop = JointStop("B", lower=-0.07642036384251683, upper=1.0784734555021607)
+    damping = JointDamping((0.007171976257913271, 0.29681786766275503))
+    start = Scene(
+        chain=BARS, q=(-1.131143576272992, -0.7556448010487355),
+        u=(0.598770812544088, 0.890870326283979), duration=0.9,
+        effects=(Gravity(), stop, wall, damping),
+    )  # fmt: skip
+    times = np.linspace(0.0, 0.9, 91)
+    found = event_run(start, times, formulation=formulation)
+    exact = event_run(start, times, formulation="lagrange", precision="quadruple")
+    assert [event.mode.states for event in found.events] == [
+        event.mode.states for event in exact.events
+    ]
+    assert np.abs(found.q - exact.q.astype(float)).max() < 1e-11
 
 
 @pytest.mark.parametrize(
