@@ -266,9 +266,7 @@ class Course:
         here = self._here
         row = here.row(number)
         speed = row[0] * here.u[0] + row[1] * here.u[1]
-        du = here.accelerations(here.free_mode)
-        drift = here.direction(number).drift(here.modes.chain, here.q, here.u)
-        back = -(row[0] * du[0] + row[1] * du[1] + drift)
+        back = here.pull(number, here.free_mode)
         return bool(back > 0 and 2 * speed < self._shortest * back)
 
     def _strike(self) -> None:
@@ -302,9 +300,7 @@ class Course:
         assert isinstance(element, Obstacle)
         row = here.row(index)
         speed = row[0] * here.u[0] + row[1] * here.u[1]
-        du = here.accelerations(self._mode)
-        drift = element.direction.drift(here.modes.chain, here.q, here.u)
-        back = -(row[0] * du[0] + row[1] * du[1] + drift)
+        back = here.pull(index, self._mode)
         if back <= 0:
             return
         flight = 2 * speed / back

@@ -243,6 +243,12 @@ class Situation:
         """Return du (rad/s²) in a mode."""
         return self.modes.accelerations(mode, self.q, self.u, self.now)
 
+    def pull(self, number: int, mode: Mode) -> Any:
+        """Return the acceleration (rad/s² or m/s²) in a mode towards an obstacle or a cushion."""
+        row, du = self.row(number), self.accelerations(mode)
+        drift = self.direction(number).drift(self.modes.chain, self.q, self.u)
+        return -(row[0] * du[0] + row[1] * du[1] + drift)
+
     def keep_touched(self, mode: Mode) -> None:
         """Forget what a mode leaves; what is held off it by others is touched still."""
         pushing = {index for index in self.touched if mode.states[index] is not State.OPEN}

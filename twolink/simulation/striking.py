@@ -19,6 +19,9 @@ _MOST_IMPACTS = 1000
 # A row smaller than this part of the other is the rounding of none.
 _NO_LEVER = 1e-14
 
+# A speed smaller than this part of what was stopped is the rounding of none.
+_LEFT_OVER = 1e-14
+
 # A rebound slower than this part of the approach is the rounding of none.
 _NO_REBOUND = 1e-13
 
@@ -178,6 +181,7 @@ class Striking:
             return self._strike(index, impulse, q, (u, after), time)
         G_nt = self._modes.response(row, tangent, q)
         across = row[0] * tangent[1] - row[1] * tangent[0]
+        # Nor does one that moves along one line only slide by itself: both speeds are one.
         if abs(across) <= _NO_LEVER * (abs(row[0] * tangent[1]) + abs(row[1] * tangent[0])):
             return self._guided_impact(index, q, u, time, (v_n, G_nn, G_nt))
         _, det_M = self._modes.inertia(q)
@@ -264,7 +268,7 @@ class Striking:
 def _is_left_over(row: Pair, u: Pair, before: Pair) -> bool:
     """Return whether the speed row · u is zero, but for the rounding of what u was before."""
     size = max(abs(before[0]), abs(before[1])) * (abs(row[0]) + abs(row[1]))
-    return bool(abs(row[0] * u[0] + row[1] * u[1]) <= _NO_LEVER * size)
+    return bool(abs(row[0] * u[0] + row[1] * u[1]) <= _LEFT_OVER * size)
 
 
 def _runs_into(row: Pair, u: Pair) -> bool:
