@@ -24,10 +24,10 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from twolink.chain import Chain
+from twolink.contact.elastoplastic import Material
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.surface import Surface
-from twolink.elastoplastic import Material
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.motion import motion_run

@@ -24,8 +24,8 @@ from twolink.engines.peers import peer_named
 from twolink.scene import Scene
 from twolink.shipped import shipped
 from twolink.simulation import simulate
-from twolink.simulation.equations import EQUATIONS
-from twolink.simulation.taylor import (
+from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.taylor import (
     FULL_ORDERS,
     step_tolerance,
     taylor_run,

@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
+from twolink.contact.impact_laws import LAWS
 from twolink.effects import effect_class
 from twolink.effects.joint_stop import JointStop
-from twolink.impacts import LAWS
 from twolink.scene import METHODS, Scene
 
 

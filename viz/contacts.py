@@ -7,10 +7,10 @@ from bisect import bisect_right
 import numpy as np
 
 from twolink import kinematics
-from twolink.directions import JointDirection, PointDirection
+from twolink.contact.coordinates import JointCoordinate, PointCoordinate
+from twolink.contact.elements import ContactElement, DryFriction
 from twolink.effects import nonsmooth
-from twolink.nonsmooth import DryFriction, Element
-from twolink.simulation.mode import Mode, State
+from twolink.simulation.mode import ContactState, Mode
 from viz.commands import ROOT, flat_mesh, in_the_plane, transform, visible
 from viz.run import Moments, Run
 from viz.shapes import Array, Shape, arrow, ring
@@ -24,12 +24,12 @@ _LEAST = 0.25
 
 _HELD, _SLIPPING, _PUSHED = "held", "slipping", ("pushed-on", "pushed-back")
 _WORDS = {
-    State.STICKS: "sticks",
-    State.CLOSED: "rests",
-    State.FORWARD: "slips",
-    State.BACKWARD: "slips",
-    State.PRESSED_FORWARD: "pressed",
-    State.PRESSED_BACKWARD: "pressed",
+    ContactState.STICKS: "sticks",
+    ContactState.CLOSED: "rests",
+    ContactState.FORWARD: "slips",
+    ContactState.BACKWARD: "slips",
+    ContactState.PRESSED_FORWARD: "pressed",
+    ContactState.PRESSED_BACKWARD: "pressed",
 }
 
 
@@ -40,7 +40,7 @@ def mode_at(run: Run, time: float) -> Mode | None:
     return events[max(index, 0)].mode if events else None
 
 
-def elements_of(run: Run) -> tuple[Element, ...]:
+def elements_of(run: Run) -> tuple[ContactElement, ...]:
     """Return the frictions and obstacles of a run, as its modes number them."""
     return nonsmooth(run.trajectory.scene.effects, run.chain) if run.trajectory.events else ()
 
@@ -82,9 +82,9 @@ def contact_marks(now: Moments, speed: float) -> tuple[list[bytes], list[Label]]
     for number, (element, state) in enumerate(zip(elements_of(now.run), mode.states, strict=True)):
         place = place_of(element, now)
         tangent = tangent_of(element)
-        held = state in (State.STICKS, State.CLOSED)
-        just = state is State.OPEN and _just_left(now.run, number, time, _LEAST * speed)
-        shown = {_HELD: held, _SLIPPING: just or (not held and state is not State.OPEN)}
+        held = state in (ContactState.STICKS, ContactState.CLOSED)
+        just = state is ContactState.OPEN and _just_left(now.run, number, time, _LEAST * speed)
+        shown = {_HELD: held, _SLIPPING: just or (not held and state is not ContactState.OPEN)}
         if tangent is not None:
             # Friction acts against the sliding.
             shown |= dict(zip(_PUSHED, (state.direction < 0, state.direction > 0), strict=True))
@@ -106,7 +106,7 @@ def _just_left(run: Run, number: int, time: float, lasting: float) -> bool:
     last = bisect_right([event.entered for event in events], time) - 1
     ended = [later.entered for later in events[1 : last + 1]]
     return any(
-        event.mode.states[number] is not State.OPEN and end > time - lasting
+        event.mode.states[number] is not ContactState.OPEN and end > time - lasting
         for event, end in zip(events, ended, strict=False)
     )
 
@@ -126,27 +126,27 @@ def joint_labels(now: Moments) -> dict[str, Label]:
     }
 
 
-def place_of(element: Element, now: Moments) -> Array:
+def place_of(element: ContactElement, now: Moments) -> Array:
     """Return where a friction or an obstacle acts at a moment (m)."""
     direction = element.direction
-    if isinstance(direction, JointDirection):
+    if isinstance(direction, JointCoordinate):
         return now.point(direction.joint)[0]
-    assert isinstance(direction, PointDirection)
+    assert isinstance(direction, PointCoordinate)
     point = getattr(now.run.chain, direction.point)
     q1, q2 = float(now.q[0, 0]), float(now.q[1, 0])
     return np.array(kinematics.position(now.run.chain, (q1, q2), point))
 
 
-def tangent_of(element: Element) -> tuple[float, float] | None:
+def tangent_of(element: ContactElement) -> tuple[float, float] | None:
     """Return the unit vector along which a point slides (m), if a point does."""
     along = element.direction if isinstance(element, DryFriction) else element.tangent
-    return along.vector if isinstance(along, PointDirection) else None
+    return along.vector if isinstance(along, PointCoordinate) else None
 
 
-def _away(element: Element) -> tuple[float, float]:
+def _away(element: ContactElement) -> tuple[float, float]:
     """Return where a word stands beside a point: out of a surface, or above."""
     direction = element.direction
-    if isinstance(direction, PointDirection) and not isinstance(element, DryFriction):
+    if isinstance(direction, PointCoordinate) and not isinstance(element, DryFriction):
         return direction.vector
     return (0.7, -0.7)
 

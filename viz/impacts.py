@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twolink.directions import JointDirection, PointDirection
+from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from viz.commands import ROOT, flat_mesh, visible
 from viz.contacts import elements_of, joint_labels, place_of, tangent_of
 from viz.run import Run
@@ -55,7 +55,7 @@ class Impacts:
         elements = elements_of(self.run)
         if not logged or not elements:
             return ()
-        at_joint = [isinstance(elements[i.index].direction, JointDirection) for i in logged]
+        at_joint = [isinstance(elements[i.index].direction, JointCoordinate) for i in logged]
         # N s and N m s are not compared.
         largest = {True: 0.0, False: 0.0}
         for impact, turning in zip(logged, at_joint, strict=True):
@@ -66,7 +66,7 @@ class Impacts:
             element = elements[impact.index]
             vector = None
             size, unit = abs(impact.normal_impulse), "N m s"
-            if isinstance(element.direction, PointDirection):
+            if isinstance(element.direction, PointCoordinate):
                 vector = impact.normal_impulse * np.array(element.direction.vector)
                 tangent = tangent_of(element)
                 if tangent is not None:

@@ -24,7 +24,7 @@ from twolink.effects.motor_inertia import MotorInertia
 from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.shipped import shipped
-from twolink.simulation.equations import MomentumEquations
+from twolink.simulation.smooth.equations import MomentumEquations
 
 SWINGS = Scene.load(shipped("scenes") / "small_swings.toml")
 KEEPING = (

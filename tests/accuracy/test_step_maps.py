@@ -14,9 +14,9 @@ from twolink.accuracy.step_maps import (
 from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.shipped import shipped
-from twolink.simulation.fixed_step import FIXED_STEP
-from twolink.simulation.numeric import _rates
-from twolink.simulation.tableaus import GAUSS_LEGENDRE, RK4
+from twolink.simulation.smooth.fixed_step import FIXED_STEP
+from twolink.simulation.smooth.numeric import _rates
+from twolink.simulation.smooth.tableaus import GAUSS_LEGENDRE, RK4
 
 SWINGS = Scene.load(shipped("scenes") / "small_swings.toml")
 STATES = many_starts(SWINGS, 5, spread=0.3, seed=7)

@@ -18,8 +18,8 @@ from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.shipped import shipped
 from twolink.simulation import numeric, simulate
-from twolink.simulation.fixed_step import FIXED_STEP
-from twolink.simulation.numeric import SCIPY
+from twolink.simulation.smooth.fixed_step import FIXED_STEP
+from twolink.simulation.smooth.numeric import SCIPY
 
 SCENES = shipped("scenes")
 GENERAL = Scene.load(SCENES / "general.toml")

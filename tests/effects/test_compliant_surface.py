@@ -15,7 +15,7 @@ from twolink.errors import ParameterError
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.events import event_run
-from twolink.simulation.mode import State
+from twolink.simulation.mode import ContactState
 
 BARS = Chain.uniform_bars()
 Q = (0.3, 1.1)
@@ -267,7 +267,9 @@ def test_the_shortest_flights_end_where_they_began():
     """Pressed from rest, and hardly damped, a stiff cushion lets go for a microsecond at a time."""
     start = scene(Gravity(), floor("kelvin-voigt", 1e9, 0.1, friction=0.3), duration=0.016)
     run = event_run(start, np.linspace(0.0, 0.016, 401))
-    first = next(event.time for event in run.events if event.mode.states[0] is State.OPEN)
-    assert any(event.mode.states[0] is not State.OPEN for event in run.events if event.time > first)
+    first = next(event.time for event in run.events if event.mode.states[0] is ContactState.OPEN)
+    assert any(
+        event.mode.states[0] is not ContactState.OPEN for event in run.events if event.time > first
+    )
     q1, q2 = run.q
     assert (np.sin(q1) + np.sin(q2)).max() < HEIGHT + 1e-7

@@ -14,7 +14,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 from twolink.chain import Chain
-from twolink.compliance import Phase
+from twolink.contact.force_laws import Phase
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
@@ -24,7 +24,7 @@ from twolink.errors import ParameterError, SceneError
 from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
 from twolink.simulation.events import event_run
-from twolink.simulation.mode import State
+from twolink.simulation.mode import ContactState
 
 # But for 1e-12 kg all the mass is in D.
 POINT = Chain(
@@ -241,8 +241,13 @@ def test_what_breaks_loose_is_not_stopped_by_rounding(random):
         u1, u2 = np.array(start.u) * (1 + 1e-6 * random.standard_normal(2))
         run = event_run(replace(start, u=(float(u1), float(u2))), [0.0, 0.01])
         states = [event.mode.states[0] for event in run.events]
-        place = states.index(State.STICKS)
-        assert states[place:] == [State.STICKS, State.STICKS, State.FORWARD, State.OPEN]
+        place = states.index(ContactState.STICKS)
+        assert states[place:] == [
+            ContactState.STICKS,
+            ContactState.STICKS,
+            ContactState.FORWARD,
+            ContactState.OPEN,
+        ]
 
 
 @pytest.mark.parametrize("formulation", ["lagrange", "kane"])
@@ -286,7 +291,7 @@ def test_accuracy_is_honoured(start, sticking):
     assert np.abs(trajectory.q - exact.q.astype(float)).max() <= 1e-10
     assert np.abs(trajectory.u - exact.u.astype(float)).max() <= 1e-10
     assert len(dents(trajectory)) >= (1 if sticking else 4)
-    sticks = [event for event in trajectory.events if event.mode.states[0] is State.STICKS]
+    sticks = [event for event in trajectory.events if event.mode.states[0] is ContactState.STICKS]
     assert bool(sticks) == sticking
     for ours, theirs in zip(trajectory.events, exact.events, strict=True):
         assert ours.time == pytest.approx(theirs.time, abs=1e-10)
@@ -330,7 +335,7 @@ def test_energy_is_never_gained_and_friction_keeps_its_cone():
         trajectory = simulate(start, samples=2001)
         free = np.ones(len(trajectory.t), dtype=bool)
         for now, mode in trajectory._modes_at(trajectory.t):
-            free &= ~now | (mode.states[0] is State.OPEN)
+            free &= ~now | (mode.states[0] is ContactState.OPEN)
         # It starts on the floor, at no depth.
         free[0] = True
         energy = trajectory.energy[free]

@@ -18,7 +18,7 @@ from twolink.loads import Torque
 from twolink.scene import METHODS, Scene
 from twolink.simulation import simulate
 from twolink.simulation.events import event_run
-from twolink.simulation.numeric import numeric_run
+from twolink.simulation.smooth.numeric import numeric_run
 
 BALANCED = Chain((1.0, 1.0), (1.0, 1.0), ((0.0, 0.0), (0.0, 0.0)), (2.0, 0.5))
 """Both mass centres on the joints: each link turns on its own, and M = diag(3, 0.5)."""

@@ -10,8 +10,8 @@ from hypothesis import given
 
 from tests.strategies import State, chains, states
 from twolink.chain import Chain
+from twolink.contact.impact_laws import Response, rough_impulse
 from twolink.hardcases import exact
-from twolink.impacts import Response, rough_impulse
 
 with mpmath.workdps(110):
     PI = mpmath.pi + 0
@@ -125,7 +125,7 @@ STRUCK = {
 
 @pytest.mark.parametrize("law", STRUCK)
 def test_impacts_are_those_of_the_other_text(law):
-    """`twolink.impacts` was written from Routh's construction, too, and shares no line."""
+    """`contact.impact_laws` was written from Routh's construction, too, and shares no line."""
     (q, u, mu), e = STRUCK[law], 0.5
     after = exact.struck(Chain.uniform_bars(), q, u, mu, e, law)
     across = [-math.cos(x) for x in q]

@@ -11,7 +11,8 @@ from twolink.hardcases.catalogue import case_named
 from twolink.hardcases.in_motion import InMotion
 from twolink.hardcases.record import FORMULATIONS, Case, Column, Mark
 from twolink.hardcases.run import outcome
-from twolink.simulation import compiled_mode, course, equations, modes, taylor
+from twolink.simulation import compiled_mode, course, modes
+from twolink.simulation.smooth import equations, taylor
 
 
 def fresh(name: str, seconds: float = 20.0) -> Case:

@@ -9,7 +9,8 @@ from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.scene import Scene
-from twolink.simulation import simulate, taylor
+from twolink.simulation import simulate
+from twolink.simulation.smooth import taylor
 
 # t³ at the elbow of a straight chain at rest: q begins as t⁵, and goes on with t¹⁵.
 SOFT = SampledTorque((0.0, 1.0, 2.0, 3.0, 4.0), (0.0,) * 5, (0.0, 1.0, 8.0, 27.0, 64.0), "cubic")

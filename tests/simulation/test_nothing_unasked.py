@@ -25,7 +25,7 @@ from twolink.scene import Scene
 from twolink.shipped import shipped
 from twolink.simulation.effects_cost import effects_cost
 from twolink.simulation.motion import motion_run
-from twolink.simulation.taylor import taylor_run
+from twolink.simulation.smooth.taylor import taylor_run
 
 FALL = Scene.load(shipped("scenes") / "free_fall.toml")
 

@@ -14,10 +14,10 @@ from twolink.errors import SimulationError
 from twolink.scene import METHODS, Scene
 from twolink.shipped import shipped
 from twolink.simulation import simulate
-from twolink.simulation.equations import EQUATIONS
-from twolink.simulation.fixed_step import FIXED_STEP
-from twolink.simulation.numeric import SCIPY, numeric_run
-from twolink.simulation.taylor import taylor_run
+from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.fixed_step import FIXED_STEP
+from twolink.simulation.smooth.numeric import SCIPY, numeric_run
+from twolink.simulation.smooth.taylor import taylor_run
 
 FALL = Scene.load(shipped("scenes") / "free_fall.toml")
 SHORT = Scene(chain=GENERAL, q=(0.3, -0.4), u=(1.1, -0.7), duration=1.0, effects=(Gravity(),))

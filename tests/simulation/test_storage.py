@@ -20,7 +20,7 @@ from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.shipped import shipped
 from twolink.simulation import Trajectory, simulate
-from twolink.simulation.mode import Event, Mode, State
+from twolink.simulation.mode import ContactState, Event, Mode
 from twolink.simulation.storage import COLUMNS, About
 
 ROOT = Path(__file__).parent.parent.parent
@@ -86,7 +86,7 @@ def test_a_trajectory_is_saved_and_read_back(kind, name, tmp_path):
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_shipped_scene_travels_along(kind, file, tmp_path):
     """With what no simulation makes: an infinite error, a mode and an impact of every kind."""
-    names = tuple(f"of {state.name}" for state in State)
+    names = tuple(f"of {state.name}" for state in ContactState)
     pair = (-0.0, 5e-324)
     impact = replace(
         IMPACTS.impacts[0], name="ö", regime="", speeds=pair, link_energies=(pair, pair)
@@ -95,7 +95,7 @@ def test_every_shipped_scene_travels_along(kind, file, tmp_path):
         SMOOTH,
         scene=Scene.load(file),
         error=float("inf"),
-        events=(Event(0.1, Mode(names, tuple(State)), 0.3),),
+        events=(Event(0.1, Mode(names, tuple(ContactState)), 0.3),),
         impacts=(impact,),
         accuracy=np.float32(1e-3),
     )

@@ -15,22 +15,24 @@ from tests.strategies import chains
 from tests.urdf.test_drawings import messy
 from tests.verification.chains import GENERAL
 from tests.verification.test_verify_can_fail import agree_with_rotors, survivors
-from twolink import directions, impacts, kane, kinematics, lagrange
+from twolink import kane, kinematics, lagrange
 from twolink.chain import Chain
 from twolink.cli import app
-from twolink.compliance import Dent, Phase
+from twolink.contact import coordinates as directions
+from twolink.contact import impact_laws as impacts
+from twolink.contact.elastoplastic import ElastoPlastic, Material
+from twolink.contact.elements import CompliantContact
+from twolink.contact.force_laws import Phase, PlasticState
 from twolink.coordinates import JointConvention
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
-from twolink.elastoplastic import ElastoPlastic, Material
 from twolink.engines.pinocchio import Pinocchio
 from twolink.errors import ParameterError
-from twolink.nonsmooth import Cushion
 from twolink.shipped import shipped
 from twolink.simulation import constrained
 from twolink.simulation import modes as simulation_modes
-from twolink.simulation.mode import Mode, State
+from twolink.simulation.mode import ContactState, Mode
 from twolink.simulation.modes import Modes
 from twolink.simulation.striking import Striking
 from twolink.urdf import parse_planar_urdf, read_planar_urdf
@@ -208,7 +210,10 @@ def test_an_impact_that_sticks_in_simulation_is_pinocchios(urdf, engine, formula
 
 @pytest.mark.parametrize(
     ("name", "state"),
-    [("frictionless contact: force", State.CLOSED), ("sticking contact: forces", State.STICKS)],
+    [
+        ("frictionless contact: force", ContactState.CLOSED),
+        ("sticking contact: forces", ContactState.STICKS),
+    ],
 )
 @pytest.mark.parametrize("formulation", [kane, lagrange])
 def test_resting_in_simulation_is_pinocchios(urdf, engine, formulation, name, state):
@@ -219,18 +224,18 @@ def test_resting_in_simulation_is_pinocchios(urdf, engine, formulation, name, st
         (x1, y1), (x2, y2) = kane.partial_velocities(GENERAL, q, GENERAL.D)
         x, y = states.normal[:, index]
         row = x * x1 + y * y1, x * x2 + y * y2
-        along = (-row[1], row[0]) if state is State.CLOSED else (0.0, 0.0)
+        along = (-row[1], row[0]) if state is ContactState.CLOSED else (0.0, 0.0)
         states.speeds[:, index] = urdf.joints.joint_speeds(along)
     answer, allowed = solved_by(engine, urdf, name, states)
     for index in range(len(states)):
         q, u = absolute(urdf, states, index)
-        friction = 1.0 if state is State.STICKS else 0.0
+        friction = 1.0 if state is ContactState.STICKS else 0.0
         surface = surface_at(GENERAL, q, states, index, friction=friction)
         torques = tuple(map(float, states.torques[:, index]))
         acting = (Gravity(urdf.gravity), JointTorque(torques), surface)
         modes = Modes(GENERAL, acting, formulation)
         solution = modes.solution(Mode(modes.names, (state,)), q, u, 0.0)
-        forces = solution.held[0][: 1 if state is State.CLOSED else 2]
+        forces = solution.held[0][: 1 if state is ContactState.CLOSED else 2]
         found = np.array([*forces, *urdf.joints.joint_speeds(solution.du)])
         assert np.all(np.abs(found - answer[:, index]) <= allowed[:, index])
 
@@ -250,19 +255,21 @@ def test_what_presses_in_simulation_moves_as_pinocchio_says(urdf, engine, formul
     for index in range(len(states)):
         q, u = absolute(urdf, states, index)
         direction = _AtDepth("D", (float(x[index]), float(y[index])), -depth)
-        tangent = directions.PointDirection("D", (float(-y[index]), float(x[index])))
+        tangent = directions.PointCoordinate("D", (float(-y[index]), float(x[index])))
         law = ElastoPlastic(material)
-        cushion = Cushion("D", direction, 0.0, law.branch(Dent(phase)).law, tangent, 0.3, 0.3, law)
+        cushion = CompliantContact(
+            "D", direction, 0.0, law.branch(PlasticState(phase)).law, tangent, 0.3, 0.3, law
+        )
         torques = tuple(map(float, states.torques[:, index]))
         acting = (Gravity(urdf.gravity), JointTorque(torques), _Pressed(cushion))
         modes = Modes(GENERAL, acting, formulation)
-        mode = Mode(modes.names, (State.FORWARD,), (Dent(phase),))
+        mode = Mode(modes.names, (ContactState.FORWARD,), (PlasticState(phase),))
         found = np.array(urdf.joints.joint_speeds(modes.solution(mode, q, u, 0.0).du))
         assert np.all(np.abs(found - answer[:, index]) <= allowed[:, index])
 
 
 @dataclass(frozen=True)
-class _AtDepth(directions.PointDirection):
+class _AtDepth(directions.PointCoordinate):
     """A direction in which D is at a given place: that of a random pose has too few digits."""
 
     place: float
@@ -273,7 +280,7 @@ class _AtDepth(directions.PointDirection):
 
 @dataclass(frozen=True)
 class _Pressed:
-    cushion: Cushion
+    cushion: CompliantContact
 
     def nonsmooth(self, chain):
         return (self.cushion,)
@@ -429,9 +436,9 @@ def test_another_restitution_is_seen(urdf, engine, monkeypatch):
 
 @pytest.mark.parametrize("factor", [0, -1, 1 + 1e-9])
 def test_another_drift_is_seen(urdf, engine, monkeypatch, factor):
-    right = directions.PointDirection.drift
+    right = directions.PointCoordinate.drift
     wrong = lambda *state: factor * right(*state)  # noqa: E731
-    monkeypatch.setattr(directions.PointDirection, "drift", wrong)
+    monkeypatch.setattr(directions.PointCoordinate, "drift", wrong)
     verdict = verify_contact(urdf, states=FEW, engine=engine)
     assert failed(verdict) == RESTING | STICKING
     # Both formulations have it from the kinematics: only Pinocchio can tell.

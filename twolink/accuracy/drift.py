@@ -24,8 +24,8 @@ from twolink.accuracy.parting import Parting, parting
 from twolink.errors import SimulationError
 from twolink.provenance import package_versions, this_machine
 from twolink.scene import Scene
-from twolink.simulation.equations import MomentumEquations
-from twolink.simulation.taylor import taylor_run
+from twolink.simulation.smooth.equations import MomentumEquations
+from twolink.simulation.smooth.taylor import taylor_run
 
 # Errors are looked at over so many decades of time, and powers fitted over the last of them.
 _DECADES, _FITTED_DECADES = 5, 3

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from twolink.accuracy.truth import Truth, truth
 from twolink.scene import Scene
 from twolink.simulation.motion import has_modes, motion_run
-from twolink.simulation.taylor import FULL_ORDERS
+from twolink.simulation.smooth.taylor import FULL_ORDERS
 
 _SAMPLES = 401
 

@@ -20,9 +20,9 @@ from twolink.accuracy.step_maps import (
 )
 from twolink.optional import heyoka
 from twolink.scene import Scene
-from twolink.simulation.equations import MomentumEquations
-from twolink.simulation.tableaus import GAUSS_LEGENDRE, RK4, Tableau
-from twolink.simulation.taylor import FULL_ORDERS, default_longest_step, step_tolerance
+from twolink.simulation.smooth.equations import MomentumEquations
+from twolink.simulation.smooth.tableaus import GAUSS_LEGENDRE, RK4, Tableau
+from twolink.simulation.smooth.taylor import FULL_ORDERS, default_longest_step, step_tolerance
 
 # As many starts as the widest registers hold numbers of float64.
 LANES = 8
@@ -127,7 +127,7 @@ def _map_stream(steps: StepMap, starts: Array) -> Callable[[Array], Iterator[tup
 
 
 def _by_series(scene: Scene, order: int, starts: Array) -> LongRun:
-    """As `twolink.simulation.taylor` runs one start, with the same tolerance and cap, for many.
+    """As `simulation.smooth.taylor` runs one start, with the same tolerance and cap, for many.
 
     Where one cannot be followed, none of its batch is a number from there on.
     """

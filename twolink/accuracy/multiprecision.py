@@ -11,8 +11,8 @@ from twolink.chain import Chain
 from twolink.errors import SimulationError
 from twolink.optional import heyoka
 from twolink.scene import Scene
-from twolink.simulation.equations import EQUATIONS, Equations
-from twolink.simulation.taylor import default_longest_step
+from twolink.simulation.smooth.equations import EQUATIONS, Equations
+from twolink.simulation.smooth.taylor import default_longest_step
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def _tolerance(digits: int) -> float:
     """Return the digits of a step's tolerance for which heyoka takes an odd order.
 
     It is the lowest odd order that brings a step to so many digits; why odd, and how heyoka
-    chooses, `twolink.simulation.taylor` says.
+    chooses, `twolink.simulation.smooth.taylor` says.
     """
     order = math.ceil(digits * math.log(10) / 2 + 1) | 1
     return (2 * (order - 1) - 0.4) / math.log(10)

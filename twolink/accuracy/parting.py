@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from twolink.scene import Scene
-from twolink.simulation.taylor import taylor_run
+from twolink.simulation.smooth.taylor import taylor_run
 
 # Two starts this far apart (rad), far above rounding, are followed for so many time scales.
 _APART = 1e-10

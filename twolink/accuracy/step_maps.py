@@ -1,8 +1,8 @@
 """One step of a method as a compiled map of the state: x to Φ(x), many starts at once.
 
 A method that Python steps takes minutes for a million steps. Here the step itself is written on
-heyoka's expressions, by the same tableaus as `twolink.simulation.fixed_step`, several steps after
-each other, and compiled as one function of the state (q, p). So it serves equations without time.
+heyoka's expressions, by the same tableaus as `twolink.simulation.smooth.fixed_step`, several steps
+after each other, and compiled as one function of the state (q, p). So it serves equations without time.
 
 A compiled step knows no "until it has converged". Implicit stages are iterated a fixed number of
 times, so many that one more changes nothing: `StageIteration` counts them along the motion. Stages
@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from twolink.errors import SimulationError
 from twolink.optional import heyoka
 from twolink.scene import Scene
-from twolink.simulation.equations import MomentumEquations
-from twolink.simulation.tableaus import Tableau
+from twolink.simulation.smooth.equations import MomentumEquations
+from twolink.simulation.smooth.tableaus import Tableau
 
 Array = NDArray[np.float64]
 Variables = list[Any]

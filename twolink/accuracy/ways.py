@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from twolink.errors import SimulationError
 from twolink.scene import Scene
-from twolink.simulation.equations import EQUATIONS
-from twolink.simulation.fixed_step import FIXED_STEP
 from twolink.simulation.mode import Event, Impact
 from twolink.simulation.motion import has_modes, motion_run
-from twolink.simulation.numeric import SCIPY, numeric_run
-from twolink.simulation.taylor import PRECISIONS, taylor_run
+from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.fixed_step import FIXED_STEP
+from twolink.simulation.smooth.numeric import SCIPY, numeric_run
+from twolink.simulation.smooth.taylor import PRECISIONS, taylor_run
 
-# The knobs, from coarse to fine. Orders are odd, as `twolink.simulation.taylor` says; those beyond
-# a precision's full order would only repeat its rounding.
+# The knobs, from coarse to fine. Orders are odd, as `simulation.smooth.taylor` says; those beyond a
+# precision's full order would only repeat its rounding.
 _ORDERS = {
     "double": (7, 9, 11, 13, 15, 17, 19, 21),
     "long double": (15, 19, 23),

@@ -17,8 +17,8 @@ from typing import Any, Protocol
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
+from twolink.contact.elements import ContactElement
 from twolink.loads import Loads
-from twolink.nonsmooth import Element
 
 
 class Effect(Protocol):
@@ -52,7 +52,7 @@ def effect_class(name: str) -> Any:
     return getattr(importlib.import_module(home), class_name)
 
 
-def nonsmooth(effects: tuple[Effect, ...], chain: Chain) -> tuple[Element, ...]:
+def nonsmooth(effects: tuple[Effect, ...], chain: Chain) -> tuple[ContactElement, ...]:
     """Return the dry friction and the obstacles of all effects, in their order."""
     return tuple(
         element

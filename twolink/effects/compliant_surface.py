@@ -8,12 +8,12 @@ from typing import Literal
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
-from twolink.compliance import ContactLaw, Hertz, HuntCrossley, KelvinVoigt, Memory
-from twolink.directions import PointDirection, PointName
-from twolink.elastoplastic import ElastoPlastic, Material
+from twolink.contact.coordinates import PointCoordinate, PointName
+from twolink.contact.elastoplastic import ElastoPlastic, Material
+from twolink.contact.elements import CompliantContact
+from twolink.contact.force_laws import ContactLaw, Hertz, HuntCrossley, Hysteresis, KelvinVoigt
 from twolink.errors import ParameterError
 from twolink.loads import Loads
-from twolink.nonsmooth import Cushion
 
 _LAWS = ("kelvin-voigt", "hertz", "hunt-crossley", "elasto-plastic")
 _OF_BALLS = _LAWS[1:]
@@ -129,19 +129,19 @@ class CompliantSurface:
         ]
         return min(bodies, key=lambda body: body.slope)
 
-    def nonsmooth(self, chain: Chain) -> tuple[Cushion, ...]:
+    def nonsmooth(self, chain: Chain) -> tuple[CompliantContact, ...]:
         """Return a cushion for each point, rough if there is friction."""
         size = math.hypot(*self.normal)
         x, y = self.normal[0] / size, self.normal[1] / size
         static = self.friction if self.static is None else self.static
         law, memory = self._law
         return tuple(
-            Cushion(
+            CompliantContact(
                 name=f"{point} on {self.name}",
-                direction=PointDirection(point, (x, y)),
+                direction=PointCoordinate(point, (x, y)),
                 bound=x * self.point[0] + y * self.point[1],
                 law=law,
-                tangent=PointDirection(point, (-y, x)) if static else None,
+                tangent=PointCoordinate(point, (-y, x)) if static else None,
                 kinetic=self.friction,
                 static=static,
                 memory=memory,
@@ -150,7 +150,7 @@ class CompliantSurface:
         )
 
     @property
-    def _law(self) -> tuple[ContactLaw, Memory | None]:
+    def _law(self) -> tuple[ContactLaw, Hysteresis | None]:
         """The law of the whole surface, and what becomes of it where it yields."""
         if self.law == "kelvin-voigt":
             return KelvinVoigt(self._stiffness, self.loss), None

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar, sign
 from twolink.chain import Chain
-from twolink.directions import PointDirection
+from twolink.contact.coordinates import PointCoordinate
+from twolink.contact.elements import DryFriction
 from twolink.errors import ParameterError
 from twolink.finite import check_finite
 from twolink.kinematics import velocity
 from twolink.loads import Force, Loads
-from twolink.nonsmooth import DryFriction
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class EndForce:
         if static == 0 or self.sliding is not None:
             return ()
         size = abs(self.normal)
-        along_x = PointDirection("D", (1.0, 0.0))
+        along_x = PointCoordinate("D", (1.0, 0.0))
         return (DryFriction("D", along_x, self.friction * size, static * size),)
 
     def smooth_loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar, sign
 from twolink.chain import Chain
-from twolink.directions import JointDirection
+from twolink.contact.coordinates import JointCoordinate
+from twolink.contact.elements import DryFriction
 from twolink.errors import ParameterError
 from twolink.loads import Loads, motor_loads
-from twolink.nonsmooth import DryFriction
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class JointFriction:
     def nonsmooth(self, chain: Chain) -> tuple[DryFriction, ...]:
         """Return the friction of each joint that has any."""
         limits = zip(self.kinetic, self.holding, strict=True)
-        joints = (JointDirection("A"), JointDirection("B"))
+        joints = (JointCoordinate("A"), JointCoordinate("B"))
         return tuple(
             DryFriction(joint.joint, joint, kinetic, static)
             for joint, (kinetic, static) in zip(joints, limits, strict=True)

@@ -7,10 +7,10 @@ from typing import Literal
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
-from twolink.directions import JointDirection
+from twolink.contact.coordinates import JointCoordinate
+from twolink.contact.elements import RigidContact
 from twolink.errors import ParameterError
 from twolink.loads import Loads
-from twolink.nonsmooth import Obstacle
 
 
 @dataclass(frozen=True)
@@ -44,14 +44,14 @@ class JointStop:
         if not 0 <= self.restitution <= 1:
             raise ParameterError(f"{where}: restitution is {self.restitution!r}; allowed is 0 to 1")
 
-    def nonsmooth(self, chain: Chain) -> tuple[Obstacle, ...]:
+    def nonsmooth(self, chain: Chain) -> tuple[RigidContact, ...]:
         """Return the stops that there are, as bounds of the joint's angle."""
         found = []
         for name, angle, sense in (("lower", self.lower, 1), ("upper", self.upper, -1)):
             if angle is not None:
-                direction = JointDirection(self.joint, sense)
+                direction = JointCoordinate(self.joint, sense)
                 words = f"{self.joint} on its {name} stop"
-                found.append(Obstacle(words, direction, sense * angle, self.restitution))
+                found.append(RigidContact(words, direction, sense * angle, self.restitution))
         return tuple(found)
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:

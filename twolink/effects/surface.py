@@ -8,11 +8,11 @@ from typing import Literal
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
-from twolink.directions import PointDirection, PointName
+from twolink.contact.coordinates import PointCoordinate, PointName
+from twolink.contact.elements import RigidContact
+from twolink.contact.impact_laws import LAWS
 from twolink.errors import ParameterError
-from twolink.impacts import LAWS
 from twolink.loads import Loads
-from twolink.nonsmooth import Obstacle
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Surface:
                 f"{self.friction!r} or more"
             )
 
-    def nonsmooth(self, chain: Chain) -> tuple[Obstacle, ...]:
+    def nonsmooth(self, chain: Chain) -> tuple[RigidContact, ...]:
         """Return an obstacle for each point, rough if there is friction.
 
         The tangent is a quarter turn from the normal: along x on a floor, whose normal is −y.
@@ -73,12 +73,12 @@ class Surface:
         x, y = self.normal[0] / size, self.normal[1] / size
         static = self.friction if self.static is None else self.static
         return tuple(
-            Obstacle(
+            RigidContact(
                 name=f"{point} on {self.name}",
-                direction=PointDirection(point, (x, y)),
+                direction=PointCoordinate(point, (x, y)),
                 bound=x * self.point[0] + y * self.point[1],
                 restitution=self.restitution,
-                tangent=PointDirection(point, (-y, x)) if static else None,
+                tangent=PointCoordinate(point, (-y, x)) if static else None,
                 kinetic=self.friction,
                 static=static,
                 law=self.law,

@@ -26,7 +26,7 @@ from twolink.hardcases.record import Finding
 from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
 from twolink.simulation.motion import has_modes
-from twolink.simulation.taylor import default_longest_step
+from twolink.simulation.smooth.taylor import default_longest_step
 from twolink.verification.tolerance import EPSILON
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
 from twolink.hardcases import exact
 from twolink.hardcases.record import Finding
-from twolink.simulation.equations import MomentumEquations
+from twolink.simulation.smooth.equations import MomentumEquations
 from twolink.verification.states import Array, States
 from twolink.verification.tolerance import Problem, Scale, tolerance
 

@@ -14,12 +14,12 @@ import numpy as np
 from twolink import kane, lagrange
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
+from twolink.contact.elements import CompliantContact
 from twolink.effects import Effect
-from twolink.nonsmooth import Cushion
 from twolink.optional import heyoka
-from twolink.simulation.mode import Mode, State
+from twolink.simulation.mode import ContactState, Mode
 from twolink.simulation.modes import Modes
-from twolink.simulation.taylor import compact, number_type, step_tolerance
+from twolink.simulation.smooth.taylor import compact, number_type, step_tolerance
 from twolink.simulation.watching import Places, Watch, margin, watches
 
 # What is watched is a multiple of the quantity and a little more. heyoka misses later roots of a
@@ -46,8 +46,8 @@ class Free(NamedTuple):
     @classmethod
     def of(cls, modes: Modes, mode: Mode, sunk: frozenset[int]) -> Free:
         """Return those of a mode in which these surfaces are still sunk in."""
-        gaps = tuple(i for i, state in enumerate(mode.states) if state is State.OPEN)
-        cushions = {i: e for i in sunk if isinstance(e := modes.elements[i], Cushion)}
+        gaps = tuple(i for i, state in enumerate(mode.states) if state is ContactState.OPEN)
+        cushions = {i: e for i in sunk if isinstance(e := modes.elements[i], CompliantContact)}
         rates = {index: cushion.law.relaxation for index, cushion in cushions.items()}
         return cls(gaps, {index: rate for index, rate in rates.items() if rate is not None})
 
@@ -187,7 +187,9 @@ def _compiled(
     rooted = [
         index
         for index, (element, state) in enumerate(zip(modes.elements, mode.states, strict=True))
-        if isinstance(element, Cushion) and element.law.rooted and state is not State.OPEN
+        if isinstance(element, CompliantContact)
+        and element.law.rooted
+        and state is not ContactState.OPEN
     ]
     roots = {index: hy.make_vars(f"root{index}") for index in rooted}
     clock = hy.make_vars("clock")

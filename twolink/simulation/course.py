@@ -13,18 +13,18 @@ from time import perf_counter
 from typing import Any
 
 from twolink import kane, lagrange
+from twolink.contact.elements import CompliantContact, RigidContact
 from twolink.effects import breaks, effects_during
 from twolink.errors import SimulationError
-from twolink.nonsmooth import Cushion, Obstacle
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.compiled_mode import CompiledMode, Segment, compiled_mode
 from twolink.simulation.following import Following
 from twolink.simulation.impact_log import impact_log
-from twolink.simulation.mode import Impact, Mode, State
+from twolink.simulation.mode import ContactState, Impact, Mode
 from twolink.simulation.situation import Situation
+from twolink.simulation.smooth.taylor import number_type, rounding
 from twolink.simulation.striking import Strike
-from twolink.simulation.taylor import number_type, rounding
 from twolink.simulation.watching import Kind, Watch
 
 # Modes that follow each other without time passing: more would go on for ever.
@@ -210,13 +210,13 @@ class Course:
         elif watch.kind is Kind.LEAVES:
             self._leave(watch.number)
         else:
-            slips = State.FORWARD if watch.sense > 0 else State.BACKWARD
+            slips = ContactState.FORWARD if watch.sense > 0 else ContactState.BACKWARD
             self._enter({watch.number: slips, **here.pushed_by(watch.number, slips)})
 
     def _hit(self, number: int) -> None:
         """Press a cushion, or strike an obstacle."""
         here = self._here
-        if isinstance(here.elements[number], Cushion):
+        if isinstance(here.elements[number], CompliantContact):
             here.place(number)
             here.press(number)
             self._enter({})
@@ -252,11 +252,11 @@ class Course:
             # Where a push presses on, no push left does not mean that it leaves.
             self._enter({})
             return
-        if isinstance(here.elements[number], Cushion) and self._falls_back(number):
+        if isinstance(here.elements[number], CompliantContact) and self._falls_back(number):
             self._enter({})
             return
         here.leave(number)
-        self._enter({number: State.OPEN})
+        self._enter({number: ContactState.OPEN})
 
     def _falls_back(self, number: int) -> bool:
         """Return whether what comes off a cushion is back on it before that can be seen.
@@ -272,7 +272,9 @@ class Course:
     def _strike(self) -> None:
         """Let all that is touched and run into be struck, and go on."""
         here = self._here
-        pressed = {index for index in here.touched if isinstance(here.elements[index], Cushion)}
+        pressed = {
+            index for index in here.touched if isinstance(here.elements[index], CompliantContact)
+        }
         near = here.near() | here.touched - pressed
         for index in sorted(near):
             here.place(index)
@@ -297,7 +299,7 @@ class Course:
         """
         here = self._here
         element = here.elements[index]
-        assert isinstance(element, Obstacle)
+        assert isinstance(element, RigidContact)
         row = here.row(index)
         speed = row[0] * here.u[0] + row[1] * here.u[1]
         back = here.pull(index, self._mode)
@@ -317,7 +319,7 @@ class Course:
         self._enter({})
         self._since = here.now + lasting
 
-    def _enter(self, known: dict[int, State]) -> None:
+    def _enter(self, known: dict[int, ContactState]) -> None:
         """Take up the mode that the state goes on in, given what is known of it."""
         here = self._here
         choices = {
@@ -334,7 +336,7 @@ class Course:
         self._guard(known, choices)
         here.keep_touched(self._mode)
 
-    def _guard(self, known: Collection[int], choices: dict[int, tuple[State, ...]]) -> None:
+    def _guard(self, known: Collection[int], choices: dict[int, tuple[ContactState, ...]]) -> None:
         """Do not watch for a moment what has just left zero, lest it cross it by rounding.
 
         In a moment a stiff cushion can do much: on one it is the shortest that there is, until that
@@ -347,14 +349,14 @@ class Course:
             in_question = len(choices[index]) > 1 or here.now == 0
             if not (index in known or in_question):
                 continue
-            stiff = isinstance(here.elements[index], Cushion)
+            stiff = isinstance(here.elements[index], CompliantContact)
             until = sooner if stiff and self._at_once == 0 else soon
             if state.direction:
                 self._guards[Watch(Kind.STOPS, index)] = until
-            if state is State.OPEN:
+            if state is ContactState.OPEN:
                 self._guards[Watch(Kind.HITS, index)] = until
 
-    def _wedge(self, choices: dict[int, tuple[State, ...]]) -> bool:
+    def _wedge(self, choices: dict[int, tuple[ContactState, ...]]) -> bool:
         """Strike what slides on an obstacle that wedges it, and return whether there is any.
 
         Neither leaving nor sliding on is possible (Painlevé). What theory prescribes is an impact
@@ -362,7 +364,7 @@ class Course:
         """
         here = self._here
         for index, states in choices.items():
-            sliding = next((state for state in states if state.direction), State.OPEN)
+            sliding = next((state for state in states if state.direction), ContactState.OPEN)
             if len(states) > 1 and here.modes.wedges(index, sliding, here.q):
                 here.u = here.striking.without_speed(index, here.q, here.u)
                 strike = here.striking.impact(index, here.q, here.u, float(here.now))

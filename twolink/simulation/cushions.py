@@ -10,27 +10,29 @@ import math
 from typing import Any
 
 from twolink.arithmetic import sqrt
-from twolink.compliance import Dent, Memory, Phase
-from twolink.nonsmooth import Cushion, DryFriction, Element
+from twolink.contact.elements import CompliantContact, ContactElement, DryFriction
+from twolink.contact.force_laws import Hysteresis, Phase, PlasticState
 
 
 class Cushions:
     """The state of all cushions, by their numbers among the elements of a motion."""
 
-    def __init__(self, elements: tuple[Element, ...], kind: Any) -> None:
+    def __init__(self, elements: tuple[ContactElement, ...], kind: Any) -> None:
         """Let all be whole and at rest; `kind` makes numbers."""
         self._elements, self._kind = elements, kind
         self.roots: dict[int, Any] = {}
         self.sunk = {
             index: kind(0)
             for index, element in enumerate(elements)
-            if isinstance(element, Cushion) and element.law.relaxation is not None
+            if isinstance(element, CompliantContact) and element.law.relaxation is not None
         }
         dents = tuple(
-            Dent(Phase.WHOLE) if isinstance(element, Cushion) and element.memory else None
+            PlasticState(Phase.WHOLE)
+            if isinstance(element, CompliantContact) and element.memory
+            else None
             for element in elements
         )
-        self.dents: tuple[Dent | None, ...] = dents if any(dents) else ()
+        self.dents: tuple[PlasticState | None, ...] = dents if any(dents) else ()
 
     def surface(self, index: int) -> Any:
         """Return the coordinate (m) of a cushion's surface, or of an obstacle, as it is now."""
@@ -70,7 +72,7 @@ class Cushions:
             if depth == 0:
                 continue
             cushion = self._elements[index]
-            assert isinstance(cushion, Cushion)
+            assert isinstance(cushion, CompliantContact)
             rounding = resolution * max(1.0, abs(float(cushion.bound)))
             if abs(depth) <= rounding:
                 self.sunk[index] = self._kind(0)
@@ -92,16 +94,16 @@ class Cushions:
 
     def clear(self, index: int) -> None:
         """Forget a dent that is left behind."""
-        self._remember(index, Dent(Phase.WHOLE))
+        self._remember(index, PlasticState(Phase.WHOLE))
 
-    def _change(self, index: int, before: Dent, after: Dent) -> None:
+    def _change(self, index: int, before: PlasticState, after: PlasticState) -> None:
         """Take up a branch at the same depth; the dent may be another."""
         sinks = self._residual(before) - self._residual(after)
         if sinks != 0:
             self.roots[index] = sqrt(self.roots[index] ** 2 + sinks)
         self._remember(index, after)
 
-    def _remember(self, index: int, dent: Dent) -> None:
+    def _remember(self, index: int, dent: PlasticState) -> None:
         dents = list(self.dents)
         dents[index] = dent
         self.dents = tuple(dents)
@@ -110,19 +112,19 @@ class Cushions:
         """Return whether a cushion remembers what has been."""
         return bool(self.dents) and self.dents[index] is not None
 
-    def _remembered(self, index: int) -> tuple[Memory, Dent]:
+    def _remembered(self, index: int) -> tuple[Hysteresis, PlasticState]:
         """Return how a cushion that yields remembers, and what."""
         cushion, dent = self._elements[index], self.dents[index]
-        assert isinstance(cushion, Cushion)
+        assert isinstance(cushion, CompliantContact)
         assert cushion.memory is not None
         assert dent is not None
         return cushion.memory, dent
 
     def _law(self, index: int) -> Any:
         cushion = self._elements[index]
-        assert isinstance(cushion, Cushion)
+        assert isinstance(cushion, CompliantContact)
         return cushion.law
 
     @staticmethod
-    def _residual(dent: Dent | None) -> Any:
+    def _residual(dent: PlasticState | None) -> Any:
         return dent.residual if dent is not None else 0

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
-from twolink.simulation.taylor import default_longest_step
+from twolink.simulation.smooth.taylor import default_longest_step
 
 _REPEATS = 9
 

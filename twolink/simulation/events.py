@@ -13,7 +13,7 @@ from twolink.simulation.compiled_mode import Segment, compiled_mode
 from twolink.simulation.course import Course
 from twolink.simulation.mode import Event, Impact
 from twolink.simulation.run import MotionRun
-from twolink.simulation.taylor import default_longest_step, number_type
+from twolink.simulation.smooth.taylor import default_longest_step, number_type
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from twolink.optional import heyoka
 from twolink.simulation.compiled_mode import CompiledMode, Segment
-from twolink.simulation.taylor import number_type, numbers
+from twolink.simulation.smooth.taylor import number_type, numbers
 
 # An end that the variable of integration never comes to: an event ends it.
 _FOR_EVER = 1e9

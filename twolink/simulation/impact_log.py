@@ -8,8 +8,8 @@ from typing import Any
 from twolink import lagrange
 from twolink.chain import Chain
 from twolink.simulation.mode import Impact
+from twolink.simulation.smooth.taylor import numbers
 from twolink.simulation.striking import Strike
-from twolink.simulation.taylor import numbers
 
 
 def impact_log(chain: Chain, strikes: Sequence[Strike], precision: str) -> tuple[Impact, ...]:

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from twolink.arithmetic import Scalar
-from twolink.compliance import Dent, Phase
+from twolink.contact.force_laws import Phase, PlasticState
 
 BOUNCES_DIE_AWAY = "bounces die away"
 """The regime of the impact that stands for bounces too low to be seen."""
 
 
-class State(Enum):
+class ContactState(Enum):
     """What a dry friction or an obstacle does: its value is how that is said.
 
     What is pressed against an obstacle gives all the friction that it can, and does not move.
@@ -33,7 +33,10 @@ class State(Enum):
 
 
 _DIRECTIONS = {"FORWARD": 1, "BACKWARD": -1, "PRESSED_FORWARD": 1, "PRESSED_BACKWARD": -1}
-_PRESSED = {State.FORWARD: State.PRESSED_FORWARD, State.BACKWARD: State.PRESSED_BACKWARD}
+_PRESSED = {
+    ContactState.FORWARD: ContactState.PRESSED_FORWARD,
+    ContactState.BACKWARD: ContactState.PRESSED_BACKWARD,
+}
 
 
 @dataclass(frozen=True)
@@ -44,10 +47,10 @@ class Mode:
     """
 
     names: tuple[str, ...]
-    states: tuple[State, ...]
-    dents: tuple[Dent | None, ...] = ()
+    states: tuple[ContactState, ...]
+    dents: tuple[PlasticState | None, ...] = ()
 
-    def __getitem__(self, name: str) -> State:
+    def __getitem__(self, name: str) -> ContactState:
         """Return the state of what has this name."""
         return self.states[self.names.index(name)]
 
@@ -57,7 +60,7 @@ class Mode:
         states[index] = _PRESSED[states[index]]
         return replace(self, states=tuple(states))
 
-    def dent(self, index: int) -> Dent | None:
+    def dent(self, index: int) -> PlasticState | None:
         """Return what the friction or obstacle of this number remembers."""
         return self.dents[index] if self.dents else None
 
@@ -86,7 +89,7 @@ class Mode:
         if not self.dents:
             return self
         dents = tuple(
-            None if dent is None or state is State.OPEN else _in_floats(dent)
+            None if dent is None or state is ContactState.OPEN else _in_floats(dent)
             for dent, state in zip(self.dents, self.states, strict=True)
         )
         return replace(self, dents=dents)
@@ -96,16 +99,16 @@ class Mode:
         words = [
             f"{name} {state.value}{_words(self.dent(index))}"
             for index, (name, state) in enumerate(zip(self.names, self.states, strict=True))
-            if state is not State.OPEN
+            if state is not ContactState.OPEN
         ]
         return ", ".join(words) or "moves freely"
 
 
-def _words(dent: Dent | None) -> str:
+def _words(dent: PlasticState | None) -> str:
     return "" if dent is None or dent.phase is Phase.WHOLE else f" and {dent.phase.value}"
 
 
-def _in_floats(dent: Dent) -> Dent:
+def _in_floats(dent: PlasticState) -> PlasticState:
     return dent.with_numbers(tuple(float(number) for number in dent.numbers))
 
 

@@ -17,12 +17,12 @@ from typing import NamedTuple
 
 from twolink.arithmetic import Matrix, Pair, Scalar, sqrt
 from twolink.chain import Chain
-from twolink.compliance import Branch, Dent
-from twolink.directions import Direction, JointDirection
+from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate
+from twolink.contact.elements import CompliantContact, DryFriction, RigidContact
+from twolink.contact.force_laws import Branch, PlasticState
 from twolink.effects import Effect, nonsmooth, smooth_loads
 from twolink.errors import SimulationError
 from twolink.loads import Force, Load, Loads, Torque
-from twolink.nonsmooth import Cushion, DryFriction, Obstacle
 from twolink.simulation.constrained import (
     Constraint,
     cramer,
@@ -32,7 +32,7 @@ from twolink.simulation.constrained import (
     solved_with_one,
     solved_with_two,
 )
-from twolink.simulation.mode import Mode, State
+from twolink.simulation.mode import ContactState, Mode
 
 # Two constraints bring the chain to rest; with more of them their forces are open.
 _MOST_CONSTRAINTS = 2
@@ -72,7 +72,7 @@ class Modes:
         self.elements = nonsmooth(effects, chain)
         self._q: Pair | None = None
         # By the directions' identities, with these: a direction takes longer to hash than its row.
-        self._rows: dict[int, tuple[Direction, Pair]] = {}
+        self._rows: dict[int, tuple[ConstraintCoordinate, Pair]] = {}
         self._inertia: tuple[Matrix, Scalar] | None = None
         self.names = tuple(element.name for element in self.elements)
         rubbing = [e.direction for e in self.elements if isinstance(e, DryFriction)]
@@ -82,7 +82,7 @@ class Modes:
                     f"{element.name} has dry friction twice; allowed is one for each"
                 )
 
-    def row(self, direction: Direction, q: Pair) -> Pair:
+    def row(self, direction: ConstraintCoordinate, q: Pair) -> Pair:
         """Return the Jacobian of a direction: the generalized force of its unit loads."""
         self._stand_at(q)
         known = self._rows.get(id(direction))
@@ -142,7 +142,7 @@ class Modes:
         """Return the normal forces (N) of the cushions that are pressed, by number."""
         found = {}
         for index, (element, state) in enumerate(zip(self.elements, mode.states, strict=True)):
-            if isinstance(element, Cushion) and state is not State.OPEN:
+            if isinstance(element, CompliantContact) and state is not ContactState.OPEN:
                 rate = -element.direction.speed(self.chain, q, u)
                 branch = self.branch(mode, index)
                 if index in roots:
@@ -159,7 +159,7 @@ class Modes:
     def branch(self, mode: Mode, index: int) -> Branch:
         """Return the part of a cushion's law that holds in a mode."""
         cushion, dent = self.elements[index], mode.dent(index)
-        assert isinstance(cushion, Cushion)
+        assert isinstance(cushion, CompliantContact)
         if cushion.memory is None or dent is None:
             return Branch(cushion.law)
         return cushion.memory.branch(dent)
@@ -169,7 +169,7 @@ class Modes:
         loads: list[Load] = []
         for index, normal in pushed.items():
             element, state = self.elements[index], mode.states[index]
-            assert isinstance(element, Cushion)
+            assert isinstance(element, CompliantContact)
             loads += [_scaled(x, normal) for x in element.direction.unit_loads(self.chain)]
             if state.direction and element.tangent is not None:
                 s = -state.direction * element.kinetic * normal
@@ -202,22 +202,22 @@ class Modes:
         found: list[list[Constraint]] = []
         for element, state in zip(self.elements, mode.states, strict=True):
             slips = isinstance(element, DryFriction) and state.direction
-            if state is State.OPEN or slips:
+            if state is ContactState.OPEN or slips:
                 found.append([])
                 continue
-            if isinstance(element, Cushion):
+            if isinstance(element, CompliantContact):
                 found.append([])
-                if state is State.STICKS and element.tangent is not None:
+                if state is ContactState.STICKS and element.tangent is not None:
                     tangent, tangent_drift = self._kept(element.tangent, q, u, pull)
                     found[-1].append(Constraint(tangent, tangent_drift, tangent))
                 continue
-            bound = element.bound if isinstance(element, Obstacle) else None
+            bound = element.bound if isinstance(element, RigidContact) else None
             row, drift = self._kept(element.direction, q, u, pull, bound)
             if isinstance(element, DryFriction) or element.tangent is None:
                 found.append([Constraint(row, drift, row)])
                 continue
             tangent, tangent_drift = self._kept(element.tangent, q, u, pull)
-            if state is State.STICKS:
+            if state is ContactState.STICKS:
                 sticking = Constraint(tangent, tangent_drift, tangent)
                 found.append([Constraint(row, drift, row), sticking])
                 continue
@@ -227,7 +227,12 @@ class Modes:
         return found
 
     def _kept(
-        self, direction: Direction, q: Pair, u: Pair, pull: float, bound: Scalar | None = None
+        self,
+        direction: ConstraintCoordinate,
+        q: Pair,
+        u: Pair,
+        pull: float,
+        bound: Scalar | None = None,
     ) -> tuple[Pair, Scalar]:
         """Return the row and the drift of a constraint that is kept up for long.
 
@@ -235,14 +240,16 @@ class Modes:
         each step: a pull back, zero where there is nothing to pull, keeps that from adding up.
         """
         row, drift = self._row_and_drift(direction, q, u)
-        if isinstance(direction, JointDirection) or pull == 0:
+        if isinstance(direction, JointCoordinate) or pull == 0:
             return row, drift
         drift = drift + 2 * pull * direction.speed(self.chain, q, u)
         if bound is not None:
             drift = drift + pull * pull * (direction.coordinate(self.chain, q) - bound)
         return row, drift
 
-    def _row_and_drift(self, direction: Direction, q: Pair, u: Pair) -> tuple[Pair, Scalar]:
+    def _row_and_drift(
+        self, direction: ConstraintCoordinate, q: Pair, u: Pair
+    ) -> tuple[Pair, Scalar]:
         return self.row(direction, q), direction.drift(self.chain, q, u)
 
     def _held(
@@ -258,7 +265,7 @@ class Modes:
         for index, group in enumerate(constraints):
             element, state = self.elements[index], mode.states[index]
             values = [next(left) for _ in group]
-            if isinstance(element, Cushion):
+            if isinstance(element, CompliantContact):
                 values = [pushed.get(index, 0), *values]
             normal = values[0] if values else 0
             tangential: Scalar = values[1] if len(values) > 1 else 0
@@ -274,8 +281,8 @@ class Modes:
         q: Pair,
         u: Pair,
         t: Scalar,
-        choices: Mapping[int, tuple[State, ...]],
-        dents: tuple[Dent | None, ...] = (),
+        choices: Mapping[int, tuple[ContactState, ...]],
+        dents: tuple[PlasticState | None, ...] = (),
     ) -> tuple[list[Mode], bool]:
         """Return the modes that a state may go on in, and whether they keep the laws.
 
@@ -312,7 +319,7 @@ class Modes:
         return found
 
     def _free_accelerations(self, q: Pair, u: Pair, t: Scalar) -> Pair:
-        return self.accelerations(Mode(self.names, (State.OPEN,) * len(self.names)), q, u, t)
+        return self.accelerations(Mode(self.names, (ContactState.OPEN,) * len(self.names)), q, u, t)
 
     def _size_of_forces(self, q: Pair, u: Pair, t: Scalar) -> float:
         """Return the sum of all that acts (N m), for what is small beside it."""
@@ -321,13 +328,13 @@ class Modes:
         Cu = self.formulation.velocity_terms(self.chain, q, u)
         return sum(abs(float(x)) for x in (*Q, *Cu))
 
-    def wedges(self, index: int, state: State, q: Pair) -> bool:
+    def wedges(self, index: int, state: ContactState, q: Pair) -> bool:
         """Return whether a push on what slides along an obstacle would press it on even more.
 
         Then row · M⁻¹ (normal + friction) is negative: Painlevé's case.
         """
         element = self.elements[index]
-        if not isinstance(element, Obstacle) or element.tangent is None or not state.direction:
+        if not isinstance(element, RigidContact) or element.tangent is None or not state.direction:
             return False
         row, tangent = self.row(element.direction, q), self.row(element.tangent, q)
         s = -state.direction * element.kinetic
@@ -350,15 +357,15 @@ class Modes:
             row = self.row(element.direction, q)
             long = max(abs(float(row[0])), abs(float(row[1])))
             force = float(held[index].normal)
-            if state is State.STICKS and isinstance(element, DryFriction):
+            if state is ContactState.STICKS and isinstance(element, DryFriction):
                 faults.append(long * (abs(force) - float(element.static)))
             elif isinstance(element, DryFriction):
                 # What rests starts against static friction; kinetic friction comes after.
                 start = state.direction * self._missing_force(element.direction, q, u, du)
                 faults.append(long * (float(element.static - element.kinetic) - start))
-            elif isinstance(element, Cushion):
+            elif isinstance(element, CompliantContact):
                 faults += self._faults_of_sliding(element, state, held[index], q, u, du)
-            elif state is State.OPEN:
+            elif state is ContactState.OPEN:
                 faults.append(long * -self._missing_force(element.direction, q, u, du))
             else:
                 faults.append(long * -force)
@@ -377,14 +384,20 @@ class Modes:
         ]
 
     def _faults_of_sliding(
-        self, element: Obstacle | Cushion, state: State, held: Held, q: Pair, u: Pair, du: Pair
+        self,
+        element: RigidContact | CompliantContact,
+        state: ContactState,
+        held: Held,
+        q: Pair,
+        u: Pair,
+        du: Pair,
     ) -> list[float]:
         """Return by how much (N m) what touches offends Coulomb's law."""
         if element.tangent is None:
             return []
         row = self.row(element.tangent, q)
         long = max(abs(float(row[0])), abs(float(row[1])))
-        if state is State.STICKS:
+        if state is ContactState.STICKS:
             beyond = abs(float(held.tangential)) - float(element.static) * float(held.normal)
             return [long * beyond]
         if state.direction and rests(row, u):
@@ -392,7 +405,7 @@ class Modes:
             return [long * -state.direction * start]
         return []
 
-    def _missing_force(self, direction: Direction, q: Pair, u: Pair, du: Pair) -> float:
+    def _missing_force(self, direction: ConstraintCoordinate, q: Pair, u: Pair, du: Pair) -> float:
         """Return a direction's acceleration, as the force (N, N m) along it that would give it."""
         row, drift = self._row_and_drift(direction, q, u)
         return float((row[0] * du[0] + row[1] * du[1] + drift) / self.response(row, row, q))

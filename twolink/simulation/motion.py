@@ -8,7 +8,7 @@ from typing import Any
 from twolink.effects import breaks, nonsmooth
 from twolink.scene import Scene
 from twolink.simulation.run import MotionRun
-from twolink.simulation.taylor import taylor_run
+from twolink.simulation.smooth.taylor import taylor_run
 
 
 def has_modes(scene: Scene) -> bool:

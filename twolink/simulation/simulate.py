@@ -18,11 +18,11 @@ import numpy as np
 
 from twolink.errors import SimulationError
 from twolink.scene import METHODS, Scene
-from twolink.simulation.equations import EQUATIONS
 from twolink.simulation.motion import has_modes, motion_run
-from twolink.simulation.numeric import SCIPY, NumericRun, numeric_run
 from twolink.simulation.run import MotionRun
-from twolink.simulation.taylor import (
+from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.numeric import SCIPY, NumericRun, numeric_run
+from twolink.simulation.smooth.taylor import (
     FULL_ORDERS,
     PRECISIONS,
     default_longest_step,

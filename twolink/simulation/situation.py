@@ -8,16 +8,16 @@ from typing import Any
 
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
-from twolink.directions import Direction
+from twolink.contact.coordinates import ConstraintCoordinate
+from twolink.contact.elements import CompliantContact, ContactElement, DryFriction, RigidContact
 from twolink.effects import Effect
 from twolink.errors import SimulationError
-from twolink.nonsmooth import Cushion, DryFriction, Element, Obstacle
 from twolink.simulation.constrained import rests, same_way
 from twolink.simulation.cushions import Cushions
-from twolink.simulation.mode import Mode, State
+from twolink.simulation.mode import ContactState, Mode
 from twolink.simulation.modes import Modes
+from twolink.simulation.smooth.taylor import rounding
 from twolink.simulation.striking import Striking
-from twolink.simulation.taylor import rounding
 
 # So far inside, in units of rounding, is more than rounding.
 _INSIDE = 1e4
@@ -64,23 +64,23 @@ class Situation:
         self.striking = Striking(self.modes)
 
     @property
-    def elements(self) -> tuple[Element, ...]:
+    def elements(self) -> tuple[ContactElement, ...]:
         """What may hold the chain: frictions, obstacles and cushions, by number."""
         return self.modes.elements
 
     @property
     def free_mode(self) -> Mode:
         """The mode in which nothing is touched."""
-        open_all = (State.OPEN,) * len(self.elements)
+        open_all = (ContactState.OPEN,) * len(self.elements)
         return Mode(self.modes.names, open_all, self.cushions.dents)
 
-    def _measure(self, number: int, element: Obstacle | Cushion) -> None:
+    def _measure(self, number: int, element: RigidContact | CompliantContact) -> None:
         """Find how far away an obstacle is at the start, or whether it is touched."""
         gap = self.apart[number] = self.gap(number)
         # A start is given in float64, and is on an obstacle to its rounding.
         if self._is_near(element, gap, rounding("double")):
             self.place(number)
-            if isinstance(element, Cushion) and not self._recedes(element):
+            if isinstance(element, CompliantContact) and not self._recedes(element):
                 self.press(number)
         elif gap < 0:
             raise SimulationError(
@@ -93,7 +93,7 @@ class Situation:
         here = self.direction(number).coordinate(self.modes.chain, self.q)
         return here - self.cushions.surface(number)
 
-    def direction(self, number: int) -> Direction:
+    def direction(self, number: int) -> ConstraintCoordinate:
         """Return the direction in which an element bars or brakes."""
         return self.elements[number].direction
 
@@ -116,16 +116,16 @@ class Situation:
     def leave(self, number: int) -> None:
         """Come off an obstacle or a cushion."""
         self.touched.discard(number)
-        if isinstance(self.elements[number], Cushion):
+        if isinstance(self.elements[number], CompliantContact):
             self.cushions.leave(number, -self.gap(number))
         self.apart[number] = self._kind(0)
 
-    def _recedes(self, element: Cushion) -> bool:
+    def _recedes(self, element: CompliantContact) -> bool:
         row = self.modes.row(element.direction, self.q)
         return not rests(row, self.u) and bool(row[0] * self.u[0] + row[1] * self.u[1] > 0)
 
     def _is_near(
-        self, obstacle: Obstacle | Cushion, gap: Any, resolution: float | None = None
+        self, obstacle: RigidContact | CompliantContact, gap: Any, resolution: float | None = None
     ) -> bool:
         """Return whether a gap is no more than rounding."""
         size = max(1.0, abs(float(obstacle.bound)))
@@ -136,7 +136,7 @@ class Situation:
         return {
             index
             for index, element in enumerate(self.elements)
-            if isinstance(element, Obstacle) and self._is_near(element, self.apart[index])
+            if isinstance(element, RigidContact) and self._is_near(element, self.apart[index])
         }
 
     def runs_into_something(self) -> bool:
@@ -151,7 +151,7 @@ class Situation:
     def check_outside(self, mode: Mode) -> None:
         """Refuse to go on inside an obstacle: an impact that was missed is not passed over."""
         for index, state in enumerate(mode.states):
-            if state is not State.OPEN:
+            if state is not ContactState.OPEN:
                 continue
             element, gap = self.elements[index], self.apart[index]
             assert not isinstance(element, DryFriction)
@@ -167,7 +167,7 @@ class Situation:
 
     def rest_on_all(self) -> None:
         """Take away what speed is left along any of the obstacles that are touched."""
-        touched = sorted(i for i in self.touched if isinstance(self.elements[i], Obstacle))
+        touched = sorted(i for i in self.touched if isinstance(self.elements[i], RigidContact))
         self.u = self.striking.stopped([self.direction(i) for i in touched], self.q, self.u)
 
     def stop(self, number: int, mode: Mode) -> None:
@@ -187,17 +187,17 @@ class Situation:
         self.u = self.striking.stopped(still, self.q, self.u)
         return True
 
-    def _barred(self, mode: Mode) -> list[Direction]:
+    def _barred(self, mode: Mode) -> list[ConstraintCoordinate]:
         """Return the directions in which a mode lets nothing move."""
         found = []
         for element, state in zip(self.elements, mode.states, strict=True):
-            if isinstance(element, Obstacle) and state is not State.OPEN:
+            if isinstance(element, RigidContact) and state is not ContactState.OPEN:
                 found.append(element.direction)
-            if state is State.STICKS:
+            if state is ContactState.STICKS:
                 found.append(slides(element))
         return found
 
-    def pushed_by(self, number: int, slips: State) -> dict[int, State]:
+    def pushed_by(self, number: int, slips: ContactState) -> dict[int, ContactState]:
         """Return what is touched and would be pushed by a friction that breaks loose this way."""
         if not isinstance(self.elements[number], DryFriction):
             return {}
@@ -207,32 +207,32 @@ class Situation:
             across = self.row(index)
             against = slips.direction * (row[0] * across[0] + row[1] * across[1]) < 0
             if against and same_way(row, across):
-                pushed[index] = State.CLOSED
+                pushed[index] = ContactState.CLOSED
         return pushed
 
-    def choices(self, number: int, moment: Any) -> tuple[State, ...]:
+    def choices(self, number: int, moment: Any) -> tuple[ContactState, ...]:
         """Return the states of an element that come into question, the most restful first.
 
         Where this pose does not tell, that of a free motion a `moment` (s) later does.
         """
         element = self.elements[number]
         if not isinstance(element, DryFriction) and number not in self.touched:
-            return (State.OPEN,)
-        leaving = (State.OPEN,) if isinstance(element, Obstacle) else ()
+            return (ContactState.OPEN,)
+        leaving = (ContactState.OPEN,) if isinstance(element, RigidContact) else ()
         along = element.direction if isinstance(element, DryFriction) else element.tangent
         if along is None:
-            return (State.CLOSED, *leaving)
+            return (ContactState.CLOSED, *leaving)
         row, u = self.modes.row(along, self.q), self.u
         if max(abs(row[0]), abs(row[1])) <= self._resolution:
             # A chain that is stretched along a direction cannot move its end that way yet: where it
             # will slide shows a moment later.
             row, u = self._moved_on(along, moment)
         if rests(row, u):
-            return (State.STICKS, State.FORWARD, State.BACKWARD, *leaving)
+            return (ContactState.STICKS, ContactState.FORWARD, ContactState.BACKWARD, *leaving)
         forward = row[0] * u[0] + row[1] * u[1] > 0
-        return (State.FORWARD if forward else State.BACKWARD, *leaving)
+        return (ContactState.FORWARD if forward else ContactState.BACKWARD, *leaving)
 
-    def _moved_on(self, direction: Direction, h: Any) -> tuple[Pair, Pair]:
+    def _moved_on(self, direction: ConstraintCoordinate, h: Any) -> tuple[Pair, Pair]:
         """Return the row of a direction, and u, when the chain has moved freely for h (s)."""
         (q1, q2), (u1, u2) = self.q, self.u
         du1, du2 = self.accelerations(self.free_mode)
@@ -251,7 +251,7 @@ class Situation:
 
     def keep_touched(self, mode: Mode) -> None:
         """Forget what a mode leaves; what is held off it by others is touched still."""
-        pushing = {index for index in self.touched if mode.states[index] is not State.OPEN}
+        pushing = {index for index in self.touched if mode.states[index] is not ContactState.OPEN}
         kept = set()
         for index in self.touched - pushing:
             row = self.row(index)
@@ -260,7 +260,7 @@ class Situation:
         self.touched = kept | pushing
 
 
-def slides(element: Element) -> Direction:
+def slides(element: ContactElement) -> ConstraintCoordinate:
     """Return the direction in which an element with friction lets the chain slip."""
     along = element.direction if isinstance(element, DryFriction) else element.tangent
     assert along is not None

@@ -6,9 +6,15 @@ from collections.abc import Collection
 from typing import NamedTuple
 
 from twolink.arithmetic import Pair, Scalar
-from twolink.directions import Direction, JointDirection
-from twolink.impacts import Impulse, Response, guided_impulse, rough_impulse, smooth_impulse
-from twolink.nonsmooth import Obstacle
+from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate
+from twolink.contact.elements import RigidContact
+from twolink.contact.impact_laws import (
+    Impulse,
+    Response,
+    guided_impulse,
+    rough_impulse,
+    smooth_impulse,
+)
 from twolink.simulation.constrained import rests, same_way
 from twolink.simulation.mode import BOUNCES_DIE_AWAY
 from twolink.simulation.modes import Modes
@@ -58,9 +64,9 @@ class Striking:
         """Take the chain's modes, which know its obstacles and its formulation."""
         self._modes = modes
 
-    def placed(self, direction: Direction, bound: Scalar, q: Pair) -> Pair:
+    def placed(self, direction: ConstraintCoordinate, bound: Scalar, q: Pair) -> Pair:
         """Return q moved by rounding, so that a direction's coordinate (rad or m) is its bound."""
-        if isinstance(direction, JointDirection):
+        if isinstance(direction, JointCoordinate):
             q1, q2 = q
             angle = direction.sense * bound + 0 * q1
             return (angle, q2) if direction.joint == "A" else (q1, q1 + angle)
@@ -75,10 +81,10 @@ class Striking:
             q = q[0] - step * row[0], q[1] - step * row[1]
         return q
 
-    def stopped(self, directions: list[Direction], q: Pair, u: Pair) -> Pair:
+    def stopped(self, directions: list[ConstraintCoordinate], q: Pair, u: Pair) -> Pair:
         """Return u with no speed along some directions, where it was no more than rounding."""
         for direction in directions:
-            if isinstance(direction, JointDirection):
+            if isinstance(direction, JointCoordinate):
                 u1, u2 = u
                 u = (0 * u1, u2) if direction.joint == "A" else (u1, u1)
             else:
@@ -162,9 +168,9 @@ class Striking:
         """Return u without speed along an obstacle that is touched: exactly, not to rounding."""
         return self.stopped([self._obstacle(index).direction], q, u)
 
-    def _obstacle(self, index: int) -> Obstacle:
+    def _obstacle(self, index: int) -> RigidContact:
         obstacle = self._modes.elements[index]
-        assert isinstance(obstacle, Obstacle)
+        assert isinstance(obstacle, RigidContact)
         return obstacle
 
     def impact(self, index: int, q: Pair, u: Pair, time: float) -> Strike:

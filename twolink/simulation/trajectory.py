@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from twolink import kinematics, lagrange
 from twolink.chain import Chain, Point
-from twolink.directions import JointDirection
+from twolink.contact.coordinates import JointCoordinate
+from twolink.contact.elements import ContactElement, DryFriction
 from twolink.effects import Effect, breaks, nonsmooth, smooth_loads
 from twolink.errors import SimulationError
 from twolink.loads import Force, Loads
-from twolink.nonsmooth import DryFriction, Element
 from twolink.scene import Scene
 from twolink.simulation.mode import Event, Impact, Mode
 
@@ -195,7 +195,7 @@ class Trajectory:
         return tuple(
             ContactForce(
                 name=element.name,
-                unit="N m" if isinstance(element.direction, JointDirection) else "N",
+                unit="N m" if isinstance(element.direction, JointCoordinate) else "N",
                 normal=forces[0],
                 tangential=None if _is_smooth_along(element) else forces[1],
             )
@@ -332,7 +332,7 @@ class Trajectory:
         return load(Path(path))
 
 
-def _is_smooth_along(element: Element) -> bool:
+def _is_smooth_along(element: ContactElement) -> bool:
     """Return whether nothing rubs along what an element bars, or it is friction itself."""
     return isinstance(element, DryFriction) or element.tangent is None
 

@@ -7,9 +7,9 @@ from enum import Enum
 from typing import NamedTuple
 
 from twolink.arithmetic import Pair, Scalar
-from twolink.compliance import Branch
-from twolink.nonsmooth import Cushion, DryFriction
-from twolink.simulation.mode import Mode, State
+from twolink.contact.elements import CompliantContact, DryFriction
+from twolink.contact.force_laws import Branch
+from twolink.simulation.mode import ContactState, Mode
 from twolink.simulation.modes import Modes, Solution
 
 
@@ -38,22 +38,22 @@ def watches(modes: Modes, mode: Mode) -> list[Watch]:
     found = []
     for index, (element, state) in enumerate(zip(modes.elements, mode.states, strict=True)):
         dent = mode.dent(index)
-        if state is State.OPEN:
+        if state is ContactState.OPEN:
             found.append(Watch(Kind.HITS, index))
             if dent is not None and dent.is_kept:
                 found.append(Watch(Kind.CLEARS, index))
             continue
         if not isinstance(element, DryFriction):
             found.append(Watch(Kind.LEAVES, index))
-        if isinstance(element, Cushion):
+        if isinstance(element, CompliantContact):
             branch = modes.branch(mode, index)
             if branch.reach is not None:
                 found.append(Watch(Kind.REACHES, index))
             if branch.turning:
                 found.append(Watch(Kind.TURNS, index))
-        if state in (State.FORWARD, State.BACKWARD):
+        if state in (ContactState.FORWARD, ContactState.BACKWARD):
             found.append(Watch(Kind.STOPS, index))
-        elif state is State.STICKS:
+        elif state is ContactState.STICKS:
             found += [Watch(Kind.BREAKS, index, 1), Watch(Kind.BREAKS, index, -1)]
     return found
 

@@ -10,17 +10,17 @@ import numpy as np
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
-from twolink.directions import PointDirection
+from twolink.contact.coordinates import PointCoordinate
+from twolink.contact.elements import RigidContact
+from twolink.contact.impact_laws import smooth_impulse
 from twolink.effects import Effect
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
 from twolink.engines.pinocchio import Pinocchio
 from twolink.engines.protocol import Engine
 from twolink.errors import ParameterError
-from twolink.impacts import smooth_impulse
 from twolink.loads import Force, Loads, Torque
-from twolink.nonsmooth import Obstacle
-from twolink.simulation.mode import Mode, State
+from twolink.simulation.mode import ContactState, Mode
 from twolink.simulation.modes import Modes, Solution
 from twolink.urdf import PlanarUrdf
 from twolink.verification.contact_tolerance import contact_tolerance
@@ -34,7 +34,7 @@ Four = tuple[Scalar, Scalar, Scalar, Scalar]
 
 
 @dataclass(frozen=True)
-class _Still(PointDirection):
+class _Still(PointCoordinate):
     """A direction in which D is where it shall be, and does not move.
 
     The simulation adds a pull to the drift that takes back what rounding has moved. Here there is
@@ -61,11 +61,11 @@ class _Touched:
         """Return nothing: what a surface gives is solved for."""
         return ()
 
-    def nonsmooth(self, chain: Chain) -> tuple[Obstacle, ...]:
+    def nonsmooth(self, chain: Chain) -> tuple[RigidContact, ...]:
         """Return the surface as the simulation knows it; friction may be as large as it takes."""
         x, y = self.normal
         tangent = _Still("D", (-y, x)) if self.rough else None
-        return (Obstacle("surface", _Still("D", self.normal), 0, 0, tangent),)
+        return (RigidContact("surface", _Still("D", self.normal), 0, 0, tangent),)
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class ContactSpace:
         """Return the impulse of a surface without friction, and the joint speeds after it."""
         q, u = self._state(angles, speeds)
         modes = self._modes(_Touched(normal, rough=False))
-        row = modes.row(PointDirection("D", normal), q)
+        row = modes.row(PointCoordinate("D", normal), q)
         approach = row[0] * u[0] + row[1] * u[1]
         impulse = smooth_impulse(approach, modes.response(row, row, q), restitution[0]).normal
         # M Δu = Jᵀ Λ is the equation of motion at rest, with the impulse in place of the force.
@@ -116,7 +116,7 @@ class ContactSpace:
         # M u⁺ = M u + Jᵀ Λ is that equation too, with the momenta M u in place of the torques.
         momenta = _Given((M11 * u1 + M12 * u2, M21 * u1 + M22 * u2))
         modes = self._modes(momenta, _Touched(normal, rough=True))
-        return self._four(_solved(modes, State.STICKS, q, (0, 0)))
+        return self._four(_solved(modes, ContactState.STICKS, q, (0, 0)))
 
     def frictionless_contact(
         self, angles: Pair, speeds: Pair, torques: Pair, normal: Pair
@@ -124,14 +124,14 @@ class ContactSpace:
         """Return the force of a surface without friction, and the joint accelerations on it."""
         q, u = self._state(angles, speeds)
         modes = self._modes(*self._acting(torques), _Touched(normal, rough=False))
-        solution = _solved(modes, State.CLOSED, q, u)
+        solution = _solved(modes, ContactState.CLOSED, q, u)
         return (solution.held[0].normal, *self._joints.joint_speeds(solution.du))
 
     def sticking_contact(self, angles: Pair, speeds: Pair, torques: Pair, normal: Pair) -> Four:
         """Return both forces on a D that sticks, and the joint accelerations."""
         q, u = self._state(angles, speeds)
         modes = self._modes(*self._acting(torques), _Touched(normal, rough=True))
-        return self._four(_solved(modes, State.STICKS, q, u))
+        return self._four(_solved(modes, ContactState.STICKS, q, u))
 
     def pushed(self, angles: Pair, speeds: Pair, torques: Pair, end_force: Pair) -> Pair:
         """Return the joint accelerations (rad/s²) under a given force on D (N)."""
@@ -156,7 +156,7 @@ class ContactSpace:
         return (held.normal, held.tangential, *self._joints.joint_speeds(solution.du))
 
 
-def _solved(modes: Modes, state: State, q: Pair, u: Pair) -> Solution:
+def _solved(modes: Modes, state: ContactState, q: Pair, u: Pair) -> Solution:
     """Return what the simulation finds where D rests on the surface, or sticks to it."""
     return modes.solution(Mode(modes.names, (state,)), q, u, 0.0)
 

@@ -13,19 +13,19 @@ from matplotlib.patches import Patch
 
 from twolink.errors import ParameterError
 from twolink.simulation import Trajectory
-from twolink.simulation.mode import Impact, State
+from twolink.simulation.mode import ContactState, Impact
 from twolink.simulation.trajectory import ContactForce
 from viz.plots.moments import Array, moments, spans, time_axis
 from viz.plots.style import Palette, figure, label_lines, palette_of, stroke
 
 # Each state has a band of the theme, and a hatching that is seen in grey.
-_BANDS: dict[State, tuple[int, str]] = {
-    State.FORWARD: (0, "///"),
-    State.BACKWARD: (1, "\\\\\\"),
-    State.STICKS: (2, ""),
-    State.PRESSED_FORWARD: (3, "//"),
-    State.PRESSED_BACKWARD: (3, "\\\\"),
-    State.CLOSED: (4, ""),
+_BANDS: dict[ContactState, tuple[int, str]] = {
+    ContactState.FORWARD: (0, "///"),
+    ContactState.BACKWARD: (1, "\\\\\\"),
+    ContactState.STICKS: (2, ""),
+    ContactState.PRESSED_FORWARD: (3, "//"),
+    ContactState.PRESSED_BACKWARD: (3, "\\\\"),
+    ContactState.CLOSED: (4, ""),
 }
 
 # Contacts that are all shorter than this part of the run are shown close up, too.
@@ -40,7 +40,7 @@ class Phase:
 
     start: float
     end: float
-    state: State
+    state: ContactState
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def _rows(
     """Return the rows of one friction or obstacle."""
     known = phases(trajectory, index)
     impacts = [impact for impact in trajectory.impacts if impact.index == index]
-    touching = [phase for phase in known if phase.state is not State.OPEN]
+    touching = [phase for phase in known if phase.state is not ContactState.OPEN]
     rows: list[_Row] = []
     if touching or not impacts:
         rows.append(_Row(2.2, True, lambda axes: _draw_forces(axes, palette, times, force, known)))
@@ -207,9 +207,9 @@ def _draw_impulses(
 
 def _shade(axes: Axes, palette: Palette, known: list[Phase]) -> None:
     """Shade the states, and say above the axes which is which."""
-    keys: dict[State, Patch] = {}
+    keys: dict[ContactState, Patch] = {}
     for phase in known:
-        if phase.state is State.OPEN:
+        if phase.state is ContactState.OPEN:
             continue
         band, hatch = _BANDS[phase.state]
         style: dict[str, Any] = {

@@ -10,7 +10,7 @@ from matplotlib.text import Annotation
 from twolink import kinematics
 from twolink.errors import ParameterError, PictureError
 from twolink.simulation import Trajectory
-from twolink.simulation.mode import State
+from twolink.simulation.mode import ContactState
 from viz.plots.angles import angles
 from viz.plots.contact import contact, phases
 from viz.plots.energy import energy, in_words
@@ -157,7 +157,7 @@ def test_what_a_short_contact_takes_and_gives_back_is_seen(run):
     """A few milliseconds, between samples: at its depth T is least."""
     trajectory = run("hertz_bounce")
     line = labelled(energy(trajectory).axes[0])["$T$, kinetic"]
-    first = next(span for span in spans(trajectory) if span.mode.states[0] is not State.OPEN)
+    first = next(span for span in spans(trajectory) if span.mode.states[0] is not ContactState.OPEN)
     times, values = line.get_data()
     during = (times > first.start) & (times < first.end)
     assert during.sum() > 20
@@ -238,15 +238,15 @@ def test_modes_are_shaded_from_event_to_event(run, scene):
             hatches = [hatch for start, end, hatch in shaded if start <= middle <= end]
             state = span.mode.states[index]
             wanted = {
-                State.OPEN: [],
-                State.STICKS: [""],
-                State.FORWARD: ["///"],
-                State.BACKWARD: ["\\\\\\"],
+                ContactState.OPEN: [],
+                ContactState.STICKS: [""],
+                ContactState.FORWARD: ["///"],
+                ContactState.BACKWARD: ["\\\\\\"],
             }[state]
             assert [hatch or "" for hatch in hatches] == wanted
         named = {text.get_text() for text in axes.get_legend().get_texts()}
         states = {phase.state for phase in phases(trajectory, index)}
-        assert named == {state.value for state in states - {State.OPEN}}
+        assert named == {state.value for state in states - {ContactState.OPEN}}
 
 
 @pytest.mark.parametrize("scene", ["slide_and_stop", "stick_slip", "hertz_bounce"])
@@ -268,7 +268,7 @@ def test_forces_are_the_trajectorys(run, scene):
 def test_a_short_contact_is_shown_close_up(run):
     trajectory = run("hertz_bounce")
     _, close = contact(trajectory).axes
-    first = next(span for span in spans(trajectory) if span.mode.states[0] is not State.OPEN)
+    first = next(span for span in spans(trajectory) if span.mode.states[0] is not ContactState.OPEN)
     assert f"from {first.start:.6g} s" in close.get_title(loc="left")
     times, force = labelled(close)["normal"].get_data()
     assert times[0] == 0

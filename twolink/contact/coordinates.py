@@ -18,7 +18,7 @@ from twolink.loads import Force, Loads, motor_loads
 PointName = Literal["B", "C1", "C2", "D"]
 
 
-class Direction(Protocol):
+class ConstraintCoordinate(Protocol):
     """A way to move: its coordinate, how fast it changes, and the load that works along it."""
 
     def coordinate(self, chain: Chain, q: Pair) -> Scalar:
@@ -35,7 +35,7 @@ class Direction(Protocol):
 
 
 @dataclass(frozen=True)
-class JointDirection:
+class JointCoordinate:
     """The turning of the joint A or B; `sense` is +1 or −1, as its angle grows or falls."""
 
     joint: Literal["A", "B"]
@@ -63,7 +63,7 @@ class JointDirection:
 
 
 @dataclass(frozen=True)
-class PointDirection:
+class PointCoordinate:
     """The motion of a named point along a unit vector (x, y)."""
 
     point: PointName

@@ -113,7 +113,7 @@ class Phase(Enum):
 
 
 @dataclass(frozen=True)
-class Dent:
+class PlasticState:
     """What a surface that yields remembers: its phase, and the dent that it has kept.
 
     A dent's surface is `residual` (m) below the one that was, and is pressed with the `stiffness`
@@ -135,9 +135,9 @@ class Dent:
         """The numbers in which dents differ; none if there is no dent."""
         return (self.stiffness, self.residual, self.deepest) if self.is_kept else ()
 
-    def with_numbers(self, numbers: tuple[Scalar, ...]) -> Dent:
+    def with_numbers(self, numbers: tuple[Scalar, ...]) -> PlasticState:
         """Return a dent in the same phase with these numbers."""
-        return Dent(self.phase, *numbers)
+        return PlasticState(self.phase, *numbers)
 
 
 @dataclass(frozen=True)
@@ -155,17 +155,17 @@ class Branch:
     turning: int = 0
 
 
-class Memory(Protocol):
+class Hysteresis(Protocol):
     """How a law depends on what has been: on a dent, which is changed where a branch ends."""
 
-    def branch(self, dent: Dent) -> Branch:
+    def branch(self, dent: PlasticState) -> Branch:
         """Return the part of the law that holds for a dent."""
 
-    def pressed(self, dent: Dent) -> Dent:
+    def pressed(self, dent: PlasticState) -> PlasticState:
         """Return the dent when it is touched."""
 
-    def reached(self, dent: Dent) -> Dent:
+    def reached(self, dent: PlasticState) -> PlasticState:
         """Return the dent when its branch has come to its reach."""
 
-    def turned(self, dent: Dent, depth: Scalar) -> Dent:
+    def turned(self, dent: PlasticState, depth: Scalar) -> PlasticState:
         """Return the dent when the point turns at a depth (m) below the whole surface."""

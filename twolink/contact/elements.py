@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from twolink.arithmetic import Scalar
-from twolink.compliance import ContactLaw, Memory
-from twolink.directions import Direction
+from twolink.contact.coordinates import ConstraintCoordinate
+from twolink.contact.force_laws import ContactLaw, Hysteresis
 
 
 @dataclass(frozen=True)
@@ -21,13 +21,13 @@ class DryFriction:
     """
 
     name: str
-    direction: Direction
+    direction: ConstraintCoordinate
     kinetic: Scalar
     static: Scalar
 
 
 @dataclass(frozen=True)
-class Obstacle:
+class RigidContact:
     """A bound that a direction's coordinate (rad or m) may not fall below.
 
     `name` says what meets what, `restitution` is e of an impact. An obstacle that is rough has a
@@ -36,30 +36,30 @@ class Obstacle:
     """
 
     name: str
-    direction: Direction
+    direction: ConstraintCoordinate
     bound: Scalar
     restitution: Scalar
-    tangent: Direction | None = None
+    tangent: ConstraintCoordinate | None = None
     kinetic: Scalar = 0
     static: Scalar = 0
     law: str = "stronge"
 
 
 @dataclass(frozen=True)
-class Cushion:
+class CompliantContact:
     """A bound beyond which a compliant `law` pushes back; it may be rough as an obstacle is.
 
     With a `memory`, `law` is that of a surface that is whole, and others take its place.
     """
 
     name: str
-    direction: Direction
+    direction: ConstraintCoordinate
     bound: Scalar
     law: ContactLaw
-    tangent: Direction | None = None
+    tangent: ConstraintCoordinate | None = None
     kinetic: Scalar = 0
     static: Scalar = 0
-    memory: Memory | None = None
+    memory: Hysteresis | None = None
 
 
-Element = DryFriction | Obstacle | Cushion
+ContactElement = DryFriction | RigidContact | CompliantContact

@@ -17,8 +17,8 @@ from twolink.compilation import Compiled
 from twolink.effects import Effect, breaks, effects_during
 from twolink.errors import SimulationError
 from twolink.scene import Scene
-from twolink.simulation.equations import EQUATIONS
-from twolink.simulation.fixed_step import FIXED_STEP
+from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.fixed_step import FIXED_STEP
 
 Array = NDArray[np.float64]
 Rates = Callable[[float, Array], Array]

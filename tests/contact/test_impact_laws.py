@@ -1,8 +1,8 @@
 """Impacts of one point, against small steps, exact paths, published figures and the energy.
 
-None of it repeats the phases of `twolink.impacts`. The small steps tell no cases apart; the exact
-path only asks at every corner which friction Coulomb's law allows, and the laws of restitution are
-put to it as they are worded, not as they are solved.
+None of it repeats the phases of `twolink.contact.impact_laws`. The small steps tell no cases apart;
+the exact path only asks at every corner which friction Coulomb's law allows, and the laws of
+restitution are put to it as they are worded, not as they are solved.
 """
 
 import math
@@ -19,7 +19,7 @@ from mpmath.libmp import to_rational
 from tests.conftest import SEED
 from twolink import lagrange
 from twolink.chain import Chain
-from twolink.impacts import (
+from twolink.contact.impact_laws import (
     LAWS,
     Impulse,
     Response,

@@ -35,7 +35,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from twolink.arithmetic import Scalar, cos, exp, sqrt
-from twolink.compliance import Branch, Dent, Hertz, Phase
+from twolink.contact.force_laws import Branch, Hertz, Phase, PlasticState
 from twolink.errors import SimulationError
 
 # Up to so many depths of yield compression follows Hertz's law.
@@ -138,7 +138,7 @@ class ElastoPlastic:
 
     material: Material
 
-    def branch(self, dent: Dent) -> Branch:
+    def branch(self, dent: PlasticState) -> Branch:
         """Return the part of the law that holds for a dent."""
         material = self.material
         if dent.is_kept:
@@ -153,19 +153,19 @@ class ElastoPlastic:
             return Branch(hertz, reach=math.sqrt(material.flow_depth), turning=1)
         return Branch(hertz, reach=math.sqrt(material.yield_depth))
 
-    def pressed(self, dent: Dent) -> Dent:
+    def pressed(self, dent: PlasticState) -> PlasticState:
         """Return the dent when it is touched."""
         return replace(dent, phase=Phase.PRESSED_AGAIN) if dent.is_kept else dent
 
-    def reached(self, dent: Dent) -> Dent:
+    def reached(self, dent: PlasticState) -> PlasticState:
         """Return the dent when the point goes on deeper than ever."""
         if dent.phase is Phase.WHOLE or (
             dent.is_kept and bool(dent.deepest < self.material.flow_depth)
         ):
-            return Dent(Phase.YIELDS)
-        return Dent(Phase.FLOWS)
+            return PlasticState(Phase.YIELDS)
+        return PlasticState(Phase.FLOWS)
 
-    def turned(self, dent: Dent, depth: Scalar) -> Dent:
+    def turned(self, dent: PlasticState, depth: Scalar) -> PlasticState:
         """Return the dent when the point turns at a depth (m) below the whole surface.
 
         Raises `SimulationError` where the published fits no longer describe a dent.
@@ -183,4 +183,4 @@ class ElastoPlastic:
             )
         spring = depth - residual
         stiffness = self.material.compression(depth) / (spring * sqrt(spring))
-        return Dent(Phase.SPRINGS_BACK, stiffness, residual, depth)
+        return PlasticState(Phase.SPRINGS_BACK, stiffness, residual, depth)

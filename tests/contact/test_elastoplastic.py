@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from twolink.compliance import Dent, Phase
-from twolink.elastoplastic import ElastoPlastic, Material
+from twolink.contact.elastoplastic import ElastoPlastic, Material
+from twolink.contact.force_laws import Phase, PlasticState
 from twolink.errors import SimulationError
 
 STEEL = Material(modulus=1.15e11, radius=0.01, strength=3e8, poisson=0.3)
@@ -63,7 +63,7 @@ def test_the_published_fits_join_as_well_as_the_docstring_says(poisson, jump):
 @pytest.mark.parametrize("x", DEPTHS)
 def test_restitution_begins_where_compression_ends(x):
     deepest = x * STEEL.yield_depth
-    dent = LAW.turned(Dent(Phase.FLOWS), deepest)
+    dent = LAW.turned(PlasticState(Phase.FLOWS), deepest)
     branch = LAW.branch(dent)
     spring = deepest - branch.residual
     assert 0 <= branch.residual < deepest
@@ -97,13 +97,13 @@ def test_no_energy_is_gained(material, x):
 
 def test_the_law_ends_where_its_dent_is_as_wide_as_the_ball():
     with pytest.raises(SimulationError, match=r"pressed .* m deep.*; allowed are impacts whose"):
-        LAW.turned(Dent(Phase.FLOWS), 9000 * STEEL.yield_depth)
-    assert LAW.turned(Dent(Phase.FLOWS), 4000 * STEEL.yield_depth).residual > 0
+        LAW.turned(PlasticState(Phase.FLOWS), 9000 * STEEL.yield_depth)
+    assert LAW.turned(PlasticState(Phase.FLOWS), 4000 * STEEL.yield_depth).residual > 0
 
 
 def test_a_law_takes_arrays():
     depths = np.array([2.0, 3.0]) * STEEL.yield_depth
-    flow = LAW.branch(Dent(Phase.FLOWS)).law
+    flow = LAW.branch(PlasticState(Phase.FLOWS)).law
     assert flow.force(depths, np.sqrt(depths), 0.0) == pytest.approx(
         [STEEL.flow_force(float(depth)) for depth in depths], rel=1e-15
     )

@@ -21,8 +21,8 @@ from twolink.effects import Effect, breaks
 from twolink.errors import SimulationError
 from twolink.optional import heyoka
 from twolink.scene import Scene
-from twolink.simulation.equations import EQUATIONS
 from twolink.simulation.run import MotionRun
+from twolink.simulation.smooth.equations import EQUATIONS
 
 # The order that brings a step down to rounding in each precision. Orders are odd: from the source's
 # natural start (q = 0 at rest) only every fourth coefficient of a series in t is there, and an

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.errors import SimulationError
-from twolink.simulation.tableaus import GAUSS_LEGENDRE, RK4, Tableau
+from twolink.simulation.smooth.tableaus import GAUSS_LEGENDRE, RK4, Tableau
 
 Array = NDArray[np.float64]
 Rates = Callable[[float, Array], Array]

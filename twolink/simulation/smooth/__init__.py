@@ -1,0 +1,1 @@
+"""Integrators of motion without events: Taylor series, SciPy's methods, and fixed steps."""
