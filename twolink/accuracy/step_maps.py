@@ -2,7 +2,8 @@
 
 A method that Python steps takes minutes for a million steps. Here the step itself is written on
 heyoka's expressions, by the same tableaus as `twolink.simulation.smooth.fixed_step`, several steps
-after each other, and compiled as one function of the state (q, p). So it serves equations without time.
+after each other, and compiled as one function of the state (q, p). So it serves equations without
+time.
 
 A compiled step knows no "until it has converged". Implicit stages are iterated a fixed number of
 times, so many that one more changes nothing: `StageIteration` counts them along the motion. Stages
