@@ -28,6 +28,10 @@ class SimulationError(TwolinkError):
     """A motion cannot be computed as asked."""
 
 
+class IntegrationError(SimulationError):
+    """A run failed on its way: nothing that was asked for was wrong."""
+
+
 class PictureError(TwolinkError):
     """A motion cannot be drawn, shown or recorded as asked."""
 

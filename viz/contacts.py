@@ -8,9 +8,10 @@ import numpy as np
 
 from twolink import kinematics
 from twolink.contact.coordinates import JointCoordinate, PointCoordinate
-from twolink.contact.elements import ContactElement, DryFriction
+from twolink.contact.elements import ContactElement
+from twolink.contact.states import ContactState
 from twolink.effects import nonsmooth
-from twolink.simulation.mode import ContactState, Mode
+from twolink.simulation.hybrid.mode import Mode
 from viz.commands import ROOT, flat_mesh, in_the_plane, transform, visible
 from viz.run import Moments, Run
 from viz.shapes import Array, Shape, arrow, ring
@@ -92,7 +93,7 @@ def contact_marks(now: Moments, speed: float) -> tuple[list[bytes], list[Label]]
         commands += [visible(f"{_path(number)}/{name}", on) for name, on in shown.items()]
         word = "touched" if just else _WORDS.get(state)
         if word is not None:
-            at_joint = joint_labels(now).get(getattr(element.direction, "joint", ""))
+            at_joint = joint_labels(now).get(getattr(element.principal, "joint", ""))
             if at_joint is not None:
                 labels.append([word, *at_joint[1:5], "contact", 1])
             else:
@@ -128,7 +129,7 @@ def joint_labels(now: Moments) -> dict[str, Label]:
 
 def place_of(element: ContactElement, now: Moments) -> Array:
     """Return where a friction or an obstacle acts at a moment (m)."""
-    direction = element.direction
+    direction = element.principal
     if isinstance(direction, JointCoordinate):
         return now.point(direction.joint)[0]
     assert isinstance(direction, PointCoordinate)
@@ -139,15 +140,14 @@ def place_of(element: ContactElement, now: Moments) -> Array:
 
 def tangent_of(element: ContactElement) -> tuple[float, float] | None:
     """Return the unit vector along which a point slides (m), if a point does."""
-    along = element.direction if isinstance(element, DryFriction) else element.tangent
+    along = element.tangent
     return along.vector if isinstance(along, PointCoordinate) else None
 
 
 def _away(element: ContactElement) -> tuple[float, float]:
     """Return where a word stands beside a point: out of a surface, or above."""
-    direction = element.direction
-    if isinstance(direction, PointCoordinate) and not isinstance(element, DryFriction):
-        return direction.vector
+    if isinstance(element.normal, PointCoordinate):
+        return element.normal.vector
     return (0.7, -0.7)
 
 

@@ -55,7 +55,7 @@ class Impacts:
         elements = elements_of(self.run)
         if not logged or not elements:
             return ()
-        at_joint = [isinstance(elements[i.index].direction, JointCoordinate) for i in logged]
+        at_joint = [isinstance(elements[i.index].principal, JointCoordinate) for i in logged]
         # N s and N m s are not compared.
         largest = {True: 0.0, False: 0.0}
         for impact, turning in zip(logged, at_joint, strict=True):
@@ -66,15 +66,15 @@ class Impacts:
             element = elements[impact.index]
             vector = None
             size, unit = abs(impact.normal_impulse), "N m s"
-            if isinstance(element.direction, PointCoordinate):
-                vector = impact.normal_impulse * np.array(element.direction.vector)
+            if isinstance(element.principal, PointCoordinate):
+                vector = impact.normal_impulse * np.array(element.principal.vector)
                 tangent = tangent_of(element)
                 if tangent is not None:
                     vector = vector + impact.tangential_impulse * np.array(tangent)
                 size, unit = float(np.hypot(*vector)), "N s"
             share = abs(impact.normal_impulse) / (largest[turning] or 1.0)
             place = place_of(element, moments.only(number))
-            joint = getattr(element.direction, "joint", "")
+            joint = getattr(element.principal, "joint", "")
             words = f"{size:.3g} {unit}"
             found.append(Impulse(impact.time, place, vector, share, words, joint))
         return tuple(found)

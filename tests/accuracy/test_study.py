@@ -17,7 +17,8 @@ from twolink.cli import app
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.shipped import shipped
-from twolink.simulation import numeric, simulate
+from twolink.simulation import simulate
+from twolink.simulation.smooth import numeric
 from twolink.simulation.smooth.fixed_step import FIXED_STEP
 from twolink.simulation.smooth.numeric import SCIPY
 

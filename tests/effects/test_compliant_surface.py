@@ -8,14 +8,14 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from twolink.chain import Chain
+from twolink.contact.states import ContactState
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.surface import Surface
 from twolink.errors import ParameterError
 from twolink.scene import Scene
 from twolink.simulation import simulate
-from twolink.simulation.events import event_run
-from twolink.simulation.mode import ContactState
+from twolink.simulation.hybrid.run import hybrid_run
 
 BARS = Chain.uniform_bars()
 Q = (0.3, 1.1)
@@ -45,7 +45,7 @@ def test_accuracy_is_honoured_through_contact(law, stiffness, loss, friction):
     start = scene(Gravity(), fall, q=(0.3, -0.2))
     trajectory = simulate(start, samples=3001)
     assert len(trajectory.events) >= 3
-    exact = event_run(start, trajectory.t, precision="quadruple")
+    exact = hybrid_run(start, trajectory.t, precision="quadruple")
     assert trajectory.error <= 1e-9
     assert np.abs(trajectory.q - exact.q.astype(float)).max() <= 1e-9
     assert np.abs(trajectory.u - exact.u.astype(float)).max() <= 1e-9
@@ -59,8 +59,8 @@ def test_the_order_is_kept_at_first_touch(law, order):
     """A root in the force costs no digits: each order errs as much as it does in free flight."""
     start = scene(Gravity(), floor(law, 1e5, height=1.2), q=(0.3, -0.2), duration=0.6)
     times = np.array([0.0, 0.41, 0.42, 0.421, 0.425, 0.43, 0.434, 0.436, 0.5, 0.6])
-    run = event_run(start, times, order=order)
-    exact = event_run(start, times, precision="quadruple")
+    run = hybrid_run(start, times, order=order)
+    exact = hybrid_run(start, times, precision="quadruple")
     errors = np.abs(run.u - exact.u.astype(float)).max(axis=0)
     assert errors.max() <= max(10 * 2.2e-16 * 100, 1e3 * math.exp(-2 * (order + 1)))
     for ours, theirs in zip(run.events, exact.events, strict=True):
@@ -258,7 +258,7 @@ def test_a_surface_that_springs_back_at_once_does_not_shorten_the_flight():
     trajectory = simulate(start)
     assert len(trajectory.events) > 4
     assert trajectory.statistics.steps < 1000
-    exact = event_run(start, trajectory.t, precision="quadruple", formulation="kane")
+    exact = hybrid_run(start, trajectory.t, precision="quadruple", formulation="kane")
     assert np.abs(trajectory.q - exact.q.astype(float)).max() <= 1e-9
     assert np.abs(trajectory.u - exact.u.astype(float)).max() <= 1e-9
 
@@ -266,7 +266,7 @@ def test_a_surface_that_springs_back_at_once_does_not_shorten_the_flight():
 def test_the_shortest_flights_end_where_they_began():
     """Pressed from rest, and hardly damped, a stiff cushion lets go for a microsecond at a time."""
     start = scene(Gravity(), floor("kelvin-voigt", 1e9, 0.1, friction=0.3), duration=0.016)
-    run = event_run(start, np.linspace(0.0, 0.016, 401))
+    run = hybrid_run(start, np.linspace(0.0, 0.016, 401))
     first = next(event.time for event in run.events if event.mode.states[0] is ContactState.OPEN)
     assert any(
         event.mode.states[0] is not ContactState.OPEN for event in run.events if event.time > first

@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 
 from twolink.chain import Chain
 from twolink.contact.force_laws import Phase
+from twolink.contact.states import ContactState
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
@@ -23,8 +24,7 @@ from twolink.effects.sampled_torque import SampledTorque
 from twolink.errors import ParameterError, SceneError
 from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
-from twolink.simulation.events import event_run
-from twolink.simulation.mode import ContactState
+from twolink.simulation.hybrid.run import hybrid_run
 
 # But for 1e-12 kg all the mass is in D.
 POINT = Chain(
@@ -239,7 +239,7 @@ def test_what_breaks_loose_is_not_stopped_by_rounding(random):
     start = replace(chain_on(floor(friction=0.9)), **ONTO)
     for _ in range(60):
         u1, u2 = np.array(start.u) * (1 + 1e-6 * random.standard_normal(2))
-        run = event_run(replace(start, u=(float(u1), float(u2))), [0.0, 0.01])
+        run = hybrid_run(replace(start, u=(float(u1), float(u2))), [0.0, 0.01])
         states = [event.mode.states[0] for event in run.events]
         place = states.index(ContactState.STICKS)
         assert states[place:] == [
@@ -266,8 +266,8 @@ def test_a_slide_turns_with_the_dent_where_a_stop_holds_the_elbow(formulation):
         effects=(Gravity(), stop, wall, damping),
     )  # fmt: skip
     times = np.linspace(0.0, 0.9, 91)
-    found = event_run(start, times, formulation=formulation)
-    exact = event_run(start, times, formulation="lagrange", precision="quadruple")
+    found = hybrid_run(start, times, formulation=formulation)
+    exact = hybrid_run(start, times, formulation="lagrange", precision="quadruple")
     assert [event.mode.states for event in found.events] == [
         event.mode.states for event in exact.events
     ]
@@ -286,7 +286,7 @@ def test_a_slide_turns_with_the_dent_where_a_stop_holds_the_elbow(formulation):
 def test_accuracy_is_honoured(start, sticking):
     """Samples inside of contacts, too, against a run of 113 bits."""
     trajectory = simulate(start, samples=2001)
-    exact = event_run(start, trajectory.t, precision="quadruple")
+    exact = hybrid_run(start, trajectory.t, precision="quadruple")
     assert trajectory.error <= 1e-10
     assert np.abs(trajectory.q - exact.q.astype(float)).max() <= 1e-10
     assert np.abs(trajectory.u - exact.u.astype(float)).max() <= 1e-10
@@ -306,8 +306,8 @@ def test_the_order_is_kept_through_all_phases(order):
     """
     start = chain_on(floor(1.2), duration=0.6)
     times = np.array([0.0, 0.41, 0.42, 0.4201, 0.4203, 0.421, 0.4213, 0.43, 0.5, 0.6])
-    run = event_run(start, times, order=order)
-    exact = event_run(start, times, precision="quadruple")
+    run = hybrid_run(start, times, order=order)
+    exact = hybrid_run(start, times, precision="quadruple")
     errors = np.abs(run.u - exact.u.astype(float)).max(axis=0)
     assert errors.max() <= 1e4 * max(2.2e-16, math.exp(-2 * (order + 1)))
 
@@ -347,7 +347,7 @@ def test_energy_is_never_gained_and_friction_keeps_its_cone():
 def test_kane_finds_the_same():
     start = chain_on(floor(1.2, friction=0.3))
     times = np.linspace(0.0, 1.0, 101)
-    ours, theirs = (event_run(start, times, formulation=name) for name in ("kane", "lagrange"))
+    ours, theirs = (hybrid_run(start, times, formulation=name) for name in ("kane", "lagrange"))
     assert ours.q == pytest.approx(theirs.q, abs=1e-11)
 
 

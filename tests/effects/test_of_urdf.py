@@ -144,7 +144,7 @@ def test_a_stop_bars_exactly_the_joint_angles_beyond_pinocchios_limits(signs, ra
             q = read.joints.absolute_angles(theta)
             for index, stop in enumerate(stops):
                 free = [
-                    bar.direction.coordinate(chain, q) > bar.bound for bar in stop.nonsmooth(chain)
+                    bar.normal.coordinate(chain, q) > bar.bound for bar in stop.nonsmooth(chain)
                 ]
                 assert len(free) == 2
                 assert all(free) == (lower[index] < theta[index] < upper[index])

@@ -17,7 +17,7 @@ from twolink.errors import ParameterError
 from twolink.loads import Torque
 from twolink.scene import METHODS, Scene
 from twolink.simulation import simulate
-from twolink.simulation.events import event_run
+from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.smooth.numeric import numeric_run
 
 BALANCED = Chain((1.0, 1.0), (1.0, 1.0), ((0.0, 0.0), (0.0, 0.0)), (2.0, 0.5))
@@ -74,7 +74,7 @@ def test_every_method_keeps_its_accuracy_over_kinks(method, interpolation):
     accuracy = {"semi-implicit-euler": 3e-2, "implicit-midpoint": 1e-4}.get(method, 1e-7)
     effects = Gravity(), SampledTorque(TIMES, A, B, interpolation)
     start = scene(*effects, chain=GENERAL, q=(0.3, -0.4), accuracy=accuracy)
-    exact = event_run(start, np.linspace(0, 3, 31), precision="long double")
+    exact = hybrid_run(start, np.linspace(0, 3, 31), precision="long double")
     trajectory = simulate(start, method=method, samples=31)
     assert trajectory.error <= accuracy
     assert np.abs(trajectory.q - exact.q.astype(float)).max() <= accuracy
@@ -85,7 +85,7 @@ def test_runge_kutta_keeps_its_order_over_jumps():
     effects = Gravity(), SampledTorque(TIMES, A, B, "hold")
     start = scene(*effects, chain=GENERAL, q=(0.3, -0.4))
     times = np.linspace(0, 3, 11)
-    exact = event_run(start, times, precision="long double").q.astype(float)
+    exact = hybrid_run(start, times, precision="long double").q.astype(float)
     errors = [
         np.abs(run.q - exact).max()
         for h in (0.005, 0.0025, 0.00125)

@@ -17,7 +17,7 @@ from twolink.errors import ParameterError, SimulationError
 from twolink.scene import Scene
 from twolink.shipped import shipped
 from twolink.simulation import simulate
-from twolink.simulation.events import event_run
+from twolink.simulation.hybrid.run import hybrid_run
 
 BARS = Chain.uniform_bars()
 DOWN = (0.0, -1.0)
@@ -114,7 +114,7 @@ def test_it_leaves_at_the_instant_at_which_nothing_pushes():
     start = scene(Gravity(), floor(1.2), lift, q=q, duration=2.0, accuracy=1e-11)
     trajectory = simulate(start)
     leaving = next(e.time for e in trajectory.events if str(e.mode) == "moves freely")
-    exact = event_run(start, trajectory.t, precision="quadruple")
+    exact = hybrid_run(start, trajectory.t, precision="quadruple")
     true = next(e.time for e in exact.events if str(e.mode) == "moves freely")
     assert leaving == pytest.approx(true, abs=1e-11)
     # On the floor and free, D has the same acceleration there: none along the normal.
@@ -150,7 +150,7 @@ def test_the_accumulation_is_the_limit_of_ever_more_bounces():
     start = scene(Gravity(), floor(1.2, restitution=0.6), duration=2.0)
     times, counts = [], []
     for precision in ("double", "long double", "quadruple"):
-        run = event_run(start, (0.0, 2.0), precision=precision)
+        run = hybrid_run(start, (0.0, 2.0), precision=precision)
         times.append(next(e.time for e in run.events if "rests" in str(e.mode)))
         counts.append(len(run.log))
     assert counts[0] < counts[1] < counts[2]
@@ -164,7 +164,7 @@ def test_accuracy_is_honoured_across_impacts(formulation, law):
     start = scene(Gravity(), rough, duration=1.5, accuracy=1e-10)
     trajectory = simulate(start, samples=61, formulation=formulation)
     assert trajectory.error <= 1e-10
-    exact = event_run(start, trajectory.t, precision="quadruple")
+    exact = hybrid_run(start, trajectory.t, precision="quadruple")
     apart = np.ones(61, dtype=bool)
     for impact in exact.log:
         apart &= np.abs(trajectory.t - impact.time) > 1e-9
@@ -236,7 +236,7 @@ def test_bounces_that_die_away_on_two_points_leave_no_speed():
     trajectory = simulate(start)
     assert "B on floor rests, D on floor rests" in trajectory.events[-1].what
     assert np.abs(trajectory.u[:, -1]).max() == 0
-    exact = event_run(start, trajectory.t, precision="quadruple")
+    exact = hybrid_run(start, trajectory.t, precision="quadruple")
     assert np.abs(trajectory.q - exact.q.astype(float)).max() <= 1e-10
 
 

@@ -17,7 +17,7 @@ from twolink.errors import ParameterError, SimulationError
 from twolink.scene import Scene
 from twolink.shipped import shipped
 from twolink.simulation import simulate
-from twolink.simulation.events import event_run
+from twolink.simulation.hybrid.run import hybrid_run
 from twolink.urdf import parse_planar_urdf
 
 BALANCED = Chain((1.0, 1.0), (1.0, 1.0), ((0.0, 0.0), (0.0, 0.0)), (2.0, 0.5))
@@ -136,7 +136,7 @@ def test_pinocchio_finds_the_laws_of_friction_along_the_trajectory():
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-10, 1e-14])
 def test_accuracy_is_honoured_across_events(accuracy):
     trajectory = simulate(STICK_SLIP, accuracy=accuracy, samples=101)
-    exact = event_run(STICK_SLIP, trajectory.t, precision="quadruple")
+    exact = hybrid_run(STICK_SLIP, trajectory.t, precision="quadruple")
     assert np.abs(trajectory.q - exact.q.astype(float)).max() <= accuracy
     assert np.abs(trajectory.u - exact.u.astype(float)).max() <= accuracy
     assert len(trajectory.events) == len(exact.events)
@@ -148,7 +148,7 @@ def test_accuracy_is_honoured_across_events(accuracy):
 def test_dense_output_reaches_over_events():
     trajectory = simulate(STICK_SLIP)
     times = np.sort(np.concatenate([np.linspace(0, 10, 77), [e.time for e in trajectory.events]]))
-    exact = event_run(STICK_SLIP, times, precision="long double")
+    exact = hybrid_run(STICK_SLIP, times, precision="long double")
     q, u = trajectory.at(times)
     assert np.abs(q - exact.q.astype(float)).max() < 1e-12
     assert np.abs(u - exact.u.astype(float)).max() < 1e-12

@@ -13,6 +13,7 @@ import pyarrow.parquet
 import pytest
 
 from tests.verification.chains import GENERAL
+from twolink.contact.states import ContactState
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
@@ -20,7 +21,7 @@ from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.shipped import shipped
 from twolink.simulation import Trajectory, simulate
-from twolink.simulation.mode import ContactState, Event, Mode
+from twolink.simulation.hybrid.mode import Event, Mode
 from twolink.simulation.storage import COLUMNS, About
 
 ROOT = Path(__file__).parent.parent.parent

@@ -23,6 +23,7 @@ from twolink.contact import impact_laws as impacts
 from twolink.contact.elastoplastic import ElastoPlastic, Material
 from twolink.contact.elements import CompliantContact
 from twolink.contact.force_laws import Phase, PlasticState
+from twolink.contact.states import ContactState
 from twolink.coordinates import JointConvention
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
@@ -30,11 +31,9 @@ from twolink.effects.surface import Surface
 from twolink.engines.pinocchio import Pinocchio
 from twolink.errors import ParameterError
 from twolink.shipped import shipped
-from twolink.simulation import constrained
-from twolink.simulation import modes as simulation_modes
-from twolink.simulation.mode import ContactState, Mode
-from twolink.simulation.modes import Modes
-from twolink.simulation.striking import Striking
+from twolink.simulation.hybrid import constraint, dynamics
+from twolink.simulation.hybrid.dynamics import Pose, mode_solution
+from twolink.simulation.hybrid.impact import Impacts
 from twolink.urdf import parse_planar_urdf, read_planar_urdf
 from twolink.verification import contact
 from twolink.verification.contact import CONTACT, ContactSpace, verify_contact
@@ -174,6 +173,11 @@ def surface_at(chain, q, states, index, **how):
     return Surface(tuple(map(float, point)), normal, **how)
 
 
+def struck(surface, formulation, q, u):
+    pose = Pose(GENERAL, formulation, q)
+    return Impacts(pose, surface.nonsmooth(GENERAL), 0.0, 2.0**-52).impact(0, u)
+
+
 @pytest.mark.parametrize("formulation", [kane, lagrange])
 def test_an_impact_in_simulation_is_pinocchios(urdf, engine, formulation):
     states = random_contact_states(300, seed=(SEED, 1))
@@ -182,8 +186,7 @@ def test_an_impact_in_simulation_is_pinocchios(urdf, engine, formulation):
         q, u = absolute(urdf, states, index)
         e = float(states.restitution[0, index])
         surface = surface_at(GENERAL, q, states, index, restitution=e)
-        striking = Striking(Modes(GENERAL, (surface,), formulation))
-        strike = striking.impact(0, q, u, 0.0)
+        strike = struck(surface, formulation, q, u)
         found = np.array([strike.impulse.normal, *urdf.joints.joint_speeds(strike.u[1])])
         assert np.all(np.abs(found - answer[:, index]) <= allowed[:, index])
 
@@ -197,8 +200,7 @@ def test_an_impact_that_sticks_in_simulation_is_pinocchios(urdf, engine, formula
     for index in range(len(states)):
         q, u = absolute(urdf, states, index)
         surface = surface_at(GENERAL, q, states, index, friction=1e3, law="newton")
-        striking = Striking(Modes(GENERAL, (surface,), formulation))
-        strike = striking.impact(0, q, u, 0.0)
+        strike = struck(surface, formulation, q, u)
         if strike.speeds[0] > 0 or strike.impulse.regime != "sticks":
             continue
         stuck += 1
@@ -233,9 +235,10 @@ def test_resting_in_simulation_is_pinocchios(urdf, engine, formulation, name, st
         surface = surface_at(GENERAL, q, states, index, friction=friction)
         torques = tuple(map(float, states.torques[:, index]))
         acting = (Gravity(urdf.gravity), JointTorque(torques), surface)
-        modes = Modes(GENERAL, acting, formulation)
-        solution = modes.solution(Mode(modes.names, (state,)), q, u, 0.0)
-        forces = solution.held[0][: 1 if state is ContactState.CLOSED else 2]
+        pose = Pose(GENERAL, formulation, q)
+        elements = surface.nonsmooth(GENERAL)
+        solution = mode_solution(pose, acting, elements, (state,), (None,), u, 0.0)
+        forces = solution.forces[0][: 1 if state is ContactState.CLOSED else 2]
         found = np.array([*forces, *urdf.joints.joint_speeds(solution.du)])
         assert np.all(np.abs(found - answer[:, index]) <= allowed[:, index])
 
@@ -262,9 +265,10 @@ def test_what_presses_in_simulation_moves_as_pinocchio_says(urdf, engine, formul
         )
         torques = tuple(map(float, states.torques[:, index]))
         acting = (Gravity(urdf.gravity), JointTorque(torques), _Pressed(cushion))
-        modes = Modes(GENERAL, acting, formulation)
-        mode = Mode(modes.names, (ContactState.FORWARD,), (PlasticState(phase),))
-        found = np.array(urdf.joints.joint_speeds(modes.solution(mode, q, u, 0.0).du))
+        pose, states_of = Pose(GENERAL, formulation, q), (ContactState.FORWARD,)
+        dents = (PlasticState(phase),)
+        solution = mode_solution(pose, acting, (cushion,), states_of, dents, u, 0.0)
+        found = np.array(urdf.joints.joint_speeds(solution.du))
         assert np.all(np.abs(found - answer[:, index]) <= allowed[:, index])
 
 
@@ -436,9 +440,9 @@ def test_another_restitution_is_seen(urdf, engine, monkeypatch):
 
 @pytest.mark.parametrize("factor", [0, -1, 1 + 1e-9])
 def test_another_drift_is_seen(urdf, engine, monkeypatch, factor):
-    right = directions.PointCoordinate.drift
+    right = directions.PointCoordinate.bias
     wrong = lambda *state: factor * right(*state)  # noqa: E731
-    monkeypatch.setattr(directions.PointCoordinate, "drift", wrong)
+    monkeypatch.setattr(directions.PointCoordinate, "bias", wrong)
     verdict = verify_contact(urdf, states=FEW, engine=engine)
     assert failed(verdict) == RESTING | STICKING
     # Both formulations have it from the kinematics: only Pinocchio can tell.
@@ -588,7 +592,7 @@ def test_every_break_of_a_formulation_is_seen(urdf, engine, text, jacobian, othe
 @pytest.mark.parametrize(
     ("home", "user", "functions", "equivalent"),
     [
-        (constrained, simulation_modes, ("solved_with_one", "solved_with_two", "cramer"), ""),
+        (constraint, dynamics, ("solved_with_one", "solved_with_two", "cramer"), ""),
         # 0 / v is 0 too.
         (impacts, contact, ("smooth_impulse",), "Mult to Div before normal_speed"),
     ],

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from twolink.scene import Scene
-from twolink.simulation.mode import Event, Impact
+from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.motion import has_modes, motion_run
 
 # Where error grows, it is largest at the end; and what stands between two steps is, for most

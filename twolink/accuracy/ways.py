@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from twolink.errors import SimulationError
 from twolink.scene import Scene
-from twolink.simulation.mode import Event, Impact
+from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.motion import has_modes, motion_run
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.fixed_step import FIXED_STEP

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from twolink.cli.terminal import FAILED, check_target, console, progress_bar, refuse
-from twolink.errors import TwolinkError
+from twolink.cli.terminal import FAILED, check_target, console, fail, progress_bar, refuse
+from twolink.errors import IntegrationError, TwolinkError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -74,6 +74,8 @@ def simulate(
                     task, description=f"simulating, {what}", completed=share
                 ),
             )
+    except IntegrationError as error:
+        fail(str(error))
     except TwolinkError as error:
         refuse(str(error))
     _print_trajectory(trajectory)
@@ -118,7 +120,8 @@ def _print_trajectory(trajectory: Trajectory) -> None:
     table.add_column(no_wrap=True)
     table.add_column()
     # As many decimals as are right.
-    decimals = max(0, min(15, int(-math.log10(trajectory.error))))
+    known = 0 < trajectory.error < math.inf
+    decimals = max(0, min(15, int(-math.log10(trajectory.error)))) if known else 6
     q, u = (
         [f"{x + 0.0:.{decimals}f}" for x in pair[:, -1]] for pair in (trajectory.q, trajectory.u)
     )

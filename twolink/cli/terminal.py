@@ -32,6 +32,12 @@ def refuse(sentence: str) -> NoReturn:
     raise typer.Exit(BAD_INPUT)
 
 
+def fail(sentence: str) -> NoReturn:
+    """Print in one sentence why a command that was called rightly failed, and exit with code 1."""
+    typer.echo(f"twolink: {sentence}", err=True)
+    raise typer.Exit(FAILED)
+
+
 def check_target(option: str, path: Path | None, suffixes: tuple[str, ...] = ()) -> None:
     """Refuse a file that could not be written in the end, before any work is done."""
     if path is None:

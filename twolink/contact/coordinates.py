@@ -27,7 +27,7 @@ class ConstraintCoordinate(Protocol):
     def speed(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
         """Return the coordinate's rate (rad/s or m/s)."""
 
-    def drift(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
+    def bias(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
         """Return the coordinate's second derivative when du = 0 (rad/s² or m/s²)."""
 
     def unit_loads(self, chain: Chain) -> Loads:
@@ -49,7 +49,7 @@ class JointCoordinate:
         """Return the joint's speed, u1 or u2 − u1, times the sense (rad/s)."""
         return self._of(u)
 
-    def drift(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
+    def bias(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
         """Return 0: an angle's second derivative is all in du."""
         return 0
 
@@ -77,7 +77,7 @@ class PointCoordinate:
         """Return the point's velocity along the vector (m/s)."""
         return self._along(velocity(chain, q, u, self._of(chain)))
 
-    def drift(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
+    def bias(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
         """Return the point's acceleration along the vector when du = 0 (m/s²)."""
         return self._along(acceleration(chain, q, u, (0, 0), self._of(chain)))
 

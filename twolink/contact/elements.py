@@ -1,65 +1,376 @@
-"""What makes a motion nonsmooth: dry friction, and obstacles.
+"""Elements of a nonsmooth scene: dry friction, rigid contact and compliant contact.
 
-An effect that is not smooth hands these over (`nonsmooth(chain)`), and the simulation makes modes
-of them, with exact events in between. Nothing here is a steep curve through zero.
+An effect that is not smooth returns its elements, and the simulation makes modes of them, with
+exact events in between. Each class brings the constraint rows of its states, the forces that are
+known in them, and the events that end them; nothing else distinguishes the classes.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import NamedTuple
 
-from twolink.arithmetic import Scalar
+from twolink.arithmetic import Pair, Scalar
 from twolink.contact.coordinates import ConstraintCoordinate
-from twolink.contact.force_laws import ContactLaw, Hysteresis
+from twolink.contact.force_laws import Branch, ContactLaw, Hysteresis, PlasticState
+from twolink.contact.states import ContactState, EventKind, pressed, slipping
 
 
-@dataclass(frozen=True)
-class DryFriction:
-    """Resistance to motion along a direction: `kinetic` while it moves, at most `static` at rest.
+class Terms(NamedTuple):
+    """A coordinate c at an instant: its Jacobian `row`, and `bias` with c'' = row · du + bias."""
 
-    Both are generalized forces (N m or N). `name` says what moves.
+    row: Pair
+    bias: Scalar
+
+
+class ElementTerms(NamedTuple):
+    """An element at an instant: its coordinates (None where absent), and a compliant force (N)."""
+
+    normal: Terms | None
+    tangent: Terms | None
+    push: Scalar
+
+
+class Constraint(NamedTuple):
+    """row · du + bias = 0, kept up by a multiple of the generalized force `force`."""
+
+    row: Pair
+    bias: Scalar
+    force: Pair
+
+
+class ContactForces(NamedTuple):
+    """Forces of an element along its normal and its tangent (N, or N m at a joint)."""
+
+    normal: Scalar
+    tangential: Scalar
+
+
+class ContactElement(ABC):
+    """A dry friction or a contact.
+
+    `normal` is the coordinate whose value may not fall below `bound` (None for friction without
+    a contact); `tangent` the coordinate along which friction acts (None for a smooth contact).
     """
 
     name: str
-    direction: ConstraintCoordinate
+    normal: ConstraintCoordinate | None
+    tangent: ConstraintCoordinate | None
+    bound: Scalar
+    rigid = False
+
+    @property
+    def principal(self) -> ConstraintCoordinate:
+        """The coordinate that names the element's place: the normal, or else the tangent."""
+        coordinate = self.normal or self.tangent
+        assert coordinate is not None
+        return coordinate
+
+    @property
+    def rough(self) -> bool:
+        """Whether friction acts along the tangent."""
+        return self.tangent is not None
+
+    @property
+    def hysteretic(self) -> bool:
+        """Whether the static friction limit is above the kinetic one."""
+        return False
+
+    @property
+    def compliant(self) -> ContactLaw | None:
+        """The force law of the undamaged surface, or None for a rigid element."""
+        return None
+
+    @property
+    def hysteresis(self) -> Hysteresis | None:
+        """The rule by which a force law depends on the past, if it does."""
+        return None
+
+    def branch(self, plastic: PlasticState | None) -> Branch:
+        """Return the part of a compliant law that holds for a state of the surface."""
+        law, memory = self.compliant, self.hysteresis
+        assert law is not None
+        return Branch(law) if memory is None or plastic is None else memory.branch(plastic)
+
+    @abstractmethod
+    def limits(self, normal_force: Scalar) -> Pair:
+        """Return the kinetic and the static friction limit (N, N m) at a normal force (N)."""
+
+    @abstractmethod
+    def options(self, touching: bool, direction: int) -> tuple[ContactState, ...]:
+        """Return the states that are possible, the most restful first.
+
+        `direction` is the sign of the sliding speed, 0 at rest.
+        """
+
+    @abstractmethod
+    def constraints(self, state: ContactState, terms: ElementTerms) -> tuple[Constraint, ...]:
+        """Return the constraints that a state keeps up."""
+
+    @abstractmethod
+    def applied(self, state: ContactState, terms: ElementTerms) -> tuple[Pair, ...]:
+        """Return the generalized forces (N m) that are known in a state."""
+
+    @abstractmethod
+    def forces(
+        self, state: ContactState, terms: ElementTerms, multipliers: tuple[Scalar, ...]
+    ) -> ContactForces:
+        """Return the forces in a state, given the multipliers of its constraints."""
+
+    def events(
+        self, state: ContactState, plastic: PlasticState | None = None
+    ) -> tuple[tuple[EventKind, int], ...]:
+        """Return the kinds of events that end a state, each with its sense (0 where it has none).
+
+        `plastic` is the state of a surface that yields.
+        """
+        if state is ContactState.OPEN:
+            return ((EventKind.HITS, 0),)
+        found: list[tuple[EventKind, int]] = []
+        if self.normal is not None:
+            found.append((EventKind.LEAVES, 0))
+        if state.slips:
+            found.append((EventKind.STOPS, state.direction))
+        if state is ContactState.STICKS:
+            found += [(EventKind.BREAKS, 1), (EventKind.BREAKS, -1)]
+        return tuple(found)
+
+    def holds(self, state: ContactState) -> tuple[ConstraintCoordinate, ...]:
+        """Return the coordinates whose speed is zero in a state because the element keeps it so."""
+        return ()
+
+
+def _scaled(row: Pair, factor: Scalar) -> Pair:
+    return factor * row[0], factor * row[1]
+
+
+_AT_REST = (
+    ContactState.STICKS,
+    ContactState.FORWARD,
+    ContactState.BACKWARD,
+    pressed(1),
+    pressed(-1),
+)
+
+
+@dataclass(frozen=True)
+class DryFriction(ContactElement):
+    """Friction along `tangent` with constant limits: `kinetic` while it moves, `static` at rest.
+
+    Both limits are generalized forces (N m or N).
+    """
+
+    name: str
+    tangent: ConstraintCoordinate
     kinetic: Scalar
     static: Scalar
+    normal = None
+    bound = 0
+
+    @property
+    def hysteretic(self) -> bool:
+        """Whether the static friction limit is above the kinetic one."""
+        return bool(self.static > self.kinetic)
+
+    def limits(self, normal_force: Scalar) -> Pair:
+        """Return the kinetic and the static limit: they do not depend on any normal force."""
+        return self.kinetic, self.static
+
+    def options(self, touching: bool, direction: int) -> tuple[ContactState, ...]:
+        """Return the states that are possible, the most restful first."""
+        return (slipping(direction),) if direction else _AT_REST
+
+    def constraints(self, state: ContactState, terms: ElementTerms) -> tuple[Constraint, ...]:
+        """Return the constraint of sticking."""
+        if state is not ContactState.STICKS:
+            return ()
+        row, bias = terms.tangent  # type: ignore[misc]
+        return (Constraint(row, bias, row),)
+
+    def applied(self, state: ContactState, terms: ElementTerms) -> tuple[Pair, ...]:
+        """Return the force of kinetic or saturated friction."""
+        assert terms.tangent is not None
+        return (
+            ()
+            if state is ContactState.STICKS
+            else (_scaled(terms.tangent.row, self._known(state)),)
+        )
+
+    def forces(
+        self, state: ContactState, terms: ElementTerms, multipliers: tuple[Scalar, ...]
+    ) -> ContactForces:
+        """Return the friction force, along the tangent."""
+        return ContactForces(0, multipliers[0] if multipliers else self._known(state))
+
+    def holds(self, state: ContactState) -> tuple[ConstraintCoordinate, ...]:
+        """Return the tangent where the element sticks."""
+        return (self.tangent,) if state is ContactState.STICKS else ()
+
+    def _known(self, state: ContactState) -> Scalar:
+        return -state.direction * (self.static if state.pressed else self.kinetic)
 
 
 @dataclass(frozen=True)
-class RigidContact:
-    """A bound that a direction's coordinate (rad or m) may not fall below.
-
-    `name` says what meets what, `restitution` is e of an impact. An obstacle that is rough has a
-    `tangent`, the direction of sliding along it, and coefficients μ of friction, `kinetic` and
-    `static`; `law` is then the law of restitution.
-    """
+class _Contact(ContactElement):
+    """A contact of either kind, with Coulomb friction of coefficients `kinetic` and `static`."""
 
     name: str
-    direction: ConstraintCoordinate
+    normal: ConstraintCoordinate
     bound: Scalar
+
+    kinetic = 0
+    static = 0
+
+    @property
+    def hysteretic(self) -> bool:
+        """Whether the static friction limit is above the kinetic one."""
+        return bool(self.static > self.kinetic)
+
+    def limits(self, normal_force: Scalar) -> Pair:
+        """Return μ N of both coefficients (N)."""
+        return self.kinetic * normal_force, self.static * normal_force
+
+    def _friction(self, state: ContactState) -> Scalar:
+        """Return T/N where a state fixes it, else 0."""
+        if not state.direction:
+            return 0
+        return -state.direction * (self.static if state.pressed else self.kinetic)
+
+    def holds(self, state: ContactState) -> tuple[ConstraintCoordinate, ...]:
+        """Return the coordinates along which a state keeps the point at rest."""
+        if state is ContactState.STICKS and self.tangent is not None:
+            return (self.normal, self.tangent) if self.rigid else (self.tangent,)
+        return (self.normal,) if self.rigid and state is not ContactState.OPEN else ()
+
+
+@dataclass(frozen=True)
+class RigidContact(_Contact):
+    """A bound that a coordinate (rad or m) may not fall below.
+
+    `restitution` is e of an impact and `law` the law of restitution. A rough contact has a
+    `tangent`, the direction of sliding along it, and friction coefficients μ.
+    """
+
     restitution: Scalar
     tangent: ConstraintCoordinate | None = None
     kinetic: Scalar = 0
     static: Scalar = 0
     law: str = "stronge"
+    rigid = True
+
+    def options(self, touching: bool, direction: int) -> tuple[ContactState, ...]:
+        """Return the states that are possible, the most restful first."""
+        if not touching:
+            return (ContactState.OPEN,)
+        if self.tangent is None:
+            return ContactState.CLOSED, ContactState.OPEN
+        if direction:
+            return slipping(direction), ContactState.OPEN
+        return (*_AT_REST, ContactState.CLOSED, ContactState.OPEN)
+
+    def constraints(self, state: ContactState, terms: ElementTerms) -> tuple[Constraint, ...]:
+        """Return the constraint along the normal, whose force has the friction of a slide."""
+        if state is ContactState.OPEN:
+            return ()
+        row, bias = terms.normal  # type: ignore[misc]
+        if terms.tangent is None:
+            return (Constraint(row, bias, row),)
+        along, along_bias = terms.tangent
+        if state is ContactState.STICKS:
+            return Constraint(row, bias, row), Constraint(along, along_bias, along)
+        s = self._friction(state)
+        return (Constraint(row, bias, (row[0] + s * along[0], row[1] + s * along[1])),)
+
+    def applied(self, state: ContactState, terms: ElementTerms) -> tuple[Pair, ...]:
+        """Return nothing: every force of a rigid contact keeps up a constraint."""
+        return ()
+
+    def forces(
+        self, state: ContactState, terms: ElementTerms, multipliers: tuple[Scalar, ...]
+    ) -> ContactForces:
+        """Return N and T from the multipliers."""
+        if state is ContactState.OPEN:
+            return ContactForces(0, 0)
+        normal = multipliers[0]
+        if state is ContactState.STICKS:
+            return ContactForces(normal, multipliers[1])
+        return ContactForces(normal, self._friction(state) * normal)
+
+    def events(
+        self, state: ContactState, plastic: PlasticState | None = None
+    ) -> tuple[tuple[EventKind, int], ...]:
+        """Return the events of a contact, and the lock of a rough slide."""
+        jams = ((EventKind.JAMS, 0),) if state.slips else ()
+        return (*super().events(state, plastic), *jams)
 
 
 @dataclass(frozen=True)
-class CompliantContact:
-    """A bound beyond which a compliant `law` pushes back; it may be rough as an obstacle is.
+class CompliantContact(_Contact):
+    """A bound beyond which a compliant `law` pushes back.
 
-    With a `memory`, `law` is that of a surface that is whole, and others take its place.
+    With a `memory` the law depends on the past, and `law` is that of the undamaged surface.
     """
 
-    name: str
-    direction: ConstraintCoordinate
-    bound: Scalar
     law: ContactLaw
     tangent: ConstraintCoordinate | None = None
     kinetic: Scalar = 0
     static: Scalar = 0
     memory: Hysteresis | None = None
 
+    @property
+    def compliant(self) -> ContactLaw | None:
+        """The force law of the undamaged surface."""
+        return self.law
 
-ContactElement = DryFriction | RigidContact | CompliantContact
+    @property
+    def hysteresis(self) -> Hysteresis | None:
+        """The rule by which the force law depends on the past, if it does."""
+        return self.memory
+
+    def options(self, touching: bool, direction: int) -> tuple[ContactState, ...]:
+        """Return the states that are possible, the most restful first."""
+        if not touching:
+            return (ContactState.OPEN,)
+        if self.tangent is None:
+            return (ContactState.CLOSED,)
+        return (slipping(direction),) if direction else (*_AT_REST, ContactState.CLOSED)
+
+    def constraints(self, state: ContactState, terms: ElementTerms) -> tuple[Constraint, ...]:
+        """Return the constraint of sticking."""
+        if state is not ContactState.STICKS:
+            return ()
+        along, bias = terms.tangent  # type: ignore[misc]
+        return (Constraint(along, bias, along),)
+
+    def applied(self, state: ContactState, terms: ElementTerms) -> tuple[Pair, ...]:
+        """Return the normal force of the law, and friction where it is known."""
+        if state is ContactState.OPEN:
+            return ()
+        assert terms.normal is not None
+        given = [_scaled(terms.normal.row, terms.push)]
+        if state.direction and terms.tangent is not None:
+            given.append(_scaled(terms.tangent.row, self._friction(state) * terms.push))
+        return tuple(given)
+
+    def forces(
+        self, state: ContactState, terms: ElementTerms, multipliers: tuple[Scalar, ...]
+    ) -> ContactForces:
+        """Return the normal force of the law, and the friction."""
+        if state is ContactState.OPEN:
+            return ContactForces(0, 0)
+        known = self._friction(state) * terms.push
+        return ContactForces(terms.push, multipliers[0] if multipliers else known)
+
+    def events(
+        self, state: ContactState, plastic: PlasticState | None = None
+    ) -> tuple[tuple[EventKind, int], ...]:
+        """Return the events of a contact, and those at which another branch of the law begins."""
+        found = list(super().events(state, plastic))
+        if state is ContactState.OPEN:
+            kept = plastic is not None and plastic.is_kept
+            return (*found, (EventKind.CLEARS, 0)) if kept else tuple(found)
+        branch = self.branch(plastic)
+        found += [(EventKind.REACHES, 0)] if branch.reach is not None else []
+        found += [(EventKind.TURNS, branch.turning)] if branch.turning else []
+        return tuple(found)

@@ -138,7 +138,7 @@ class CompliantSurface:
         return tuple(
             CompliantContact(
                 name=f"{point} on {self.name}",
-                direction=PointCoordinate(point, (x, y)),
+                normal=PointCoordinate(point, (x, y)),
                 bound=x * self.point[0] + y * self.point[1],
                 law=law,
                 tangent=PointCoordinate(point, (-y, x)) if static else None,

@@ -75,7 +75,7 @@ class Surface:
         return tuple(
             RigidContact(
                 name=f"{point} on {self.name}",
-                direction=PointCoordinate(point, (x, y)),
+                normal=PointCoordinate(point, (x, y)),
                 bound=x * self.point[0] + y * self.point[1],
                 restitution=self.restitution,
                 tangent=PointCoordinate(point, (-y, x)) if static else None,

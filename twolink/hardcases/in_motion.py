@@ -21,6 +21,7 @@ import numpy as np
 
 from twolink import lagrange
 from twolink.engines.protocol import Array
+from twolink.errors import IntegrationError
 from twolink.hardcases.quadruple import Reference, Truth
 from twolink.hardcases.record import Finding
 from twolink.scene import Scene
@@ -114,6 +115,8 @@ class InMotion:
                 samples=self.samples,
                 progress=lambda *_: check(),
             )
+            if trajectory.failure:
+                raise IntegrationError(trajectory.failure)
             answer = Answer(
                 self.scene,
                 trajectory.t,

@@ -16,6 +16,11 @@ def has_modes(scene: Scene) -> bool:
     return bool(nonsmooth(scene.effects, scene.equipped))
 
 
+def has_events(scene: Scene) -> bool:
+    """Return whether a scene's motion is not smooth throughout: it has modes, or breaks."""
+    return has_modes(scene) or bool(breaks(scene.effects))
+
+
 def motion_run(
     scene: Scene,
     times: Any,
@@ -37,9 +42,9 @@ def motion_run(
         "longest_step": longest_step,
         "progress": progress,
     }
-    if has_modes(scene) or breaks(scene.effects):
+    if has_events(scene):
         # What a scene does not call for is not even imported.
-        from twolink.simulation.events import event_run
+        from twolink.simulation.hybrid.run import hybrid_run
 
-        return event_run(scene, times, **options)
+        return hybrid_run(scene, times, **options)
     return taylor_run(scene, times, **options)

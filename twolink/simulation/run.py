@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from twolink.scene import Scene
-from twolink.simulation.mode import Event, Impact
+from twolink.simulation.hybrid.mode import Event, Impact
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,5 +49,8 @@ class MotionRun(ABC):
         return ()
 
     @abstractmethod
-    def dense(self) -> Callable[[Any], tuple[Any, Any]]:
-        """Return q and u as functions of time (s): the very polynomials of this run's steps."""
+    def dense(self) -> Callable[..., tuple[Any, Any]]:
+        """Return q and u as functions of time (s): the very polynomials of this run's steps.
+
+        At a jump they take a second argument, the `side` of it: "left" or "right".
+        """

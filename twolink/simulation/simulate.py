@@ -10,7 +10,7 @@ judges, and where double precision cannot deliver, the longer one does.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +18,7 @@ import numpy as np
 
 from twolink.errors import SimulationError
 from twolink.scene import METHODS, Scene
-from twolink.simulation.motion import has_modes, motion_run
+from twolink.simulation.motion import has_events, has_modes, motion_run
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.numeric import SCIPY, NumericRun, numeric_run
@@ -34,8 +34,6 @@ from twolink.simulation.trajectory import Array, Statistics, Trajectory
 # The orders at which a step's truncation, exp(−2 (p + 1)), stands some fifty times above rounding.
 _TRUNCATED = {"double": 15, "long double": 19, "quadruple": 33}
 _LOWEST_ORDER = 7
-# With modes it is higher, since what holds in a mode shall hold to rounding, whatever the accuracy.
-_LOWEST_WITH_MODES = 13
 
 # By so much more than the truncation of a step may errors grow over a run before it is tried again.
 _GROWTH = 1e3
@@ -121,6 +119,8 @@ def _check(scene: Scene, accuracy: float, method: str, formulation: str, samples
 
 def _by_taylor(asked: _Asked) -> Trajectory:
     """Go up the orders, and then the precisions, until one meets what was asked."""
+    if has_events(asked.scene):
+        return _through_events(asked)
     runs: list[MotionRun] = []
     cap = default_longest_step(asked.scene)
 
@@ -161,6 +161,19 @@ def _by_taylor(asked: _Asked) -> Trajectory:
     return ended(kept, errors)
 
 
+def _through_events(asked: _Asked) -> Trajectory:
+    """Return the trajectory of a scene with events, as far as it can be followed."""
+    from twolink.simulation.hybrid.measure import measured_run
+
+    found = measured_run(asked.scene, asked.times, asked.accuracy, asked.formulation, asked.told)
+    kept = found.kept
+    made = _trajectory(asked, kept, found.errors, list(found.runs))
+    if not kept.failure:
+        return made
+    note = f"{kept.failure[0].upper()}{kept.failure[1:]}; the trajectory ends there."
+    return replace(made, failure=kept.failure, notes=(*made.notes, note))
+
+
 def _by_orders(
     asked: _Asked, run: Callable[[str, int], MotionRun]
 ) -> tuple[MotionRun | None, Array, float]:
@@ -171,8 +184,6 @@ def _by_orders(
     errors: Array = np.full_like(asked.times, np.inf)
     growth = np.inf
     order = _order_for(asked.accuracy / _GROWTH)
-    if has_modes(asked.scene):
-        order = max(order, _LOWEST_WITH_MODES)
     highest = _TRUNCATED["double"]
     fine: MotionRun | None = None
     while order <= highest:
@@ -217,40 +228,13 @@ def _odd(order: float) -> int:
 def _difference(
     first: MotionRun | NumericRun, second: MotionRun | NumericRun, asked: _Asked
 ) -> Array:
-    """Return the largest difference so far of any angle or speed (rad, rad/s), shape (n,).
-
-    Where events differ, so does the motion from there on: in time by as much as they do (s), or,
-    if they are others, entirely. Samples so near to an impact that it may be before or after them
-    are not compared.
-    """
+    """Return the largest difference so far of any angle or speed (rad, rad/s), shape (n,)."""
     earlier, later = np.concatenate([first.q, first.u]), np.concatenate([second.q, second.u])
     if earlier.dtype != later.dtype:
         # NumPy does not mix long doubles with heyoka's quadruple numbers.
         earlier = np.vectorize(type(later.flat[0]), otypes=[later.dtype])(earlier)
     errors = np.abs(later - earlier).max(axis=0).astype(float)
-    if isinstance(first, MotionRun) and isinstance(second, MotionRun):
-        for impact in second.log:
-            errors[np.abs(asked.times - impact.time) <= asked.accuracy] = 0.0
-        for time, error in _event_errors(first, second):
-            errors[asked.times >= time] = np.maximum(errors[asked.times >= time], error)
     return np.asarray(np.maximum.accumulate(errors))
-
-
-def _event_errors(first: MotionRun, second: MotionRun) -> Iterator[tuple[float, float]]:
-    """Return the time (s) of each event and how much it differs (s): infinitely, if it is another.
-
-    Of bounces that die away, each precision sees so many as it can.
-    """
-    for ours, theirs in zip(first.events, second.events, strict=False):
-        same = ours.mode.kind == theirs.mode.kind
-        yield theirs.time, abs(ours.time - theirs.time) if same else np.inf
-    if len(first.events) != len(second.events):
-        common = min(len(first.events), len(second.events))
-        longer = max(first.events, second.events, key=len)
-        yield longer[common].time, np.inf
-    for one, other in zip(first.log, second.log, strict=False):
-        same = one.index == other.index
-        yield other.time, abs(one.time - other.time) if same else np.inf
 
 
 def _by_refining(asked: _Asked, method: str, *, first: float, least: float) -> Trajectory:
@@ -325,19 +309,18 @@ def _made(
     q, u = np.array(q, dtype=float), np.array(u, dtype=float)
     # What is kept is rounded to float64, whatever it was computed in.
     errors = errors + np.spacing(max(np.abs(q).max(), np.abs(u).max())) / 2
+    times = asked.times[: q.shape[1]]
     met = errors <= asked.accuracy
-    holds_until = float(
-        asked.times[-1] if met.all() else asked.times[max(int(met.argmin()) - 1, 0)]
-    )
+    holds_until = float(times[-1] if met.all() else times[max(int(met.argmin()) - 1, 0)])
     notes: list[str] = []
     if not met.all():
         notes.append(
             f"The accuracy {asked.accuracy:.1e} holds until {holds_until:.6g} s; at "
-            f"{asked.times[-1]:.6g} s the error is {errors[-1]:.1e}."
+            f"{times[-1]:.6g} s the error is {errors[-1]:.1e}."
         )
     return Trajectory(
         scene=asked.scene,
-        t=asked.times,
+        t=times,
         q=q,
         u=u,
         accuracy=asked.accuracy,

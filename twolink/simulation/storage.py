@@ -21,7 +21,7 @@ import numpy as np
 from twolink.errors import SceneError, SimulationError
 from twolink.files import written_whole
 from twolink.scene import Scene
-from twolink.simulation.mode import Event, Impact
+from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.trajectory import Array, Statistics, Trajectory
 
 COLUMNS = ("t_s", "q1_rad", "q2_rad", "u1_rad_per_s", "u2_rad_per_s")
@@ -49,6 +49,7 @@ class About:
     notes: tuple[str, ...]
     events: tuple[Event, ...]
     impacts: tuple[Impact, ...]
+    failure: str
     scene: str | None
     no_scene: str | None
 
@@ -118,6 +119,7 @@ def load(file: Path) -> Trajectory:
             notes=about.notes,
             events=about.events,
             impacts=about.impacts,
+            failure=about.failure,
         )
 
 
@@ -137,6 +139,7 @@ def _about(trajectory: Trajectory) -> About:
         notes=trajectory.notes,
         events=trajectory.events,
         impacts=trajectory.impacts,
+        failure=trajectory.failure,
         scene=scene,
         no_scene=no_scene,
     )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,22 +14,22 @@ from numpy.typing import NDArray
 from twolink import kinematics, lagrange
 from twolink.chain import Chain, Point
 from twolink.contact.coordinates import JointCoordinate
-from twolink.contact.elements import ContactElement, DryFriction
+from twolink.contact.elements import ContactElement
 from twolink.effects import Effect, breaks, nonsmooth, smooth_loads
 from twolink.errors import SimulationError
 from twolink.loads import Force, Loads
 from twolink.scene import Scene
-from twolink.simulation.mode import Event, Impact, Mode
+from twolink.simulation.hybrid.mode import Event, Impact, Mode
 
 if TYPE_CHECKING:
-    from twolink.simulation.modes import Modes, Solution
+    from twolink.simulation.hybrid.dynamics import Solution
 
 # Between two samples the motion is a polynomial or two of some twentieth degree, in time or, where
 # a contact begins or ends, in its square root.
 _NODES = 24
 
 Array = NDArray[np.float64]
-Dense = Callable[[Array], tuple[Any, Any]]
+Dense = Callable[[Array, str], tuple[Any, Any]]
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,8 @@ class Trajectory:
     `error` is the measured global error (rad, rad/s), and `accuracy` what was asked for;
     `holds_until` is the time (s) up to which it is met. `effects` are the effects that were
     simulated. `notes` has a sentence for whatever was done otherwise than asked. `events` are the
-    beginnings of modes (none in a motion that is smooth), `impacts` what was struck. Arrays cannot
-    be written to.
+    beginnings of modes (none in a motion that is smooth), `impacts` the impacts. `failure` is the
+    reason why the run ends before the scene does, or empty. Arrays cannot be written to.
     """
 
     scene: Scene
@@ -85,6 +85,7 @@ class Trajectory:
     notes: tuple[str, ...] = ()
     events: tuple[Event, ...] = ()
     impacts: tuple[Impact, ...] = ()
+    failure: str = ""
     _dense: Callable[[], Dense] | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -95,7 +96,7 @@ class Trajectory:
     @property
     def met(self) -> bool:
         """Whether the accuracy that was asked for holds over the whole run."""
-        return self.error <= self.accuracy
+        return self.error <= self.accuracy and not self.failure
 
     @property
     def chain(self) -> Chain:
@@ -107,10 +108,11 @@ class Trajectory:
         """The names of the effects that were simulated."""
         return tuple(type(effect).__name__ for effect in self.scene.effects)
 
-    def at(self, times: Any) -> tuple[Array, Array]:
+    def at(self, times: Any, side: Literal["left", "right"] = "right") -> tuple[Array, Array]:
         """Return q (rad) and u (rad/s), each of shape (2, n), at times (s) within the run.
 
-        For a Taylor run they are the values of its polynomials, as accurate as at the samples.
+        For a Taylor run they are the values of its polynomials, as accurate as at the samples. At
+        the time of an impact they are those after it, or with `side="left"` those before it.
         Raises `SimulationError` for times outside, and for methods without polynomials.
         """
         moments = np.atleast_1d(np.asarray(times, dtype=float))
@@ -124,7 +126,7 @@ class Trajectory:
                 f"a trajectory by {self.method} is known at its samples alone; allowed is a "
                 "trajectory that was just simulated with method taylor"
             )
-        q, u = self._dense()(moments)
+        q, u = self._dense()(moments, side)
         return np.asarray(q, dtype=float), np.asarray(u, dtype=float)
 
     def position(self, point: Point) -> Array:
@@ -189,16 +191,11 @@ class Trajectory:
             q, u = self.at(moments)
         elements = nonsmooth(self.scene.effects, self.chain) if self.events else ()
         given = np.zeros((len(elements), 2, len(moments)))
-        for now, _, solution in self._solutions(moments, q, u):
-            for index, held in enumerate(solution.held):
-                given[index][:, now] = np.array(np.broadcast_arrays(*held, moments[now])[:2])
+        for now, solution in self._solutions(moments, q, u):
+            for index, forces in enumerate(solution.forces):
+                given[index][:, now] = np.array(np.broadcast_arrays(*forces, moments[now])[:2])
         return tuple(
-            ContactForce(
-                name=element.name,
-                unit="N m" if isinstance(element.direction, JointCoordinate) else "N",
-                normal=forces[0],
-                tangential=None if _is_smooth_along(element) else forces[1],
-            )
+            _contact_force(element, *forces)
             for element, forces in zip(elements, given, strict=True)
         )
 
@@ -218,23 +215,30 @@ class Trajectory:
             du = lagrange.forward_dynamics(self.chain, tuple(q), tuple(u), loads)
             yield np.ones(len(times), dtype=bool), loads, np.array(np.broadcast_arrays(*du))
             return
-        for now, modes, solution in self._solutions(times, q, u):
+        from twolink.simulation.hybrid.dynamics import Pose, loads_of
+
+        elements = nonsmooth(self.scene.effects, self.chain)
+        for now, solution in self._solutions(times, q, u):
             t, pair, speeds = times[now], tuple(q[:, now]), tuple(u[:, now])
-            loads = modes.loads(solution, pair, speeds, t)
+            pose = Pose(self.chain, lagrange, pair)
+            loads = loads_of(pose, self.scene.effects, elements, solution, speeds, t)
             yield now, loads, np.array(np.broadcast_arrays(*solution.du, t)[:2])
 
     def _solutions(
         self, times: Array, q: Array, u: Array
-    ) -> Iterator[tuple[NDArray[np.bool_], Modes, Solution]]:
+    ) -> Iterator[tuple[NDArray[np.bool_], Solution]]:
         """Return, for each mode that is at some of the times (a mask), what holds in it there."""
         if not self.events:
             return
-        from twolink.simulation.modes import Modes
+        from twolink.simulation.hybrid.dynamics import Pose, mode_solution
 
-        modes = Modes(self.chain, self.scene.effects, lagrange)
+        effects = self.scene.effects
+        elements = nonsmooth(effects, self.chain)
         for now, mode in self._modes_at(times):
             t, pair, speeds = times[now], tuple(q[:, now]), tuple(u[:, now])
-            yield now, modes, modes.solution(mode, pair, speeds, t)
+            pose = Pose(self.chain, lagrange, pair)
+            dents = [mode.dent(index) for index in range(len(elements))]
+            yield now, mode_solution(pose, effects, elements, mode.states, dents, speeds, t)
 
     def _modes_at(self, times: Array) -> Iterator[tuple[NDArray[np.bool_], Mode]]:
         """Return each event's mode, and which of the times (s) are in it."""
@@ -283,14 +287,15 @@ class Trajectory:
         """Return the power of each effect's frictions and obstacles (W), shape (effects, n)."""
         power = np.zeros((len(self.scene.effects), len(times)))
         owners = self._owners()
-        for now, modes, solution in self._solutions(times, q, u):
+        elements = nonsmooth(self.scene.effects, self.chain)
+        for now, solution in self._solutions(times, q, u):
             pair, speeds = tuple(q[:, now]), tuple(u[:, now])
-            for owner, element, held in zip(owners, modes.elements, solution.held, strict=True):
-                along = element.direction.speed(self.chain, pair, speeds)
-                power[owner, now] += held.normal * along
-                if not isinstance(element, DryFriction) and element.tangent is not None:
-                    sliding = element.tangent.speed(self.chain, pair, speeds)
-                    power[owner, now] += held.tangential * sliding
+            for owner, element, forces in zip(owners, elements, solution.forces, strict=True):
+                along = (element.normal, element.tangent)
+                for coordinate, force in zip(along, forces, strict=True):
+                    if coordinate is not None:
+                        speed = coordinate.speed(self.chain, pair, speeds)
+                        power[owner, now] += force * speed
         return power
 
     def _given_by_impacts(self, number: int) -> Array:
@@ -332,9 +337,12 @@ class Trajectory:
         return load(Path(path))
 
 
-def _is_smooth_along(element: ContactElement) -> bool:
-    """Return whether nothing rubs along what an element bars, or it is friction itself."""
-    return isinstance(element, DryFriction) or element.tangent is None
+def _contact_force(element: ContactElement, normal: Array, tangential: Array) -> ContactForce:
+    """Return the forces of an element as they are shown: of friction alone, along its direction."""
+    unit = "N m" if isinstance(element.principal, JointCoordinate) else "N"
+    if element.normal is None:
+        return ContactForce(element.name, unit, tangential, None)
+    return ContactForce(element.name, unit, normal, tangential if element.rough else None)
 
 
 def _nodes_and_weights() -> tuple[Array, Array]:

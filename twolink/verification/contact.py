@@ -13,6 +13,7 @@ from twolink.chain import Chain
 from twolink.contact.coordinates import PointCoordinate
 from twolink.contact.elements import RigidContact
 from twolink.contact.impact_laws import smooth_impulse
+from twolink.contact.states import ContactState
 from twolink.effects import Effect
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
@@ -20,8 +21,7 @@ from twolink.engines.pinocchio import Pinocchio
 from twolink.engines.protocol import Engine
 from twolink.errors import ParameterError
 from twolink.loads import Force, Loads, Torque
-from twolink.simulation.mode import ContactState, Mode
-from twolink.simulation.modes import Modes, Solution
+from twolink.simulation.hybrid.dynamics import Pose, Solution, mode_solution
 from twolink.urdf import PlanarUrdf
 from twolink.verification.contact_tolerance import contact_tolerance
 from twolink.verification.jointspace import FORMULATIONS, Formulation, Machine
@@ -37,8 +37,8 @@ Four = tuple[Scalar, Scalar, Scalar, Scalar]
 class _Still(PointCoordinate):
     """A direction in which D is where it shall be, and does not move.
 
-    The simulation adds a pull to the drift that takes back what rounding has moved. Here there is
-    nothing to take back, so the drift is that of the laws of motion, at any speed.
+    The simulation adds a pull to the bias that takes back what rounding has moved. Here there is
+    nothing to take back, so the bias is that of the laws of motion, at any speed.
     """
 
     def coordinate(self, chain: Chain, q: Pair) -> Scalar:
@@ -99,10 +99,10 @@ class ContactSpace:
     ) -> Three:
         """Return the impulse of a surface without friction, and the joint speeds after it."""
         q, u = self._state(angles, speeds)
-        modes = self._modes(_Touched(normal, rough=False))
-        row = modes.row(PointCoordinate("D", normal), q)
+        pose = Pose(self._chain, self._equations, q)
+        row = pose.row(PointCoordinate("D", normal))
         approach = row[0] * u[0] + row[1] * u[1]
-        impulse = smooth_impulse(approach, modes.response(row, row, q), restitution[0]).normal
+        impulse = smooth_impulse(approach, pose.response(row, row), restitution[0]).normal
         # M Δu = Jᵀ Λ is the equation of motion at rest, with the impulse in place of the force.
         given = Force(self._chain.D, (impulse * normal[0], impulse * normal[1]))
         change = self._equations.forward_dynamics(self._chain, q, (0, 0), (given,))
@@ -115,23 +115,23 @@ class ContactSpace:
         (M11, M12), (M21, M22) = self._equations.mass_matrix(self._chain, q)
         # M u⁺ = M u + Jᵀ Λ is that equation too, with the momenta M u in place of the torques.
         momenta = _Given((M11 * u1 + M12 * u2, M21 * u1 + M22 * u2))
-        modes = self._modes(momenta, _Touched(normal, rough=True))
-        return self._four(_solved(modes, ContactState.STICKS, q, (0, 0)))
+        touched = _Touched(normal, rough=True)
+        return self._four(self._solved((momenta,), touched, ContactState.STICKS, q, (0, 0)))
 
     def frictionless_contact(
         self, angles: Pair, speeds: Pair, torques: Pair, normal: Pair
     ) -> Three:
         """Return the force of a surface without friction, and the joint accelerations on it."""
         q, u = self._state(angles, speeds)
-        modes = self._modes(*self._acting(torques), _Touched(normal, rough=False))
-        solution = _solved(modes, ContactState.CLOSED, q, u)
-        return (solution.held[0].normal, *self._joints.joint_speeds(solution.du))
+        touched = _Touched(normal, rough=False)
+        solution = self._solved(self._acting(torques), touched, ContactState.CLOSED, q, u)
+        return (solution.forces[0].normal, *self._joints.joint_speeds(solution.du))
 
     def sticking_contact(self, angles: Pair, speeds: Pair, torques: Pair, normal: Pair) -> Four:
         """Return both forces on a D that sticks, and the joint accelerations."""
         q, u = self._state(angles, speeds)
-        modes = self._modes(*self._acting(torques), _Touched(normal, rough=True))
-        return self._four(_solved(modes, ContactState.STICKS, q, u))
+        touched = _Touched(normal, rough=True)
+        return self._four(self._solved(self._acting(torques), touched, ContactState.STICKS, q, u))
 
     def pushed(self, angles: Pair, speeds: Pair, torques: Pair, end_force: Pair) -> Pair:
         """Return the joint accelerations (rad/s²) under a given force on D (N)."""
@@ -143,8 +143,17 @@ class ContactSpace:
     def _state(self, angles: Pair, speeds: Pair) -> tuple[Pair, Pair]:
         return self._joints.absolute_angles(angles), self._joints.absolute_speeds(speeds)
 
-    def _modes(self, *effects: Effect) -> Modes:
-        return Modes(self._chain, effects, self._equations)
+    def _solved(
+        self,
+        effects: tuple[Effect, ...],
+        touched: _Touched,
+        state: ContactState,
+        q: Pair,
+        u: Pair,
+    ) -> Solution:
+        """Return the simulation's solution where D rests on a surface, or sticks to it."""
+        pose, elements = Pose(self._chain, self._equations, q), touched.nonsmooth(self._chain)
+        return mode_solution(pose, (*effects, touched), elements, (state,), (None,), u, 0.0)
 
     def _acting(self, torques: Pair) -> tuple[Effect, ...]:
         """Return gravity, and motors with the joint torques (N m)."""
@@ -152,13 +161,8 @@ class ContactSpace:
         return self._gravity, JointTorque((Q1 + Q2, Q2))
 
     def _four(self, solution: Solution) -> Four:
-        (held,) = solution.held
-        return (held.normal, held.tangential, *self._joints.joint_speeds(solution.du))
-
-
-def _solved(modes: Modes, state: ContactState, q: Pair, u: Pair) -> Solution:
-    """Return what the simulation finds where D rests on the surface, or sticks to it."""
-    return modes.solution(Mode(modes.names, (state,)), q, u, 0.0)
+        (forces,) = solution.forces
+        return (forces.normal, forces.tangential, *self._joints.joint_speeds(solution.du))
 
 
 def _directions(states: ContactStates, count: int) -> Array:

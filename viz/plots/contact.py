@@ -11,9 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from twolink.contact.states import ContactState
 from twolink.errors import ParameterError
 from twolink.simulation import Trajectory
-from twolink.simulation.mode import ContactState, Impact
+from twolink.simulation.hybrid.mode import Impact
 from twolink.simulation.trajectory import ContactForce
 from viz.plots.moments import Array, moments, spans, time_axis
 from viz.plots.style import Palette, figure, label_lines, palette_of, stroke

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from twolink.errors import SimulationError
 from twolink.simulation import Trajectory
-from twolink.simulation.mode import Mode
+from twolink.simulation.hybrid.mode import Mode
 from viz.plots.style import Palette
 
 Array = NDArray[np.float64]

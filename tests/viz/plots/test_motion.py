@@ -8,9 +8,9 @@ import pytest
 from matplotlib.text import Annotation
 
 from twolink import kinematics
+from twolink.contact.states import ContactState
 from twolink.errors import ParameterError, PictureError
 from twolink.simulation import Trajectory
-from twolink.simulation.mode import ContactState
 from viz.plots.angles import angles
 from viz.plots.contact import contact, phases
 from viz.plots.energy import energy, in_words

@@ -18,7 +18,7 @@ import numpy as np
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.effects import Effect, breaks
-from twolink.errors import SimulationError
+from twolink.errors import IntegrationError, SimulationError
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.run import MotionRun
@@ -88,7 +88,7 @@ def number_type(precision: str) -> Any:
 class TaylorRun(MotionRun):
     """A motion without events, by one run of one integrator."""
 
-    def dense(self) -> Callable[[Any], tuple[Any, Any]]:
+    def dense(self) -> Callable[..., tuple[Any, Any]]:
         """Return q and u as functions of time (s): the very polynomials of this run's steps."""
         compiled, kind = _ready(self.scene, self.formulation, self.precision, self.order)
         *_, output, _ = compiled.integrator.propagate_until(
@@ -96,7 +96,7 @@ class TaylorRun(MotionRun):
         )
         equations, chain = EQUATIONS[self.formulation], compiled.chain
 
-        def at(times: Any) -> tuple[Any, Any]:
+        def at(times: Any, side: str = "right") -> tuple[Any, Any]:
             variables = np.array(output(numbers(times, self.precision))).T
             q, second = variables[:2], variables[2:]
             return q, np.array(equations.to_speeds(chain, q, second))
@@ -137,7 +137,7 @@ def taylor_run(
     run_seconds = perf_counter() - start
     compiled.spent += run_seconds
     if outcome != heyoka().taylor_outcome.time_limit:
-        raise SimulationError(
+        raise IntegrationError(
             f"the motion could not be followed beyond {float(integrator.time):.6g} s "
             f"({outcome.name}); allowed are scenes whose motion stays finite until "
             f"{scene.duration:.6g} s"

@@ -1,49 +1,22 @@
-"""The mode of a motion that is not smooth, and the events between modes."""
+"""Modes, events and impacts of a hybrid motion: data only."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from enum import Enum
 
 from twolink.arithmetic import Scalar
 from twolink.contact.force_laws import Phase, PlasticState
+from twolink.contact.states import ContactState, EventKind
 
 BOUNCES_DIE_AWAY = "bounces die away"
-"""The regime of the impact that stands for bounces too low to be seen."""
-
-
-class ContactState(Enum):
-    """What a dry friction or an obstacle does: its value is how that is said.
-
-    What is pressed against an obstacle gives all the friction that it can, and does not move.
-    """
-
-    FORWARD = "slips forward"
-    BACKWARD = "slips backward"
-    STICKS = "sticks"
-    PRESSED_FORWARD = "is pressed forward"
-    PRESSED_BACKWARD = "is pressed backward"
-    OPEN = "is free"
-    CLOSED = "rests"
-
-    @property
-    def direction(self) -> int:
-        """+1 or −1 for one that slips or is pressed forward or backward, else 0."""
-        return _DIRECTIONS.get(self.name, 0)
-
-
-_DIRECTIONS = {"FORWARD": 1, "BACKWARD": -1, "PRESSED_FORWARD": 1, "PRESSED_BACKWARD": -1}
-_PRESSED = {
-    ContactState.FORWARD: ContactState.PRESSED_FORWARD,
-    ContactState.BACKWARD: ContactState.PRESSED_BACKWARD,
-}
+"""The regime of the impact that stands for the bounces beyond a Zeno limit."""
 
 
 @dataclass(frozen=True)
 class Mode:
-    """The states of all dry frictions and obstacles, each with the name of what it acts on.
+    """The states of all elements, each with its name.
 
-    Where any of them remembers what has been, `dents` has an entry for each, else none.
+    `dents` has the plastic state of each element where any surface yields, and is empty elsewhere.
     """
 
     names: tuple[str, ...]
@@ -51,17 +24,11 @@ class Mode:
     dents: tuple[PlasticState | None, ...] = ()
 
     def __getitem__(self, name: str) -> ContactState:
-        """Return the state of what has this name."""
+        """Return the state of the element of this name."""
         return self.states[self.names.index(name)]
 
-    def pressed(self, index: int) -> Mode:
-        """Return the same mode, in which the friction of this number cannot slip as it would."""
-        states = list(self.states)
-        states[index] = _PRESSED[states[index]]
-        return replace(self, states=tuple(states))
-
     def dent(self, index: int) -> PlasticState | None:
-        """Return what the friction or obstacle of this number remembers."""
+        """Return the plastic state of the element of this number."""
         return self.dents[index] if self.dents else None
 
     @property
@@ -80,12 +47,12 @@ class Mode:
 
     @property
     def kind(self) -> Mode:
-        """The mode without its numbers: modes of a kind do the same, in dents of other sizes."""
+        """The mode with zeros for its numbers: modes of one kind share an integrator."""
         return self.with_numbers((0.0,) * len(self.numbers)) if self.dents else self
 
     @property
-    def told(self) -> Mode:
-        """The mode as an event has it: in plain numbers, without dents in which nothing lies."""
+    def for_display(self) -> Mode:
+        """The mode in floats, without dents that no point lies in."""
         if not self.dents:
             return self
         dents = tuple(
@@ -95,7 +62,7 @@ class Mode:
         return replace(self, dents=dents)
 
     def __str__(self) -> str:
-        """Return the mode in words; what is free is not mentioned."""
+        """Return the mode in words; elements that are free are left out."""
         words = [
             f"{name} {state.value}{_words(self.dent(index))}"
             for index, (name, state) in enumerate(zip(self.names, self.states, strict=True))
@@ -113,10 +80,20 @@ def _in_floats(dent: PlasticState) -> PlasticState:
 
 
 @dataclass(frozen=True)
-class Event:
-    """What happened at a time (s): the mode that begins there.
+class Trigger:
+    """The event that ended an arc: its kind, its element, and its sense where it has one."""
 
-    Where bounces have died away it was `entered` a moment earlier, at the last one that was seen.
+    kind: EventKind
+    index: int
+    sense: int = 0
+
+
+@dataclass(frozen=True)
+class Event:
+    """The beginning of a mode at a time (s).
+
+    After bounces that end at a Zeno limit the mode was `entered` at the last bounce that was
+    followed, a moment earlier.
     """
 
     time: float
@@ -131,11 +108,12 @@ class Event:
 
 @dataclass(frozen=True)
 class Impact:
-    """What an impact did at a time (s), on the obstacle of this number and name.
+    """An impact at a time (s) on the element of this number and name.
 
-    Speeds are those along the obstacle's direction (rad/s or m/s), before and after, and along its
-    tangent where it is rough; impulses likewise (N m s or N s). `kinetic_energy` is T before and
-    after (J), and `link_energies` those of link 1 and link 2. `regime` says how the point slid.
+    Speeds are those along the element's normal (rad/s or m/s), before and after, and `sliding`
+    those along its tangent where it is rough; impulses likewise (N m s or N s). `kinetic_energy` is
+    T before and after (J), and `link_energies` those of link 1 and link 2. `regime` describes the
+    sliding.
     """
 
     time: float
@@ -167,7 +145,7 @@ class Impact:
         """The impact in words."""
         before, after = self.speeds
         if self.regime == BOUNCES_DIE_AWAY:
-            # Their energy is no news: the friction that goes with them acts as the contact begins.
+            # The friction that goes with them acts as the contact begins.
             return f"{self.name}: bounces of {before:.6g} and less die away"
         gain = "; this law of restitution creates energy here" if self.creates_energy else ""
         return (

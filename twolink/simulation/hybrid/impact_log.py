@@ -1,4 +1,4 @@
-"""The log of a motion's impacts, written for all of them at once."""
+"""The log of a run's impacts, written for all of them at once."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import Any
 
 from twolink import lagrange
 from twolink.chain import Chain
-from twolink.simulation.mode import Impact
+from twolink.simulation.hybrid.impact import Strike
+from twolink.simulation.hybrid.mode import Impact
 from twolink.simulation.smooth.taylor import numbers
-from twolink.simulation.striking import Strike
 
 
 def impact_log(chain: Chain, strikes: Sequence[Strike], precision: str) -> tuple[Impact, ...]:
-    """Return the log of strikes on a chain, all in numbers of a precision."""
+    """Return the log of the impacts on a chain, all in numbers of a precision."""
     if not strikes:
         return ()
     q = _columns([strike.q for strike in strikes], precision)

@@ -1,0 +1,90 @@
+"""One scene simulated and judged: its outcome, its violations, its time."""
+
+from __future__ import annotations
+
+import time
+import traceback
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from tests.campaign.checks import violations
+from tests.campaign.draw import draw_scene
+from tests.campaign.printing import Printed
+from tests.campaign.reference import compared
+from twolink import Scene, simulate
+from twolink.errors import TwolinkError
+
+OK, NOT_MET, TOO_DEEP, REFUSED = "ok", "not met", "too deep", "refused"
+VIOLATION, CRASH, HANG = "violation", "crash", "hang"
+OUTCOMES = (OK, NOT_MET, TOO_DEEP, REFUSED, VIOLATION, CRASH, HANG)
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What came of a scene: `wrong` has the names of failed checks with their sentences.
+
+    `seconds` is the time of the simulation, `remark` the sentence of a refusal or a note, and
+    `compared_with` says what became of the reference run, if there was one.
+    """
+
+    index: int
+    outcome: str
+    seconds: float
+    wrong: tuple[tuple[str, str], ...] = ()
+    remark: str = ""
+    compared_with: str = ""
+
+
+def judge(seed: int, index: int, *, reference: bool, tell: Callable[[str, Any], None]) -> Judged:
+    """Return what comes of a scene; `tell` hears of each stage, with what is known before it."""
+    try:
+        scene = draw_scene(seed, index)
+        scene.to_toml()
+    except Exception:
+        return Judged(index, CRASH, 0.0, (("draw", traceback.format_exc(limit=-3)),))
+    judged, trajectory = _simulated(scene, index, tell)
+    if trajectory is None or not reference or not trajectory.met:
+        return judged
+    tell("reference", replace(judged, compared_with="timed out"))
+    with Printed():
+        wrong, remark = compared(trajectory)
+    outcome = VIOLATION if wrong else judged.outcome
+    return replace(judged, outcome=outcome, wrong=(*judged.wrong, *wrong), compared_with=remark)
+
+
+def _simulated(scene: Scene, index: int, tell: Callable[[str, Any], None]) -> tuple[Judged, Any]:
+    """Simulate a scene and check its trajectory, which is returned if there is one."""
+    tell("simulate", Judged(index, HANG, 0.0, (("hang", "simulate has not ended in time"),)))
+    started = time.perf_counter()
+    trajectory, outcome, remark = None, OK, ""
+    with Printed() as printed:
+        try:
+            trajectory = simulate(scene)
+        except TwolinkError as error:
+            remark = " ".join(str(error).split())
+            outcome = TOO_DEEP if "elasto-plastic" in remark else REFUSED
+        except Exception as error:
+            outcome, remark = CRASH, f"{type(error).__name__}: {str(error)[:300]}"
+    seconds = time.perf_counter() - started
+    wrong = [("printed", printed.text[:300])] if printed.text else []
+    if trajectory is not None:
+        tell("check", Judged(index, CRASH, seconds, (("check", "checks have not ended in time"),)))
+        wrong += _checked(trajectory)
+        if not trajectory.met:
+            outcome, remark = NOT_MET, " ".join(trajectory.notes)
+    outcome = VIOLATION if wrong and outcome != CRASH else outcome
+    if outcome == CRASH:
+        wrong = [("crash", remark), *wrong]
+    return Judged(index, outcome, seconds, tuple(wrong), remark), trajectory
+
+
+def _checked(trajectory: Any) -> list[tuple[str, str]]:
+    """Return the violations of a trajectory; what fails while it is looked at is one, too."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return violations(trajectory)
+    except Exception:
+        return [("looking", traceback.format_exc(limit=-4))]

@@ -1,0 +1,161 @@
+"""Running many scenes in worker processes; one that takes too long is killed and replaced."""
+
+from __future__ import annotations
+
+import multiprocessing
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection, wait
+from typing import Any
+
+import numpy as np
+
+from tests.campaign.judge import CRASH, Judged, judge
+
+# Scenes a worker does before it is replaced: what it has compiled takes memory.
+_SCENES_A_WORKER = 150
+
+# Time limit (s) of the checks of a scene.
+_CHECKS = 120.0
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A seed, time limits (s) and the share of scenes that are compared with a reference."""
+
+    seed: int
+    limit: float = 60.0
+    reference_share: float = 0.1
+    reference_limit: float = 120.0
+
+    def has_reference(self, index: int) -> bool:
+        """Return whether a scene is compared: always the same ones of a seed."""
+        rng = np.random.default_rng([self.seed, index, 1])
+        return bool(rng.random() < self.reference_share)
+
+    def seconds(self, stage: str) -> float:
+        """Return the time limit (s) of a stage."""
+        limits = {"simulate": self.limit, "check": _CHECKS, "reference": self.reference_limit}
+        # The start of a worker imports what is needed.
+        return limits.get(stage, 120.0)
+
+
+class Worker:
+    """A process that judges scenes, and what it has told last."""
+
+    def __init__(self, campaign: Campaign) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.campaign = campaign
+        self.pipe, other = context.Pipe()
+        self.process = context.Process(target=_work, args=(campaign, other), daemon=True)
+        self.process.start()
+        other.close()
+        self.done = 0
+        self.index: int | None = None
+        self.known: Judged | None = None
+        self.deadline = 0.0
+
+    def begin(self, index: int) -> None:
+        """Hand over a scene."""
+        self.index, self.known = index, None
+        self.deadline = time.monotonic() + self.campaign.seconds("start")
+        self.pipe.send(index)
+
+    def heard(self) -> Judged | None:
+        """Return the judgement if it is there; note a stage that begins."""
+        try:
+            stage: str
+            judged: Judged
+            stage, judged = self.pipe.recv()
+        except (EOFError, OSError):
+            self.process.join(5)
+            return self._ended(f"the process died with exit code {self.process.exitcode}")
+        if stage == "done":
+            self.done, self.index = self.done + 1, None
+            return judged
+        self.known = judged
+        self.deadline = time.monotonic() + self.campaign.seconds(stage)
+        return None
+
+    def late(self) -> Judged | None:
+        """Return what is known of a scene that has taken too long, and end the process."""
+        if self.index is None or time.monotonic() < self.deadline:
+            return None
+        if self.known is None:
+            return self._ended("drawing the scene has not ended in time")
+        known, limit = self.known, self.campaign.limit
+        self._kill()
+        return known if known.seconds else replace(known, seconds=limit)
+
+    def _ended(self, how: str) -> Judged:
+        assert self.index is not None
+        known = self.known or Judged(self.index, CRASH, 0.0)
+        self._kill()
+        told = known.wrong if known.seconds else ()
+        return replace(known, outcome=CRASH, wrong=(("crash", how), *told))
+
+    def _kill(self) -> None:
+        self.process.kill()
+        self.process.join()
+        self.done = _SCENES_A_WORKER
+
+    def close(self) -> None:
+        """End the process."""
+        self.process.kill()
+        self.process.join()
+        self.pipe.close()
+
+
+def _work(campaign: Campaign, pipe: Connection) -> None:
+    """Judge scenes as they come in, until the pipe is closed."""
+
+    def tell(stage: str, judged: Any) -> None:
+        pipe.send((stage, judged))
+
+    while True:
+        try:
+            index = pipe.recv()
+        except EOFError:
+            return
+        reference = campaign.has_reference(index)
+        tell("done", judge(campaign.seed, index, reference=reference, tell=tell))
+
+
+def judged_scenes(
+    campaign: Campaign, indices: list[int], workers: int, progress: Callable[[str], None]
+) -> Iterator[Judged]:
+    """Yield what comes of each scene, as they are done."""
+    waiting = list(reversed(indices))
+    crew = [Worker(campaign) for _ in range(min(workers, len(indices)))]
+    try:
+        left = len(indices)
+        for worker in crew:
+            worker.begin(waiting.pop())
+        while left:
+            ready = wait([worker.pipe for worker in crew if worker.index is not None], timeout=0.5)
+            for place, worker in enumerate(crew):
+                if worker.index is None:
+                    continue
+                judged = worker.heard() if worker.pipe in ready else worker.late()
+                if judged is None:
+                    continue
+                left -= 1
+                yield judged
+                crew[place] = _next(worker, campaign, waiting)
+            progress(f"{len(indices) - left} of {len(indices)} scenes")
+    finally:
+        for worker in crew:
+            worker.close()
+
+
+def _next(worker: Worker, campaign: Campaign, waiting: list[int]) -> Worker:
+    """Hand the next scene to a worker, or to a new one in its place, and return it."""
+    worker.index = None
+    if not waiting:
+        return worker
+    if worker.done >= _SCENES_A_WORKER:
+        worker.close()
+        worker = Worker(campaign)
+    worker.begin(waiting.pop())
+    return worker

@@ -1,0 +1,1 @@
+"""The hybrid simulator: smooth flow inside a mode, and jumps between modes."""

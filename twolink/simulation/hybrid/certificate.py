@@ -1,0 +1,235 @@
+"""The certificate of an arc: no event function falls before the arc's end.
+
+On each step every event function is a polynomial. It is proven positive, or its first root is
+isolated there. No event function is ever switched off: one that starts at zero, as a gap does after
+an impact, is divided by the power of time with which it starts.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from twolink.contact.states import EventKind
+from twolink.simulation.hybrid.compile import CompiledMode
+from twolink.simulation.hybrid.mode import Mode, Trigger
+from twolink.simulation.hybrid.roots import Root, are_positive, first_fall, rounding_bounds
+from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.tolerances import LEADING
+
+
+class Doubt(NamedTuple):
+    """An event function that touches zero at a time (s), where rounding decides whether it falls.
+
+    `speed` (rad/s or m/s) is that of the impact which may have been passed over, or infinity.
+    """
+
+    time: float
+    trigger: Trigger
+    speed: float
+
+
+class Finding(NamedTuple):
+    """The first event on a block of steps: on which step, at which x in [0, 1] of it, and which.
+
+    `trigger` is None if the clock comes to the end of the arc first.
+    """
+
+    place: int
+    x: Any
+    trigger: Trigger | None
+
+
+class Block(NamedTuple):
+    """Steps taken one after another: starts, lengths, and coefficients of shape (n, v, p + 1)."""
+
+    starts: Any
+    lengths: Any
+    coefficients: Any
+
+
+class Certificate:
+    """The event functions of one arc, as polynomials of its steps."""
+
+    def __init__(self, system: HybridSystem, compiled: CompiledMode, mode: Mode, span: Any) -> None:
+        """Take the compiled mode, and the time (s) after which the arc ends in any case."""
+        self._system, self._compiled, self._span = system, compiled, span
+        watched = compiled.watched
+        self._triggers = [w.trigger for w in watched]
+        self._variables = np.array([w.variable for w in watched], dtype=int)
+        self._integral = np.array([w.integral for w in watched], dtype=bool)
+        self._signs = np.array([w.factor for w in watched])
+        self._constant = np.zeros(len(watched), dtype=bool)
+        self._offsets = {
+            place: system.number(offset)
+            for place, trigger in enumerate(self._triggers)
+            if (offset := _offset(system, mode, trigger)) is not None
+        }
+
+    def polynomials(self, block: Block) -> Any:
+        """Return the event functions on each step, on [0, 1]: shape (n, m, p + 1)."""
+        rows = block.coefficients[:, self._variables]
+        order = rows.shape[2]
+        if self._integral.any():
+            rates = rows[:, self._integral, 1:] * _counting(order, rows)
+            rows[:, self._integral, :-1] = rates
+            rows[:, self._integral, -1] = 0
+        if (self._signs < 0).any():
+            rows = rows * self._signs.astype(rows.dtype)[None, :, None]
+        for place, offset in self._offsets.items():
+            rows[:, place, 0] = rows[:, place, 0] + offset
+        return rows * powers(block.lengths, order)[:, None, :]
+
+    def first_event(self, block: Block, at_start: bool) -> tuple[Finding | None, tuple[Doubt, ...]]:
+        """Return the first event on a block of steps, and the touches before it.
+
+        `at_start` says that the first step is that of the arc.
+        """
+        doubts: list[Doubt] = []
+        suspects: dict[int, list[tuple[int, Any]]] = {}
+        if self._triggers:
+            every = self.polynomials(block)
+            if at_start:
+                suspects[0] = self._deflated(every, block)
+            positive = self._positive(every) | self._constant
+            if not positive.all():
+                for place, number in zip(*np.nonzero(~positive), strict=True):
+                    suspects.setdefault(int(place), []).append((int(number), every[place, number]))
+        for place in range(len(block.lengths)):
+            earliest = self._earliest(block, place, suspects.get(place, ()), doubts)
+            at_end = self._clock_root(block, place)
+            if at_end is not None and (earliest is None or at_end <= earliest.x):
+                return Finding(place, at_end, None), tuple(doubts)
+            if earliest is not None:
+                return earliest, tuple(doubts)
+        return None, tuple(doubts)
+
+    def _positive(self, every: Any) -> Any:
+        """Return which event functions are proven positive on each step: shape (n, m)."""
+        flat = every.reshape(-1, every.shape[2])
+        bounds = rounding_bounds(flat, self._system.rounding)
+        return are_positive(flat, bounds).reshape(every.shape[:2])
+
+    def _earliest(
+        self, block: Block, place: int, suspects: Any, doubts: list[Doubt]
+    ) -> Finding | None:
+        """Return the first event on a step, among the event functions that are not certified."""
+        earliest: Finding | None = None
+        for number, polynomial in suspects:
+            trigger = self._triggers[number]
+            if polynomial[0] < 0:
+                # It falls at once.
+                return Finding(place, 0 * block.lengths[place], trigger)
+            bound = float(rounding_bounds(polynomial[None], self._system.rounding)[0])
+            root = first_fall(polynomial.tolist(), bound)
+            if root is None:
+                continue
+            if root.touches:
+                doubt = self._doubt(block, place, trigger, polynomial, root, bound)
+                doubts += [doubt] if doubt is not None else []
+            elif earliest is None or root.x < earliest.x:
+                earliest = Finding(place, root.x, trigger)
+        return earliest
+
+    def _deflated(self, every: Any, block: Block) -> list[tuple[int, Any]]:
+        """Divide event functions that start at zero by time, in place, and return those that fall.
+
+        One that locks is watched from either side.
+        """
+        found: list[tuple[int, Any]] = []
+        pace = 1.0
+        if self._compiled.clock is None:
+            pace = float(block.lengths[0]) / float(self._system.longest_step)
+        for number, trigger in enumerate(self._triggers):
+            polynomial = every[0, number].copy()
+            if trigger.kind is EventKind.JAMS and polynomial[0] < 0:
+                every[:, number] = -every[:, number]
+                polynomial = -polynomial
+                self._signs[number] *= -1
+            noise = self._noise(trigger, polynomial)
+            if polynomial[0] > noise:
+                continue
+            kept = _without_leading_zeros(polynomial, noise, pace)
+            every[0, number] = 0
+            every[0, number, 0] = 1
+            if kept is None:
+                # A contact that others hold off: its gap stays zero.
+                self._constant[number] = True
+                continue
+            found.append((number, kept))
+        return found
+
+    def _noise(self, trigger: Trigger, polynomial: Any) -> float:
+        """Return the size below which an event function at the start of an arc is zero."""
+        chain, step = self._system.chain, float(self._system.longest_step)
+        lever = max(1.0, float(chain.L1 + chain.L2))
+        size = float(np.abs(polynomial).astype(float).sum())
+        if trigger.kind in (EventKind.HITS, EventKind.CLEARS):
+            size = lever
+        elif trigger.kind in (EventKind.STOPS, EventKind.TURNS):
+            size = max(size, lever / step)
+        elif trigger.kind is EventKind.BREAKS:
+            size = max(size, 1.0)
+        return LEADING * self._system.rounding * size
+
+    def _clock_root(self, block: Block, place: int) -> Any:
+        """Return where on a step the clock comes to the end of the arc, or None."""
+        if self._compiled.clock is None:
+            return None
+        row = block.coefficients[place, self._compiled.clock]
+        polynomial = -row * powers(block.lengths[place : place + 1], len(row))[0]
+        polynomial[0] = polynomial[0] + self._span
+        if polynomial.sum() > 0:
+            return None
+        root = first_fall(polynomial.tolist(), 0.0)
+        return 1 if root is None else root.x
+
+    def _doubt(
+        self, block: Block, place: int, trigger: Trigger, polynomial: Any, root: Root, bound: float
+    ) -> Doubt | None:
+        """Return the doubt that a touch leaves, if the motion depends on it."""
+        element = self._system.elements[trigger.index]
+        if trigger.kind is EventKind.HITS:
+            x = float(root.x)
+            bend = sum(
+                k * (k - 1) * float(c) * x ** (k - 2) for k, c in enumerate(polynomial) if k > 1
+            )
+            speed = math.sqrt(2 * abs(bend) * bound) / float(block.lengths[place])
+        elif element.hysteretic and trigger.kind in (EventKind.BREAKS, EventKind.STOPS):
+            speed = math.inf
+        else:
+            return None
+        return Doubt(float(block.starts[place]), trigger, speed)
+
+
+def _without_leading_zeros(polynomial: Any, noise: float, pace: float) -> Any:
+    """Return a polynomial divided by the power of x with which it starts, or None if it is zero."""
+    for k in range(len(polynomial) - 1):
+        if abs(polynomial[k]) > noise * pace**k:
+            return polynomial[k:]
+    return None
+
+
+def _offset(system: HybridSystem, mode: Mode, trigger: Trigger) -> Any:
+    """Return the number that a variable is subtracted from to give an event function, or None."""
+    if trigger.kind not in (EventKind.CLEARS, EventKind.REACHES):
+        return None
+    branch = system.elements[trigger.index].branch(mode.dent(trigger.index))
+    return branch.residual if trigger.kind is EventKind.CLEARS else branch.reach
+
+
+def _counting(order: int, like: Any) -> Any:
+    return np.arange(1.0, order).astype(like.dtype)
+
+
+def powers(lengths: Any, count: int) -> Any:
+    """Return the powers 0 … count − 1 of each length: shape (n, count)."""
+    if lengths.dtype == np.float64:
+        return lengths[:, None] ** np.arange(count)
+    found = np.empty((len(lengths), count), dtype=lengths.dtype)
+    found[:, 0] = 1
+    for k in range(1, count):
+        found[:, k] = found[:, k - 1] * lengths
+    return found

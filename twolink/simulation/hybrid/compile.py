@@ -1,0 +1,259 @@
+"""A mode as a heyoka integrator, in any precision: compiled when it is first entered.
+
+Beside q and u the integrator has as variables: the gap of each contact that is open, the depth to
+which each damped surface is still sunk in, and the root of each depth whose law takes it. In such a
+press the independent variable is not time but s, with dt = √depth ds, in which the motion is
+analytic from the first touch to the last; time is then a variable, too.
+
+An event function f that is none of these variables is known by its integral, one more variable
+whose rate is f: the Taylor coefficients of f are those of the integral times 1, 2, 3, …
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import operator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from twolink.arithmetic import Pair
+from twolink.chain import Chain
+from twolink.contact.elements import ContactElement
+from twolink.contact.states import ContactState, EventKind
+from twolink.effects import Effect, nonsmooth
+from twolink.optional import heyoka
+from twolink.simulation.hybrid.dynamics import Pose, Solution, mode_solution
+from twolink.simulation.hybrid.event_functions import OF_GAP, Surfaces, triggers, value
+from twolink.simulation.hybrid.mode import Mode, Trigger
+from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.tolerances import BAUMGARTE_RATE
+from twolink.simulation.smooth.taylor import number_type, step_tolerance
+
+
+@dataclass(frozen=True)
+class Watched:
+    """An event function of a compiled mode: offset + factor × a variable, or × its derivative."""
+
+    trigger: Trigger
+    variable: int
+    factor: float
+    integral: bool
+
+
+@dataclass(frozen=True)
+class CompiledMode:
+    """A mode's integrator and the layout of its variables.
+
+    `gaps`, `sunk` and `roots` have the numbers of the elements, in the order of their variables
+    after q and u; `clock` is the variable of time, where that is not the independent one. The
+    parameters are the `numbers` of effects and dents, the scale of forces, and, with a clock, the
+    start of the arc (s).
+    """
+
+    integrator: Any
+    operations: int
+    numbers: int
+    watched: tuple[Watched, ...]
+    gaps: tuple[int, ...]
+    sunk: tuple[int, ...]
+    roots: tuple[int, ...]
+    clock: int | None
+    integrals: slice
+    number: Any
+
+
+def compiled_mode(
+    system: HybridSystem, mode: Mode, formulation: str, sunk: tuple[int, ...]
+) -> CompiledMode:
+    """Return a mode's integrator, compiled unless it already was.
+
+    `sunk` are the surfaces that have been left, and still spring back.
+    """
+    varying: tuple[Any, ...] = system.effects
+    blank = tuple(
+        effect.with_numbers((0.0,) * len(effect.numbers)) if hasattr(effect, "numbers") else effect
+        for effect in varying
+    )
+    chain = system.scene_chain
+    return _compiled(
+        chain, blank, mode.kind, formulation, system.precision, system.order, sunk,
+        chain._exact_inertia,
+    )  # fmt: skip
+
+
+@functools.lru_cache(maxsize=512)
+def _compiled(
+    chain: Chain,
+    effects: tuple[Effect, ...],
+    mode: Mode,
+    formulation: str,
+    precision: str,
+    order: int | None,
+    sunk: tuple[int, ...],
+    exact_inertia: Pair | None,
+) -> CompiledMode:
+    """Return a mode's integrator, kept for all arcs and all runs in modes of its kind."""
+    from twolink.simulation.hybrid.formulations import FORMULATIONS
+
+    hy, number = heyoka(), number_type(precision)
+    parameters = itertools.count()
+    effects = _with_parameters(effects, parameters)
+    own = chain.convert(number)
+    system = HybridSystem(
+        chain, own, FORMULATIONS[formulation], effects, nonsmooth(effects, own), precision, order,
+        number, 0.0, 0.0,
+    )  # fmt: skip
+    mode = mode.with_numbers(tuple(hy.par[next(parameters)] for _ in mode.numbers))
+    return _Builder(system, mode, sunk, next(parameters)).compiled()
+
+
+class _Builder:
+    """The variables, rates and event functions of a mode, as heyoka's expressions."""
+
+    def __init__(
+        self, system: HybridSystem, mode: Mode, sunk: tuple[int, ...], numbers: int
+    ) -> None:
+        """Name the variables of a mode; the first parameter that is free is `numbers`."""
+        hy = heyoka()
+        self._system, self._mode, self._numbers = system, mode, numbers
+        self._sunk = sunk
+        self._q, self._u = hy.make_vars("q1", "q2"), hy.make_vars("u1", "u2")
+        states = list(enumerate(zip(system.elements, mode.states, strict=True)))
+        self._gaps = {
+            i: hy.make_vars(f"gap{i}")
+            for i, (element, state) in states
+            if element.normal is not None and state is ContactState.OPEN
+        }
+        self._depths = {i: hy.make_vars(f"sunk{i}") for i in sunk}
+        self._roots = {
+            i: hy.make_vars(f"root{i}")
+            for i, (element, state) in states
+            if _is_rooted(element) and state is not ContactState.OPEN
+        }
+        self._scale = hy.par[numbers]
+        self._clock = hy.make_vars("clock")
+        self._now = hy.par[numbers + 1] + self._clock if self._roots else hy.time
+
+    def compiled(self) -> CompiledMode:
+        """Return the compiled mode."""
+        hy, system, mode = heyoka(), self._system, self._mode
+        pose = Pose(system.chain, system.formulation, self._q)
+        solution = mode_solution(
+            pose, system.effects, system.elements, mode.states,
+            [mode.dent(i) for i in range(len(mode.states))], self._u, self._now, self._roots,
+            BAUMGARTE_RATE,
+        )  # fmt: skip
+        variables, rates = self._motion(solution)
+        watched, integrals = self._event_functions(pose, solution, variables)
+        first = len(variables)
+        for place, rate in enumerate(integrals):
+            variables.append(hy.make_vars(f"integral{place}"))
+            rates.append(rate)
+        rates = [r if isinstance(r, hy.expression) else hy.expression(r) for r in rates]
+        precision = system.precision
+        integrator = hy.taylor_adaptive(
+            list(zip(variables, rates, strict=True)),
+            np.array([system.number(0)] * len(variables)),
+            tol=system.number(step_tolerance(precision, system.order)),
+            # An arc lasts for a few steps: optimising them takes longer than they do, and so does
+            # unrolling them where there is more than free motion.
+            opt_level=0,
+            compact_mode=precision != "double" or bool(integrals or self._roots),
+            fp_type=system.number,
+        )
+        return CompiledMode(
+            integrator=integrator,
+            operations=len(integrator.decomposition) - 2 * len(variables),
+            numbers=self._numbers,
+            watched=tuple(watched),
+            gaps=tuple(self._gaps),
+            sunk=self._sunk,
+            roots=tuple(self._roots),
+            clock=first - 1 if self._roots else None,
+            integrals=slice(first, first + len(integrals)),
+            number=system.number,
+        )
+
+    def _motion(self, solution: Solution) -> tuple[list[Any], list[Any]]:
+        """Return the variables of the motion, and their rates."""
+        system, roots = self._system, self._roots
+        springing = {i: -_relaxation(system.elements[i]) * self._depths[i] for i in self._sunk}
+        gap_rates = [self._normal_speed(i) + springing.get(i, 0.0) for i in self._gaps]
+        variables = [*self._q, *self._u, *self._gaps.values(), *self._depths.values()]
+        rates = [*self._u, *solution.du, *gap_rates, *springing.values()]
+        if not roots:
+            return variables, rates
+        pace = functools.reduce(operator.mul, roots.values())
+        rates = [rate * pace for rate in rates]
+        for index in roots:
+            # d√δ/ds = dδ/dt/(2√δ) dt/ds, in which the root cancels.
+            others = [root for other, root in roots.items() if other != index]
+            rates.append(functools.reduce(operator.mul, others, -self._normal_speed(index) / 2))
+        return [*variables, *roots.values(), self._clock], [*rates, pace]
+
+    def _normal_speed(self, index: int) -> Any:
+        normal = self._system.elements[index].normal
+        assert normal is not None
+        return normal.speed(self._system.chain, self._q, self._u)
+
+    def _event_functions(
+        self, pose: Pose, solution: Solution, variables: list[Any]
+    ) -> tuple[list[Watched], list[Any]]:
+        """Return what is watched, and the rates of the integrals that this needs."""
+        watched: list[Watched] = []
+        integrals: list[Any] = []
+        surfaces = Surfaces(self._gaps, self._roots)
+        place = {str(variable): row for row, variable in enumerate(variables)}
+        for trigger in triggers(self._system, self._mode):
+            index = trigger.index
+            own = self._gaps.get(index) if trigger.kind in OF_GAP else self._roots.get(index)
+            by_variable = trigger.kind in (*OF_GAP, EventKind.REACHES) or (
+                trigger.kind is EventKind.LEAVES and own is not None
+            )
+            if by_variable:
+                factor = -1.0 if trigger.kind in (EventKind.CLEARS, EventKind.REACHES) else 1.0
+                watched.append(Watched(trigger, place[str(own)], factor, False))
+                continue
+            f = value(trigger, self._system, self._mode, pose, self._u, solution, surfaces)
+            if _is_constant(f):
+                continue
+            if trigger.kind in (EventKind.LEAVES, EventKind.BREAKS):
+                f = f * self._scale
+            watched.append(Watched(trigger, len(variables) + len(integrals), 1.0, True))
+            integrals.append(f)
+        return watched, integrals
+
+
+def _is_rooted(element: ContactElement) -> bool:
+    return element.compliant is not None and element.compliant.rooted
+
+
+def _relaxation(element: ContactElement) -> float:
+    assert element.compliant is not None
+    assert element.compliant.relaxation is not None
+    return element.compliant.relaxation
+
+
+def _with_parameters(
+    effects: tuple[Any, ...], parameters: itertools.count[int]
+) -> tuple[Effect, ...]:
+    """Return the effects with parameters for the numbers that differ from piece to piece."""
+    par = heyoka().par
+    return tuple(
+        effect.with_numbers(tuple(par[next(parameters)] for _ in effect.numbers))
+        if hasattr(effect, "numbers")
+        else effect
+        for effect in effects
+    )
+
+
+def _is_constant(value: Any) -> bool:
+    """Return whether a number or an expression never changes: such an event never comes."""
+    try:
+        float(str(value))
+    except ValueError:
+        return False
+    return True

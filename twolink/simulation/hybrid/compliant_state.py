@@ -1,0 +1,129 @@
+"""The state of a compliant surface: a frozen value that each contact event replaces.
+
+A law that takes the root of the depth has that root as a variable of the integration; a damped
+surface that was left has the depth to which it is still sunk in; one that yields has its dent.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+from twolink.arithmetic import Scalar, sqrt
+from twolink.contact.elements import ContactElement
+from twolink.contact.force_laws import Phase, PlasticState
+
+
+@dataclass(frozen=True, slots=True)
+class CompliantState:
+    """`sqrt_depth` (m^½, None if not in use), `residual_depth` (m) still sunk in, and `plastic`."""
+
+    sqrt_depth: Scalar | None = None
+    residual_depth: Scalar = 0
+    plastic: PlasticState | None = None
+
+    @property
+    def offset(self) -> Scalar:
+        """How far (m) the surface lies below where it was built."""
+        kept = self.plastic.residual if self.plastic is not None else 0
+        return self.residual_depth + kept
+
+
+def undisturbed(element: ContactElement) -> CompliantState | None:
+    """Return the state of a surface that nothing has touched; None for a rigid element."""
+    if element.compliant is None:
+        return None
+    plastic = None if element.hysteresis is None else PlasticState(Phase.WHOLE)
+    return CompliantState(plastic=plastic)
+
+
+def pressed_at(element: ContactElement, state: CompliantState, depth: Any) -> CompliantState:
+    """Return the state at the start of a run with a point pressed in to a depth (m).
+
+    A surface that yields has been pressed for the first time, on its curve of compression.
+    """
+    plastic, law = state.plastic, element.compliant
+    assert law is not None
+    if element.hysteresis is not None and plastic is not None:
+        while (reach := element.branch(plastic).reach) is not None and reach * reach < depth:
+            plastic = element.hysteresis.reached(plastic)
+    root = sqrt(depth) if law.rooted else None
+    return CompliantState(root, 0, plastic)
+
+
+def pressed(element: ContactElement, state: CompliantState, least: Any) -> CompliantState:
+    """Return the state at the beginning of a press, at the `least` root of a depth (m^½)."""
+    law, plastic = element.compliant, state.plastic
+    assert law is not None
+    if element.hysteresis is not None and plastic is not None:
+        plastic = element.hysteresis.pressed(plastic)
+    return CompliantState(least if law.rooted else None, 0, plastic)
+
+
+def released(element: ContactElement, state: CompliantState, speed: Any) -> CompliantState:
+    """Return the state after a point has come off at a speed (m/s).
+
+    A damped surface is sunk in to where it springs back at that speed: so there is no force.
+    """
+    law, plastic = element.compliant, state.plastic
+    assert law is not None
+    if plastic is not None and plastic.phase is Phase.PRESSED_AGAIN:
+        assert element.hysteresis is not None
+        plastic = element.hysteresis.turned(plastic, 0 * speed)
+    sunk = 0 * speed if law.relaxation is None else speed / law.relaxation
+    return CompliantState(None, sunk, plastic)
+
+
+def overtaken(element: ContactElement, state: CompliantState, depth: Any) -> CompliantState:
+    """Return the state of a surface that is sunk in to a depth (m) and is not touched."""
+    return replace(state, sqrt_depth=None, residual_depth=depth)
+
+
+def reached(element: ContactElement, state: CompliantState) -> CompliantState:
+    """Return the state on the next branch of the law, at the same depth."""
+    assert element.hysteresis is not None
+    assert state.plastic is not None
+    return _on_branch(state, element.hysteresis.reached(state.plastic))
+
+
+def turned(element: ContactElement, state: CompliantState) -> CompliantState:
+    """Return the state on the branch that holds from where compression and restitution change."""
+    assert element.hysteresis is not None
+    assert state.plastic is not None
+    assert state.sqrt_depth is not None
+    depth = state.sqrt_depth * state.sqrt_depth + state.plastic.residual
+    return _on_branch(state, element.hysteresis.turned(state.plastic, depth))
+
+
+def cleared(state: CompliantState) -> CompliantState:
+    """Return the state of a surface whose dent the point has left."""
+    return replace(state, plastic=PlasticState(Phase.WHOLE))
+
+
+def relaxed(state: CompliantState) -> CompliantState:
+    """Return the state of a surface that has sprung back."""
+    return replace(state, residual_depth=0 * state.residual_depth)
+
+
+def relaxation_time(element: ContactElement, state: CompliantState, rounding: float) -> float:
+    """Return the time (s) until a surface has sprung back but for rounding: 0 if it has."""
+    law = element.compliant
+    assert law is not None
+    depth = abs(float(state.residual_depth))
+    least = rounding * max(1.0, abs(float(element.bound)))
+    if depth == 0:
+        return math.inf
+    if depth <= least or law.relaxation is None:
+        return 0.0
+    return math.log(2 * depth / least) / law.relaxation
+
+
+def _on_branch(state: CompliantState, plastic: PlasticState) -> CompliantState:
+    """Return the state with another plastic state, at the same place."""
+    assert state.plastic is not None
+    root, sinks = state.sqrt_depth, state.plastic.residual - plastic.residual
+    if sinks != 0:
+        assert root is not None
+        root = sqrt(root * root + sinks)
+    return CompliantState(root, state.residual_depth, plastic)

@@ -1,0 +1,62 @@
+"""Accelerations under one or two constraints.
+
+A chain has two degrees of freedom, so one constraint leaves one motion, and two leave none. Both
+are solved in the motion that is left, so that what a constraint bars is exactly zero.
+"""
+
+from __future__ import annotations
+
+from twolink.arithmetic import Matrix, Pair, Scalar
+from twolink.contact.elements import Constraint
+from twolink.simulation.hybrid.tolerances import PARALLEL
+
+
+def cramer(M: Matrix, r: Pair, det: Scalar) -> Pair:
+    """Return M⁻¹ r, by Cramer's rule."""
+    (M11, M12), (_, M22) = M
+    return (M22 * r[0] - M12 * r[1]) / det, (M11 * r[1] - M12 * r[0]) / det
+
+
+def solved_with_one(M: Matrix, r: Pair, constraint: Constraint) -> tuple[Pair, tuple[Scalar, ...]]:
+    """Return du and λ of M du = r + λ force, row · du = −bias.
+
+    du is the acceleration that the bias demands, along the row, and a motion across it, which the
+    equation of motion across the force gives.
+    """
+    (M11, M12), (_, M22) = M
+    (x, y), bias, (X, Y) = constraint
+    long = x * x + y * y
+    barred = -bias * x / long, -bias * y / long
+    rest = (
+        r[0] - M11 * barred[0] - M12 * barred[1],
+        r[1] - M12 * barred[0] - M22 * barred[1],
+    )
+    # Across the row is (y, −x), across the force (Y, −X).
+    along = (Y * rest[0] - X * rest[1]) / (Y * (M11 * y - M12 * x) - X * (M12 * y - M22 * x))
+    du = barred[0] + along * y, barred[1] - along * x
+    missing = M11 * du[0] + M12 * du[1] - r[0], M12 * du[0] + M22 * du[1] - r[1]
+    return du, ((X * missing[0] + Y * missing[1]) / (X * X + Y * Y),)
+
+
+def solved_with_two(
+    M: Matrix, r: Pair, one: Constraint, two: Constraint
+) -> tuple[Pair, tuple[Scalar, ...]]:
+    """Return du and both λ of M du = r + Σ λ force, each row · du = −bias."""
+    (M11, M12), (_, M22) = M
+    (x1, y1), bias1, (X1, Y1) = one
+    (x2, y2), bias2, (X2, Y2) = two
+    rows = x1 * y2 - x2 * y1
+    du = (y1 * bias2 - y2 * bias1) / rows, (x2 * bias1 - x1 * bias2) / rows
+    missing = M11 * du[0] + M12 * du[1] - r[0], M12 * du[0] + M22 * du[1] - r[1]
+    forces = X1 * Y2 - X2 * Y1
+    return du, (
+        (Y2 * missing[0] - X2 * missing[1]) / forces,
+        (X1 * missing[1] - Y1 * missing[0]) / forces,
+    )
+
+
+def parallel(first: Pair, second: Pair) -> bool:
+    """Return whether two rows bar the same motion, but for rounding."""
+    x1, y1, x2, y2 = (float(entry) for entry in (*first, *second))
+    size = (abs(x1) + abs(y1)) * (abs(x2) + abs(y2))
+    return abs(x1 * y2 - x2 * y1) <= PARALLEL * size

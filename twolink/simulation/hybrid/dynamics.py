@@ -1,0 +1,272 @@
+"""Constrained dynamics of a mode, for numbers of any kind.
+
+In a mode the motion is smooth. An element that slides is resisted by a known force, one that sticks
+or rests is held by the force that its constraint takes. The row of a constraint is the generalized
+force of a unit load, by Kane's partial velocities or by Lagrange's gradients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from twolink.arithmetic import Matrix, Pair, Scalar, sqrt
+from twolink.chain import Chain
+from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate
+from twolink.contact.elements import Constraint, ContactElement, ContactForces, ElementTerms, Terms
+from twolink.contact.force_laws import PlasticState
+from twolink.contact.states import ContactState
+from twolink.effects import Effect, smooth_loads
+from twolink.loads import Force, Load, Loads, Torque
+from twolink.simulation.hybrid.constraint import cramer, solved_with_one, solved_with_two
+
+# Two constraints bring the chain to rest.
+MOST_CONSTRAINTS = 2
+
+
+class Solution(NamedTuple):
+    """du/dt (rad/s²) in a mode, and the forces of each element."""
+
+    du: Pair
+    forces: tuple[ContactForces, ...]
+
+
+class Pose:
+    """A chain in a pose q: its mass matrix and Jacobian rows, each computed once."""
+
+    __slots__ = ("_inertia", "_rows", "chain", "formulation", "q")
+
+    def __init__(self, chain: Chain, formulation: ModuleType, q: Pair) -> None:
+        """Take a chain and angles of any kind of number."""
+        self.chain, self.formulation, self.q = chain, formulation, q
+        # By identity: a coordinate takes longer to hash than its row.
+        self._rows: dict[int, tuple[ConstraintCoordinate, Pair]] = {}
+        self._inertia: tuple[Matrix, Scalar] | None = None
+
+    def row(self, coordinate: ConstraintCoordinate) -> Pair:
+        """Return the Jacobian row of a coordinate: the generalized force of its unit loads."""
+        known = self._rows.get(id(coordinate))
+        if known is None:
+            loads = coordinate.unit_loads(self.chain)
+            row: Pair = self.formulation.generalized_active_force(self.chain, self.q, loads)
+            known = self._rows[id(coordinate)] = coordinate, row
+        return known[1]
+
+    @property
+    def inertia(self) -> tuple[Matrix, Scalar]:
+        """M (kg m²) and its determinant (kg² m⁴)."""
+        if self._inertia is None:
+            M = self.formulation.mass_matrix(self.chain, self.q)
+            self._inertia = M, self.formulation.determinant(self.chain, self.q)
+        return self._inertia
+
+    def response(self, row: Pair, force: Pair) -> Scalar:
+        """Return row · M⁻¹ force: the acceleration along a row that a unit of a force gives."""
+        x, y = self.impulse_response(force)
+        return row[0] * x + row[1] * y
+
+    def impulse_response(self, impulse: Pair) -> Pair:
+        """Return M⁻¹ times a generalized impulse (N m s): the change of u (rad/s)."""
+        M, det = self.inertia
+        return cramer(M, impulse, det)
+
+
+class LocalEquations(NamedTuple):
+    """M du = r + forces of elements, at an instant; `terms` has None for elements left out."""
+
+    M: Matrix
+    det: Scalar
+    r: Pair
+    terms: tuple[ElementTerms | None, ...]
+
+
+def local_equations(
+    pose: Pose,
+    effects: tuple[Effect, ...],
+    elements: Sequence[ContactElement],
+    u: Pair,
+    t: Scalar,
+    active: Sequence[bool],
+    pushes: Sequence[Scalar],
+    rate: float = 0.0,
+) -> LocalEquations:
+    """Return the equations of motion at an instant, with the terms of the active elements.
+
+    `pushes` are the forces of compliant surfaces (N); `rate` (1/s) is that of Baumgarte's
+    stabilisation, which is added to the bias of points, 0 for none.
+    """
+    chain, formulation, q = pose.chain, pose.formulation, pose.q
+    loads = smooth_loads(effects, chain, q, u, t)
+    Q1, Q2 = formulation.generalized_active_force(chain, q, loads)
+    C1, C2 = formulation.velocity_terms(chain, q, u)
+    M, det = pose.inertia
+    terms = tuple(
+        _element_terms(pose, element, u, push, rate) if is_active else None
+        for element, is_active, push in zip(elements, active, pushes, strict=True)
+    )
+    return LocalEquations(M, det, (Q1 - C1, Q2 - C2), terms)
+
+
+def _element_terms(
+    pose: Pose, element: ContactElement, u: Pair, push: Scalar, rate: float
+) -> ElementTerms:
+    bound = element.bound if element.rigid else None
+    return ElementTerms(
+        None if element.normal is None else _terms(pose, element.normal, u, rate, bound),
+        None if element.tangent is None else _terms(pose, element.tangent, u, rate, None),
+        push,
+    )
+
+
+def _terms(
+    pose: Pose, coordinate: ConstraintCoordinate, u: Pair, rate: float, bound: Scalar | None
+) -> Terms:
+    """Return the terms of a coordinate; a point that is held is pulled back to its bound.
+
+    A joint that is held does not move at all. A point that is held moves by the rounding of each
+    step, and the pull, zero where there is nothing to pull, keeps that from adding up.
+    """
+    chain, q = pose.chain, pose.q
+    bias = coordinate.bias(chain, q, u)
+    if rate and not isinstance(coordinate, JointCoordinate):
+        bias = bias + 2 * rate * coordinate.speed(chain, q, u)
+        if bound is not None:
+            bias = bias + rate * rate * (coordinate.coordinate(chain, q) - bound)
+    return Terms(pose.row(coordinate), bias)
+
+
+def constraints_of(
+    equations: LocalEquations,
+    elements: Sequence[ContactElement],
+    states: Sequence[ContactState],
+) -> list[tuple[Constraint, ...]]:
+    """Return the constraints of each element in a mode."""
+    return [
+        () if terms is None else element.constraints(state, terms)
+        for element, state, terms in zip(elements, states, equations.terms, strict=True)
+    ]
+
+
+def constraint_count(elements: Sequence[ContactElement], states: Sequence[ContactState]) -> int:
+    """Return how many constraints a mode has."""
+    return sum(len(element.holds(state)) for element, state in zip(elements, states, strict=True))
+
+
+def solve(
+    equations: LocalEquations,
+    elements: Sequence[ContactElement],
+    states: Sequence[ContactState],
+) -> Solution:
+    """Return du/dt in a mode, and the forces that keep up its constraints."""
+    M, det, (r1, r2), every = equations
+    for element, state, terms in zip(elements, states, every, strict=True):
+        for force in () if terms is None else element.applied(state, terms):
+            r1, r2 = r1 + force[0], r2 + force[1]
+    groups = constraints_of(equations, elements, states)
+    flat = [constraint for group in groups for constraint in group]
+    multipliers: tuple[Scalar, ...] = ()
+    if not flat:
+        du = cramer(M, (r1, r2), det)
+    elif len(flat) == 1:
+        du, multipliers = solved_with_one(M, (r1, r2), flat[0])
+    else:
+        du, multipliers = solved_with_two(M, (r1, r2), *flat)
+    return Solution(du, _forces(elements, states, every, groups, multipliers))
+
+
+def _forces(
+    elements: Sequence[ContactElement],
+    states: Sequence[ContactState],
+    every: Sequence[ElementTerms | None],
+    groups: list[tuple[Constraint, ...]],
+    multipliers: tuple[Scalar, ...],
+) -> tuple[ContactForces, ...]:
+    found, place = [], 0
+    for element, state, terms, group in zip(elements, states, every, groups, strict=True):
+        own = multipliers[place : place + len(group)]
+        place += len(group)
+        none = ContactForces(0, 0)
+        found.append(none if terms is None else element.forces(state, terms, own))
+    return tuple(found)
+
+
+def push_of(
+    pose: Pose,
+    element: ContactElement,
+    dent: PlasticState | None,
+    u: Pair,
+    root: Scalar | None = None,
+) -> Scalar:
+    """Return the normal force (N) of a pressed compliant surface, 0 for a rigid element.
+
+    The depth is that of the `root` (m^½) where it is given, else that of q.
+    """
+    if element.compliant is None or element.normal is None:
+        return 0
+    branch = element.branch(dent)
+    rate = -element.normal.speed(pose.chain, pose.q, u)
+    if root is not None:
+        return branch.law.force(root * root, root, rate)
+    surface = element.bound - branch.residual
+    depth = surface - element.normal.coordinate(pose.chain, pose.q)
+    if not branch.law.rooted:
+        return branch.law.force(depth, 0, rate)
+    depth = (depth + abs(depth)) / 2
+    return branch.law.force(depth, sqrt(depth), rate)
+
+
+def loads_of(
+    pose: Pose,
+    effects: tuple[Effect, ...],
+    elements: Sequence[ContactElement],
+    solution: Solution,
+    u: Pair,
+    t: Scalar,
+) -> Loads:
+    """Return everything that acts, the forces of the elements included."""
+    given: list[Load] = []
+    for element, forces in zip(elements, solution.forces, strict=True):
+        for coordinate, force in zip((element.normal, element.tangent), forces, strict=True):
+            if coordinate is not None:
+                given += [scaled(load, force) for load in coordinate.unit_loads(pose.chain)]
+    return smooth_loads(effects, pose.chain, pose.q, u, t) + tuple(given)
+
+
+def scaled(load: Load, factor: Scalar) -> Load:
+    """Return a load times a factor."""
+    if isinstance(load, Torque):
+        return Torque(load.link, factor * load.moment)
+    x, y = load.components
+    return Force(load.point, (factor * x, factor * y))
+
+
+def mode_solution(
+    pose: Pose,
+    effects: tuple[Effect, ...],
+    elements: Sequence[ContactElement],
+    states: Sequence[ContactState],
+    dents: Sequence[PlasticState | None],
+    u: Pair,
+    t: Scalar,
+    roots: dict[int, Any] | None = None,
+    rate: float = 0.0,
+) -> Solution:
+    """Return du/dt and the forces in a mode at a state; `roots` (m^½) are depths' roots by number.
+
+    In a mode that holds the chain at rest there is nothing to stabilise.
+    """
+    if constraint_count(elements, states) >= MOST_CONSTRAINTS:
+        rate = 0.0
+    active = [
+        element.normal is None or s is not ContactState.OPEN
+        for element, s in zip(elements, states, strict=True)
+    ]
+    pushes = [
+        push_of(pose, element, dent, u, (roots or {}).get(index)) if is_active else 0
+        for index, (element, dent, is_active) in enumerate(
+            zip(elements, dents, active, strict=True)
+        )
+    ]
+    equations = local_equations(pose, effects, elements, u, t, active, pushes, rate)
+    return solve(equations, elements, states)

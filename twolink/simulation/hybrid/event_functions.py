@@ -1,0 +1,82 @@
+"""The event functions of a mode: quantities that are positive, and whose fall ends the mode."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from twolink.arithmetic import Pair, Scalar
+from twolink.contact.states import EventKind
+from twolink.simulation.hybrid.dynamics import Pose, Solution
+from twolink.simulation.hybrid.mode import Mode, Trigger
+from twolink.simulation.hybrid.system import HybridSystem
+
+# Events that are a variable of the integration, or a number less one.
+OF_GAP = (EventKind.HITS, EventKind.CLEARS)
+
+
+class Surfaces(NamedTuple):
+    """Variables of the integration that belong to surfaces, by number: gaps (m), roots (m^½)."""
+
+    gaps: dict[int, Scalar]
+    roots: dict[int, Scalar]
+
+
+def triggers(system: HybridSystem, mode: Mode) -> tuple[Trigger, ...]:
+    """Return the events that may end a mode."""
+    return tuple(
+        Trigger(kind, index, sense)
+        for index, (element, state) in enumerate(zip(system.elements, mode.states, strict=True))
+        for kind, sense in element.events(state, mode.dent(index))
+    )
+
+
+def value(
+    trigger: Trigger,
+    system: HybridSystem,
+    mode: Mode,
+    pose: Pose,
+    u: Pair,
+    solution: Solution,
+    surfaces: Surfaces,
+) -> Scalar:
+    """Return the event function of a trigger, for numbers of any kind.
+
+    It is a place (rad, m, m^½), a speed (rad/s, m/s), a force (N, N m), or the response of a normal
+    to its own push (1/kg).
+    """
+    kind, index, sense = trigger.kind, trigger.index, trigger.sense
+    element, forces = system.elements[index], solution.forces[index]
+    if kind in (EventKind.HITS, EventKind.CLEARS, EventKind.REACHES):
+        return _place(trigger, system, mode, surfaces)
+    if kind is EventKind.JAMS:
+        return response_to_push(system, mode, pose, index)
+    if kind is EventKind.LEAVES:
+        return surfaces.roots.get(index, forces.normal)
+    if kind is EventKind.BREAKS:
+        # Friction that is used up against a direction lets the element slide in that direction.
+        return element.limits(forces.normal)[1] + sense * forces.tangential
+    along = element.tangent if kind is EventKind.STOPS else element.normal
+    assert along is not None
+    speed = along.speed(pose.chain, pose.q, u)
+    return sense * speed if kind is EventKind.STOPS else -sense * speed
+
+
+def _place(trigger: Trigger, system: HybridSystem, mode: Mode, surfaces: Surfaces) -> Scalar:
+    """Return the distance of a point from a surface, or from the end of a branch of its law."""
+    index = trigger.index
+    if trigger.kind is EventKind.HITS:
+        return surfaces.gaps[index]
+    branch = system.elements[index].branch(mode.dent(index))
+    if trigger.kind is EventKind.CLEARS:
+        return branch.residual - surfaces.gaps[index]
+    return branch.reach - surfaces.roots[index]
+
+
+def response_to_push(system: HybridSystem, mode: Mode, pose: Pose, index: int) -> Scalar:
+    """Return the normal acceleration that a push on a sliding contact gives (1/kg)."""
+    element = system.elements[index]
+    assert element.normal is not None
+    assert element.tangent is not None
+    row, tangent = pose.row(element.normal), pose.row(element.tangent)
+    s = -mode.states[index].direction * element.limits(1)[0]
+    return pose.response(row, (row[0] + s * tangent[0], row[1] + s * tangent[1]))

@@ -1,0 +1,162 @@
+"""A hybrid run whose global error was measured by an independent run of a longer precision.
+
+A run is judged by one that shares neither its rounding nor its equations: the next precision, by
+the other formulation, at a higher order. Their difference is the error of the run that is kept, as
+far as the judge is the better one, which the ladder of precisions and orders makes sure of.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twolink.scene import Scene
+from twolink.simulation.hybrid.run import HybridRun, hybrid_run
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], Callable[[float], None] | None]
+
+# What holds in a mode shall hold to rounding, whatever the accuracy.
+_LOWEST_ORDER = 15
+
+# The factor by which errors of a step may grow over a run before it is tried again.
+_GROWTH = 1e3
+
+# What the judge's own error adds to the difference: it is a thousandth, and stated as a tenth.
+_MARGIN = 1.1
+
+# Impacts of two runs that are closer than this many times the accuracy (s) are one and the same.
+_SAME_IMPACT = 1e3
+
+# At so many places of each step are runs compared.
+_PLACES = (0.25, 0.5, 0.75)
+
+# With so many steps they are compared in the middle only.
+_MANY_STEPS = 20_000
+
+
+class Rung(NamedTuple):
+    """A precision and an order, and those of the run that judges it."""
+
+    precision: str
+    order: int
+    judge: str
+    judging_order: int
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The run that is kept, its largest error so far at each time (rad, rad/s), and all runs."""
+
+    kept: HybridRun
+    errors: Array
+    runs: tuple[HybridRun, ...]
+
+
+def measured_run(
+    scene: Scene, times: Array, accuracy: float, formulation: str, progress: Progress
+) -> Measured:
+    """Return a run that meets an accuracy, or the best that there is.
+
+    `progress` takes the name of a run and returns what receives its share. Raises `SimulationError`
+    where not even the start can be followed.
+    """
+    own = "kane" if formulation == "kane" else "lagrange"
+    other = "lagrange" if own == "kane" else "kane"
+    known: dict[tuple[str, int, str], HybridRun] = {}
+    best: tuple[float, HybridRun, Array] | None = None
+
+    def run(precision: str, order: int, by: str) -> HybridRun:
+        key = precision, order, by
+        if key not in known:
+            known[key] = hybrid_run(
+                scene, times, formulation=by, precision=precision, order=order, partial=True,
+                progress=progress(f"order {order}, {precision}"),
+            )  # fmt: skip
+        return known[key]
+
+    for rung in _rungs(accuracy):
+        kept = run(rung.precision, rung.order, own)
+        judge = run(rung.judge, rung.judging_order, other)
+        errors = differences(kept, judge, times, accuracy)
+        worst = float(errors.max(initial=0.0))
+        if best is None or worst < best[0] or kept.reached > best[1].reached:
+            best = worst, kept, errors
+        if worst <= accuracy and kept.reached >= judge.reached * (1 - 1e-6):
+            break
+    assert best is not None
+    return Measured(best[1], best[2], tuple(known.values()))
+
+
+def _rungs(accuracy: float) -> Iterator[Rung]:
+    """Yield the precisions and orders to try, the cheapest that may do first."""
+    wanted = -math.log(accuracy / _GROWTH) / 2 - 1
+    order = max(_LOWEST_ORDER, 2 * math.ceil((wanted - 1) / 2) + 3)
+    if order <= 19:
+        yield Rung("double", order, "long double", min(order + 4, 23))
+    if order <= 21:
+        yield Rung("double", 21, "long double", 23)
+    yield Rung("long double", 23, "quadruple", 31)
+    yield Rung("quadruple", 41, "quadruple", 35)
+
+
+def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: float) -> Array:
+    """Return the largest difference of two runs up to each time (rad, rad/s), shape (n,).
+
+    They are compared at the times and several times within every step. Between the two instants of
+    one and the same impact speeds cannot be compared; there the difference of the instants counts.
+    What `second` leaves undecided counts as what it would make.
+    """
+    end = min(first.reached, second.reached)
+    moments = _moments(first, times, end)
+    ours, theirs = (np.concatenate(run.polynomials.at(moments)) for run in (first, second))
+    if ours.dtype != theirs.dtype:
+        # NumPy does not mix long doubles with heyoka's quadruple numbers.
+        ours = np.vectorize(type(theirs.flat[0]), otypes=[theirs.dtype])(ours)
+    found = np.abs(ours - theirs).max(axis=0).astype(float)
+    for start, stop in _impacts_apart(first, second, accuracy):
+        inside = (moments >= start) & (moments <= stop)
+        found[inside] = np.minimum(found[inside], stop - start)
+        found[moments > stop] = np.maximum(found[moments > stop], stop - start)
+    lever = max(1.0, 1 / float(first.scene.chain.L1), 1 / float(first.scene.chain.L2))
+    for doubt in second.doubts:
+        found[moments >= doubt.time] = np.maximum(
+            found[moments >= doubt.time], 2 * doubt.speed * lever
+        )
+    so_far = np.maximum.accumulate(found * _MARGIN)
+    place = np.searchsorted(moments, times[times <= first.reached], side="right") - 1
+    return np.asarray(so_far[np.maximum(place, 0)])
+
+
+def _moments(run: HybridRun, times: Array, end: float) -> Array:
+    """Return the times (s) at which runs are compared."""
+    starts = run.polynomials.starts.astype(float)
+    places = _PLACES if len(starts) < _MANY_STEPS else (0.5,)
+    widths = np.diff(starts)
+    inside = [starts[:-1] + place * widths for place in places]
+    every = np.unique(np.concatenate([times, *inside]))
+    return np.asarray(every[every <= end])
+
+
+def _impacts_apart(
+    first: HybridRun, second: HybridRun, accuracy: float
+) -> Iterator[tuple[float, float]]:
+    """Yield the two instants (s) of each impact that both runs have."""
+    for index in {impact.index for impact in first.impacts}:
+        ours = np.array([i.time for i in first.impacts if i.index == index])
+        theirs = np.array([i.time for i in second.impacts if i.index == index])
+        if not len(theirs):
+            continue
+        after = np.clip(np.searchsorted(theirs, ours), 0, len(theirs) - 1)
+        before = np.maximum(after - 1, 0)
+        nearer = np.abs(theirs[after] - ours) < np.abs(theirs[before] - ours)
+        partner = np.where(nearer, theirs[after], theirs[before])
+        for one, other in zip(ours.tolist(), partner.tolist(), strict=True):
+            if abs(one - other) <= _SAME_IMPACT * accuracy:
+                slack = 4 * math.ulp(max(one, other, 1e-300))
+                yield min(one, other) - slack, max(one, other) + slack

@@ -1,0 +1,231 @@
+"""A scene's motion through its events: flow and jump in turn, in any precision."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import Any, Literal
+
+import numpy as np
+
+from twolink.effects import breaks, effects_during, nonsmooth
+from twolink.errors import IntegrationError
+from twolink.scene import Scene
+from twolink.simulation.hybrid import compliant_state, tolerances
+from twolink.simulation.hybrid.certificate import Doubt
+from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
+from twolink.simulation.hybrid.flow import Arc, flow
+from twolink.simulation.hybrid.formulations import FORMULATIONS
+from twolink.simulation.hybrid.impact import Strike
+from twolink.simulation.hybrid.impact_log import impact_log
+from twolink.simulation.hybrid.jump import Jump, jump, settle
+from twolink.simulation.hybrid.mode import Event, Impact
+from twolink.simulation.hybrid.start import start_state
+from twolink.simulation.hybrid.state import HybridState, put
+from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.run import MotionRun
+from twolink.simulation.smooth.taylor import default_longest_step, number_type, rounding
+
+
+@dataclass(frozen=True, kw_only=True)
+class HybridRun(MotionRun):
+    """A motion with events: arcs in one mode each, and the jumps between them.
+
+    `since` has the time (s) at which each arc's mode begins: after bounces that were left out, a
+    little later than the arc. `failure` is the reason why the run ends early, at `reached` (s), or
+    empty; q and u then have only the times up to there.
+    """
+
+    arcs: tuple[Arc, ...]
+    polynomials: Polynomials
+    since: tuple[float, ...]
+    impacts: tuple[Impact, ...]
+    remarks: tuple[str, ...]
+    doubts: tuple[Doubt, ...]
+    reached: float
+    failure: str = ""
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """The beginnings of all modes that last, the first at 0 s; none if nothing makes modes."""
+        if not self.arcs or not self.arcs[0].mode.names:
+            return ()
+        found: list[Event] = []
+        for arc, since in zip(self.arcs, self.since, strict=True):
+            mode = arc.mode.for_display
+            goes_on = bool(found) and found[-1].mode == mode
+            if arc.end.t > arc.start.t and not goes_on:
+                start = float(arc.start.t)
+                found.append(Event(max(since, start), mode, start))
+        return tuple(found)
+
+    @property
+    def log(self) -> tuple[Impact, ...]:
+        """The impacts, in the order of time."""
+        return self.impacts
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Where the laws of contact left a choice, in sentences."""
+        return self.remarks
+
+    def dense(self) -> Callable[..., tuple[Any, Any]]:
+        """Return q and u as functions of time (s): the very polynomials of this run's steps."""
+
+        def at(times: Any, side: Literal["left", "right"] = "right") -> tuple[Any, Any]:
+            return self.polynomials.at(times, side)
+
+        return at
+
+
+def hybrid_run(
+    scene: Scene,
+    times: Any,
+    *,
+    formulation: str = "lagrange",
+    precision: str = "double",
+    order: int | None = None,
+    longest_step: float | None = None,
+    progress: Callable[[float], None] | None = None,
+    partial: bool = False,
+) -> HybridRun:
+    """Return a scene's motion through its events at increasing times (s), the first of them 0.
+
+    `progress` receives the share that is done. Raises `IntegrationError` where the motion cannot be
+    followed to the last time, unless a `partial` run is accepted.
+    """
+    # Modes are written with speeds, so momenta are none of their variables.
+    formulation = "kane" if formulation == "kane" else "lagrange"
+    cap = longest_step or default_longest_step(scene)
+    begun = perf_counter()
+    history = _History(scene, formulation, precision, order, cap, float(times[-1]))
+    failure = ""
+    try:
+        history.follow(progress or (lambda share: None))
+    except IntegrationError as error:
+        if not partial or not history.arcs:
+            raise
+        failure = str(error)
+    reached = float(history.state.t) if failure else float(times[-1])
+    polynomials = polynomials_of(history.arcs, history.state, precision)
+    asked = np.asarray(times, dtype=float)
+    q, u = polynomials.at(asked[asked <= reached])
+    return HybridRun(
+        scene=scene,
+        formulation=formulation,
+        precision=precision,
+        longest_step=cap,
+        q=q,
+        u=u,
+        steps=len(polynomials.starts) - 1,
+        order=polynomials.coefficients.shape[2] - 1,
+        operations=max((arc.compiled.operations for arc in history.arcs), default=0),
+        compile_seconds=history.compile_seconds,
+        run_seconds=perf_counter() - begun - history.compile_seconds,
+        arcs=tuple(history.arcs),
+        polynomials=polynomials,
+        since=tuple(history.since),
+        impacts=impact_log(history.system.chain, history.strikes, precision),
+        remarks=tuple(dict.fromkeys(history.notes)),
+        doubts=tuple(history.doubts),
+        reached=reached,
+        failure=failure,
+    )
+
+
+class _History:
+    """A run on its way: the state, the arcs so far, and the logs."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        formulation: str,
+        precision: str,
+        order: int | None,
+        cap: float,
+        end: float,
+    ) -> None:
+        """Stand at the start of a scene that is to be followed to an end (s)."""
+        number = number_type(precision)
+        chain, effects = scene.equipped, effects_during(scene.effects, 0.0)
+        own = chain.convert(number)
+        self._scene, self._formulation = scene, formulation
+        self.system = HybridSystem(
+            chain, own, FORMULATIONS[formulation], effects, nonsmooth(effects, own), precision,
+            order, number, rounding(precision), cap,
+        )  # fmt: skip
+        self.system.check()
+        self._end = number(end)
+        self._breaks = [number(t) for t in breaks(scene.effects) if 0 < t < end]
+        self.arcs: list[Arc] = []
+        self.since: list[float] = []
+        self.strikes: list[Strike] = []
+        self.notes: list[str] = []
+        self.doubts: list[Doubt] = []
+        self.compile_seconds = 0.0
+        self.state: HybridState = start_state(self.system, scene)
+
+    def follow(self, progress: Callable[[float], None]) -> None:
+        """Follow the motion to its end: flow and jump in turn."""
+        at_once = 0
+        following = settle(self.system, self.state, {})
+        self._keep(following)
+        while self.state.t < self._end:
+            until = min(self._end, *self._breaks[:1], self._relaxed())
+            arc = flow(
+                self.system, self.state, following.mode, until, self._formulation,
+                lambda t: progress(t / self._scene.duration),
+            )  # fmt: skip
+            self.arcs.append(arc)
+            self.compile_seconds += arc.compile_seconds
+            self.since.append(float(arc.start.t) + following.delay)
+            self.doubts += arc.doubts
+            at_once = at_once + 1 if arc.end.t == self.state.t else 0
+            if at_once > tolerances.MOST_JUMPS_AT_ONCE:
+                raise IntegrationError(
+                    f"modes follow each other without end at {float(arc.end.t):.9g} s: "
+                    f"{arc.mode}, then {arc.event.kind.value if arc.event else 'nothing'}"
+                )
+            following = self._jump(arc, until)
+            self._keep(following)
+
+    def _jump(self, arc: Arc, until: Any) -> Jump:
+        """Return the jump at the end of an arc."""
+        state, limit = arc.end, tolerances.zeno_time(self.system.longest_step, self.system.rounding)
+        if arc.event is not None:
+            recent = [s for s in self.strikes[-200:] if s.time >= float(state.t) - limit]
+            return jump(self.system, state, arc.mode, arc.event, recent)
+        if self._breaks and state.t >= self._breaks[0]:
+            begins = float(self._breaks.pop(0))
+            self.system = self.system.with_effects(effects_during(self._scene.effects, begins))
+            return jump(self.system, state, arc.mode, None)
+        return Jump(state, arc.mode)
+
+    def _keep(self, following: Jump) -> None:
+        self.state = self._sprung_back(following.state)
+        self.strikes += following.strikes
+        self.notes += following.notes
+
+    def _relaxed(self) -> Any:
+        """Return when (s) the next surface has sprung back, but for rounding; else the end."""
+        soonest = min(
+            (
+                compliant_state.relaxation_time(element, own, self.system.rounding)
+                for element, own in zip(self.system.elements, self.state.compliant, strict=True)
+                if own is not None and own.residual_depth != 0
+            ),
+            default=None,
+        )
+        return self._end if soonest is None else self.state.t + self.system.number(soonest)
+
+    def _sprung_back(self, state: HybridState) -> HybridState:
+        """Return the state in which surfaces are back that are so but for rounding."""
+        compliant = state.compliant
+        for index, own in enumerate(compliant):
+            element = self.system.elements[index]
+            if own is None or own.residual_depth == 0:
+                continue
+            if compliant_state.relaxation_time(element, own, self.system.rounding) == 0:
+                compliant = put(compliant, index, compliant_state.relaxed(own))
+        return state if compliant is state.compliant else replace(state, compliant=compliant)

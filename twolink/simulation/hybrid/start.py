@@ -1,0 +1,103 @@
+"""The state at the start of a run: contacts that are touched, and surfaces that are pressed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from twolink.contact.elements import ContactElement
+from twolink.errors import SimulationError
+from twolink.scene import Scene
+from twolink.simulation.hybrid import compliant_state, tolerances
+from twolink.simulation.hybrid.dynamics import Pose
+from twolink.simulation.hybrid.impact import at_rest, speed_along, stopped
+from twolink.simulation.hybrid.jump import press
+from twolink.simulation.hybrid.state import HybridState, put
+from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.smooth.taylor import rounding
+
+
+def start_state(system: HybridSystem, scene: Scene) -> HybridState:
+    """Return a scene's state at its start, before any impact.
+
+    Raises `SimulationError` where a point starts inside a rigid contact.
+    """
+    number = system.number
+    q = number(scene.q[0]), number(scene.q[1])
+    u = number(scene.u[0]), number(scene.u[1])
+    pose = Pose(system.chain, system.formulation, q)
+    state = HybridState(
+        t=number(0),
+        q=q,
+        u=u,
+        gaps=tuple(_gap(system, element, q) for element in system.elements),
+        touching=frozenset(),
+        sliding=tuple(_sliding(pose, element, u) for element in system.elements),
+        compliant=tuple(compliant_state.undisturbed(element) for element in system.elements),
+    )
+    for index, element in enumerate(system.elements):
+        if element.normal is not None:
+            state = _touched(system, state, pose, index)
+    return state
+
+
+def _gap(system: HybridSystem, element: ContactElement, q: Any) -> Any:
+    if element.normal is None:
+        return None
+    return element.normal.coordinate(system.chain, q) - element.bound
+
+
+def _touched(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> HybridState:
+    """Return the state in which a contact is touched or pressed, if it is."""
+    element, gap = system.elements[index], state.gaps[index]
+    assert element.normal is not None
+    assert gap is not None
+    # A start is given in float64, and lies on a contact to its rounding.
+    near = tolerances.CONTACT_GAP * rounding("double") * max(1.0, abs(float(element.bound)))
+    row = pose.row(element.normal)
+    still = at_rest(row, state.u, rounding("double"))
+    if gap > near:
+        return state
+    if gap < -near:
+        if element.rigid:
+            raise SimulationError(
+                f"{element.name}: the scene starts {-float(gap):.6g} inside; allowed is a start on "
+                "its outside, or on it"
+            )
+        return _pressed_in(system, state, index, -gap)
+    state = replace(state, gaps=put(state.gaps, index, system.number(0)))
+    recedes = not still and speed_along(row, state.u) > 0
+    if recedes:
+        return state
+    if not element.rigid:
+        return press(system, state, pose, index)
+    if not still:
+        return state
+    u = stopped(pose, [element.normal], state.u)
+    return replace(state, u=u, touching=state.touching | {index})
+
+
+def _sliding(pose: Pose, element: ContactElement, u: Any) -> int:
+    """Return the direction in which an element slides at the start, given in float64."""
+    if element.tangent is None or at_rest(pose.row(element.tangent), u, rounding("double")):
+        return 0
+    return 1 if speed_along(pose.row(element.tangent), u) > 0 else -1
+
+
+def _pressed_in(system: HybridSystem, state: HybridState, index: int, depth: Any) -> HybridState:
+    """Return the state of a scene that starts pressed into a compliant surface, to a depth (m)."""
+    element, own = system.elements[index], state.compliant[index]
+    assert element.normal is not None
+    assert own is not None
+    pressed = compliant_state.pressed_at(element, own, depth)
+    rate = -element.normal.speed(system.chain, state.q, state.u)
+    force = element.branch(pressed.plastic).law.force(depth, pressed.sqrt_depth or 0, rate)
+    gaps = put(state.gaps, index, system.number(0))
+    if force < 0:
+        # It moves out faster than the surface springs back.
+        pressed = compliant_state.overtaken(element, pressed, depth)
+        return replace(state, compliant=put(state.compliant, index, pressed), gaps=gaps)
+    return replace(
+        state, compliant=put(state.compliant, index, pressed), gaps=gaps,
+        touching=state.touching | {index},
+    )  # fmt: skip
