@@ -40,7 +40,7 @@ def not_silent(seen: Seen) -> Verdict:
     run = seen.trajectory
     if not run.met and not run.notes:
         return f"accuracy is not met (error {run.error:.2g}) and there is no note"
-    if run.t[-1] != seen.scene.duration:
+    if run.t[-1] != seen.scene.duration and not run.failure:
         return f"the run ends at {run.t[-1]:.9g} s, the scene at {seen.scene.duration:.9g} s"
     if not (np.isfinite(seen.q).all() and np.isfinite(seen.u).all()):
         return "q or u is not finite"

@@ -17,8 +17,8 @@ from twolink import Scene, simulate
 from twolink.errors import TwolinkError
 
 OK, NOT_MET, TOO_DEEP, REFUSED = "ok", "not met", "too deep", "refused"
-VIOLATION, CRASH, HANG = "violation", "crash", "hang"
-OUTCOMES = (OK, NOT_MET, TOO_DEEP, REFUSED, VIOLATION, CRASH, HANG)
+CUT_SHORT, VIOLATION, CRASH, HANG = "cut short", "violation", "crash", "hang"
+OUTCOMES = (OK, NOT_MET, TOO_DEEP, REFUSED, CUT_SHORT, VIOLATION, CRASH, HANG)
 
 
 @dataclass(frozen=True)
@@ -71,9 +71,10 @@ def _simulated(scene: Scene, index: int, tell: Callable[[str, Any], None]) -> tu
     wrong = [("printed", printed.text[:300])] if printed.text else []
     if trajectory is not None:
         tell("check", Judged(index, CRASH, seconds, (("check", "checks have not ended in time"),)))
-        wrong += _checked(trajectory)
+        wrong += _checked(trajectory) if trajectory.t[-1] > 0 else []
         if not trajectory.met:
-            outcome, remark = NOT_MET, " ".join(trajectory.notes)
+            outcome = CUT_SHORT if trajectory.failure else NOT_MET
+            remark = " ".join(trajectory.notes)
     outcome = VIOLATION if wrong and outcome != CRASH else outcome
     if outcome == CRASH:
         wrong = [("crash", remark), *wrong]

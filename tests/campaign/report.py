@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections import Counter
 from statistics import median
 
-from tests.campaign.judge import CRASH, HANG, NOT_MET, OUTCOMES, REFUSED, VIOLATION, Judged
+from tests.campaign.judge import (
+    CRASH,
+    CUT_SHORT,
+    HANG,
+    NOT_MET,
+    OUTCOMES,
+    REFUSED,
+    VIOLATION,
+    Judged,
+)
 
 # So many refusals in so many scenes are still no failure of the campaign.
 _REFUSED, _OF = 5, 2000
@@ -15,7 +24,9 @@ def is_good(results: list[Judged]) -> bool:
     """Return whether nothing is wrong, and few scenes are refused."""
     counts = Counter(judged.outcome for judged in results)
     bad = counts[VIOLATION] + counts[CRASH] + counts[HANG]
-    return bad == 0 and counts[REFUSED] * _OF <= _REFUSED * max(len(results), _OF)
+    return bad == 0 and (counts[REFUSED] + counts[CUT_SHORT]) * _OF <= _REFUSED * max(
+        len(results), _OF
+    )
 
 
 def report(results: list[Judged], command: str) -> str:
@@ -52,6 +63,6 @@ def _told(judged: Judged, command: str) -> list[str]:
     if judged.outcome in (VIOLATION, CRASH, HANG):
         lines = [f"  {name}: {sentence}" for name, sentence in judged.wrong]
         return ["", f"{judged.outcome}: {command} --only {judged.index}", *lines]
-    if judged.outcome in (REFUSED, NOT_MET):
+    if judged.outcome in (REFUSED, NOT_MET, CUT_SHORT):
         return ["", f"{judged.outcome}: {command} --only {judged.index}", f"  {judged.remark}"]
     return []

@@ -20,23 +20,18 @@ class ContactState(Enum):
     OPEN = "is free"
     CLOSED = "rests"
 
-    @property
-    def direction(self) -> int:
-        """+1 or −1 for an element that slips or is pressed forward or backward, else 0."""
-        return _DIRECTIONS.get(self.name, 0)
+    direction: int
+    """+1 or −1 for an element that slips or is pressed forward or backward, else 0."""
+    slips: bool
+    """Whether the element slides."""
+    pressed: bool
+    """Whether the element is at rest with saturated friction."""
 
-    @property
-    def slips(self) -> bool:
-        """Whether the element slides."""
-        return self.name in ("FORWARD", "BACKWARD")
-
-    @property
-    def pressed(self) -> bool:
-        """Whether the element is at rest with saturated friction."""
-        return self.name in ("PRESSED_FORWARD", "PRESSED_BACKWARD")
-
-
-_DIRECTIONS = {"FORWARD": 1, "BACKWARD": -1, "PRESSED_FORWARD": 1, "PRESSED_BACKWARD": -1}
+    def __init__(self, description: str) -> None:
+        """Set what follows from the name: these are read very often."""
+        self.direction = 1 if "forward" in description else -1 if "backward" in description else 0
+        self.slips = description.startswith("slips")
+        self.pressed = "pressed" in description
 
 
 def slipping(direction: int) -> ContactState:

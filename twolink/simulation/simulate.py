@@ -35,6 +35,14 @@ from twolink.simulation.trajectory import Array, Statistics, Trajectory
 _TRUNCATED = {"double": 15, "long double": 19, "quadruple": 33}
 _LOWEST_ORDER = 7
 
+# At so many places between two samples are smooth runs compared.
+_CHECKED = 8
+
+# A difference is reported as so much more than it is: the judge errs, too, by a little if it has
+# the longer precision, and by as much rounding if it has the same.
+_MARGIN = 1.1
+_MARGIN_OF_LIKE_PRECISIONS = 2.0
+
 # By so much more than the truncation of a step may errors grow over a run before it is tried again.
 _GROWTH = 1e3
 
@@ -95,6 +103,12 @@ class _Asked:
     times: Array
     progress: Callable[[str, float], None] | None = None
 
+    @property
+    def checked(self) -> Array:
+        """The times (s) at which smooth runs are compared: the samples, and some between them."""
+        count = _CHECKED * (len(self.times) - 1) + 1
+        return np.union1d(self.times, np.linspace(0.0, self.scene.duration, count))
+
     def told(self, what: str) -> Callable[[float], None] | None:
         """Return what takes the share of a run that is done (0 to 1), if anybody listens."""
         progress = self.progress
@@ -122,13 +136,14 @@ def _by_taylor(asked: _Asked) -> Trajectory:
     if has_events(asked.scene):
         return _through_events(asked)
     runs: list[MotionRun] = []
+    checked = asked.checked
     cap = default_longest_step(asked.scene)
 
     def run(precision: str, order: int) -> MotionRun:
         runs.append(
             motion_run(
                 asked.scene,
-                asked.times,
+                checked,
                 formulation=asked.formulation,
                 precision=precision,
                 order=order,
@@ -139,7 +154,9 @@ def _by_taylor(asked: _Asked) -> Trajectory:
         return runs[-1]
 
     def ended(kept: MotionRun, errors: Array) -> Trajectory:
-        return _trajectory(asked, kept, errors, runs)
+        place = np.searchsorted(checked, asked.times)
+        at_samples = replace(kept, q=kept.q[:, place], u=kept.u[:, place])
+        return _trajectory(asked, at_samples, errors[place], runs)
 
     kept, errors, growth = _by_orders(asked, run)
     if kept is not None and errors.max() <= asked.accuracy:
@@ -168,6 +185,7 @@ def _through_events(asked: _Asked) -> Trajectory:
     found = measured_run(asked.scene, asked.times, asked.accuracy, asked.formulation, asked.told)
     kept = found.kept
     made = _trajectory(asked, kept, found.errors, list(found.runs))
+    made = replace(made, _knots=kept.polynomials.starts.astype(float))
     if not kept.failure:
         return made
     note = f"{kept.failure[0].upper()}{kept.failure[1:]}; the trajectory ends there."
@@ -181,7 +199,7 @@ def _by_orders(
 
     The third is by how much the truncation of a step has grown over the run: endlessly, if unknown.
     """
-    errors: Array = np.full_like(asked.times, np.inf)
+    errors: Array = np.full_like(asked.checked, np.inf)
     growth = np.inf
     order = _order_for(asked.accuracy / _GROWTH)
     highest = _TRUNCATED["double"]
@@ -234,7 +252,9 @@ def _difference(
         # NumPy does not mix long doubles with heyoka's quadruple numbers.
         earlier = np.vectorize(type(later.flat[0]), otypes=[later.dtype])(earlier)
     errors = np.abs(later - earlier).max(axis=0).astype(float)
-    return np.asarray(np.maximum.accumulate(errors))
+    alike = getattr(first, "precision", "double") == getattr(second, "precision", "double")
+    margin = _MARGIN_OF_LIKE_PRECISIONS if alike else _MARGIN
+    return np.asarray(np.maximum.accumulate(margin * errors))
 
 
 def _by_refining(asked: _Asked, method: str, *, first: float, least: float) -> Trajectory:

@@ -86,6 +86,7 @@ class Trajectory:
     events: tuple[Event, ...] = ()
     impacts: tuple[Impact, ...] = ()
     failure: str = ""
+    _knots: Array | None = field(default=None, repr=False, compare=False)
     _dense: Callable[[], Dense] | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -261,7 +262,9 @@ class Trajectory:
         # The power may have kinks where a mode begins: no piece reaches over one.
         jumps = [t for t in breaks(self.scene.effects) if self.t[0] < t < self.t[-1]]
         kinks = [*(e.entered for e in self.events), *(i.time for i in self.impacts), *jumps]
-        edges = np.union1d(self.t, kinks)
+        # Steps are short where a force grows fast, as before friction locks a slide.
+        kinks += [] if self._knots is None else self._knots.tolist()
+        edges = np.union1d(self.t, [t for t in kinks if self.t[0] < t < self.t[-1]])
         widths = np.diff(edges)[:, None]
         moments = edges[:-1, None] + widths * nodes
         q, u = self.at(moments.ravel())

@@ -61,6 +61,8 @@ class Certificate:
         self._variables = np.array([w.variable for w in watched], dtype=int)
         self._integral = np.array([w.integral for w in watched], dtype=bool)
         self._signs = np.array([w.factor for w in watched])
+        chain = system.scene_chain
+        self._lever = max(1.0, float(chain.L1 + chain.L2))
         self._constant = np.zeros(len(watched), dtype=bool)
         self._offsets = {
             place: system.number(offset)
@@ -149,9 +151,11 @@ class Certificate:
                 polynomial = -polynomial
                 self._signs[number] *= -1
             noise = self._noise(trigger, polynomial)
-            if polynomial[0] > noise:
+            # A gap has digits of its own, and is zero only where a jump has made it so.
+            first = 0.0 if trigger.kind is EventKind.HITS else noise
+            if polynomial[0] > first:
                 continue
-            kept = _without_leading_zeros(polynomial, noise, pace)
+            kept = _without_leading_zeros(polynomial, first, noise, pace)
             every[0, number] = 0
             every[0, number, 0] = 1
             if kept is None:
@@ -163,13 +167,11 @@ class Certificate:
 
     def _noise(self, trigger: Trigger, polynomial: Any) -> float:
         """Return the size below which an event function at the start of an arc is zero."""
-        chain, step = self._system.chain, float(self._system.longest_step)
-        lever = max(1.0, float(chain.L1 + chain.L2))
-        size = float(np.abs(polynomial).astype(float).sum())
         if trigger.kind in (EventKind.HITS, EventKind.CLEARS):
-            size = lever
-        elif trigger.kind in (EventKind.STOPS, EventKind.TURNS):
-            size = max(size, lever / step)
+            return self._lever * LEADING * self._system.rounding
+        size = float(np.abs(polynomial).astype(float).sum())
+        if trigger.kind in (EventKind.STOPS, EventKind.TURNS):
+            size = max(size, self._lever / float(self._system.longest_step))
         elif trigger.kind is EventKind.BREAKS:
             size = max(size, 1.0)
         return LEADING * self._system.rounding * size
@@ -204,10 +206,13 @@ class Certificate:
         return Doubt(float(block.starts[place]), trigger, speed)
 
 
-def _without_leading_zeros(polynomial: Any, noise: float, pace: float) -> Any:
-    """Return a polynomial divided by the power of x with which it starts, or None if it is zero."""
+def _without_leading_zeros(polynomial: Any, first: float, noise: float, pace: float) -> Any:
+    """Return a polynomial divided by the power of x with which it starts, or None if it is zero.
+
+    The first coefficient is known within `first`, and the k-th after it within noise · pace^k.
+    """
     for k in range(len(polynomial) - 1):
-        if abs(polynomial[k]) > noise * pace**k:
+        if abs(polynomial[k]) > (noise * pace**k if k else first):
             return polynomial[k:]
     return None
 

@@ -25,7 +25,8 @@ from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
 from twolink.effects import Effect, nonsmooth
 from twolink.optional import heyoka
-from twolink.simulation.hybrid.dynamics import Pose, Solution, mode_solution
+from twolink.simulation.hybrid.constraint import same_line
+from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, Pose, Solution, mode_solution
 from twolink.simulation.hybrid.event_functions import OF_GAP, Surfaces, triggers, value
 from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.system import HybridSystem
@@ -133,9 +134,18 @@ class _Builder:
             for i, (element, state) in states
             if _is_rooted(element) and state is not ContactState.OPEN
         }
+        self._moving = {i: r for i, r in self._roots.items() if not self._is_held(i)}
         self._scale = hy.par[numbers]
         self._clock = hy.make_vars("clock")
-        self._now = hy.par[numbers + 1] + self._clock if self._roots else hy.time
+        self._now = hy.par[numbers + 1] + self._clock if self._moving else hy.time
+
+    def _is_held(self, index: int) -> bool:
+        """Return whether a mode keeps the depth of a pressed surface as it is."""
+        elements, states = self._system.elements, self._mode.states
+        held = [c for e, s in zip(elements, states, strict=True) for c in e.holds(s)]
+        normal = elements[index].normal
+        assert normal is not None
+        return len(held) >= MOST_CONSTRAINTS or any(same_line(normal, other) for other in held)
 
     def compiled(self) -> CompiledMode:
         """Return the compiled mode."""
@@ -172,27 +182,29 @@ class _Builder:
             gaps=tuple(self._gaps),
             sunk=self._sunk,
             roots=tuple(self._roots),
-            clock=first - 1 if self._roots else None,
+            clock=first - 1 if self._moving else None,
             integrals=slice(first, first + len(integrals)),
             number=system.number,
         )
 
     def _motion(self, solution: Solution) -> tuple[list[Any], list[Any]]:
         """Return the variables of the motion, and their rates."""
-        system, roots = self._system, self._roots
+        system, roots, moving = self._system, self._roots, self._moving
         springing = {i: -_relaxation(system.elements[i]) * self._depths[i] for i in self._sunk}
         gap_rates = [self._normal_speed(i) + springing.get(i, 0.0) for i in self._gaps]
         variables = [*self._q, *self._u, *self._gaps.values(), *self._depths.values()]
         rates = [*self._u, *solution.du, *gap_rates, *springing.values()]
-        if not roots:
-            return variables, rates
-        pace = functools.reduce(operator.mul, roots.values())
+        variables += roots.values()
+        if not moving:
+            return variables, [*rates, *(0.0 for _ in roots)]
+        pace = functools.reduce(operator.mul, moving.values())
         rates = [rate * pace for rate in rates]
         for index in roots:
             # d√δ/ds = dδ/dt/(2√δ) dt/ds, in which the root cancels.
-            others = [root for other, root in roots.items() if other != index]
-            rates.append(functools.reduce(operator.mul, others, -self._normal_speed(index) / 2))
-        return [*variables, *roots.values(), self._clock], [*rates, pace]
+            others = [root for other, root in moving.items() if other != index]
+            rate = -self._normal_speed(index) / 2 if index in moving else 0.0
+            rates.append(functools.reduce(operator.mul, others, rate))
+        return [*variables, self._clock], [*rates, pace]
 
     def _normal_speed(self, index: int) -> Any:
         normal = self._system.elements[index].normal

@@ -13,6 +13,7 @@ from typing import Any
 from twolink.arithmetic import Scalar, sqrt
 from twolink.contact.elements import ContactElement
 from twolink.contact.force_laws import Phase, PlasticState
+from twolink.simulation.hybrid.tolerances import CONTACT_GAP
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,18 +62,24 @@ def pressed(element: ContactElement, state: CompliantState, least: Any) -> Compl
     return CompliantState(least if law.rooted else None, 0, plastic)
 
 
-def released(element: ContactElement, state: CompliantState, speed: Any) -> CompliantState:
-    """Return the state after a point has come off at a speed (m/s).
+def released(
+    element: ContactElement, state: CompliantState, speed: Any, depth: Any, rounding: float
+) -> CompliantState:
+    """Return the state after a point has come off at a speed (m/s) and a depth (m).
 
-    A damped surface is sunk in to where it springs back at that speed: so there is no force.
+    Where the force of a damped surface has fallen to zero it springs back at that speed, and its
+    depth is known best from that; after an impact the point moves out faster than the surface.
     """
     law, plastic = element.compliant, state.plastic
     assert law is not None
     if plastic is not None and plastic.phase is Phase.PRESSED_AGAIN:
         assert element.hysteresis is not None
         plastic = element.hysteresis.turned(plastic, 0 * speed)
-    sunk = 0 * speed if law.relaxation is None else speed / law.relaxation
-    return CompliantState(None, sunk, plastic)
+    if law.relaxation is None:
+        return CompliantState(None, 0 * speed, plastic)
+    sunk = speed / law.relaxation
+    differs = abs(sunk - depth) > CONTACT_GAP * rounding * max(1.0, abs(float(element.bound)))
+    return CompliantState(None, depth if differs else sunk, plastic)
 
 
 def overtaken(element: ContactElement, state: CompliantState, depth: Any) -> CompliantState:

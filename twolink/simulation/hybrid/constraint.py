@@ -7,6 +7,7 @@ are solved in the motion that is left, so that what a constraint bars is exactly
 from __future__ import annotations
 
 from twolink.arithmetic import Matrix, Pair, Scalar
+from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate
 from twolink.contact.elements import Constraint
 from twolink.simulation.hybrid.tolerances import PARALLEL
 
@@ -60,3 +61,15 @@ def parallel(first: Pair, second: Pair) -> bool:
     x1, y1, x2, y2 = (float(entry) for entry in (*first, *second))
     size = (abs(x1) + abs(y1)) * (abs(x2) + abs(y2))
     return abs(x1 * y2 - x2 * y1) <= PARALLEL * size
+
+
+def same_line(first: ConstraintCoordinate, second: ConstraintCoordinate) -> bool:
+    """Return whether two coordinates move together in every pose, as points of link 1 do with A."""
+    joint = _joint(first)
+    return joint is not None and joint == _joint(second)
+
+
+def _joint(coordinate: ConstraintCoordinate) -> str | None:
+    if isinstance(coordinate, JointCoordinate):
+        return coordinate.joint
+    return "A" if getattr(coordinate, "point", None) in ("B", "C1") else None

@@ -9,6 +9,7 @@ from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.dynamics import Pose, Solution
 from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.tolerances import LOCKING
 
 # Events that are a variable of the integration, or a number less one.
 OF_GAP = (EventKind.HITS, EventKind.CLEARS)
@@ -70,6 +71,18 @@ def _place(trigger: Trigger, system: HybridSystem, mode: Mode, surfaces: Surface
     if trigger.kind is EventKind.CLEARS:
         return branch.residual - surfaces.gaps[index]
     return branch.reach - surfaces.roots[index]
+
+
+def locks(system: HybridSystem, mode: Mode, pose: Pose, index: int) -> bool:
+    """Return whether friction leaves hardly any response of a slide's normal to its own push.
+
+    Then the normal force grows without bound while the slide comes to rest (Painlevé).
+    """
+    normal = system.elements[index].normal
+    assert normal is not None
+    row = pose.row(normal)
+    left = abs(response_to_push(system, mode, pose, index))
+    return bool(left <= LOCKING * pose.response(row, row))
 
 
 def response_to_push(system: HybridSystem, mode: Mode, pose: Pose, index: int) -> Scalar:

@@ -6,6 +6,7 @@ together (`certificate`). The arc ends at the first event, or at the time that i
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter
@@ -20,16 +21,16 @@ from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.certificate import Block, Certificate, Doubt, Finding, powers
 from twolink.simulation.hybrid.compile import CompiledMode, compiled_mode
 from twolink.simulation.hybrid.dynamics import Pose
-from twolink.simulation.hybrid.event_functions import response_to_push
+from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import stopped
 from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import LOCKING
+from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
 
 # The steps by which the integrator runs ahead of the certificate, at first and at most: a step in
 # a long precision costs more than its certificate.
-_AHEAD = {"double": (6, 32), "long double": (2, 16), "quadruple": (1, 4)}
+_AHEAD = {"double": (8, 32), "long double": (2, 16), "quadruple": (1, 4)}
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,11 @@ class Arc:
     compiled: CompiledMode
     compile_seconds: float
 
+    @property
+    def step_count(self) -> int:
+        """The number of its steps."""
+        return sum(len(block.lengths) for block in self.blocks)
+
 
 def flow(
     system: HybridSystem,
@@ -57,11 +63,13 @@ def flow(
     until: Any,
     formulation: str,
     progress: Callable[[float], None],
+    expected: int = 0,
 ) -> Arc:
     """Return the arc of a mode from a state until a time (s), or to its first event.
 
-    `progress` receives the time (s) that is reached, now and then. Raises `IntegrationError` where
-    the motion does not stay finite, or its steps become too short.
+    `progress` receives the time (s) that is reached, now and then; `expected` is the number of
+    steps to take before the first look, 0 for a usual one. Raises `IntegrationError` where the
+    motion does not stay finite, or its steps become too short.
     """
     begun = perf_counter()
     compiled = compiled_mode(system, mode, formulation, _springing_back(state))
@@ -73,6 +81,7 @@ def flow(
     blocks: list[Block] = []
     doubts: list[Doubt] = []
     ahead, most_ahead = _AHEAD[system.precision]
+    ahead = min(expected or ahead, most_ahead)
     while True:
         block, over, failure = _take_steps(system, compiled, state, until, ahead)
         found: Finding | None = None
@@ -108,13 +117,10 @@ def _failed(
     end = _end_state(system, compiled, mode, state, blocks, None) if blocks else state
     pose = Pose(system.chain, system.formulation, end.q)
     for index, (element, own) in enumerate(zip(system.elements, mode.states, strict=True)):
-        if not (element.rigid and own.slips and element.normal is not None):
-            continue
-        row = pose.row(element.normal)
-        if abs(response_to_push(system, mode, pose, index)) <= LOCKING * pose.response(row, row):
-            locks = Trigger(EventKind.JAMS, index, own.direction)
+        if element.rigid and own.slips and locks(system, mode, pose, index):
+            trigger = Trigger(EventKind.JAMS, index, own.direction)
             return Arc(
-                mode, state, end, tuple(blocks), locks, tuple(doubts), compiled, compile_seconds
+                mode, state, end, tuple(blocks), trigger, tuple(doubts), compiled, compile_seconds
             )
     raise IntegrationError(
         f"the motion could not be followed beyond {float(end.t):.9g} s ({failure}) while {mode}; "
@@ -159,10 +165,11 @@ def _take_steps(
 ) -> tuple[Block, bool, str]:
     """Return the next steps, whether they come to the end of the arc, and why they fail if so."""
     integrator, clock = compiled.integrator, compiled.clock
-    outcomes, longest = heyoka().taylor_outcome, system.number(system.longest_step)
+    (limit, success), longest = _outcomes(), system.number(system.longest_step)
     starts, lengths, coefficients = [], [], []
     over, failure = False, ""
     values, integrals = integrator.state, compiled.integrals
+    watches_integrals = integrals.stop > integrals.start
     for _ in range(ahead):
         start = integrator.time
         if clock is None:
@@ -173,24 +180,32 @@ def _take_steps(
             outcome, length = integrator.step(min(left, longest), write_tc=True)
         else:
             outcome, length = integrator.step(write_tc=True)
-        if outcome not in (outcomes.time_limit, outcomes.success):
+        if outcome not in (limit, success):
             failure = outcome.name
             break
         starts.append(start)
         lengths.append(length)
         coefficients.append(integrator.tc.copy())
-        values[integrals] = 0
+        if watches_integrals:
+            values[integrals] = 0
         if clock is not None and values[clock] >= until - state.t:
             break
         if clock is None and length == left:
             over = True
             break
-        if not length > 0 or (clock is None and start + length == start):
+        if not length > (SHORTEST_STEP * start if clock is None else 0):
             failure = "its steps become too short"
             break
     kind = values.dtype
     block = Block(np.array(starts, kind), np.array(lengths, kind), np.array(coefficients, kind))
     return block, over, failure
+
+
+@functools.cache
+def _outcomes() -> tuple[Any, Any]:
+    """Return heyoka's outcomes of a step: cut at its longest, and not."""
+    outcomes = heyoka().taylor_outcome
+    return outcomes.time_limit, outcomes.success
 
 
 def _now(compiled: CompiledMode, state: HybridState) -> Any:

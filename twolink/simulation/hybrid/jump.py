@@ -16,8 +16,9 @@ from twolink.arithmetic import Pair
 from twolink.contact.states import ContactState, EventKind, pressed, slipping
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import compliant_state, tolerances
-from twolink.simulation.hybrid.constraint import parallel
+from twolink.simulation.hybrid.constraint import parallel, same_line
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, Pose, mode_solution
+from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
@@ -28,7 +29,7 @@ from twolink.simulation.hybrid.impact import (
     stopped,
 )
 from twolink.simulation.hybrid.mode import Mode, Trigger
-from twolink.simulation.hybrid.select import Selection, States, jammed, same_line, select
+from twolink.simulation.hybrid.select import Selection, States, jammed, select
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 
@@ -158,11 +159,12 @@ def _collide(
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     if not any(impacts.approached(i, state.u) for i in near if i not in state.touching):
         return state, pose, []
+    placed_at = pose
     for index in near:
-        normal = system.elements[index].normal
-        assert normal is not None
-        pose = _place(system, pose, index, state)
-    impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
+        placed_at = _place(system, placed_at, index, state)
+    if placed_at is not pose:
+        pose = placed_at
+        impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     resting = [i for i in near if i in state.touching]
     found = impacts.resolve(state.u, near, resting)
     pressed_on = {i for i in state.touching if not system.elements[i].rigid}
@@ -385,6 +387,8 @@ def press(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> H
     assert element.normal is not None
     assert own is not None
     slow = at_rest(pose.row(element.normal), state.u, system.rounding)
+    # Two roots that are both zero would stay so.
+    slow = slow or any(other is not None and other.sqrt_depth == 0 for other in state.compliant)
     least = system.number(system.rounding**0.5 if slow else 0)
     compliant = put(state.compliant, index, compliant_state.pressed(element, own, least))
     sliding = put(state.sliding, index, _sliding_of(system, pose, index, state.u))
@@ -412,7 +416,8 @@ def _leaves(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigg
         return Reaction(state, {index: (ContactState.OPEN,)})
     assert element.normal is not None
     speed = speed_along(pose.row(element.normal), state.u)
-    released = compliant_state.released(element, own, speed)
+    depth = element.bound - own.offset - element.normal.coordinate(system.chain, state.q)
+    released = compliant_state.released(element, own, speed, depth, system.rounding)
     state = replace(
         state, touching=state.touching - {index}, gaps=put(state.gaps, index, system.number(0)),
         compliant=put(state.compliant, index, released),
@@ -422,8 +427,12 @@ def _leaves(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigg
 
 def _stops(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
     """A slide comes to rest: its speed, and those that the mode holds, become exactly zero."""
-    tangent = system.elements[trigger.index].tangent
+    index = trigger.index
+    tangent = system.elements[index].tangent
     assert tangent is not None
+    pose = Pose(system.chain, system.formulation, state.q)
+    if system.elements[index].rigid and locks(system, mode, pose, index):
+        return _jams(system, state, mode, Trigger(EventKind.JAMS, index, trigger.sense))
     still = [tangent, *_held(system, mode)]
     return Reaction(_brought_to_rest(system, state, still, trigger.index), {})
 

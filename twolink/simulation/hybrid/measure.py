@@ -33,6 +33,9 @@ _MARGIN = 1.1
 # Impacts of two runs that are closer than this many times the accuracy (s) are one and the same.
 _SAME_IMPACT = 1e3
 
+# A step in quadruple precision takes about a millisecond: longer runs are not tried in it.
+_MOST_STEPS_IN_QUADRUPLE = 15_000
+
 # At so many places of each step are runs compared.
 _PLACES = (0.25, 0.5, 0.75)
 
@@ -88,6 +91,9 @@ def measured_run(
         if best is None or worst < best[0] or kept.reached > best[1].reached:
             best = worst, kept, errors
         if worst <= accuracy and kept.reached >= judge.reached * (1 - 1e-6):
+            break
+        if kept.exhausted or judge.steps > _MOST_STEPS_IN_QUADRUPLE:
+            # A longer precision would take too long.
             break
     assert best is not None
     return Measured(best[1], best[2], tuple(known.values()))

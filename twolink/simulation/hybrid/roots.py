@@ -44,6 +44,16 @@ def bernstein_matrix(length: int) -> Array:
     return matrix
 
 
+@functools.lru_cache(maxsize=64)
+def halving_matrix(length: int) -> Array:
+    """Return H, shape (n, n): b @ H are the Bernstein coefficients on the left half of [0, 1]."""
+    matrix = np.zeros((length, length))
+    for j in range(length):
+        for k in range(j + 1):
+            matrix[k, j] = math.comb(j, k) / 2**j
+    return matrix
+
+
 def rounding_bounds(coefficients: Any, rounding: float) -> Array:
     """Return how well each polynomial is known, from its terms: shape (m,) of shape (m, n)."""
     size = np.abs(coefficients).astype(float).sum(axis=-1)
@@ -88,6 +98,9 @@ def first_fall(coefficients: Sequence[Any], bound: float) -> Root | None:
 
 def _bernstein(coefficients: Sequence[Any]) -> list[Any]:
     """Return the Bernstein coefficients of Σ c_k x^k on [0, 1], in numbers of any kind."""
+    if isinstance(coefficients[0], float):
+        matrix = bernstein_matrix(len(coefficients))
+        return list((np.array(coefficients) @ matrix).tolist())
     degree, found = len(coefficients) - 1, []
     shares = [c / math.comb(degree, k) for k, c in enumerate(coefficients)]
     for j in range(degree + 1):
@@ -97,6 +110,10 @@ def _bernstein(coefficients: Sequence[Any]) -> list[Any]:
 
 def _halves(b: Sequence[Any]) -> tuple[list[Any], list[Any]]:
     """Return the Bernstein coefficients on both halves of an interval (de Casteljau)."""
+    if isinstance(b[0], float):
+        matrix = halving_matrix(len(b))
+        left = (np.array(b) @ matrix).tolist()
+        return left, (np.array(b[::-1]) @ matrix).tolist()[::-1]
     row = list(b)
     left, right = [row[0]], [row[-1]]
     while len(row) > 1:

@@ -34,7 +34,8 @@ class HybridRun(MotionRun):
 
     `since` has the time (s) at which each arc's mode begins: after bounces that were left out, a
     little later than the arc. `failure` is the reason why the run ends early, at `reached` (s), or
-    empty; q and u then have only the times up to there.
+    empty; q and u then have only the times up to there. `exhausted` says that the reason is the
+    amount of work.
     """
 
     arcs: tuple[Arc, ...]
@@ -45,6 +46,7 @@ class HybridRun(MotionRun):
     doubts: tuple[Doubt, ...]
     reached: float
     failure: str = ""
+    exhausted: bool = False
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -131,7 +133,15 @@ def hybrid_run(
         doubts=tuple(history.doubts),
         reached=reached,
         failure=failure,
+        exhausted=history.exhausted,
     )
+
+
+def _event_of(arc: Arc) -> str:
+    """Return the event that ended an arc, in words."""
+    if arc.event is None:
+        return "nothing"
+    return f"{arc.event.kind.value} ({arc.mode.names[arc.event.index]})"
 
 
 class _History:
@@ -164,6 +174,7 @@ class _History:
         self.notes: list[str] = []
         self.doubts: list[Doubt] = []
         self.compile_seconds = 0.0
+        self.exhausted = False
         self.state: HybridState = start_state(self.system, scene)
 
     def follow(self, progress: Callable[[float], None]) -> None:
@@ -175,7 +186,7 @@ class _History:
             until = min(self._end, *self._breaks[:1], self._relaxed())
             arc = flow(
                 self.system, self.state, following.mode, until, self._formulation,
-                lambda t: progress(t / self._scene.duration),
+                lambda t: progress(t / self._scene.duration), self._expected(following),
             )  # fmt: skip
             self.arcs.append(arc)
             self.compile_seconds += arc.compile_seconds
@@ -185,10 +196,23 @@ class _History:
             if at_once > tolerances.MOST_JUMPS_AT_ONCE:
                 raise IntegrationError(
                     f"modes follow each other without end at {float(arc.end.t):.9g} s: "
-                    f"{arc.mode}, then {arc.event.kind.value if arc.event else 'nothing'}"
+                    f"{arc.mode}, then {_event_of(arc)}"
+                )
+            if len(self.arcs) > tolerances.MOST_JUMPS:
+                self.exhausted = True
+                raise IntegrationError(
+                    f"the motion has {len(self.arcs)} modes by {float(arc.end.t):.6g} s, and is "
+                    f"not followed further: {arc.mode}, then {_event_of(arc)}"
                 )
             following = self._jump(arc, until)
             self._keep(following)
+
+    def _expected(self, following: Jump) -> int:
+        """Return the steps that the last arc in the same mode took, and one more: 0 if unknown."""
+        for arc in self.arcs[-2:]:
+            if arc.mode.states == following.mode.states:
+                return arc.step_count + 1
+        return 0
 
     def _jump(self, arc: Arc, until: Any) -> Jump:
         """Return the jump at the end of an arc."""

@@ -28,10 +28,9 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from twolink.arithmetic import Pair
-from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate
 from twolink.contact.states import ContactState
 from twolink.simulation.hybrid import tolerances
-from twolink.simulation.hybrid.constraint import cramer, parallel
+from twolink.simulation.hybrid.constraint import cramer, parallel, same_line
 from twolink.simulation.hybrid.dynamics import (
     MOST_CONSTRAINTS,
     LocalEquations,
@@ -100,27 +99,30 @@ def select(
 
     `known` has the states to which elements are restricted, by number.
     """
-    problem = pose_problem(system, state, pose, known)
-    if all(len(options) == 1 for options in problem.options):
-        return Selection(tuple(options[0] for options in problem.options))
+    options = tuple(
+        known.get(i) or element.options(i in state.touching, state.sliding[i])
+        for i, element in enumerate(system.elements)
+    )
+    if all(len(states) == 1 for states in options):
+        return Selection(tuple(states[0] for states in options))
+    problem = _problem(system, state, pose, options)
+    undecided: list[_Candidate] = []
     for with_pressed in (False, True):
-        found = _admissible(problem, list(_candidates(problem, with_pressed)))
+        candidates = list(_candidates(problem, with_pressed))
+        found = [c for c in candidates if not c.undecided or _confirmed(problem, c)]
         if found:
             return _preferred(problem, found)
-    return None
+        undecided += candidates
+    # The derivatives that were looked at contradict every mode: they are below rounding, too.
+    return _preferred(problem, undecided) if undecided else None
 
 
-def pose_problem(
-    system: HybridSystem, state: HybridState, pose: Pose, known: Mapping[int, States]
+def _problem(
+    system: HybridSystem, state: HybridState, pose: Pose, options: tuple[States, ...]
 ) -> Problem:
-    """Return the selection problem at a state."""
+    """Return the selection problem at a state, between some states of each element."""
     elements = system.elements
     active = [e.normal is None or i in state.touching for i, e in enumerate(elements)]
-    directions = state.sliding
-    options = tuple(
-        known.get(i) or element.options(i in state.touching, directions[i])
-        for i, element in enumerate(elements)
-    )
     pushes = [
         push_of(pose, element, own.plastic, state.u, own.sqrt_depth)
         if is_active and (own := state.compliant[i]) is not None
@@ -132,7 +134,7 @@ def pose_problem(
     for terms in equations.terms:
         if terms is not None and terms.normal is not None:
             size += abs(float(terms.push)) * _long(terms.normal.row)
-    return Problem(system, state, equations, directions, options, size)
+    return Problem(system, state, equations, state.sliding, options, size)
 
 
 def _candidates(problem: Problem, with_pressed: bool) -> Iterator[_Candidate]:
@@ -184,22 +186,11 @@ def _is_solvable(problem: Problem, states: States) -> bool:
     return True
 
 
-def same_line(first: ConstraintCoordinate, second: ConstraintCoordinate) -> bool:
-    """Return whether two coordinates move together in every pose, as points of link 1 do with A."""
-    joint = _joint(first)
-    return joint is not None and joint == _joint(second)
-
-
-def _joint(coordinate: ConstraintCoordinate) -> str | None:
-    if isinstance(coordinate, JointCoordinate):
-        return coordinate.joint
-    return "A" if getattr(coordinate, "point", None) in ("B", "C1") else None
-
-
 def _conditions(problem: Problem, states: States) -> Iterator[_Condition]:
     """Yield the conditions of a mode on the elements whose state is open."""
     for index, (element, state) in enumerate(zip(problem.system.elements, states, strict=True)):
-        if len(problem.options[index]) == 1:
+        options = problem.options[index]
+        if len(options) == 1:
             continue
         if state is ContactState.OPEN:
             yield _Condition(_Law.SEPARATES, index)
@@ -209,7 +200,7 @@ def _conditions(problem: Problem, states: States) -> Iterator[_Condition]:
         if state is ContactState.STICKS:
             yield _Condition(_Law.WITHIN_LIMIT, index, 1)
             yield _Condition(_Law.WITHIN_LIMIT, index, -1)
-        elif state.slips and not problem.directions[index]:
+        elif state.slips and not problem.directions[index] and ContactState.STICKS in options:
             yield _Condition(_Law.ACCELERATES, index, state.direction)
 
 
@@ -289,14 +280,6 @@ def _could_stick(problem: Problem, states: States) -> bool:
         if margin > _noise(problem, limits[0], solution):
             return True
     return False
-
-
-def _admissible(problem: Problem, candidates: list[_Candidate]) -> list[_Candidate]:
-    """Return the modes that the next derivatives confirm, where a condition is undecided."""
-    if len(candidates) <= 1:
-        return candidates
-    confirmed = [c for c in candidates if not c.undecided or _confirmed(problem, c)]
-    return confirmed or candidates
 
 
 def _confirmed(problem: Problem, candidate: _Candidate) -> bool:

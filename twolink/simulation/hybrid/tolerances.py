@@ -5,7 +5,7 @@ that is in use, so it shrinks with a longer precision.
 """
 
 # Roundings of a position (relative to max(1 m or rad, |bound|)). A start is given in float64 and
-# lies on a contact if its gap is smaller. Read by run.start and impact.nearby.
+# lies on a contact if its gap is smaller. Read by start, jump and compliant_state.
 CONTACT_GAP = 64
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
@@ -39,6 +39,10 @@ MOST_IMPACTS = 1000
 # Jumps without time passing before a run is given up: more would go on for ever. Read by run.
 MOST_JUMPS_AT_ONCE = 24
 
+# Jumps before a run is given up: bounces without loss that a load presses on never end, and take a
+# time that grows without bound as they grow lower. Read by run.
+MOST_JUMPS = 20_000
+
 # Impacts within the Zeno time (below) before all contacts that took part come to rest together.
 # Read by jump.
 MOST_IMPACTS_OF_A_BURST = 60
@@ -46,6 +50,10 @@ MOST_IMPACTS_OF_A_BURST = 60
 # The rate (1/s) of Baumgarte's stabilisation of the positions and speeds of points that are held.
 # A joint that is held needs none. Read by dynamics.
 BAUMGARTE_RATE = 8.0
+
+# Part of the time. Shorter steps are not taken in any precision: a time is a float64 number for
+# all who ask for the motion. Read by flow.
+SHORTEST_STEP = 2.0**-42
 
 # Part of the response of a normal to its own push. Where steps become too short while a point
 # slides and friction leaves less of that response, friction locks the slide (Painlevé). Read by

@@ -1,0 +1,243 @@
+"""Certificates of arcs whose event functions are written down as polynomials."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.simulation.hybrid import mode_of, system_of
+from twolink.contact.coordinates import JointCoordinate, PointCoordinate
+from twolink.contact.elastoplastic import ElastoPlastic, Material
+from twolink.contact.elements import CompliantContact, DryFriction, RigidContact
+from twolink.contact.force_laws import Hertz, Phase, PlasticState
+from twolink.contact.states import ContactState as S
+from twolink.contact.states import EventKind as E
+from twolink.simulation.hybrid.certificate import Block, Certificate, powers
+from twolink.simulation.hybrid.compile import CompiledMode, Watched
+from twolink.simulation.hybrid.mode import Trigger
+
+UP, ALONG = PointCoordinate("D", (0.0, -1.0)), PointCoordinate("D", (1.0, 0.0))
+MATERIAL = Material(1e11, 0.01, 1e9, 0.3)
+ELEMENTS = (
+    RigidContact("D on floor", UP, 0.0, 0.0, ALONG, 0.5, 0.5),
+    DryFriction("A", JointCoordinate("A"), 1.0, 2.0),
+    DryFriction("B", JointCoordinate("B"), 1.0, 1.0),
+    CompliantContact("steel", UP, 0.0, Hertz(1.0), memory=ElastoPlastic(MATERIAL)),
+)
+SYSTEM = system_of(elements=ELEMENTS, longest_step=0.5)
+DENT = PlasticState(Phase.PRESSED_AGAIN, 7.0, 0.25, 0.25 + 0.36)
+MODE = mode_of(SYSTEM, S.OPEN, S.STICKS, S.STICKS, S.CLOSED, dents=(None, None, None, DENT))
+
+HITS, LEAVES = Trigger(E.HITS, 0), Trigger(E.LEAVES, 0)
+TERMS = 8
+
+
+def series(*coefficients, kind=float):
+    padded = [*coefficients, *[0] * (TERMS - len(coefficients))]
+    return [kind(c) for c in padded]
+
+
+def block_of(steps, lengths=(0.5,), start=0.0, kind=float):
+    """Return steps, each a list of the series of its variables."""
+    starts = start + np.concatenate([[0], np.cumsum(lengths)[:-1]])
+    rows = np.array([[series(*v, kind=kind) for v in step] for step in steps])
+    return Block(np.array(starts, dtype=rows.dtype), np.array(lengths, dtype=rows.dtype), rows)
+
+
+def certificate_of(*triggers, clock=None, span=1.0, integral=False, system=SYSTEM):
+    """Return the certificate of variables 0, 1, …, each an event function or its integral."""
+    downwards = (E.CLEARS, E.REACHES)
+    watched = tuple(
+        Watched(trigger, number, -1.0 if trigger.kind in downwards else 1.0, integral)
+        for number, trigger in enumerate(triggers)
+    )
+    compiled = CompiledMode(
+        integrator=None, operations=0, numbers=0, watched=watched, gaps=(), sunk=(), roots=(),
+        clock=clock, integrals=slice(0, 0), number=system.number,
+    )  # fmt: skip
+    return Certificate(system, compiled, MODE, system.number(span))
+
+
+def first(trigger, *steps, lengths=(0.5,), at_start=True, **more):
+    """Return the first event of one variable and its doubts."""
+    block = block_of([[step] for step in steps], lengths)
+    return certificate_of(trigger, **more).first_event(block, at_start)
+
+
+def test_polynomials_are_those_of_time_on_each_step_scaled_to_one():
+    block = block_of([[(1, -2, 3)], [(5, 6)]], (0.5, 0.25))
+    found = certificate_of(HITS).polynomials(block)
+    assert found[:, 0, :3].tolist() == [[1, -1, 0.75], [5, 1.5, 0]]
+
+
+def test_an_event_function_known_by_its_integral_is_the_rate():
+    """f = 1 − 4 t from t − 2 t²."""
+    found = certificate_of(LEAVES, integral=True).polynomials(block_of([[(0, 1, -2)]]))
+    assert found[0, 0, :3].tolist() == [1, -2, 0]
+    finding, _ = first(LEAVES, (0, 1, -2), integral=True)
+    assert finding.x == pytest.approx(0.5, rel=1e-15)
+
+
+def test_a_function_that_stays_positive_is_no_event():
+    assert first(HITS, (1, -1.9)) == (None, ())
+
+
+def test_the_first_fall_is_found_on_its_step():
+    """1 − 3 t² falls at 1/√3, on the second half of the first second."""
+    steps = (1, 0, -3), (0.25, -3, -3)
+    (place, x, trigger), doubts = first(HITS, *steps, lengths=(0.5, 0.5))
+    assert (place, trigger, doubts) == (1, HITS, ())
+    assert 0.5 + 0.5 * x == pytest.approx(1 / math.sqrt(3), rel=1e-15)
+
+
+def test_of_two_events_on_a_step_the_earlier_one_is_found():
+    other = Trigger(E.BREAKS, 1, 1)
+    block = block_of([[(1, -4), (1, -5)]])
+    finding, _ = certificate_of(HITS, other).first_event(block, True)
+    assert finding.trigger == other
+    assert finding.x == pytest.approx(0.4, rel=1e-15)
+
+
+# Event functions that start at zero.
+
+
+@pytest.mark.parametrize("gap", [(0, 1), (0, 1, -1.9), (0, 0, 1), (0, 0, 0, 1e-3)])
+def test_a_gap_that_starts_at_zero_and_grows_is_no_event(gap):
+    assert first(HITS, gap) == (None, ())
+
+
+@pytest.mark.parametrize("gap", [(0, -1), (0, 0, -1, 5), (0, 0, 0, -1e-3), (0, -1e-3, 1)])
+def test_a_gap_that_starts_at_zero_and_shrinks_is_an_event_at_once(gap):
+    finding, _ = first(HITS, gap)
+    assert (finding.place, finding.x, finding.trigger) == (0, 0.0, HITS)
+
+
+@pytest.mark.parametrize("flight", [0.3, 1e-5, 1e-9])
+def test_a_flight_from_zero_back_to_zero_ends_when_it_does(flight):
+    """4.9 t (T − t): up at 4.9 T."""
+    finding, _ = first(HITS, (0, 4.9 * flight, -4.9))
+    assert finding.x * 0.5 == pytest.approx(flight, rel=1e-14)
+
+
+def test_a_gap_that_others_hold_at_zero_is_never_an_event():
+    """All zeros: on this step and on those that follow in the arc."""
+    certificate = certificate_of(HITS)
+    assert certificate.first_event(block_of([[()]]), True) == (None, ())
+    assert certificate.first_event(block_of([[()]], start=0.5), False) == (None, ())
+
+
+def test_a_friction_limit_that_is_reached_at_the_start_ends_the_arc_or_recedes():
+    breaks = Trigger(E.BREAKS, 2, 1)
+    assert first(breaks, (0, 1, 1))[0] is None
+    assert first(breaks, (1e-17, 1, 1))[0] is None
+    assert first(breaks, (0, -1))[0].x == 0
+    # Rounding of what starts at zero: its slope says that it grows.
+    assert first(breaks, (-1e-17, 1))[0] is None
+
+
+def test_a_slide_that_starts_from_rest_goes_on_until_it_stops():
+    """3 t − 8 t²: it stops after 3/8 s."""
+    finding, _ = first(Trigger(E.STOPS, 2, 1), (0, 3, -8))
+    assert finding.x * 0.5 == pytest.approx(3 / 8, rel=1e-14)
+
+
+def test_a_function_that_is_below_zero_later_in_an_arc_falls_at_once():
+    finding, _ = first(HITS, (-0.1, 1), at_start=False)
+    assert (finding.place, finding.x) == (0, 0)
+
+
+def test_a_slide_that_is_locked_at_the_start_is_watched_from_the_other_side():
+    """The response of the normal rises through zero at 1/4 s."""
+    finding, _ = first(Trigger(E.JAMS, 0), (-1, 4))
+    assert finding.x == pytest.approx(0.5)
+    assert first(Trigger(E.JAMS, 0), (-1, 1))[0] is None
+
+
+# Surfaces that yield: distances from the ends of branches.
+
+
+def test_a_branch_ends_where_its_root_reaches_the_deepest():
+    """√(0.61 − 0.25) = 0.6, and the root is 0.5 + 0.4 t."""
+    finding, _ = first(Trigger(E.REACHES, 3), (0.5, 0.4))
+    assert finding.x * 0.5 == pytest.approx(0.25, rel=1e-14)
+
+
+def test_a_dent_is_cleared_where_the_gap_is_as_wide_as_it_is_deep():
+    finding, _ = first(Trigger(E.CLEARS, 3), (0.15, 0.4))
+    assert finding.x * 0.5 == pytest.approx(0.25, rel=1e-14)
+
+
+# Touches.
+
+
+def test_a_gap_that_touches_zero_leaves_a_doubt_of_a_slow_impact():
+    """(t − 1/4)²: an impact that was passed over would have been of rounding size only."""
+    finding, (doubt,) = first(HITS, (1 / 16, -1 / 2, 1))
+    assert finding is None
+    assert doubt.trigger == HITS
+    assert 0 < doubt.speed < 1e-6
+
+
+def test_a_limit_that_is_touched_leaves_the_motion_open_if_static_friction_is_higher():
+    """Joint A may break loose, and would then slide with less friction; in B both are one."""
+    touching = (1 / 16, -1 / 2, 1)
+    _, (doubt,) = first(Trigger(E.BREAKS, 1, 1), touching)
+    assert doubt.speed == math.inf
+    assert first(Trigger(E.BREAKS, 2, 1), touching) == (None, ())
+
+
+# Arcs whose variable is not time.
+
+
+def clock_case(span, gap=(1, 0.1)):
+    """Return the event of a gap beside a clock t = s + s² on steps of 1/2."""
+    block = block_of([[gap, (0, 1, 1)], [gap, (0.75, 2, 1)]], (0.5, 0.5))
+    return certificate_of(HITS, clock=1, span=span).first_event(block, True)[0]
+
+
+@pytest.mark.parametrize(("span", "place"), [(0.5, 0), (0.75, 0), (1.2, 1)])
+def test_an_arc_ends_where_its_clock_says(span, place):
+    """s + s² = T at s = (√(1 + 4 T) − 1)/2."""
+    finding = clock_case(span)
+    assert finding.trigger is None
+    assert finding.place == place
+    s = (math.sqrt(1 + 4 * span) - 1) / 2
+    assert 0.5 * (place + finding.x) == pytest.approx(s, rel=1e-14)
+
+
+def test_an_arc_goes_on_where_its_clock_has_not_run_out():
+    assert clock_case(3.0) is None
+
+
+def test_the_earlier_of_clock_and_event_ends_an_arc():
+    falls = (0.3, -1)
+    assert clock_case(0.5, falls).trigger == HITS
+    assert clock_case(0.5, falls).x == pytest.approx(0.6)
+    assert clock_case(0.2, falls).trigger is None
+
+
+def test_a_mode_without_event_functions_ends_by_its_clock_only():
+    certificate = certificate_of(clock=0, span=0.25)
+    finding, _ = certificate.first_event(block_of([[(0, 1)]]), True)
+    assert finding.x == pytest.approx(0.5)
+    assert certificate_of().first_event(block_of([[(0, 1)]]), True) == (None, ())
+
+
+# Other precisions.
+
+
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+def test_events_are_found_to_the_digits_of_the_precision(precision):
+    """1 − 3 t falls at 1/3."""
+    system = system_of(elements=ELEMENTS, precision=precision)
+    number = system.number
+    block = block_of([[(1, -3)]], (number(0.5),), start=number(0), kind=number)
+    finding, _ = certificate_of(HITS, system=system).first_event(block, True)
+    miss = finding.x * number(0.5) - number(1) / number(3)
+    assert abs(miss) < 4 * system.rounding
+
+
+@pytest.mark.parametrize("kind", [float, np.longdouble])
+def test_powers_start_with_one(kind):
+    found = powers(np.array([2, 0.5], dtype=kind), 4)
+    assert found.tolist() == [[1, 2, 4, 8], [1, 0.5, 0.25, 0.125]]

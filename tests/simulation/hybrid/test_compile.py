@@ -1,0 +1,175 @@
+"""Compiled modes: their variables, and Taylor coefficients known from closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.simulation.hybrid import BALANCED, BARS, mode_of, system_of
+from twolink.contact.coordinates import PointCoordinate
+from twolink.contact.force_laws import Phase, PlasticState
+from twolink.contact.states import ContactState as S
+from twolink.contact.states import EventKind as E
+from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.joint_torque import JointTorque
+from twolink.effects.surface import Surface
+from twolink.kinematics import velocity
+from twolink.simulation.hybrid.compile import compiled_mode
+
+FLOOR = Surface((0.0, 1.2), (0.0, -1.0), on=("B", "D"))
+BALL = CompliantSurface((0.0, 1.2), (0.0, -1.0), "hertz", 1000.0)
+CUSHION = CompliantSurface((0.0, 1.2), (0.0, -1.0), "kelvin-voigt", 100.0, 4.0)
+
+
+def compiled(system, *states, dents=(), sunk=(), formulation="lagrange"):
+    return compiled_mode(system, mode_of(system, *states, dents=dents), formulation, sunk)
+
+
+def coefficients(mode, *values, scale=1.0, start=0.0):
+    """Return the Taylor coefficients of a step from these values, zero for all that follow."""
+    integrator = mode.integrator
+    integrator.state[:] = [*values, *[0.0] * (len(integrator.state) - len(values))]
+    integrator.time = 0.0
+    count = len(integrator.pars)
+    integrator.pars[:] = [*[0.0] * mode.numbers, scale, start][:count]
+    integrator.step(write_tc=True)
+    return integrator.tc.copy()
+
+
+@pytest.mark.parametrize("formulation", ["kane", "lagrange"])
+def test_a_steady_torque_gives_a_parabola(formulation):
+    """M = diag(3, 1/2), 6 N m at A and 1 N m at B, whose reaction acts on link 1."""
+    system = system_of(JointTorque((6.0, 1.0)), chain=BALANCED)
+    found = coefficients(compiled(system, formulation=formulation), 0.1, 0.2, 0.3, 0.4)
+    assert found[0, :4] == pytest.approx([0.1, 0.3, 5 / 6, 0], abs=1e-15)
+    assert found[1, :4] == pytest.approx([0.2, 0.4, 1.0, 0], abs=1e-15)
+    assert found[2, :3] == pytest.approx([0.3, 5 / 3, 0], abs=1e-15)
+
+
+def test_an_open_contact_has_its_gap_as_a_variable():
+    """Its rate is the speed along the normal, whatever the gap is."""
+    system = system_of(Gravity(), FLOOR)
+    mode = compiled(system, S.OPEN, S.OPEN)
+    assert (mode.gaps, mode.sunk, mode.roots, mode.clock) == ((0, 1), (), (), None)
+    q, u = (0.3, 0.2), (1.5, -0.5)
+    found = coefficients(mode, *q, *u, 7.0, 1e-12)
+    assert found[4:6, 0].tolist() == [7.0, 1e-12]
+    assert found[4, 1] == pytest.approx(-velocity(BARS, q, u, BARS.B)[1])
+    assert found[5, 1] == pytest.approx(-velocity(BARS, q, u, BARS.D)[1])
+
+
+def test_a_contact_that_rests_has_no_gap_but_an_event_function_of_its_force():
+    system = system_of(Gravity(), FLOOR)
+    mode = compiled(system, S.OPEN, S.CLOSED)
+    assert mode.gaps == (0,)
+    kinds = {(w.trigger.kind, w.trigger.index, w.integral) for w in mode.watched}
+    assert kinds == {(E.HITS, 0, False), (E.LEAVES, 1, True)}
+
+
+def test_the_rate_of_an_integral_is_the_event_function_times_the_scale():
+    """A stop that holds link 1 against −6 N m pushes with 6 N m."""
+    system = system_of(JointTorque((-6.0, 0.0)), JointStop("A", lower=0.0), chain=BALANCED)
+    mode = compiled(system, S.CLOSED)
+    assert mode.watched == ()
+    system = system_of(
+        JointTorque((-6.0, 0.0), (0.0, 1.0), (0.0, 2.0)), JointStop("A", lower=0.0), chain=BALANCED
+    )
+    mode = compiled(system, S.CLOSED)
+    (watched,) = mode.watched
+    found = coefficients(mode, 0.0, 0.0, 0.0, 0.0, scale=0.125)
+    # 6 + sin(2 t): the torque at B reacts on link 1.
+    assert found[watched.variable, 1] == pytest.approx(0.125 * 6)
+    assert found[watched.variable, 2] == pytest.approx(0.125 * 2 / 2)
+    assert mode.integrals == slice(watched.variable, watched.variable + 1)
+
+
+def test_an_event_function_that_never_changes_is_not_watched():
+    """Both joints are held under a steady torque: neither limit is ever reached."""
+    system = system_of(JointTorque((0.5, 0.5)), JointFriction((1.0, 1.0)), chain=BALANCED)
+    assert compiled(system, S.STICKS, S.STICKS).watched == ()
+
+
+def test_a_rooted_press_goes_by_its_own_variable():
+    """dt = root ds, and d root/ds = −(normal speed)/2."""
+    system = system_of(Gravity(0.0), BALL)
+    mode = compiled(system, S.CLOSED)
+    assert mode.roots == (0,)
+    names = [str(v) for v, _ in mode.integrator.sys]
+    root, clock = names.index("root0"), mode.clock
+    assert names[clock] == "clock"
+    q, u = (0.3, 0.2), (1.5, -0.5)
+    values = [0.0] * len(names)
+    values[:4], values[root] = [*q, *u], 0.25
+    found = coefficients(mode, *values)
+    falling = velocity(BARS, q, u, BARS.D)[1]
+    assert found[root, 1] == pytest.approx(falling / 2)
+    assert found[clock, 1] == pytest.approx(0.25)
+    assert found[clock, 2] == pytest.approx(falling / 4)
+    assert found[:2, 1] == pytest.approx(0.25 * np.array(u))
+    (watched,) = mode.watched
+    assert (watched.trigger.kind, watched.variable, watched.integral) == (E.LEAVES, root, False)
+
+
+def test_the_speed_along_a_rooted_press_is_braked_by_hertz():
+    """M du/ds = root · force, with the force of 1000 root³."""
+    system = system_of(Gravity(0.0), BALL)
+    mode = compiled(system, S.CLOSED)
+    names = [str(v) for v, _ in mode.integrator.sys]
+    q, root = (0.3, 0.2), 0.25
+    values = [0.0] * len(names)
+    values[:2], values[names.index("root0")] = q, root
+    found = coefficients(mode, *values)
+    c = math.cos(q[1] - q[0])
+    M = np.array([[4 / 3, c / 2], [c / 2, 1 / 3]])
+    expected = np.linalg.solve(M, -1000 * root**3 * np.cos(q)) * root
+    assert found[2:4, 1] == pytest.approx(expected, rel=1e-13)
+
+
+def test_a_surface_that_springs_back_is_a_variable_that_decays():
+    """k/c = 25/s; the gap closes by as much as the surface comes back."""
+    system = system_of(Gravity(0.0), CUSHION)
+    mode = compiled(system, S.OPEN, sunk=(0,))
+    assert mode.sunk == (0,)
+    found = coefficients(mode, 0.3, 0.2, 0.0, 0.0, 0.5, 0.02)
+    decay = [0.02 * (-25) ** k / math.factorial(k) for k in range(6)]
+    assert found[5, :6] == pytest.approx(decay, rel=1e-13)
+    assert found[4, 1:6] == pytest.approx(decay[1:], rel=1e-13)
+
+
+def test_modes_of_one_kind_share_an_integrator():
+    """Dents and torques that differ in numbers only are parameters."""
+    system = system_of(Gravity(), FLOOR)
+    assert compiled(system, S.OPEN, S.OPEN) is compiled(system, S.OPEN, S.OPEN)
+    assert compiled(system, S.OPEN, S.OPEN) is not compiled(system, S.OPEN, S.CLOSED)
+    other = compiled(system, S.OPEN, S.OPEN, formulation="kane")
+    assert other is not compiled(system, S.OPEN, S.OPEN)
+    steel = CompliantSurface(
+        (0.0, 1.2), (0.0, -1.0), "elasto-plastic", radius=0.02, modulus=(2e11, 2e11),
+        poisson=(0.3, 0.3), strength=(1e9, 1e9),
+    )  # fmt: skip
+    system = system_of(Gravity(), steel)
+    dents = [PlasticState(Phase.SPRINGS_BACK, 1e9, 1e-6, x) for x in (1e-5, 2e-5)]
+    first, second = (compiled(system, S.CLOSED, dents=(dent,)) for dent in dents)
+    assert first is second
+    assert first.numbers == 3
+
+
+def test_steps_of_another_order_are_another_mode():
+    from dataclasses import replace
+
+    system = system_of(Gravity(), FLOOR)
+    lower = compiled(replace(system, order=15), S.OPEN, S.OPEN)
+    assert lower.integrator.order == 15
+    assert compiled(system, S.OPEN, S.OPEN).integrator.order > 15
+
+
+def test_a_sliding_contact_watches_force_slide_and_lock():
+    system = system_of(Gravity(), Surface((0.0, 1.2), (0.0, -1.0), friction=0.4))
+    assert system.elements[0].tangent == PointCoordinate("D", (1.0, 0.0))
+    mode = compiled(system, S.FORWARD)
+    assert {w.trigger.kind for w in mode.watched} == {E.LEAVES, E.STOPS, E.JAMS}
+    assert {w.trigger.sense for w in mode.watched if w.trigger.kind is E.STOPS} == {1}
+    assert mode.operations > 0

@@ -1,0 +1,150 @@
+"""Motions as functions of time: polynomials written by hand, and a fine solution of an ODE."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tests.simulation.hybrid import BARS, mode_of, state_of, system_of
+from twolink.contact.states import ContactState as S
+from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_torque import JointTorque
+from twolink.scene import Scene
+from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
+from twolink.simulation.hybrid.flow import flow
+from twolink.simulation.hybrid.run import hybrid_run
+from twolink.simulation.smooth.taylor import number_type
+
+
+def rows(*series):
+    """Return a step's coefficients of q1, q2, u1, u2, padded to the order 3."""
+    return [[*map(float, row), *[0.0] * (4 - len(row))] for row in series]
+
+
+# From 0 s: q1 = t², u1 = 2 t. From 1 s u1 has jumped to −1, and stays. The end is at 3 s.
+BOUNCE = Polynomials(
+    precision="double",
+    starts=np.array([0.0, 1.0, 3.0]),
+    coefficients=np.array(
+        [
+            rows((0, 0, 1), (5,), (0, 2), (0,)),
+            rows((1, -1), (5,), (-1,), (0,)),
+            rows((-1,), (5,), (-1,), (0,)),
+        ]
+    ),
+    clocks=np.zeros((3, 4)),
+    by_clock=np.array([False, False, False]),
+    ends=np.array([1.0, 2.0, 0.0]),
+    arcs=np.array([0, 1, 2]),
+)
+
+
+@pytest.mark.parametrize(
+    ("t", "q1", "u1"), [(0.0, 0, 0), (0.5, 0.25, 1), (1.5, 0.5, -1), (3.0, -1, -1)]
+)
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_values_within_a_step_are_those_of_its_polynomial(t, q1, u1, side):
+    q, u = BOUNCE.at(t, side)
+    assert (q[0, 0], q[1, 0], u[0, 0]) == (q1, 5, u1)
+
+
+def test_at_a_jump_either_side_can_be_had():
+    """After the jump by default."""
+    assert BOUNCE.at([1.0], "left")[1][0] == [2.0]
+    assert BOUNCE.at([1.0], "right")[1][0] == [-1.0]
+    assert BOUNCE.at([1.0])[1][0] == [-1.0]
+    assert BOUNCE.at([1.0], "left")[0][0] == BOUNCE.at([1.0])[0][0] == [1.0]
+
+
+def test_many_times_are_looked_up_at_once():
+    q, u = BOUNCE.at(np.array([2.0, 0.5, 1.0]))
+    assert q.shape == u.shape == (2, 3)
+    assert q[0].tolist() == [0.0, 0.25, 1.0]
+
+
+def test_of_several_jumps_at_one_instant_the_sides_are_the_first_and_the_last():
+    """An arc that takes no time lies between them."""
+    several = Polynomials(
+        "double", np.array([0.0, 1.0, 1.0, 2.0]),
+        np.array([rows((), (), (k,), ()) for k in (1, 2, 3, 4)]), np.zeros((4, 4)),
+        np.zeros(4, dtype=bool), np.array([1.0, 0.0, 1.0, 0.0]), np.arange(4),
+    )  # fmt: skip
+    assert several.at([1.0], "left")[1][0] == [1.0]
+    assert several.at([1.0], "right")[1][0] == [3.0]
+
+
+@pytest.mark.parametrize("t", [0.0, 1e-12, 0.1, 0.5, 0.74, 0.75])
+def test_steps_by_a_clock_are_looked_up_by_time(t):
+    """t = s + s² for s up to 1/2, so s = (√(1 + 4 t) − 1)/2; q1 = s³."""
+    by_clock = Polynomials(
+        "double", np.array([0.0, 0.75]),
+        np.array([rows((0, 0, 0, 1), (), (), ()), rows((0.125,), (), (), ())]),
+        np.array([[0.0, 1.0, 1.0, 0.0], [0.0] * 4]), np.array([True, False]),
+        np.array([0.5, 0.0]), np.arange(2),
+    )  # fmt: skip
+    s = 2 * t / (math.sqrt(1 + 4 * t) + 1)
+    assert by_clock.at(t)[0][0] == pytest.approx([s**3], rel=1e-13, abs=1e-50)
+
+
+@pytest.mark.parametrize("t", [1e-30, 1e-18, 1e-6, 1.0])
+def test_a_clock_that_starts_slowly_is_inverted_too(t):
+    """t = s², as a press starts whose root grows from zero."""
+    slow = Polynomials(
+        "double", np.array([0.0, 1.0]),
+        np.array([rows((0, 1), (), (), ()), rows((1,), (), (), ())]),
+        np.array([[0.0, 0.0, 1.0, 0.0], [0.0] * 4]), np.array([True, False]),
+        np.array([1.0, 0.0]), np.arange(2),
+    )  # fmt: skip
+    assert slow.at(t)[0][0] == pytest.approx([math.sqrt(t)], rel=1e-6)
+
+
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+def test_values_are_in_the_numbers_of_the_precision(precision):
+    number = number_type(precision)
+    system = system_of(JointTorque((1.0, 0.0)), precision=precision)
+    state = state_of(system, (0.3, 0.2))
+    arc = flow(system, state, mode_of(system), number(1), "lagrange", lambda t: None)
+    q, _ = polynomials_of([arc], arc.end, precision).at([0.0, 0.5, 1.0])
+    assert isinstance(q[0, 1], number)
+    assert q[0, 0] == number(0.3)
+    assert abs(float(q[0, 2] - arc.end.q[0])) < 8 * system.rounding
+
+
+def test_a_run_without_any_arc_is_its_last_state():
+    system = system_of(Gravity())
+    state = state_of(system, (0.3, 0.2), (1.0, 2.0))
+    q, u = polynomials_of([], state, "double").at([0.0, 5.0])
+    assert q.tolist() == [[0.3, 0.3], [0.2, 0.2]]
+    assert u.tolist() == [[1.0, 1.0], [2.0, 2.0]]
+
+
+def test_a_press_on_hertzs_surface_is_that_of_a_fine_solution():
+    """Two bars fall on an elastic ball: SciPy follows δ^{3/2} in time, at times in the press."""
+    floor, stiffness = 1.0, 2e3
+    ball = CompliantSurface((0.0, floor), (0.0, -1.0), "hertz", stiffness)
+    scene = Scene(BARS, (0.45, 0.5), (0.5, 0.4), 0.5, (Gravity(9.81), ball))
+    run = hybrid_run(scene, [0.0, 0.5])
+    assert S.CLOSED in {arc.mode.states[0] for arc in run.arcs}
+    assert run.polynomials.by_clock.any()
+
+    def rates(t, y):
+        q, u = y[:2], y[2:]
+        c, s = np.cos(q[1] - q[0]), np.sin(q[1] - q[0])
+        M = np.array([[4 / 3, c / 2], [c / 2, 1 / 3]])
+        depth = max(np.sin(q).sum() - floor, 0.0)
+        right = np.array([s / 2 * u[1] ** 2, -s / 2 * u[0] ** 2])
+        right += 9.81 * np.array([1.5, 0.5]) * np.cos(q) - stiffness * depth**1.5 * np.cos(q)
+        return [*u, *np.linalg.solve(M, right)]
+
+    times = np.linspace(0, 0.5, 41)
+    fine = solve_ivp(
+        rates, (0, 0.5), [*scene.q, *scene.u], "DOP853", t_eval=times, rtol=1e-11, atol=1e-12,
+        max_step=2e-3,
+    )  # fmt: skip
+    q, u = run.polynomials.at(times)
+    assert np.abs(q - fine.y[:2]).max() < 1e-8
+    assert np.abs(u - fine.y[2:]).max() < 1e-7
+    elapsed = [float(arc.end.t - arc.start.t) for arc in run.arcs if arc.compiled.clock is not None]
+    assert max(elapsed) > 0.02

@@ -1,0 +1,158 @@
+"""One arc against motions in closed form: its end, its event, and what it holds."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.simulation.hybrid import BALANCED, mode_of, state_of, system_of
+from twolink.contact.states import ContactState as S
+from twolink.contact.states import EventKind as E
+from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.joint_torque import JointTorque
+from twolink.effects.surface import Surface
+from twolink.simulation.hybrid.flow import flow
+from twolink.simulation.hybrid.mode import Trigger
+
+
+def arc_of(system, q, u, *states, until=10.0, state=None, formulation="lagrange"):
+    state = state or state_of(system, q, u)
+    mode = mode_of(system, *states)
+    return flow(system, state, mode, system.number(until), formulation, lambda t: None)
+
+
+FALLING = JointTorque((-6.0, 0.0)), JointStop("A", lower=0.0, restitution=0.5)
+"""Link 1 turns back to its stop with −2 rad/s², and link 2 on its own."""
+
+
+@pytest.mark.parametrize("formulation", ["kane", "lagrange"])
+def test_an_arc_ends_where_its_event_is(formulation):
+    """1 + u t − t² = 0."""
+    system = system_of(*FALLING, chain=BALANCED)
+    arc = arc_of(system, (1.0, 0.3), (0.5, 2.0), S.OPEN, formulation=formulation)
+    t = (0.5 + math.sqrt(0.25 + 4)) / 2
+    assert arc.event == Trigger(E.HITS, 0)
+    assert arc.end.t == pytest.approx(t, rel=4e-16)
+    assert arc.end.q == pytest.approx((0.0, 0.3 + 2 * t), abs=1e-15)
+    assert arc.end.u == pytest.approx((0.5 - 2 * t, 2.0), rel=1e-15)
+    assert abs(arc.end.gaps[0]) < 1e-15
+    assert arc.doubts == ()
+
+
+def test_an_arc_without_an_event_ends_at_the_very_time_that_was_asked_for():
+    system = system_of(*FALLING, chain=BALANCED)
+    arc = arc_of(system, (1.0, 0.0), (0.0, 0.0), S.OPEN, until=0.7)
+    assert arc.event is None
+    assert arc.end.t == 0.7
+    assert arc.end.q[0] == pytest.approx(1 - 0.49, rel=1e-15)
+
+
+@pytest.mark.parametrize("speed", [1e-3, 1e-8, 1e-12])
+def test_a_low_bounce_keeps_its_digits(speed):
+    """From the stop at v: back after v seconds, with −v."""
+    system = system_of(*FALLING, chain=BALANCED)
+    arc = arc_of(system, (0.0, 0.0), (speed, 0.0), S.OPEN)
+    assert arc.event == Trigger(E.HITS, 0)
+    assert arc.end.t == pytest.approx(speed, rel=1e-14)
+    assert arc.end.u[0] == pytest.approx(-speed, rel=1e-14)
+
+
+def test_the_steps_of_an_arc_join_and_end_with_it():
+    system = system_of(Gravity(), Surface((0.0, 1.5), (0.0, -1.0)), longest_step=0.05)
+    arc = arc_of(system, (0.3, 0.2), (0.0, 0.0), S.OPEN)
+    starts = np.concatenate([block.starts for block in arc.blocks])
+    lengths = np.concatenate([block.lengths for block in arc.blocks])
+    assert starts[0] == 0
+    assert starts[1:] == pytest.approx((starts + lengths)[:-1], rel=1e-15)
+    assert starts[-1] + lengths[-1] == arc.end.t
+    assert lengths.max() <= 0.05
+    # The end of the bars is on the floor.
+    assert math.sin(arc.end.q[0]) + math.sin(arc.end.q[1]) == pytest.approx(1.5, abs=1e-14)
+
+
+def test_a_slide_stops_where_friction_has_taken_its_speed():
+    """3 kg m² at 2 rad/s against 1.5 N m: 4 s."""
+    system = system_of(JointFriction((1.5, 0.0)), chain=BALANCED)
+    arc = arc_of(system, (0.0, 0.0), (2.0, 1.0), S.FORWARD)
+    assert arc.event == Trigger(E.STOPS, 0, 1)
+    assert arc.end.t == pytest.approx(4.0, rel=1e-15)
+    # It is the jump that brings the joint to rest.
+    assert arc.end.sliding == (1,)
+    assert abs(arc.end.u[0]) < 1e-15
+
+
+def test_a_joint_that_sticks_does_not_creep():
+    system = system_of(Gravity(), JointFriction((50.0, 0.0)))
+    arc = arc_of(system, (0.3, 0.2), (0.0, 0.5), S.STICKS, until=2.0)
+    assert arc.end.u[0] == 0
+    assert arc.end.q[0] == 0.3
+
+
+def test_a_joint_breaks_loose_where_the_torque_reaches_its_limit():
+    """2 sin t = 1 N m at π/6 s."""
+    torque = JointTorque((0.0, 0.0), (2.0, 0.0), (1.0, 0.0))
+    system = system_of(torque, JointFriction((0.5, 0.0), (1.0, 0.0)), chain=BALANCED)
+    arc = arc_of(system, (0.0, 0.0), (0.0, 0.0), S.STICKS)
+    assert arc.event == Trigger(E.BREAKS, 0, 1)
+    assert arc.end.t == pytest.approx(math.pi / 6, rel=1e-14)
+
+
+def test_a_contact_leaves_where_its_force_falls_to_zero():
+    """1 + 2 cos t N m onto the stop: none at 2 π/3 s."""
+    torque = JointTorque((-1.0, 0.0), (-2.0, 0.0), (1.0, 0.0), (math.pi / 2, 0.0))
+    system = system_of(torque, JointStop("A", lower=0.0), chain=BALANCED)
+    arc = arc_of(system, (0.0, 0.0), (0.0, 0.0), S.CLOSED)
+    assert arc.event == Trigger(E.LEAVES, 0)
+    assert arc.end.t == pytest.approx(2 * math.pi / 3, rel=1e-14)
+    assert arc.end.q[0] == 0
+
+
+def test_a_spring_throws_back_after_half_its_period():
+    """D of a stretched chain moves along y alone for small angles; a damped press ends by force."""
+    cushion = CompliantSurface((0.0, 0.0), (0.0, -1.0), "kelvin-voigt", 1e6)
+    system = system_of(cushion)
+    arc = arc_of(system, (0.0, 0.0), (1e-6, 1e-6), S.CLOSED)
+    assert arc.event == Trigger(E.LEAVES, 0)
+    # The response of D to its own push in the stretched pose: 1ᵀ M⁻¹ 1.
+    M = np.array([[4 / 3, 1 / 2], [1 / 2, 1 / 3]])
+    response = np.ones(2) @ np.linalg.solve(M, np.ones(2))
+    assert arc.end.t == pytest.approx(math.pi / math.sqrt(1e6 * response), rel=1e-6)
+
+
+def test_a_rooted_press_takes_the_time_of_hertz():
+    """From touch to touch: 2.9432… δ_m/v, with δ_m^{5/2} = 5/4 m v²/K (Johnson, 11.23)."""
+    ball = CompliantSurface((0.0, 0.0), (0.0, -1.0), "hertz", 1e6)
+    system = system_of(ball)
+    M = np.array([[4 / 3, 1 / 2], [1 / 2, 1 / 3]])
+    mass = 1 / (np.ones(2) @ np.linalg.solve(M, np.ones(2)))
+    direction = np.linalg.solve(M, np.ones(2)) * mass
+    speed = 1e-4
+    arc = arc_of(system, (0.0, 0.0), tuple(speed * direction), S.CLOSED)
+    assert arc.event == Trigger(E.LEAVES, 0)
+    deepest = (5 / 4 * mass * speed**2 / 1e6) ** 0.4
+    factor = 4 / 5 * math.sqrt(math.pi) * math.gamma(2 / 5) / math.gamma(9 / 10)
+    assert factor == pytest.approx(2.9432, abs=1e-4)
+    assert arc.end.t == pytest.approx(factor * deepest / speed, rel=1e-6)
+    assert arc.end.u == pytest.approx(tuple(-speed * direction), rel=1e-5)
+
+
+def test_an_arc_of_a_rooted_press_ends_at_the_time_that_was_asked_for():
+    ball = CompliantSurface((0.0, 0.0), (0.0, -1.0), "hertz", 1e6)
+    system = system_of(ball)
+    arc = arc_of(system, (0.0, 0.0), (0.01, 0.01), S.CLOSED, until=1e-4)
+    assert arc.event is None
+    assert arc.end.t == 1e-4
+    # Hardly braked yet: a depth of speed times time.
+    assert arc.end.compliant[0].sqrt_depth ** 2 == pytest.approx(0.02 * 1e-4, rel=0.05)
+
+
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+def test_an_arc_has_the_digits_of_its_precision(precision):
+    """1 − t² = 0 and 1 − t²/3 = 0."""
+    system = system_of(JointTorque((-1.0, 0.0)), FALLING[1], chain=BALANCED, precision=precision)
+    arc = arc_of(system, (1.0, 0.0), (0.0, 0.0), S.OPEN)
+    # t² = 6, so all digits but a few roundings of 6 belong to the square.
+    assert abs(float(arc.end.t * arc.end.t - system.number(6))) < 32 * system.rounding

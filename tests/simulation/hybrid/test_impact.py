@@ -1,0 +1,354 @@
+"""Impacts against the balance of momentum by NumPy, the laws as they are worded, and by hand."""
+
+import math
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tests.simulation.hybrid import BALANCED, BARS
+from twolink import kane, lagrange
+from twolink.contact.coordinates import JointCoordinate, PointCoordinate
+from twolink.contact.elements import RigidContact
+from twolink.contact.impact_laws import LAWS
+from twolink.simulation.hybrid import impact
+from twolink.simulation.hybrid.dynamics import Pose
+from twolink.simulation.hybrid.impact import (
+    Impacts,
+    at_rest,
+    is_left_over,
+    placed,
+    speed_along,
+    stopped,
+)
+from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY
+
+EPSILON = 2.0**-52
+UP, ALONG = PointCoordinate("D", (0.0, -1.0)), PointCoordinate("D", (1.0, 0.0))
+ELBOW_UP, ELBOW_ALONG = PointCoordinate("B", (0.0, -1.0)), PointCoordinate("B", (1.0, 0.0))
+AT_A, AT_B = JointCoordinate("A"), JointCoordinate("B")
+Q = (0.7, -0.4)
+
+
+def stop(coordinate, e=0.0):
+    return RigidContact("stop", coordinate, 0.0, e)
+
+
+def floor(e=0.0, mu=0.0, law="stronge", normal=UP, tangent=ALONG):
+    return RigidContact("floor", normal, 0.0, e, tangent if mu else None, mu, mu, law)
+
+
+def impacts_of(*elements, chain=BARS, q=Q, formulation=lagrange):
+    return Impacts(Pose(chain, formulation, q), elements, 0.5, EPSILON)
+
+
+def mass_matrix(chain, q):
+    """Return M from the kinetic energy, whose second differences it is."""
+
+    def energy(u):
+        return float(lagrange.kinetic_energy(chain, q, u))
+
+    M11, M22 = 2 * energy((1.0, 0.0)), 2 * energy((0.0, 1.0))
+    M12 = energy((1.0, 1.0)) - (M11 + M22) / 2
+    return np.array([[M11, M12], [M12, M22]])
+
+
+def end_rows(q):
+    """Return D's rows along −y and x on bars of 1 m."""
+    return -np.cos(q), -np.sin(q)
+
+
+def unbalanced(chain, q, strike, normal, tangent=(0.0, 0.0)):
+    """Return M du − Jᵀ Λ of an impact (N m s)."""
+    du = np.subtract(strike.u[1], strike.u[0])
+    impulse = strike.impulse
+    given = impulse.normal * np.array(normal) + impulse.tangential * np.array(tangent)
+    return mass_matrix(chain, q) @ du - given
+
+
+def energy(chain, q, u):
+    return float(lagrange.kinetic_energy(chain, q, u))
+
+
+def approaches(random, row):
+    """Return speeds that approach along a row."""
+    while True:
+        u = random.normal(size=2) * 3
+        if row @ u < -0.1:
+            return tuple(u)
+
+
+# Speeds that are zero.
+
+
+def test_a_speed_is_zero_within_the_rounding_of_its_terms():
+    assert at_rest((1.0, -1.0), (3.0, 3.0 + 4e-16), EPSILON)
+    assert at_rest((1.0, -1.0), (0.0, 0.0), EPSILON)
+    assert not at_rest((1.0, -1.0), (3.0, 3.0 + 1e-12), EPSILON)
+    assert not at_rest((1.0, 0.0), (1e-300, 5.0), EPSILON)
+
+
+def test_a_speed_is_left_over_within_the_rounding_of_what_was():
+    assert is_left_over((1.0, 0.0), (1e-16, 1.0), (1.0, 1.0), EPSILON)
+    assert not is_left_over((1.0, 0.0), (1e-16, 1.0), (1e-4, 1e-4), EPSILON)
+
+
+def test_a_contact_is_approached_only_by_more_than_rounding():
+    impacts = impacts_of(stop(AT_B))
+    assert impacts.approached(0, (3.0, 2.0))
+    assert not impacts.approached(0, (2.0, 3.0))
+    assert not impacts.approached(0, (3.0, 3.0 - 4e-16))
+
+
+# Places and speeds that are put right.
+
+
+@pytest.mark.parametrize(
+    ("coordinate", "expected"),
+    [
+        (AT_A, (0.25, 2.0)),
+        (JointCoordinate("A", -1), (-0.25, 2.0)),
+        (AT_B, (1.0, 1.25)),
+        (JointCoordinate("B", -1), (1.0, 0.75)),
+    ],
+)
+def test_a_joint_is_placed_exactly_at_its_bound(coordinate, expected):
+    assert placed(Pose(BARS, lagrange, (1.0, 2.0)), coordinate, 0.25) == expected
+
+
+@pytest.mark.parametrize("error", [1e-15, 1e-12, -1e-9])
+def test_a_point_is_placed_at_its_bound_by_the_shortest_way(error):
+    bound = -math.sin(Q[0]) - math.sin(Q[1]) + error
+    q = placed(Pose(BARS, lagrange, Q), UP, bound)
+    assert -math.sin(q[0]) - math.sin(q[1]) == pytest.approx(bound, abs=4 * EPSILON)
+    # Along the gradient: no motion across it.
+    row = end_rows(Q)[0]
+    moved = np.subtract(q, Q)
+    assert abs(moved[0] * row[1] - moved[1] * row[0]) < 1e-15
+
+
+def test_a_point_that_cannot_move_to_its_bound_stays():
+    stretched = Pose(BARS, lagrange, (0.0, 0.0))
+    assert placed(stretched, ALONG, 2.0 + 1e-15) == (0.0, 0.0)
+
+
+def test_speeds_along_coordinates_are_stopped_exactly():
+    pose, u = Pose(BARS, lagrange, Q), (1.5, -0.5)
+    assert stopped(pose, [AT_A], u) == (0.0, -0.5)
+    assert stopped(pose, [AT_B], u) == (1.5, 1.5)
+    assert stopped(pose, [UP, ALONG], u) == (0.0, 0.0)
+    assert stopped(pose, [AT_A, AT_B], u) == (0.0, 0.0)
+    assert stopped(pose, [AT_A, JointCoordinate("A", -1)], u) == (0.0, -0.5)
+
+
+def test_a_points_speed_is_taken_by_the_shortest_way():
+    row, u = end_rows(Q)[0], (1.5, -0.5)
+    after = stopped(Pose(BARS, lagrange, Q), [UP], u)
+    assert row @ after == pytest.approx(0, abs=1e-15)
+    assert np.subtract(u, after) == pytest.approx((row @ u) / (row @ row) * row)
+
+
+# One impact.
+
+
+@pytest.mark.parametrize("formulation", [kane, lagrange])
+def test_a_smooth_impact_turns_the_normal_speed_and_balances_momentum(formulation, random):
+    normal, _ = end_rows(Q)
+    for e in (0.0, 0.4, 1.0):
+        u = approaches(random, normal)
+        strike = impacts_of(floor(e), formulation=formulation).impact(0, u)
+        assert strike.speeds == pytest.approx((normal @ u, -e * (normal @ u)), abs=1e-14)
+        assert unbalanced(BARS, Q, strike, normal) == pytest.approx((0, 0), abs=1e-13)
+        assert strike.impulse.regime == "frictionless"
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_rough_impact_balances_momentum_and_obeys_coulombs_cone(law, random):
+    normal, tangent = end_rows(Q)
+    for mu in (0.1, 0.5, 2.0):
+        for _ in range(20):
+            u = approaches(random, normal)
+            strike = impacts_of(floor(0.5, mu, law)).impact(0, u)
+            assert unbalanced(BARS, Q, strike, normal, tangent) == pytest.approx((0, 0), abs=1e-11)
+            assert strike.impulse.normal > 0
+            assert abs(strike.impulse.tangential) <= mu * strike.impulse.normal * (1 + 1e-12)
+            assert strike.speeds[1] >= 0
+            assert strike.sliding == pytest.approx((tangent @ u, tangent @ strike.u[1]))
+
+
+@pytest.mark.parametrize("law", ["poisson", "stronge"])
+def test_no_impact_creates_energy(law, random):
+    normal, _ = end_rows(Q)
+    for mu in (0.0, 0.1, 0.5, 2.0):
+        for e in (0.0, 0.5, 1.0):
+            for _ in range(10):
+                u = approaches(random, normal)
+                after = impacts_of(floor(e, mu, law)).impact(0, u).u[1]
+                assert energy(BARS, Q, after) <= energy(BARS, Q, u) * (1 + 1e-13)
+
+
+def test_a_point_of_link_1_is_struck_along_its_line(random):
+    """Both speeds of B are one, so its friction is that of sliding in, and of sliding out."""
+    q = (0.9, -0.4)
+    normal, tangent = np.array([-math.cos(0.9), 0.0]), np.array([-math.sin(0.9), 0.0])
+    element = floor(0.5, 0.3, normal=ELBOW_UP, tangent=ELBOW_ALONG)
+    for _ in range(20):
+        u = approaches(random, normal)
+        strike = impacts_of(element, q=q).impact(0, u)
+        assert unbalanced(BARS, q, strike, normal, tangent) == pytest.approx((0, 0), abs=1e-12)
+        assert strike.sliding[1] == pytest.approx(strike.speeds[1] * math.tan(0.9))
+        assert energy(BARS, q, strike.u[1]) <= energy(BARS, q, u)
+
+
+def test_a_point_that_cannot_slide_in_its_pose_is_struck_without_friction():
+    """Stretched along x, D moves along y only."""
+    strike = impacts_of(floor(0.5, 0.8), q=(0.0, 0.0)).impact(0, (1.0, 1.0))
+    assert strike.impulse.regime == "frictionless"
+    assert strike.speeds == pytest.approx((-2.0, 1.0))
+
+
+def test_an_impact_where_all_stops_leaves_no_speed_at_all():
+    """e = 0 and so much friction that D sticks: no rounding of the old speeds stays behind."""
+    strike = impacts_of(floor(0.0, 50.0)).impact(0, (1.0, 0.2))
+    assert strike.impulse.regime.endswith("sticks")
+    assert strike.u[1] == (0.0, 0.0)
+
+
+# Several impacts at one instant.
+
+
+def test_impacts_follow_each_other_until_none_is_approached():
+    """A with e = 1/2 from −2 to 1 rad/s; then B, approached at 1 rad/s: in fractions.
+
+    M = diag(3, 1/2): an impulse P in B gives (−P/3, 2 P), so P = 3/2 · 3/7.
+    """
+    u = (-2.0, 0.0)
+    found = impacts_of(stop(AT_A, 0.5), stop(AT_B, 0.5), chain=BALANCED).resolve(u, (0, 1), ())
+    assert [strike.number for strike in found.strikes] == [0, 1]
+    P = Fraction(9, 14)
+    assert found.u == pytest.approx((float(1 - P / 3), float(2 * P)), rel=1e-15)
+    assert [float(s.impulse.normal) for s in found.strikes] == pytest.approx([9.0, float(P)])
+    assert found.resting == frozenset()
+
+
+def test_the_fastest_approach_strikes_first():
+    elements = stop(AT_A, 0.0), stop(AT_B, 0.0)
+    for u, first in [((-1.0, -1.5), 0), ((-1.0, -5.0), 1)]:
+        found = impacts_of(*elements, chain=BALANCED).resolve(u, (0, 1), ())
+        assert found.strikes[0].number == first
+
+
+def test_nothing_happens_where_nothing_is_approached():
+    found = impacts_of(stop(AT_A), stop(AT_B)).resolve((1.0, 2.0), (0, 1), ())
+    assert (found.u, found.strikes, found.resting) == ((1.0, 2.0), (), frozenset())
+
+
+def momentum(chain, q, found, rows):
+    du = np.subtract(found.u, found.strikes[0].u[0])
+    given = sum(s.impulse.normal * np.array(rows[s.number]) for s in found.strikes)
+    return mass_matrix(chain, q) @ du - given
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3, 0.8])
+def test_two_contacts_that_answer_each_other_share_the_momentum(e):
+    """Both stops are approached, with each blow on B sending link 1 on to A."""
+    u, rows = (-1.0, -3.0), ((1, 0), (-1, 1))
+    found = impacts_of(stop(AT_A, e), stop(AT_B, e), chain=BALANCED).resolve(u, (0, 1), ())
+    assert momentum(BALANCED, Q, found, rows) == pytest.approx((0, 0), abs=1e-12)
+    energies = [energy(BALANCED, Q, s.u[side]) for s in found.strikes for side in (0, 1)]
+    assert all(b <= a * (1 + 1e-14) for a, b in pairwise(energies))
+    assert all(np.dot(row, found.u) >= -1e-15 for row in rows)
+    if e == 0:
+        assert found.u == (0.0, 0.0)
+        assert found.resting == {0, 1}
+
+
+def test_contacts_that_never_stop_answering_come_to_rest_together(monkeypatch):
+    monkeypatch.setattr(impact, "MOST_IMPACTS", 3)
+    u, rows = (-1.0, -3.0), ((1, 0), (-1, 1))
+    found = impacts_of(stop(AT_A), stop(AT_B), chain=BALANCED).resolve(u, (0, 1), ())
+    assert found.u == (0.0, 0.0)
+    assert found.resting == {0, 1}
+    assert found.strikes[-1].impulse.regime == BOUNCES_DIE_AWAY
+    assert momentum(BALANCED, Q, found, rows) == pytest.approx((0, 0), abs=1e-12)
+
+
+def test_random_sequences_lose_energy_and_end_without_an_approach(random):
+    """Two points on a floor and a stop, without friction: momentum is balanced by all together."""
+    q = (0.5, -0.3)
+    normal = end_rows(q)[0]
+    elements = floor(0.6), floor(0.2, normal=ELBOW_UP), stop(AT_B, 0.4)
+    rows = [normal, np.array([-math.cos(0.5), 0.0]), np.array([-1.0, 1.0])]
+    for _ in range(30):
+        u = tuple(random.normal(size=2))
+        found = impacts_of(*elements, q=q).resolve(u, (0, 1, 2), ())
+        if not found.strikes:
+            assert min(row @ u for row in rows) >= 0
+            continue
+        assert energy(BARS, q, found.u) <= energy(BARS, q, u) * (1 + 1e-13)
+        assert min(row @ found.u for row in rows) >= -1e-14
+        assert momentum(BARS, q, found, rows) == pytest.approx((0, 0), abs=1e-12)
+
+
+# Bounces that are left out.
+
+
+def test_two_contacts_are_ended_at_rest_by_impulses_that_balance_momentum(random):
+    rows = end_rows(Q)[0], np.array([-1.0, 1.0])
+    for _ in range(20):
+        u = tuple(1e-6 * random.normal(size=2))
+        strikes = impacts_of(floor(0.5), stop(AT_B, 0.5)).ended([0, 1], u, ())
+        assert [s.number for s in strikes] == [0, 1]
+        assert strikes[0].u[0] == u
+        assert strikes[0].u[1] == strikes[1].u[0]
+        assert strikes[1].u[1] == (0.0, 0.0)
+        expected = np.linalg.solve(np.array(rows).T, -mass_matrix(BARS, Q) @ u)
+        found = [s.impulse.normal for s in strikes]
+        assert found == pytest.approx(expected, rel=1e-12)
+        assert {s.impulse.regime for s in strikes} == {BOUNCES_DIE_AWAY}
+
+
+def test_one_contact_is_ended_by_its_normal_impulse():
+    normal, _ = end_rows(Q)
+    u = approaches(np.random.default_rng(1), normal)
+    (strike,) = impacts_of(floor(0.5)).ended([0], u, ())
+    assert normal @ strike.u[1] == pytest.approx(0, abs=1e-15)
+    assert unbalanced(BARS, Q, strike, normal) == pytest.approx((0, 0), abs=1e-13)
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_slide_that_is_ended_goes_on_with_its_friction(sense):
+    """The impulse is on the edge of Coulomb's cone, against the slide."""
+    normal, tangent = end_rows(Q)
+    u = tuple(np.linalg.solve([normal, tangent], [-1e-3, sense]))
+    (strike,) = impacts_of(floor(0.5, 0.3)).ended([0], u, (0,))
+    assert strike.impulse.tangential == pytest.approx(-sense * 0.3 * strike.impulse.normal)
+    assert unbalanced(BARS, Q, strike, normal, tangent) == pytest.approx((0, 0), abs=1e-13)
+    assert normal @ strike.u[1] == pytest.approx(0, abs=1e-15)
+    assert sense * (tangent @ strike.u[1]) > 0
+
+
+def test_a_point_that_is_ended_sticking_is_at_rest():
+    normal, tangent = end_rows(Q)
+    u = tuple(np.linalg.solve([normal, tangent], [-1e-8, 1e-12]))
+    (strike,) = impacts_of(floor(0.5, 0.3)).ended([0], u, ())
+    assert strike.u[1] == (0.0, 0.0)
+
+
+def test_a_locked_slide_is_ended_by_its_own_friction():
+    """Along the tangent the impulse on the cone's edge takes all of the speed."""
+    q, mu = (1.1, 1.3), 2.0
+    normal, tangent = end_rows(q)
+    for direction in (1, -1):
+        u = tuple(np.linalg.solve([normal, tangent], [0.0, 0.2 * direction]))
+        strike = impacts_of(floor(0.5, mu), q=q).locked(0, u, direction)
+        assert strike.u[1] == (0.0, 0.0)
+        assert strike.impulse.tangential == pytest.approx(-direction * mu * strike.impulse.normal)
+        given = strike.impulse.normal * (normal - direction * mu * tangent)
+        du = np.linalg.solve(mass_matrix(BARS, q), given)
+        assert tangent @ du == pytest.approx(-tangent @ u)
+
+
+def test_speeds_along_rows_are_products():
+    assert speed_along((2.0, -3.0), (5.0, 7.0)) == -11.0

@@ -1,0 +1,127 @@
+"""The measured error against runs that were tampered with, and against closed forms."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.simulation.hybrid import BALANCED
+from twolink.contact.states import EventKind
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.joint_torque import JointTorque
+from twolink.scene import Scene
+from twolink.simulation.hybrid.certificate import Doubt
+from twolink.simulation.hybrid.measure import differences, measured_run
+from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.run import hybrid_run
+
+TIMES = np.linspace(0, 2.5, 26)
+SCENE = Scene(
+    BALANCED, (1.0, 0.0), (0.0, 0.0), 2.5,
+    (JointTorque((-6.0, 0.0)), JointStop("A", lower=0.0, restitution=0.5)),
+)  # fmt: skip
+"""At the stop after 1 s, and again at 2 s: from there for 1/2 s."""
+
+
+@pytest.fixture(scope="module")
+def run():
+    return hybrid_run(SCENE, TIMES)
+
+
+@pytest.fixture(scope="module")
+def judge():
+    return hybrid_run(SCENE, TIMES, formulation="kane", precision="long double")
+
+
+def tampered(run, t, variable, by):
+    """Return a run whose step at a time has one value wrong."""
+    coefficients = run.polynomials.coefficients.copy()
+    step = int(np.searchsorted(run.polynomials.starts, t, side="right")) - 1
+    coefficients[step, variable, 0] += by
+    return replace(run, polynomials=replace(run.polynomials, coefficients=coefficients))
+
+
+def test_two_runs_of_one_motion_differ_by_rounding(run, judge):
+    errors = differences(run, judge, TIMES, 1e-9)
+    assert errors.shape == TIMES.shape
+    assert errors.max() < 1e-12
+
+
+@pytest.mark.parametrize("variable", [0, 1, 2, 3])
+@pytest.mark.parametrize("by", [1e-3, -1e-7])
+def test_a_wrong_step_is_seen_from_its_time_on(run, judge, variable, by):
+    """And stated with a tenth more."""
+    errors = differences(tampered(run, 1.5, variable, by), judge, TIMES, 1e-9)
+    assert errors[TIMES < 1].max() < 1e-12
+    assert errors[-1] == pytest.approx(1.1 * abs(by), rel=1e-4)
+    assert errors[TIMES > 1.6].min() == errors[-1]
+
+
+def test_the_error_never_falls(run, judge):
+    errors = differences(tampered(run, 0.1, 0, 1e-5), judge, TIMES, 1e-9)
+    assert np.all(np.diff(errors) >= 0)
+    assert errors[-1] == pytest.approx(1.1e-5, rel=1e-4)
+
+
+def moved_impact(run, by):
+    """Return a run in which the first impact comes a little later, and with it all that follows."""
+    starts = run.polynomials.starts.copy()
+    instant = run.impacts[0].time
+    starts[starts >= instant - 1e-12] += by
+    impacts = tuple(replace(i, time=i.time + by) for i in run.impacts)
+    return replace(run, polynomials=replace(run.polynomials, starts=starts), impacts=impacts)
+
+
+def test_between_the_instants_of_an_impact_its_delay_counts_and_not_the_jump(run, judge):
+    """The speed jumps by 3 rad/s; 1e-9 s later is an error of 1e-9 s, and of some times that in q
+    and u after it."""
+    errors = differences(moved_impact(run, 1e-9), judge, TIMES, 1e-9)
+    assert 1e-9 < errors[-1] < 1e-8
+
+
+def test_an_impact_that_only_one_run_has_counts_as_its_jump(run, judge):
+    without = replace(judge, impacts=())
+    errors = differences(moved_impact(run, 1e-3), without, TIMES, 1e-9)
+    assert errors[-1] > 1e-3
+
+
+def test_what_the_judge_cannot_decide_counts_from_its_time_on(run, judge):
+    """A touch that may have been an impact of 1e-4 rad/s: twice that, and a tenth more."""
+    doubt = Doubt(1.25, Trigger(EventKind.HITS, 0), 1e-4)
+    errors = differences(run, replace(judge, doubts=(doubt,)), TIMES, 1e-9)
+    assert errors[TIMES < 1.2].max() < 1e-12
+    assert errors[-1] == pytest.approx(2.2e-4)
+
+
+def exact(times):
+    """Return q1 and u1 of the bounces up to 2.5 s."""
+    q = np.where(times < 1, 1 - times**2, 0.0)
+    u = np.where(times < 1, -2 * times, 0.0)
+    for start, speed, flight in [(1.0, 1.0, 1.0), (2.0, 0.5, 0.5)]:
+        t = times - start
+        inside = (t >= 0) & (t < flight)
+        q = np.where(inside, speed * t - t * t, q)
+        u = np.where(inside, speed - 2 * t, u)
+    return q, u
+
+
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-10])
+def test_a_measured_run_meets_its_accuracy_and_states_no_less_than_its_error(accuracy):
+    heard = []
+    measured = measured_run(SCENE, TIMES, accuracy, "lagrange", heard.append)
+    assert measured.errors.max() <= accuracy
+    assert len(measured.runs) == 2
+    assert len(heard) == 2
+    assert measured.kept is measured.runs[0]
+    assert {run.formulation for run in measured.runs} == {"kane", "lagrange"}
+    assert len({run.precision for run in measured.runs}) == 2
+    # At 1 s and 2 s an instant that is off by rounding decides the side of the jump.
+    inside = np.array([abs(TIMES - t) > 1e-6 for t in (1.0, 2.0, 2.5)]).all(axis=0)
+    q, u = exact(TIMES)
+    miss = np.maximum(abs(measured.kept.q[0] - q), abs(measured.kept.u[0] - u))[inside]
+    assert np.all(miss <= measured.errors[inside] + 16 * 2.0**-52)
+
+
+def test_kane_is_judged_by_lagrange():
+    measured = measured_run(SCENE, TIMES, 1e-6, "kane", lambda name: None)
+    assert [run.formulation for run in measured.runs] == ["kane", "lagrange"]

@@ -1,0 +1,83 @@
+"""Modes, events and impacts as data, and their words."""
+
+from dataclasses import replace
+
+import pytest
+
+from twolink.contact.force_laws import Phase, PlasticState
+from twolink.contact.states import ContactState as S
+from twolink.contact.states import EventKind
+from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY, Event, Impact, Mode, Trigger
+
+DENT = PlasticState(Phase.SPRINGS_BACK, 3.0, 0.25, 0.5)
+MODE = Mode(("A", "D on floor", "B on wall"), (S.STICKS, S.FORWARD, S.OPEN))
+DENTED = Mode(("A", "D on steel"), (S.STICKS, S.CLOSED), (None, DENT))
+
+IMPACT = Impact(
+    time=1.5, index=0, name="D on floor", speeds=(-2.0, 1.0), sliding=(0.5, 0.25),
+    normal_impulse=3.0, tangential_impulse=-1.0, regime="slides", u=((1.0, 0.0), (0.5, 0.0)),
+    kinetic_energy=(4.0, 3.0), link_energies=((3.0, 1.0), (2.0, 1.0)),
+)  # fmt: skip
+
+
+def test_a_mode_knows_the_state_of_each_element_by_name():
+    assert MODE["D on floor"] is S.FORWARD
+    with pytest.raises(ValueError, match="not in tuple"):
+        MODE["C"]
+
+
+def test_the_words_of_a_mode_leave_out_what_is_free():
+    assert str(MODE) == "A sticks, D on floor slips forward"
+    assert str(Mode(("A",), (S.OPEN,))) == "moves freely"
+    assert str(DENTED) == "A sticks, D on steel rests and springs back"
+    whole = Mode(("D on steel",), (S.CLOSED,), (PlasticState(Phase.WHOLE),))
+    assert str(whole) == "D on steel rests"
+
+
+def test_modes_of_one_kind_differ_in_the_numbers_of_their_dents_only():
+    assert DENTED.numbers == (3.0, 0.25, 0.5)
+    other = DENTED.with_numbers((7.0, 8.0, 9.0))
+    assert other.dent(1) == PlasticState(Phase.SPRINGS_BACK, 7.0, 8.0, 9.0)
+    assert other != DENTED
+    assert other.kind == DENTED.kind
+    assert hash(other.kind) == hash(DENTED.kind)
+    again = replace(DENTED, dents=(None, replace(DENT, phase=Phase.PRESSED_AGAIN)))
+    assert again.kind != DENTED.kind
+
+
+def test_a_mode_without_dents_is_its_own_kind():
+    assert MODE.kind is MODE
+    assert MODE.numbers == ()
+    assert MODE.dent(1) is None
+
+
+def test_a_dent_that_no_point_lies_in_is_not_displayed():
+    away = replace(DENTED, states=(S.STICKS, S.OPEN))
+    assert away.for_display.dents == (None, None)
+    assert DENTED.for_display.dents == (None, DENT)
+    assert MODE.for_display is MODE
+
+
+def test_an_event_says_its_mode():
+    assert Event(1.0, MODE, 1.0).what == "A sticks, D on floor slips forward"
+    assert Trigger(EventKind.HITS, 2) == Trigger(EventKind.HITS, 2, 0)
+
+
+def test_an_impact_says_what_it_did():
+    assert IMPACT.energy_change == -1.0
+    assert not IMPACT.creates_energy
+    assert IMPACT.what == "D on floor: impact, -2 to 1, slides, -1 J"
+
+
+def test_an_impact_that_creates_energy_says_so():
+    gaining = replace(IMPACT, kinetic_energy=(3.0, 4.0))
+    assert gaining.creates_energy
+    assert gaining.what.endswith("; this law of restitution creates energy here")
+    rounded = replace(IMPACT, kinetic_energy=(3.0, 3.0 + 4e-16))
+    assert not rounded.creates_energy
+
+
+def test_bounces_that_are_summed_up_create_no_energy():
+    last = replace(IMPACT, regime=BOUNCES_DIE_AWAY, kinetic_energy=(3.0, 4.0))
+    assert not last.creates_energy
+    assert last.what == "D on floor: bounces of -2 and less die away"

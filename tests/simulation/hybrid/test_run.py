@@ -1,0 +1,197 @@
+"""Whole runs against motions in closed form: bounces, slides, breaks, and what is reported."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.simulation.hybrid import BALANCED, BARS
+from twolink import lagrange
+from twolink.contact.states import ContactState as S
+from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.joint_torque import JointTorque
+from twolink.effects.sampled_torque import SampledTorque
+from twolink.effects.surface import Surface
+from twolink.errors import IntegrationError, SimulationError
+from twolink.scene import Scene
+from twolink.simulation.hybrid import run as run_module
+from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY
+from twolink.simulation.hybrid.run import hybrid_run
+
+STOP = JointStop("A", lower=0.0, restitution=0.5)
+ONTO = JointTorque((-6.0, 0.0))
+
+
+def scene(*effects, chain=BALANCED, q=(0.0, 0.0), u=(0.0, 0.0), duration=1.0):
+    return Scene(chain, q, u, duration, effects)
+
+
+BOUNCES = scene(ONTO, STOP, q=(1.0, 0.0), duration=4.0)
+"""From 1 rad with −2 rad/s²: at the stop after 1 s at −2 rad/s, and then bounces of 1 s, 1/2 s …"""
+
+
+@pytest.fixture(scope="module")
+def bounces():
+    return hybrid_run(BOUNCES, np.linspace(0, 4, 401))
+
+
+def test_bounces_come_at_their_instants_and_with_their_speeds(bounces):
+    """Flights of 2 v/a with v = 1, 1/2, 1/4 …"""
+    first = bounces.impacts[:20]
+    assert [i.time for i in first] == pytest.approx(
+        [1 + sum(0.5**j for j in range(k)) for k in range(20)], rel=1e-14
+    )
+    assert [i.speeds[0] for i in first] == pytest.approx([-2 * 0.5**k for k in range(20)])
+
+
+def test_bounces_end_at_the_sum_of_their_flights(bounces):
+    """At 1 + 1 + 1/2 + 1/4 + … = 3 s, and then the joint rests exactly."""
+    assert bounces.impacts[-1].regime == BOUNCES_DIE_AWAY
+    assert [e.mode.states for e in bounces.events] == [(S.OPEN,), (S.CLOSED,)]
+    assert bounces.events[-1].time == pytest.approx(3.0, rel=1e-14)
+    assert bounces.events[-1].entered <= bounces.events[-1].time
+    resting = np.linspace(0, 4, 401) > 3
+    assert np.all(bounces.q[0, resting] == 0)
+    assert np.all(bounces.u[0, resting] == 0)
+
+
+def test_between_bounces_the_motion_is_its_parabola(bounces):
+    times = np.linspace(0, 4, 401)
+    first, second = times < 1, (times > 1) & (times < 2)
+    assert bounces.q[0, first] == pytest.approx(1 - times[first] ** 2, abs=1e-14)
+    t = times[second] - 1
+    assert bounces.q[0, second] == pytest.approx(t - t * t, abs=1e-14)
+
+
+def test_on_either_side_of_an_impact_the_speeds_are_those_of_the_log(bounces):
+    at = bounces.dense()
+    for impact in bounces.impacts[:5]:
+        assert at([impact.time], "left")[1][0, 0] == pytest.approx(impact.speeds[0], rel=1e-12)
+        assert at([impact.time])[1][0, 0] == pytest.approx(impact.speeds[1], rel=1e-12)
+        before, after = impact.kinetic_energy
+        assert after == pytest.approx(before / 4, rel=1e-12)
+
+
+def test_a_run_says_what_it_took(bounces):
+    assert bounces.steps == len(bounces.polynomials.starts) - 1
+    assert bounces.reached == 4.0
+    assert bounces.failure == ""
+    assert bounces.notes == ()
+    assert bounces.doubts == ()
+    assert bounces.log is bounces.impacts
+    assert bounces.compile_seconds >= 0
+    assert bounces.run_seconds > 0
+
+
+@pytest.mark.parametrize("formulation", ["kane", "lagrange"])
+@pytest.mark.parametrize("precision", ["double", "long double"])
+def test_a_joint_slides_to_rest_and_stays(formulation, precision):
+    """3 du/dt = −1.5 from 2 rad/s: 4 s and 4 rad."""
+    run = hybrid_run(
+        scene(JointFriction((1.5, 0.0)), u=(2.0, 0.0), duration=5.0), [0.0, 2.0, 5.0],
+        formulation=formulation, precision=precision,
+    )  # fmt: skip
+    assert [e.mode.states for e in run.events] == [(S.FORWARD,), (S.STICKS,)]
+    assert run.events[1].time == pytest.approx(4.0, rel=1e-15)
+    assert [float(x) for x in run.q[0]] == pytest.approx([0, 3, 4], abs=1e-14)
+    assert run.u[0, 2] == 0
+    assert run.formulation == formulation
+
+
+def test_jumps_of_a_torque_are_met_at_their_instants():
+    """3 N m on 3 kg m² for the first second, and then −3 N m."""
+    torque = SampledTorque((0.0, 1.0, 2.0, 3.0), (3.0, -3.0, -3.0, -3.0), (0.0,) * 4, "hold")
+    stop = JointStop("A", lower=-100.0)
+    run = hybrid_run(scene(torque, stop, duration=2.0), [0.0, 1.0, 2.0])
+    assert run.q[0] == pytest.approx([0.0, 0.5, 1.0], abs=1e-14)
+    assert run.u[0] == pytest.approx([0.0, 1.0, 0.0], abs=1e-14)
+    assert 1.0 in run.polynomials.starts
+
+
+def test_a_mode_that_goes_on_through_an_impact_is_one_event(bounces):
+    """The chain is free from the start to its rest, whatever bounces lie between."""
+    assert len(bounces.arcs) > 20
+    assert len(bounces.events) == 2
+    assert bounces.events[0].what == "moves freely"
+
+
+def test_energy_is_kept_by_elastic_bounces_of_both_bars():
+    """Two bars on an elastic floor with two points: T + V from the start to the end."""
+    floor = Surface((0.0, 1.2), (0.0, -1.0), on=("B", "D"), restitution=1.0)
+    gravity = Gravity(9.81)
+    run = hybrid_run(
+        Scene(BARS, (0.3, 0.2), (0.0, 0.0), 2.0, (gravity, floor)), np.linspace(0, 2, 101)
+    )
+    assert len(run.impacts) >= 3
+    energy = lagrange.kinetic_energy(BARS, run.q, run.u) + gravity.potential_energy(BARS, run.q)
+    assert np.ptp(energy) < 1e-11 * 30
+    assert np.sin(run.q).sum(axis=0).max() <= 1.2 + 1e-12
+
+
+def test_a_left_surface_springs_back_and_is_met_where_it_is():
+    """A damped cushion: no force pulls, and it is sunk in no longer than its decay."""
+    cushion = CompliantSurface((0.0, 1.0), (0.0, -1.0), "kelvin-voigt", 2000.0, 20.0)
+    run = hybrid_run(
+        Scene(BARS, (0.45, 0.5), (0.5, 0.4), 1.5, (Gravity(9.81), cushion)), [0.0, 1.5]
+    )
+    left = [arc for arc in run.arcs if arc.start.compliant[0].residual_depth > 0]
+    assert left
+    assert S.CLOSED in {arc.mode.states[0] for arc in run.arcs}
+    for arc in left:
+        assert arc.mode.states == (S.OPEN,)
+        start, end = (float(s.compliant[0].residual_depth) for s in (arc.start, arc.end))
+        decay = math.exp(-100 * float(arc.end.t - arc.start.t))
+        assert end == pytest.approx(start * decay, rel=1e-9, abs=1e-18)
+
+
+def test_progress_is_told():
+    heard = []
+    hybrid_run(
+        Scene(BARS, (0.3, 0.2), (0.0, 0.0), 5.0, (Gravity(), JointFriction((1e-3, 1e-3)))),
+        [0.0, 5.0], progress=heard.append, longest_step=0.01,
+    )  # fmt: skip
+    assert heard == sorted(heard)
+    assert 0 < heard[0] <= heard[-1] <= 1
+
+
+def test_a_run_that_cannot_go_on_is_an_error_or_a_partial_run(monkeypatch):
+    """Here the fourth jump fails, at 2.75 s: what is certain ends with the third, at 2.5 s."""
+    made = iter([None, None, None])
+
+    def failing(*args, _jump=run_module.jump, **options):
+        if next(made, "none left") == "none left":
+            raise IntegrationError("the third jump is the last")
+        return _jump(*args, **options)
+
+    times = np.linspace(0, 4, 41)
+    monkeypatch.setattr(run_module, "jump", failing)
+    with pytest.raises(IntegrationError, match="third jump"):
+        hybrid_run(BOUNCES, times)
+    made = iter([None, None, None])
+    run = hybrid_run(BOUNCES, times, partial=True)
+    assert run.failure == "the third jump is the last"
+    assert run.reached == pytest.approx(2.5)
+    asked = times[times <= run.reached]
+    assert run.q.shape == (2, len(asked))
+    assert run.q[0, asked < 1] == pytest.approx(1 - asked[asked < 1] ** 2)
+
+
+def test_modes_that_follow_each_other_without_time_are_an_error(monkeypatch):
+    """A jump that leads nowhere: the contact is hit again and again at one instant."""
+    from twolink.simulation.hybrid.jump import Jump
+
+    def nowhere(system, state, mode, trigger, recent=()):
+        return Jump(state, mode)
+
+    monkeypatch.setattr(run_module, "jump", nowhere)
+    with pytest.raises(IntegrationError, match="modes follow each other without end at 1 s"):
+        hybrid_run(BOUNCES, [0.0, 4.0])
+
+
+def test_friction_twice_is_refused():
+    frictions = JointFriction((1.0, 0.0)), JointFriction((2.0, 0.0))
+    with pytest.raises(SimulationError, match="dry friction twice"):
+        hybrid_run(scene(*frictions), [0.0, 1.0])

@@ -1,0 +1,359 @@
+"""Mode selection: scenes of which the right mode is known from statics by hand or by NumPy."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.simulation.hybrid import BALANCED, BARS, state_of, system_of
+from twolink.contact.states import ContactState as S
+from twolink.effects.end_force import EndForce
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.joint_torque import JointTorque
+from twolink.effects.surface import Surface
+from twolink.simulation.hybrid.dynamics import Pose, mode_solution
+from twolink.simulation.hybrid.select import jammed, select
+
+
+def selected(system, state, known=None):
+    return select(system, state, Pose(system.chain, system.formulation, state.q), known or {})
+
+
+def states_of(*effects, q=(0.0, 0.0), u=(0.0, 0.0), **more):
+    system = system_of(*effects, **more)
+    return selected(system, state_of(system, q, u)).states
+
+
+def forces_in(system, state, states):
+    pose = Pose(system.chain, system.formulation, state.q)
+    dents = [None] * len(states)
+    return mode_solution(
+        pose, system.effects, system.elements, states, dents, state.u, state.t
+    ).forces
+
+
+# Dry friction of two joints. M = diag(3, 1/2); the torque at B reacts on link 1.
+
+
+@pytest.mark.parametrize(
+    ("torque", "static", "expected"),
+    [
+        ((0.9, 0.9), (1.0, 1.0), (S.STICKS, S.STICKS)),
+        # B alone slides, and gives its kinetic 0.5 N m to A, which with 0.9 N m at B is held.
+        ((0.0, 1.1), (1.0, 1.0), (S.STICKS, S.FORWARD)),
+        ((0.0, -1.1), (1.0, 1.0), (S.STICKS, S.BACKWARD)),
+        # A alone begins to move. B needs what turns link 2 along: 0.5 kg m² of 3.5 kg m².
+        ((2.0, 0.0), (1.0, 1.0), (S.FORWARD, S.STICKS)),
+        ((-2.0, 0.0), (1.0, 1.0), (S.BACKWARD, S.STICKS)),
+        # 30 N m on 3.5 kg m² would need (30 − 0.5)/3.5 · 0.5 = 4.2 N m at B.
+        ((30.0, 0.0), (1.0, 1.0), (S.FORWARD, S.BACKWARD)),
+        ((30.0, 0.0), (1.0, 4.5), (S.FORWARD, S.STICKS)),
+    ],
+)
+def test_joints_stick_or_slide_as_statics_say(torque, static, expected):
+    friction = JointFriction((0.5, 0.5), static)
+    assert states_of(JointTorque(torque), friction, chain=BALANCED) == expected
+
+
+@pytest.mark.parametrize(("at_A", "expected"), [(0.9, S.STICKS), (0.7, S.FORWARD)])
+def test_a_slipping_joint_loads_the_one_that_sticks(at_A, expected):
+    """B slides forward with 0.8 N m against it, which act on link 1 the other way."""
+    friction = JointFriction((0.1, 0.8), (at_A, 0.8))
+    assert states_of(friction, u=(0.0, 1.0), chain=BALANCED) == (expected, S.FORWARD)
+
+
+def test_the_joint_whose_limit_is_exceeded_breaks_loose_and_the_other_sticks():
+    """5.50 N m at A, which holds 4; 1.37 N m at B, which holds 5.
+
+    Once A slides both bars turn as one: (5.50 − 1) N m on 8/3 kg m². That needs at B
+    5/6 · 1.69 − 1.37 = 0.04 N m, so B goes on sticking.
+    """
+    q = (1.2867, 1.2867)
+    demanded = 9.81 * 2 * math.cos(q[0]), 9.81 * 0.5 * math.cos(q[1])
+    assert demanded == pytest.approx((5.50, 1.37), abs=0.01)
+    friction = JointFriction((1.0, 1.0), (4.0, 5.0))
+    system = system_of(Gravity(9.81), friction)
+    state = state_of(system, q)
+    selection = selected(system, state)
+    assert selection.states == (S.FORWARD, S.STICKS)
+    at_B = 5 / 6 * (demanded[0] - 1) / (8 / 3) - demanded[1]
+    forces = forces_in(system, state, selection.states)
+    assert forces[1].tangential == pytest.approx(at_B, rel=1e-9)
+    assert abs(at_B) < 5
+
+
+@pytest.mark.parametrize("q", [(1.2867, 1.2867), (0.4, 1.4), (-2.0, 0.3), (2.8, -1.0)])
+@pytest.mark.parametrize("static", [(4.0, 5.0), (20.0, 1.0), (8.0, 3.0), (40.0, 40.0)])
+def test_every_selection_of_joint_friction_obeys_its_laws(q, static):
+    """Torques within the limits where joints stick; against the motion where they begin to."""
+    system = system_of(Gravity(9.81), JointFriction((1.0, 0.5), static))
+    state = state_of(system, q)
+    states = selected(system, state).states
+    pose = Pose(system.chain, system.formulation, q)
+    solution = mode_solution(pose, system.effects, system.elements, states, [None] * 2, (0, 0), 0)
+    joints = solution.du[0], solution.du[1] - solution.du[0]
+    for own, limit, force, acceleration in zip(
+        states, static, solution.forces, joints, strict=True
+    ):
+        if own is S.STICKS:
+            assert abs(force.tangential) <= limit
+            assert acceleration == pytest.approx(0, abs=1e-12)
+        else:
+            assert own.direction * acceleration > 0
+    held = 9.81 * (1.5 * math.cos(q[0]) + 0.5 * math.cos(q[1])), 9.81 * 0.5 * math.cos(q[1])
+    both_hold = all(abs(torque) < limit for torque, limit in zip(held, static, strict=True))
+    assert (states == (S.STICKS, S.STICKS)) == both_hold
+
+
+def test_a_joint_in_motion_goes_on_in_its_direction():
+    friction = JointFriction((1.0, 1.0), (50.0, 50.0))
+    assert states_of(friction, u=(1.0, 1.0)) == (S.FORWARD, S.STICKS)
+    assert states_of(friction, u=(-1.0, 1.0)) == (S.BACKWARD, S.FORWARD)
+
+
+# Rigid contacts.
+
+
+def floor_under(q, **more):
+    """Return a floor on which D rests."""
+    return Surface((0.0, math.sin(q[0]) + math.sin(q[1])), (0.0, -1.0), name="floor", **more)
+
+
+POSE = (0.3, 1.2)
+
+
+@pytest.mark.parametrize(("down", "expected"), [(1.0, S.CLOSED), (-1.0, S.OPEN)])
+def test_a_contact_closes_under_a_weight_and_opens_above_it(down, expected):
+    gravity = Gravity(9.81, (0.0, down))
+    assert states_of(gravity, floor_under(POSE), q=POSE) == (expected,)
+
+
+def test_a_contact_that_is_not_touched_is_open():
+    surface = Surface((0.0, 5.0), (0.0, -1.0))
+    assert states_of(Gravity(), surface, q=POSE) == (S.OPEN,)
+
+
+def needed(q):
+    """Return N and T that hold two uniform bars in a pose by their end, with NumPy."""
+    rows = np.array([-np.cos(q), -np.sin(q)])
+    weight = 9.81 * np.array([1.5, 0.5]) * np.cos(q)
+    return np.linalg.solve(rows.T, -weight)
+
+
+@pytest.mark.parametrize("q", [POSE, (0.8, 1.9), (1.0, 0.2)])
+@pytest.mark.parametrize(("share", "sticks"), [(1.01, True), (0.99, False)])
+def test_a_point_sticks_inside_coulombs_cone_and_slides_outside(q, share, sticks):
+    N, T = needed(q)
+    assert N > 0
+    mu = share * abs(T) / N
+    (own,) = states_of(Gravity(9.81), floor_under(q, friction=mu), q=q)
+    expected = S.STICKS if sticks else (S.FORWARD if T < 0 else S.BACKWARD)
+    assert own is expected
+
+
+def test_contacts_at_the_ends_of_both_links_share_the_weight():
+    """Both bars lie on the floor: it carries B with 1 kg and D with 1/2 kg."""
+    system = system_of(Gravity(9.81), Surface((0.0, 0.0), (0.0, -1.0), on=("B", "D")))
+    state = state_of(system, (0.0, 0.0))
+    states = selected(system, state).states
+    assert states == (S.CLOSED, S.CLOSED)
+    forces = forces_in(system, state, states)
+    assert [f.normal for f in forces] == pytest.approx([9.81, 9.81 / 2])
+
+
+# Redundant constraints: friction holds as much as it can, and the contact the rest.
+
+
+@pytest.mark.parametrize(
+    ("torque", "friction", "stop"), [(-5.0, 3.0, 2.0), (-2.0, 2.0, 0.0), (4.0, -4.0, 0.0)]
+)
+def test_friction_in_a_joint_holds_first_and_its_stop_the_rest(torque, friction, stop):
+    """A static limit of 3 N m (5 N m the other way) beside a stop at the lower end."""
+    static = 3.0 if torque < 0 else 5.0
+    system = system_of(
+        JointTorque((torque, 0.0)),
+        JointFriction((1.0, 0.0), (static, 0.0)),
+        JointStop("A", lower=0.0),
+        chain=BALANCED,
+    )
+    state = state_of(system, (0.0, 0.0))
+    selection = selected(system, state)
+    of_joint, of_stop = forces_in(system, state, selection.states)
+    assert of_joint.tangential == pytest.approx(friction)
+    assert of_stop.normal == pytest.approx(stop, abs=1e-14)
+    if stop:
+        assert selection.states == (S.PRESSED_BACKWARD, S.CLOSED)
+    assert not selection.others
+
+
+def test_a_joint_held_by_a_stop_breaks_away_from_it():
+    """6 N m away from the stop against 3 N m of friction."""
+    states = states_of(
+        JointTorque((6.0, 0.0)),
+        JointFriction((1.0, 0.0), (3.0, 0.0)),
+        JointStop("A", lower=0.0),
+        chain=BALANCED,
+    )
+    assert states == (S.FORWARD, S.OPEN)
+
+
+# Conditions that are zero at the instant: the next derivatives decide.
+
+
+@pytest.mark.parametrize(("amplitude", "expected"), [(1.0, S.OPEN), (-1.0, S.CLOSED)])
+def test_a_contact_without_force_opens_or_closes_as_its_force_begins(amplitude, expected):
+    """A torque that grows as sin t from zero, away from the stop or onto it."""
+    torque = JointTorque((0.0, 0.0), (amplitude, 0.0), (1.0, 0.0))
+    assert states_of(torque, JointStop("A", lower=0.0), chain=BALANCED) == (expected,)
+
+
+@pytest.mark.parametrize("amplitude", [1.0, -1.0])
+def test_a_joint_without_a_static_limit_begins_to_slide_as_its_torque_begins(amplitude):
+    """1 N m are needed, and are just held; a moment later the torque is larger."""
+    torque = JointTorque((amplitude, 0.0), (amplitude, 0.0), (1.0, 0.0))
+    expected = S.FORWARD if amplitude > 0 else S.BACKWARD
+    found = states_of(torque, JointFriction((1.0, 0.0)), chain=BALANCED)
+    assert found == (expected,)
+
+
+def test_in_the_stretched_pose_the_next_derivatives_say_where_the_end_slides():
+    """Stretched along x, D has no speed and no acceleration along x. Falling, it moves inwards."""
+    assert states_of(Gravity(9.81), EndForce(-1.0, 0.3), q=(0.0, 0.0)) == (S.BACKWARD,)
+    assert states_of(Gravity(9.81), EndForce(-1.0, 0.3), q=(math.pi, math.pi))[0] is S.FORWARD
+
+
+def test_in_the_stretched_pose_a_wall_that_cannot_push_lets_go():
+    wall = Surface((2.0, 0.0), (-1.0, 0.0), name="wall")
+    assert states_of(Gravity(9.81), wall, q=(0.0, 0.0)) == (S.OPEN,)
+
+
+# Painlevé: rigid slides whose normal does not answer its own push.
+
+
+def painleve(down, mu=2.0, direction=-1):
+    """Return a system and the state in which D slides on its floor."""
+    q = (1.1, 1.3)
+    system = system_of(Gravity(9.81, (0.0, down)), floor_under(q, friction=mu))
+    rows = np.array([-np.cos(q), -np.sin(q)])
+    u = np.linalg.solve(rows, [0.0, 0.01 * direction])
+    state = replace(
+        state_of(system, q), u=tuple(map(float, u)), touching=frozenset({0}), sliding=(direction,)
+    )
+    c = math.cos(q[1] - q[0])
+    M = np.array([[4 / 3, c / 2], [c / 2, 1 / 3]])
+    force = rows[0] - direction * mu * rows[1]
+    response = rows[0] @ np.linalg.solve(M, force)
+    free = rows[0] @ np.linalg.solve(M, 9.81 * down * np.array([1.5, 0.5]) * np.cos(q))
+    return system, state, response, free
+
+
+def locking_direction():
+    return next(d for d in (1, -1) if painleve(1.0, direction=d)[2] < 0)
+
+
+def test_a_locked_slide_under_a_weight_has_no_mode():
+    """N = −a/G: with a < 0 and G < 0 no push holds the point, and no opening lets it go."""
+    system, state, response, free = painleve(1.0, direction=locking_direction())
+    assert response < 0
+    assert free < 0
+    assert selected(system, state) is None
+    pose = Pose(system.chain, system.formulation, state.q)
+    assert list(jammed(system, state, pose)) == [0]
+
+
+def test_a_locked_slide_that_is_pulled_off_has_two_modes_and_opens_or_slides():
+    """With a > 0 and G < 0 both a push of −a/G and none obey the laws."""
+    system, state, response, free = painleve(-1.0, direction=locking_direction())
+    assert response < 0 < free
+    selection = selected(system, state)
+    slides = S.FORWARD if state.sliding[0] > 0 else S.BACKWARD
+    assert {selection.states, *selection.others} == {(slides,), (S.OPEN,)}
+    # The mode with the fewest contacts that open is taken.
+    assert selection.states == (slides,)
+
+
+def test_a_slide_that_answers_its_push_has_one_mode():
+    for down in (1.0, -1.0):
+        system, state, response, free = painleve(down, direction=-locking_direction())
+        assert response > 0
+        selection = selected(system, state)
+        assert (selection.states == (S.OPEN,)) == (free > 0)
+        assert selection.others == ()
+        pose = Pose(system.chain, system.formulation, state.q)
+        assert list(jammed(system, state, pose)) == []
+
+
+# Restrictions.
+
+
+def test_a_restricted_element_takes_no_other_state():
+    system = system_of(JointTorque((0.0, 0.2)), JointFriction((0.5, 0.5)), chain=BALANCED)
+    state = state_of(system, (0.0, 0.0))
+    assert selected(system, state).states == (S.STICKS, S.STICKS)
+    restricted = {1: (S.FORWARD,)}
+    assert selected(system, state, restricted).states[1] is S.FORWARD
+
+
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+def test_the_modes_are_the_same_in_every_precision(precision):
+    system = system_of(
+        Gravity(9.81), JointFriction((1.0, 1.0), (4.0, 5.0)), chain=BARS, precision=precision
+    )
+    state = state_of(system, (1.2867, 1.2867))
+    assert selected(system, state).states == (S.FORWARD, S.STICKS)
+
+
+def drawn_scene(random):
+    """Return a system and a state at rest, with friction, a floor and a stop, some left out."""
+    q = tuple(random.uniform(-1.4, 1.4, 2))
+    effects = [Gravity(9.81), JointTorque(tuple(8 * random.normal(size=2)))]
+    if random.random() < 0.7:
+        kinetic = random.uniform(0, 3, 2)
+        effects.append(
+            JointFriction(tuple(kinetic), tuple(kinetic * random.choice([1, 1.5], size=2)))
+        )
+    if random.random() < 0.7:
+        mu = random.choice([0.0, 0.3, 0.9])
+        effects.append(floor_under(q, friction=mu, static=1.4 * mu))
+    if random.random() < 0.5:
+        effects.append(JointStop("A", lower=q[0]))
+    system = system_of(*effects)
+    return system, state_of(system, q)
+
+
+def assert_obeyed(element, own, force, normal, tangential):
+    """Assert the laws of one element, of which the accelerations along n and t are given."""
+    if element.normal is not None:
+        if own is S.OPEN:
+            assert normal > -1e-9
+            return
+        assert force.normal > -1e-9
+        assert abs(normal) < 1e-9
+    if element.tangent is None:
+        return
+    if own is S.STICKS:
+        assert abs(force.tangential) <= element.limits(force.normal)[1] + 1e-8
+    if own.slips:
+        assert own.direction * tangential > -1e-9
+    else:
+        assert abs(tangential) < 1e-9
+
+
+def test_drawn_scenes_of_several_elements_obey_all_laws(random):
+    """From rest, so accelerations along coordinates are rows times du."""
+    for _ in range(300):
+        system, state = drawn_scene(random)
+        states = selected(system, state).states
+        pose = Pose(system.chain, system.formulation, state.q)
+        solution = mode_solution(
+            pose, system.effects, system.elements, states, [None] * len(states), state.u, state.t
+        )
+        for element, own, force in zip(system.elements, states, solution.forces, strict=True):
+            along = [
+                0.0 if coordinate is None else np.dot(pose.row(coordinate), solution.du)
+                for coordinate in (element.normal, element.tangent)
+            ]
+            assert_obeyed(element, own, force, *along)

@@ -1,0 +1,130 @@
+"""The state at the start of a run: gaps, touched contacts, pressed surfaces, slides."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.simulation.hybrid import BALANCED, state_of, system_of
+from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.end_force import EndForce
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.surface import Surface
+from twolink.errors import SimulationError
+
+Q = (0.3, 1.2)
+HEIGHT = math.sin(0.3) + math.sin(1.2)
+
+
+def floor(depth=0.0, **more):
+    """Return a floor that D is `depth` below."""
+    return Surface((0.0, HEIGHT - depth), (0.0, -1.0), **more)
+
+
+def cushion(depth=0.0, law="kelvin-voigt", stiffness=100.0, **more):
+    return CompliantSurface((0.0, HEIGHT - depth), (0.0, -1.0), law, stiffness, **more)
+
+
+def start(*effects, q=Q, u=(0.0, 0.0), **more):
+    return state_of(system_of(*effects, **more), q, u)
+
+
+def test_gaps_are_distances_and_friction_has_none():
+    state = start(JointFriction((1.0, 0.0)), floor(-0.25), JointStop("A", upper=1.0))
+    assert state.gaps[0] is None
+    assert state.gaps[1:] == pytest.approx((0.25, 0.7), abs=1e-15)
+    assert state.touching == frozenset()
+    assert (state.t, state.q, state.u) == (0.0, Q, (0.0, 0.0))
+
+
+def test_a_point_at_rest_on_a_surface_touches_it():
+    """Also if the place is rounded: a scene's numbers are float64."""
+    for error in (0.0, 1e-16, -1e-15):
+        state = start(floor(error))
+        assert state.touching == {0}
+        assert state.gaps == (0.0,)
+
+
+@pytest.mark.parametrize(
+    ("u", "touching"),
+    [
+        ((0.0, 0.0), {0}),
+        ((1.0, -2.0), set()),
+        # Towards the stop: an impact comes first, and nothing rests before it.
+        ((-1.0, 2.0), set()),
+        ((0.0, 2.0), {0}),
+    ],
+)
+def test_a_contact_is_touched_only_without_speed_along_it(u, touching):
+    state = start(JointStop("A", lower=0.0), q=(0.0, 0.7), u=u, chain=BALANCED)
+    assert state.touching == touching
+    assert state.gaps == (0.0,)
+
+
+def test_a_start_inside_a_rigid_contact_is_refused():
+    with pytest.raises(SimulationError, match=r"D on surface: the scene starts 0\.01 inside"):
+        start(floor(0.01))
+
+
+def test_a_start_in_a_compliant_surface_is_pressed():
+    state = start(cushion(0.02), cushion(0.02, "hertz"))
+    assert state.touching == {0, 1}
+    damped, ball = state.compliant
+    assert damped.sqrt_depth is None
+    assert ball.sqrt_depth == pytest.approx(math.sqrt(0.02), rel=1e-13)
+
+
+def test_a_start_that_moves_out_faster_than_the_surface_leaves_it_behind():
+    """k δ + c dδ/dt = 2 − 4 v N: zero at 0.5 m/s."""
+    for speed, touching in [(0.4, {0}), (0.6, set())]:
+        u = (-speed / math.cos(0.3), 0.0)
+        state = start(cushion(0.02, loss=4.0), u=u)
+        assert state.touching == touching
+        residual = state.compliant[0].residual_depth
+        assert residual == (0 if touching else pytest.approx(0.02, rel=1e-12))
+
+
+@pytest.mark.parametrize(("speed", "touching"), [(1.0, {0}), (0.0, {0}), (-1.0, set())])
+def test_a_point_on_a_compliant_surface_presses_unless_it_recedes(speed, touching):
+    state = start(cushion(0.0, "hertz"), u=(0.0, speed))
+    assert state.touching == touching
+    root = state.compliant[0].sqrt_depth
+    if speed > 0:
+        assert root == 0
+    elif speed == 0:
+        # Its root must be able to grow.
+        assert 0 < root < 1e-7
+    else:
+        assert root is None
+
+
+@pytest.mark.parametrize(
+    ("u", "sliding"),
+    [
+        ((0.0, 0.0), (0, 0, 0)),
+        ((1.0, 1.0), (1, 0, -1)),
+        ((-1.0, 2.0), (-1, 1, -1)),
+        ((0.0, -1.0), (0, -1, 1)),
+    ],
+)
+def test_elements_slide_as_their_coordinates_move(u, sliding):
+    """q1, q2 − q1, and the end along x: −sin(q1) u1 − sin(q2) u2."""
+    expected = (np.sign(u[0]), np.sign(u[1] - u[0]), np.sign(-np.sin(Q) @ u))
+    assert sliding == expected
+    assert start(JointFriction((1.0, 1.0)), EndForce(1.0, 0.5), u=u).sliding == sliding
+
+
+def test_a_speed_that_is_rounding_is_no_slide():
+    u = (0.3, 0.1 + 0.2)
+    assert u[1] != u[0]
+    assert start(JointFriction((0.0, 1.0)), u=u).sliding == (0,)
+
+
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+def test_a_start_is_in_the_numbers_of_the_precision(precision):
+    system = system_of(floor(-0.5), precision=precision)
+    state = state_of(system, Q, (0.5, 0.25))
+    numbers = [state.t, *state.q, *state.u, *state.gaps]
+    assert {type(number) for number in numbers} == {system.number}
+    assert [float(x) for x in state.q] == list(Q)

@@ -1,0 +1,48 @@
+"""The hybrid system: its names, what it refuses, and how it changes its effects."""
+
+import numpy as np
+import pytest
+
+from tests.simulation.hybrid import system_of
+from twolink.effects.end_force import EndForce
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.surface import Surface
+from twolink.errors import SimulationError
+
+FLOOR = Surface((0.0, 1.0), (0.0, -1.0), on=("B", "D"), name="floor")
+
+
+def test_a_system_names_the_elements_of_its_effects_in_their_order():
+    system = system_of(Gravity(), JointFriction((1.0, 1.0)), FLOOR)
+    assert system.names == ("A", "B", "B on floor", "D on floor")
+
+
+def test_two_frictions_in_one_joint_are_refused():
+    with pytest.raises(SimulationError, match="A has dry friction twice"):
+        system_of(JointFriction((1.0, 0.0)), JointFriction((2.0, 0.0))).check()
+    with pytest.raises(SimulationError, match="D has dry friction twice"):
+        system_of(EndForce(1.0, 0.5), EndForce(2.0, 0.5)).check()
+
+
+def test_frictions_along_different_coordinates_are_accepted():
+    """So are contacts at one point: a corner has two."""
+    system = system_of(JointFriction((1.0, 1.0)), EndForce(1.0, 0.5), JointStop("A", lower=0.0))
+    system.check()
+    system_of(FLOOR, Surface((2.0, 0.0), (-1.0, 0.0), on=("B", "D"), friction=0.5)).check()
+
+
+def test_other_effects_bring_their_own_elements():
+    system = system_of(JointFriction((1.0, 1.0)))
+    changed = system.with_effects((Gravity(), JointFriction((0.0, 4.0))))
+    assert changed.effects[0] == Gravity()
+    assert [element.kinetic for element in changed.elements] == [4.0]
+    assert [element.kinetic for element in system.elements] == [1.0, 1.0]
+
+
+def test_the_numbers_of_a_system_are_of_its_precision():
+    system = system_of(Gravity(), precision="long double")
+    assert isinstance(system.chain.L1, np.longdouble)
+    assert isinstance(system.scene_chain.L1, float)
+    assert system.rounding == float(np.finfo(np.longdouble).eps)
