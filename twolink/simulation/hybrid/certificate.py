@@ -17,7 +17,7 @@ from twolink.simulation.hybrid.compile import CompiledMode
 from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.roots import Root, are_positive, first_fall, rounding_bounds
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import LEADING
+from twolink.simulation.hybrid.tolerances import CONTACT_GAP, LEADING, LEADING_SHARE
 
 
 class Doubt(NamedTuple):
@@ -53,9 +53,20 @@ class Block(NamedTuple):
 class Certificate:
     """The event functions of one arc, as polynomials of its steps."""
 
-    def __init__(self, system: HybridSystem, compiled: CompiledMode, mode: Mode, span: Any) -> None:
-        """Take the compiled mode, and the time (s) after which the arc ends in any case."""
+    def __init__(
+        self,
+        system: HybridSystem,
+        compiled: CompiledMode,
+        mode: Mode,
+        span: Any,
+        pressing: float = 0.0,
+    ) -> None:
+        """Take the compiled mode, and the time (s) after which the arc ends in any case.
+
+        `pressing` is the sum of the accelerations (rad/s²) that single compliant surfaces give.
+        """
         self._system, self._compiled, self._span = system, compiled, span
+        self._pressing = pressing
         watched = compiled.watched
         self._triggers = [w.trigger for w in watched]
         self._variables = np.array([w.variable for w in watched], dtype=int)
@@ -141,6 +152,7 @@ class Certificate:
         One that locks is watched from either side.
         """
         found: list[tuple[int, Any]] = []
+        share = LEADING_SHARE * self._system.resolution
         pace = 1.0
         if self._compiled.clock is None:
             pace = float(block.lengths[0]) / float(self._system.longest_step)
@@ -150,12 +162,22 @@ class Certificate:
                 every[:, number] = -every[:, number]
                 polynomial = -polynomial
                 self._signs[number] *= -1
-            noise = self._noise(trigger, polynomial)
+            noise = self._noise(trigger, polynomial, block)
             # A gap has digits of its own, and is zero only where a jump has made it so.
             first = 0.0 if trigger.kind is EventKind.HITS else noise
-            if polynomial[0] > first:
+            if polynomial[0] > noise:
                 continue
-            kept = _without_leading_zeros(polynomial, first, noise, pace)
+            if polynomial[0] > 0 and trigger.kind in (EventKind.HITS, EventKind.LEAVES):
+                if polynomial[1] > noise * pace:
+                    # What is left without a tiny gap that grows is a lower bound.
+                    found.append((number, polynomial[1:]))
+                    every[0, number] = 0
+                    every[0, number, 0] = 1
+                continue
+            own = self._system.rounding if trigger.kind is EventKind.HITS else 0.0
+            least = (LEADING_SHARE * own or share) * float(np.abs(polynomial).astype(float).sum())
+            least += self._speed_of_rounding(trigger, block)
+            kept = _without_leading_zeros(polynomial, first, noise, pace, least)
             every[0, number] = 0
             every[0, number, 0] = 1
             if kept is None:
@@ -165,16 +187,41 @@ class Certificate:
             found.append((number, kept))
         return found
 
-    def _noise(self, trigger: Trigger, polynomial: Any) -> float:
+    def _noise(self, trigger: Trigger, polynomial: Any, block: Block) -> float:
         """Return the size below which an event function at the start of an arc is zero."""
         if trigger.kind in (EventKind.HITS, EventKind.CLEARS):
             return self._lever * LEADING * self._system.rounding
         size = float(np.abs(polynomial).astype(float).sum())
         if trigger.kind in (EventKind.STOPS, EventKind.TURNS):
-            size = max(size, self._lever / float(self._system.longest_step))
+            # The speed changes by forces that may nearly cancel.
+            rows = block.coefficients[0, 2:4] * powers(block.lengths[:1], len(polynomial))
+            changes = float(np.abs(rows).astype(float).sum())
+            size = max(size, self._lever * max(changes, 1 / float(self._system.longest_step)))
         elif trigger.kind is EventKind.BREAKS:
             size = max(size, 1.0)
-        return LEADING * self._system.rounding * size
+        return LEADING * self._system.resolution * size + self._force_of_rounding(trigger)
+
+    def _speed_of_rounding(self, trigger: Trigger, block: Block) -> float:
+        """Return the speed that the rounding of large forces makes in the first step."""
+        if trigger.kind not in (EventKind.STOPS, EventKind.TURNS):
+            return 0.0
+        clock, duration = self._compiled.clock, float(block.lengths[0])
+        if clock is not None:
+            row = (
+                block.coefficients[0, clock]
+                * powers(block.lengths[:1], block.coefficients.shape[2])[0]
+            )
+            duration = abs(float(row[1:].sum()))
+        return LEADING * self._system.resolution * self._lever * self._pressing * duration
+
+    def _force_of_rounding(self, trigger: Trigger) -> float:
+        """Return the force that the rounding of a place makes in a stiff surface, scaled."""
+        element = self._system.elements[trigger.index]
+        law = element.compliant
+        if trigger.kind not in (EventKind.LEAVES, EventKind.BREAKS) or law is None or law.rooted:
+            return 0.0
+        depth = CONTACT_GAP * self._system.rounding * max(1.0, abs(float(element.bound)))
+        return abs(float(law.force(depth, 0.0, 0.0))) * self._system.force_scale
 
     def _clock_root(self, block: Block, place: int) -> Any:
         """Return where on a step the clock comes to the end of the arc, or None."""
@@ -206,13 +253,16 @@ class Certificate:
         return Doubt(float(block.starts[place]), trigger, speed)
 
 
-def _without_leading_zeros(polynomial: Any, first: float, noise: float, pace: float) -> Any:
+def _without_leading_zeros(
+    polynomial: Any, first: float, noise: float, pace: float, least: float
+) -> Any:
     """Return a polynomial divided by the power of x with which it starts, or None if it is zero.
 
-    The first coefficient is known within `first`, and the k-th after it within noise · pace^k.
+    The first coefficient is known within `first`, and the k-th after it within noise · pace^k, and
+    within `least`.
     """
     for k in range(len(polynomial) - 1):
-        if abs(polynomial[k]) > (noise * pace**k if k else first):
+        if abs(polynomial[k]) > (max(noise * pace**k, least) if k else first):
             return polynomial[k:]
     return None
 

@@ -13,7 +13,7 @@ from typing import Any
 from twolink.arithmetic import Scalar, sqrt
 from twolink.contact.elements import ContactElement
 from twolink.contact.force_laws import Phase, PlasticState
-from twolink.simulation.hybrid.tolerances import CONTACT_GAP
+from twolink.simulation.hybrid.tolerances import NO_FORCE
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ def pressed(element: ContactElement, state: CompliantState, least: Any) -> Compl
 
 
 def released(
-    element: ContactElement, state: CompliantState, speed: Any, depth: Any, rounding: float
+    element: ContactElement, state: CompliantState, speed: Any, depth: Any
 ) -> CompliantState:
     """Return the state after a point has come off at a speed (m/s) and a depth (m).
 
@@ -78,7 +78,7 @@ def released(
     if law.relaxation is None:
         return CompliantState(None, 0 * speed, plastic)
     sunk = speed / law.relaxation
-    differs = abs(sunk - depth) > CONTACT_GAP * rounding * max(1.0, abs(float(element.bound)))
+    differs = abs(sunk - depth) > NO_FORCE * abs(sunk)
     return CompliantState(None, depth if differs else sunk, plastic)
 
 

@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from twolink.contact.states import EventKind
+from twolink.contact.states import ContactState, EventKind
 from twolink.errors import IntegrationError
 from twolink.optional import heyoka
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.certificate import Block, Certificate, Doubt, Finding, powers
 from twolink.simulation.hybrid.compile import CompiledMode, compiled_mode
-from twolink.simulation.hybrid.dynamics import Pose
+from twolink.simulation.hybrid.dynamics import Pose, push_of
 from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import stopped
 from twolink.simulation.hybrid.mode import Mode, Trigger
@@ -77,7 +77,8 @@ def flow(
     if compiled.roots:
         until = min(until, state.t + system.number(tolerances.LONGEST_PRESS))
     _set_up(system, compiled, mode, state)
-    certificate = Certificate(system, compiled, mode, until - state.t)
+    pressing = _pressing(system, mode, state)
+    certificate = Certificate(system, compiled, mode, until - state.t, pressing)
     blocks: list[Block] = []
     doubts: list[Doubt] = []
     ahead, most_ahead = _AHEAD[system.precision]
@@ -146,18 +147,23 @@ def _set_up(system: HybridSystem, compiled: CompiledMode, mode: Mode, state: Hyb
     integrator.time = system.number(0) if compiled.clock is not None else state.t
     numbers = [n for effect in system.effects for n in getattr(effect, "numbers", ())]
     numbers += mode.numbers
-    pars = [*(system.number(n) for n in numbers), _force_scale(system), state.t]
+    pars = [*(system.number(n) for n in numbers), system.number(system.force_scale), state.t]
     # The last of them may be in no expression of this mode.
     count = len(integrator.pars)
     integrator.pars[:] = pars[:count]
 
 
-def _force_scale(system: HybridSystem) -> Any:
-    """Return the factor that brings forces to the order of 1, as the other variables are."""
-    chain, step = system.scene_chain, float(system.longest_step)
-    lever = float(chain.L1 + chain.L2)
-    inertia = float(chain.I_C1 + chain.I_C2 + (chain.m1 + chain.m2) * lever * lever)
-    return system.number(step * step * max(lever, 1.0) / inertia)
+def _pressing(system: HybridSystem, mode: Mode, state: HybridState) -> float:
+    """Return the sum of the accelerations (rad/s²) that single compliant surfaces give."""
+    found, pose = 0.0, None
+    for index, (element, own) in enumerate(zip(system.elements, state.compliant, strict=True)):
+        if own is None or element.normal is None or mode.states[index] is ContactState.OPEN:
+            continue
+        pose = pose or Pose(system.chain, system.formulation, state.q)
+        push = push_of(pose, element, mode.dent(index), state.u, own.sqrt_depth)
+        given = pose.impulse_response(pose.row(element.normal))
+        found += abs(float(push)) * max(abs(float(x)) for x in given)
+    return found
 
 
 def _take_steps(
@@ -268,4 +274,6 @@ def _held(system: HybridSystem, mode: Mode, q: Any, u: Any) -> Any:
         for element, own in zip(system.elements, mode.states, strict=True)
         for coordinate in element.holds(own)
     ]
-    return stopped(Pose(system.chain, system.formulation, q), held, u) if held else u
+    return (
+        stopped(Pose(system.chain, system.formulation, q), held, u, system.rounding) if held else u
+    )

@@ -24,6 +24,7 @@ from twolink.simulation.hybrid.tolerances import (
     MOST_IMPACTS,
     NO_LEVER,
     NO_REBOUND,
+    UNDECIDED,
 )
 
 
@@ -82,21 +83,28 @@ def placed(pose: Pose, coordinate: ConstraintCoordinate, bound: Scalar) -> Pair:
     return q
 
 
-def stopped(pose: Pose, coordinates: Sequence[ConstraintCoordinate], u: Pair) -> Pair:
+def stopped(
+    pose: Pose, coordinates: Sequence[ConstraintCoordinate], u: Pair, rounding: float
+) -> Pair:
     """Return u with no speed along some coordinates, where it was no more than rounding.
 
-    Two coordinates that are independent leave no motion.
+    Two coordinates that are independent leave no motion. One along which the chain cannot move in
+    this pose has no speed at any u.
     """
-    rows = [pose.row(coordinate) for coordinate in coordinates]
-    if any(not parallel(rows[0], row) for row in rows[1:]):
+    lever = float(abs(pose.chain.L1) + abs(pose.chain.L2))
+    pairs = [(coordinate, pose.row(coordinate)) for coordinate in coordinates]
+    pairs = [pair for pair in pairs if _long(pair[1]) > NO_LEVER * rounding * lever]
+    if any(not parallel(pairs[0][1], row) for _, row in pairs[1:]):
         return 0 * u[0], 0 * u[1]
-    for coordinate, row in zip(coordinates, rows, strict=True):
+    for coordinate, row in pairs:
         if isinstance(coordinate, JointCoordinate):
             u1, u2 = u
             u = (0 * u1, u2) if coordinate.joint == "A" else (u1, u1)
-        elif (long := row[0] * row[0] + row[1] * row[1]) > 0:
-            share = speed_along(row, u) / long
-            u = u[0] - share * row[0], u[1] - share * row[1]
+        else:
+            share = speed_along(row, u) / (row[0] * row[0] + row[1] * row[1])
+            change = share * row[0], share * row[1]
+            if _long(change) <= UNDECIDED * rounding * _long(u):
+                u = u[0] - change[0], u[1] - change[1]
     return u
 
 
@@ -131,7 +139,9 @@ class Impacts:
                 still |= {
                     i for i, row in rows.items() if is_left_over(row, u, before, self._rounding)
                 }
-                u = stopped(self._pose, [self._contact(i).normal for i in sorted(still)], u)
+                u = stopped(
+                    self._pose, [self._contact(i).normal for i in sorted(still)], u, self._rounding
+                )
             approached = {
                 index: float(speed_along(row, u))
                 for index, row in rows.items()
@@ -242,7 +252,7 @@ class Impacts:
         )
         after = self._after(u, row, self._pose.row(contact.tangent), impulse)
         if impulse.regime == "sticks":
-            after = stopped(self._pose, [contact.normal], after)
+            after = stopped(self._pose, [contact.normal], after, self._rounding)
         return self._strike(index, impulse, u, after)
 
     def _clamped(self, index: int, u: Pair, sticks: bool) -> Strike:
@@ -272,7 +282,7 @@ class Impacts:
             s, force, response = 0 * speed, row, self._pose.response(row, row)
         normal = -speed / response
         du = self._pose.impulse_response((normal * force[0], normal * force[1]))
-        after = stopped(self._pose, held, (u[0] + du[0], u[1] + du[1]))
+        after = stopped(self._pose, held, (u[0] + du[0], u[1] + du[1]), self._rounding)
         return self._strike(index, Impulse(normal, s * normal, BOUNCES_DIE_AWAY), u, after)
 
     def locked(self, index: int, u: Pair, direction: int) -> Strike:
@@ -286,7 +296,7 @@ class Impacts:
         tangent, s = self._pose.row(contact.tangent), -direction * contact.kinetic
         slope = self._pose.response(tangent, (row[0] + s * tangent[0], row[1] + s * tangent[1]))
         normal = -speed_along(tangent, u) / slope
-        after = stopped(self._pose, [contact.normal, contact.tangent], u)
+        after = (0 * u[0], 0 * u[1])
         return self._strike(index, Impulse(normal, s * normal, "slides, then sticks"), u, after)
 
     def _after(self, u: Pair, row: Pair, tangent: Pair, impulse: Impulse) -> Pair:

@@ -220,7 +220,7 @@ def _strike_without_collision(
     normal = system.elements[index].normal
     assert normal is not None
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
-    u = stopped(pose, [normal], state.u)
+    u = stopped(pose, [normal], state.u, system.rounding)
     strike = impacts.impact(index, u, without_collision=True)
     after = strike.u[1]
     leaves = abs(strike.speeds[1]) > tolerances.LEFT_OVER * system.rounding * max(
@@ -228,7 +228,7 @@ def _strike_without_collision(
     )
     touching = state.touching - {index} if leaves else state.touching
     if not leaves:
-        after = stopped(pose, [normal], after)
+        after = stopped(pose, [normal], after, system.rounding)
     sliding = sliding_after(system, pose, state.u, after)
     if strike.impulse.regime.endswith("sticks"):
         sliding = put(sliding, index, 0)
@@ -365,20 +365,22 @@ def _hits(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger
     pose = _place(system, Pose(system.chain, system.formulation, state.q), index, state)
     state = replace(state, q=pose.q, gaps=put(state.gaps, index, system.number(0)))
     assert element.normal is not None
-    if own is not None:
-        return Reaction(press(system, state, pose, index), {})
-    if (
-        at_rest(pose.row(element.normal), state.u, system.rounding)
-        or speed_along(pose.row(element.normal), state.u) >= 0
-    ):
+    row = pose.row(element.normal)
+    slow = at_rest(row, state.u, system.rounding) or bool(speed_along(row, state.u) >= 0)
+    if slow:
         # It is reached without speed.
-        u = stopped(pose, [element.normal], state.u)
-        sliding = put(state.sliding, index, _sliding_of(system, pose, index, u))
-        state = replace(state, u=u, touching=state.touching | {index}, sliding=sliding)
+        state = replace(state, u=stopped(pose, [element.normal], state.u, system.rounding))
+    if own is not None:
+        return Reaction(press(system, state, pose, index, slow), {})
+    if slow:
+        sliding = put(state.sliding, index, _sliding_of(system, pose, index, state.u))
+        state = replace(state, touching=state.touching | {index}, sliding=sliding)
     return Reaction(state, {})
 
 
-def press(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> HybridState:
+def press(
+    system: HybridSystem, state: HybridState, pose: Pose, index: int, slow: bool
+) -> HybridState:
     """Return the state at the beginning of a press on a compliant surface.
 
     One that is touched without speed starts at the least depth, from where its root can grow.
@@ -386,7 +388,6 @@ def press(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> H
     element, own = system.elements[index], state.compliant[index]
     assert element.normal is not None
     assert own is not None
-    slow = at_rest(pose.row(element.normal), state.u, system.rounding)
     # Two roots that are both zero would stay so.
     slow = slow or any(other is not None and other.sqrt_depth == 0 for other in state.compliant)
     least = system.number(system.rounding**0.5 if slow else 0)
@@ -417,7 +418,7 @@ def _leaves(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigg
     assert element.normal is not None
     speed = speed_along(pose.row(element.normal), state.u)
     depth = element.bound - own.offset - element.normal.coordinate(system.chain, state.q)
-    released = compliant_state.released(element, own, speed, depth, system.rounding)
+    released = compliant_state.released(element, own, speed, depth)
     state = replace(
         state, touching=state.touching - {index}, gaps=put(state.gaps, index, system.number(0)),
         compliant=put(state.compliant, index, released),
@@ -450,7 +451,7 @@ def _brought_to_rest(
 ) -> HybridState:
     """Return the state without speed along some coordinates and without an element's slide."""
     pose = Pose(system.chain, system.formulation, state.q)
-    u = stopped(pose, still, state.u)
+    u = stopped(pose, still, state.u, system.rounding)
     if u[0] == 0 and u[1] == 0:
         return replace(state, u=u, sliding=(0,) * len(state.sliding))
     return replace(state, u=u, sliding=put(state.sliding, index, 0))

@@ -90,7 +90,7 @@ def measured_run(
         worst = float(errors.max(initial=0.0))
         if best is None or worst < best[0] or kept.reached > best[1].reached:
             best = worst, kept, errors
-        if worst <= accuracy and kept.reached >= judge.reached * (1 - 1e-6):
+        if worst <= accuracy and kept.reached >= judge.reached - accuracy:
             break
         if kept.exhausted or judge.steps > _MOST_STEPS_IN_QUADRUPLE:
             # A longer precision would take too long.
@@ -135,8 +135,10 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
             found[moments >= doubt.time], 2 * doubt.speed * lever
         )
     so_far = np.maximum.accumulate(found * _MARGIN)
-    place = np.searchsorted(moments, times[times <= first.reached], side="right") - 1
-    return np.asarray(so_far[np.maximum(place, 0)])
+    asked = times[times <= first.reached]
+    place = np.searchsorted(moments, asked, side="right") - 1
+    # Beyond the judge's end nothing is known.
+    return np.where(asked <= end, so_far[np.maximum(place, 0)], np.inf)
 
 
 def _moments(run: HybridRun, times: Array, end: float) -> Array:

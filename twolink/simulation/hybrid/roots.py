@@ -23,6 +23,9 @@ from twolink.simulation.hybrid.tolerances import MOST_HALVINGS, POLYNOMIAL
 Array = NDArray[np.float64]
 
 
+_EPSILON = float(np.finfo(float).eps)
+
+
 class Root(NamedTuple):
     """A place x in [0, 1] where a polynomial falls through zero, or touches it within rounding.
 
@@ -64,7 +67,10 @@ def rounding_bounds(coefficients: Any, rounding: float) -> Array:
 def are_positive(coefficients: Any, bounds: Array) -> NDArray[np.bool_]:
     """Return which of the polynomials, shape (m, n), are proven positive on [0, 1]."""
     in_floats = np.asarray(coefficients, dtype=float)
-    return np.asarray((in_floats @ bernstein_matrix(in_floats.shape[-1])).min(axis=-1) > bounds)
+    # Longer numbers are rounded to float64 here: what that loses is left to `first_fall`.
+    lost = POLYNOMIAL * _EPSILON * np.abs(in_floats).sum(axis=-1)
+    least = (in_floats @ bernstein_matrix(in_floats.shape[-1])).min(axis=-1)
+    return np.asarray(least > np.maximum(bounds, lost))
 
 
 def first_fall(coefficients: Sequence[Any], bound: float) -> Root | None:

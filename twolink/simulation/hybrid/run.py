@@ -188,11 +188,13 @@ class _History:
                 self.system, self.state, following.mode, until, self._formulation,
                 lambda t: progress(t / self._scene.duration), self._expected(following),
             )  # fmt: skip
+            advanced = arc.end.t > self.state.t
+            self.state = arc.end
             self.arcs.append(arc)
             self.compile_seconds += arc.compile_seconds
             self.since.append(float(arc.start.t) + following.delay)
             self.doubts += arc.doubts
-            at_once = at_once + 1 if arc.end.t == self.state.t else 0
+            at_once = 0 if advanced else at_once + 1
             if at_once > tolerances.MOST_JUMPS_AT_ONCE:
                 raise IntegrationError(
                     f"modes follow each other without end at {float(arc.end.t):.9g} s: "

@@ -246,7 +246,7 @@ def _noise(problem: Problem, condition: _Condition, solution: Solution) -> float
         problem.size + (float(M11) + abs(float(M12))) * du1 + (abs(float(M12)) + float(M22)) * du2
     )
     long = _long(along.row)
-    scale = tolerances.UNDECIDED * problem.system.rounding * size
+    scale = tolerances.UNDECIDED * problem.system.resolution * size
     return float("inf") if _vanishes(problem.system, along.row) else scale / long
 
 
@@ -295,7 +295,7 @@ def _confirmed(problem: Problem, candidate: _Candidate) -> bool:
         for x in cramer(problem.equations.M, problem.equations.r, problem.equations.det)
     )
     speed = max(abs(float(x)) for x in state.u)
-    scale = tolerances.UNDECIDED * system.rounding
+    scale = tolerances.UNDECIDED * system.resolution
     for condition in candidate.undecided:
         law, index, sense = condition
         terms = equations.terms[index]

@@ -70,10 +70,10 @@ def _touched(system: HybridSystem, state: HybridState, pose: Pose, index: int) -
     if recedes:
         return state
     if not element.rigid:
-        return press(system, state, pose, index)
+        return press(system, state, pose, index, still)
     if not still:
         return state
-    u = stopped(pose, [element.normal], state.u)
+    u = stopped(pose, [element.normal], state.u, system.rounding)
     return replace(state, u=u, touching=state.touching | {index})
 
 

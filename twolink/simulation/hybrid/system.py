@@ -10,6 +10,8 @@ from twolink.chain import Chain
 from twolink.contact.elements import ContactElement
 from twolink.effects import Effect, nonsmooth
 from twolink.errors import SimulationError
+from twolink.simulation.hybrid.tolerances import TRUNCATION
+from twolink.simulation.smooth.taylor import step_tolerance
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,19 @@ class HybridSystem:
     def names(self) -> tuple[str, ...]:
         """The names of the elements."""
         return tuple(element.name for element in self.elements)
+
+    @property
+    def resolution(self) -> float:
+        """The relative accuracy of a state at an event: of rounding, or of a truncated series."""
+        return max(self.rounding, TRUNCATION * step_tolerance(self.precision, self.order))
+
+    @property
+    def force_scale(self) -> float:
+        """The factor that brings forces to the order of 1, as the other variables are."""
+        chain, step = self.scene_chain, float(self.longest_step)
+        lever = float(chain.L1 + chain.L2)
+        inertia = float(chain.I_C1 + chain.I_C2 + (chain.m1 + chain.m2) * lever * lever)
+        return step * step * max(lever, 1.0) / inertia
 
     def check(self) -> None:
         """Raise `SimulationError` if two frictions act along one coordinate."""

@@ -4,8 +4,16 @@ A threshold "in roundings" is a multiple of the distance from 1 to the next numb
 that is in use, so it shrinks with a longer precision.
 """
 
+# Part of the tolerance of a step, to which it is truncated: where more than rounding, states at
+# events are known within this. Read by system.
+TRUNCATION = 2.0**-8
+
+# Part of the depth of a damped surface. Closer to the depth at which it springs back at the speed
+# of the point, the force has fallen to zero, and not jumped below it. Read by compliant_state.
+NO_FORCE = 1e-9
+
 # Roundings of a position (relative to max(1 m or rad, |bound|)). A start is given in float64 and
-# lies on a contact if its gap is smaller. Read by start, jump and compliant_state.
+# lies on a contact if its gap is smaller. Read by start, jump and certificate.
 CONTACT_GAP = 64
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
@@ -25,7 +33,7 @@ LEFT_OVER = 64
 NO_REBOUND = 512
 
 # Roundings of the other row. A shorter Jacobian row is the rounding of zero: the point cannot move
-# that way in this pose. Read by impact.
+# that way in this pose. Read by impact and select.
 NO_LEVER = 64
 
 # Part of the product of two rows. If their determinant is smaller, they bar the same motion.
@@ -48,7 +56,7 @@ MOST_JUMPS = 20_000
 MOST_IMPACTS_OF_A_BURST = 60
 
 # The rate (1/s) of Baumgarte's stabilisation of the positions and speeds of points that are held.
-# A joint that is held needs none. Read by dynamics.
+# A joint that is held needs none. Read by compile.
 BAUMGARTE_RATE = 8.0
 
 # Part of the time. Shorter steps are not taken in any precision: a time is a float64 number for
@@ -57,7 +65,7 @@ SHORTEST_STEP = 2.0**-42
 
 # Part of the response of a normal to its own push. Where steps become too short while a point
 # slides and friction leaves less of that response, friction locks the slide (Painlevé). Read by
-# flow.
+# event_functions.
 LOCKING = 1e-2
 
 # Longest time (s) for which a pressed surface is integrated in one arc, so that its variables,
@@ -69,8 +77,12 @@ LONGEST_PRESS = 1.0
 POLYNOMIAL = 16
 
 # Roundings of an event function's size at the start of an arc, and of its derivatives in units of
-# the longest step. Smaller leading coefficients are zero. Read by flow.
+# the longest step. Smaller leading coefficients are zero. Read by certificate.
 LEADING = 256
+
+# Roundings of all coefficients of an event function at the start of an arc: forces that nearly
+# cancel leave so much in the leading ones. Read by certificate.
+LEADING_SHARE = 2048
 
 # Halvings of a step before a root that is not isolated counts as a double root. Read by roots.
 MOST_HALVINGS = 60
