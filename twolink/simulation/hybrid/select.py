@@ -7,6 +7,7 @@ condition that is zero to rounding is decided by the next derivatives of the mot
 
 Where the laws leave more than one motion, these rules hold, in this order:
 
+0. A chain at rest stays at rest as long as any distribution of forces within the laws holds it.
 1. An element at rest goes on sticking as long as its static limit can hold it with all others in
    the states that they have in the same mode. So it begins to slide only in a mode in which
    sticking in its place would exceed its limit.
@@ -36,6 +37,7 @@ from twolink.simulation.hybrid.dynamics import (
     LocalEquations,
     Pose,
     Solution,
+    constraint_count,
     constraints_of,
     local_equations,
     mode_solution,
@@ -106,15 +108,27 @@ def select(
     if all(len(states) == 1 for states in options):
         return Selection(tuple(states[0] for states in options))
     problem = _problem(system, state, pose, options)
+    at_rest = bool(state.u[0] == 0 and state.u[1] == 0)
     undecided: list[_Candidate] = []
+    moving: list[_Candidate] = []
     for with_pressed in (False, True):
         candidates = list(_candidates(problem, with_pressed))
         found = [c for c in candidates if not c.undecided or _confirmed(problem, c)]
-        if found:
+        resting = [c for c in found if at_rest and _rests(problem, c.states)]
+        if resting:
+            return _preferred(problem, resting)
+        if found and not at_rest:
             return _preferred(problem, found)
         undecided += candidates
-    # The derivatives that were looked at contradict every mode: they are below rounding, too.
-    return _preferred(problem, undecided) if undecided else None
+        moving = moving or found
+    # Else the derivatives contradict every mode: they are below rounding, too.
+    remaining = moving or undecided
+    return _preferred(problem, remaining) if remaining else None
+
+
+def _rests(problem: Problem, states: States) -> bool:
+    """Return whether a mode holds the chain at rest."""
+    return constraint_count(problem.system.elements, states) == MOST_CONSTRAINTS
 
 
 def _problem(
