@@ -14,6 +14,7 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
+from twolink.simulation.hybrid import select as select_module
 from twolink.simulation.hybrid.dynamics import Pose, mode_solution
 from twolink.simulation.hybrid.select import jammed, select
 
@@ -357,3 +358,20 @@ def test_drawn_scenes_of_several_elements_obey_all_laws(random):
                 for coordinate in (element.normal, element.tangent)
             ]
             assert_obeyed(element, own, force, *along)
+
+
+def test_a_mode_that_every_derivative_contradicts_is_not_confirmed(monkeypatch):
+    """The chain at rest on both frictions, at their limits: no mode passes if none is confirmed."""
+    friction = JointFriction((1.0, 1.0))
+    system = system_of(friction, chain=BALANCED)
+    state = state_of(system, (0.0, 0.0))
+    pose = Pose(system.chain, system.formulation, state.q)
+    assert select(system, state, pose, {}).confirmed
+    monkeypatch.setattr(select_module, "_confirmed", lambda problem, candidate: False)
+    candidates = select_module._candidates
+    monkeypatch.setattr(
+        select_module,
+        "_candidates",
+        lambda *arguments: (c._replace(undecided=(None,)) for c in candidates(*arguments)),
+    )
+    assert not select(system, state, pose, {}).confirmed

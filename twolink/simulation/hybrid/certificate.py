@@ -17,7 +17,7 @@ from twolink.simulation.hybrid.compile import CompiledMode
 from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.roots import Root, are_positive, first_fall, rounding_bounds
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import CONTACT_GAP, LEADING, LEADING_SHARE, UNDECIDED
+from twolink.simulation.hybrid.tolerances import CONTACT_GAP, LEADING, LEADING_SHARE
 
 
 class Doubt(NamedTuple):
@@ -212,11 +212,7 @@ class Certificate:
                 * powers(block.lengths[:1], block.coefficients.shape[2])[0]
             )
             duration = abs(float(row[1:].sum()))
-        gained = np.abs(block.coefficients[0, 2:4, 1]).astype(float).sum() * float(block.lengths[0])
-        speed = np.abs(block.coefficients[0, 2:4, 0]).astype(float).sum()
-        size = gained + (self._pressing + speed * speed) * duration
-        # As undecided as the selection of the mode has found it.
-        return float(UNDECIDED * self._system.resolution * self._lever * size)
+        return LEADING * self._system.resolution * self._lever * self._pressing * duration
 
     def _force_of_rounding(self, trigger: Trigger) -> float:
         """Return the force that the rounding of a place makes in a stiff surface, scaled."""

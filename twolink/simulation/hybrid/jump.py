@@ -126,7 +126,12 @@ def _names(system: HybridSystem, state: HybridState) -> str:
 
 
 def _notes(system: HybridSystem, state: HybridState, mode: Mode, selection: Selection) -> list[str]:
-    """Return a sentence if the laws leave a choice."""
+    """Return a sentence if the laws leave a choice, or rounding does not let them decide."""
+    if not selection.confirmed:
+        return [
+            f"At {float(state.t):.9g} s rounding does not let the laws of contact decide: "
+            f"{mode} is taken."
+        ]
     if not selection.others:
         return []
     others = "; or ".join(

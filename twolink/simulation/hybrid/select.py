@@ -52,10 +52,14 @@ States = tuple[ContactState, ...]
 
 
 class Selection(NamedTuple):
-    """The states of the mode that follows, and the other modes that the laws allow, if any."""
+    """The states of the mode that follows, and the other modes that the laws allow, if any.
+
+    It is not `confirmed` if the next derivatives contradict every mode that is left.
+    """
 
     states: States
     others: tuple[States, ...] = ()
+    confirmed: bool = True
 
 
 class _Law(Enum):
@@ -121,9 +125,9 @@ def select(
             return _preferred(problem, found)
         undecided += candidates
         moving = moving or found
-    # Else the derivatives contradict every mode: they are below rounding, too.
-    remaining = moving or undecided
-    return _preferred(problem, remaining) if remaining else None
+    if moving:
+        return _preferred(problem, moving)
+    return _preferred(problem, undecided)._replace(confirmed=False) if undecided else None
 
 
 def _rests(problem: Problem, states: States) -> bool:
