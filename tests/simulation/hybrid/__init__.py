@@ -1,8 +1,17 @@
 """Tests of the hybrid simulator: a module for each of its own, and the systems that they share."""
 
+import math
+from dataclasses import replace
+
+import numpy as np
+
 from twolink.chain import Chain
 from twolink.contact.states import ContactState
 from twolink.effects import nonsmooth
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.joint_torque import JointTorque
+from twolink.effects.surface import Surface
 from twolink.scene import Scene
 from twolink.simulation.hybrid.formulations import FORMULATIONS
 from twolink.simulation.hybrid.mode import Mode
@@ -16,6 +25,11 @@ BARS = Chain.uniform_bars()
 
 BALANCED = Chain((1.0, 1.0), (1.0, 1.0), ((0.0, 0.0), (0.0, 0.0)), (2.0, 0.5))
 """Both mass centres on the joints: each link turns on its own, and M = diag(3, 1/2)."""
+
+
+STOP = JointStop("A", lower=0.0, restitution=0.5)
+ONTO = JointTorque((-6.0, 0.0))
+"""Link 1 turns to the stop with −2 rad/s²."""
 
 
 def system_of(
@@ -47,4 +61,36 @@ def mode_of(system: HybridSystem, *states: ContactState, dents=()) -> Mode:
     return Mode(system.names, tuple(states), tuple(dents))
 
 
-__all__ = ["BALANCED", "BARS", "mode_of", "state_of", "system_of"]
+def stopped_chain(*more, restitution=0.5, **options) -> HybridSystem:
+    """Return the system of a chain that turns to a stop."""
+    stop = JointStop("A", lower=0.0, restitution=restitution)
+    return system_of(ONTO, stop, *more, chain=BALANCED, **options)
+
+
+def hitting(system: HybridSystem, speed: float, index: int = 0) -> HybridState:
+    """Return the state in which link 1 arrives at its stop, moving at a speed."""
+    state = state_of(system, (1.0, 0.0))
+    gaps = tuple(0.0 if i == index else gap for i, gap in enumerate(state.gaps))
+    return replace(state, t=2.0, q=(0.0, 0.0), u=(speed, 0.0), gaps=gaps)
+
+
+def sliding_painleve(restitution=0.5):
+    """Return the shipped scene's system, whose slide locks under its weight, and its state."""
+    q = (1.1, 1.3)
+    floor = Surface(
+        (0.0, math.sin(1.1) + math.sin(1.3)), (0.0, -1.0), friction=2.0, restitution=restitution
+    )
+    system = system_of(Gravity(9.81), floor)
+    u = np.linalg.solve([-np.cos(q), -np.sin(q)], [0.0, 0.2])
+    for direction in (1, -1):
+        speeds = tuple(map(float, direction * u))
+        yield (
+            system,
+            replace(state_of(system, q), u=speeds, touching=frozenset({0}), sliding=(direction,)),
+        )
+
+
+__all__ = [
+    "BALANCED", "BARS", "ONTO", "STOP", "hitting", "mode_of", "sliding_painleve", "state_of",
+    "stopped_chain", "system_of",
+]  # fmt: skip

@@ -8,15 +8,14 @@ import pytest
 
 from tests.simulation.hybrid import BALANCED, BARS, state_of, system_of
 from twolink.contact.states import ContactState as S
-from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
-from twolink.simulation.hybrid import select as select_module
 from twolink.simulation.hybrid.dynamics import Pose, mode_solution
-from twolink.simulation.hybrid.select import jammed, select
+from twolink.simulation.hybrid.painleve import jammed
+from twolink.simulation.hybrid.select import select
 
 
 def selected(system, state, known=None):
@@ -34,9 +33,6 @@ def forces_in(system, state, states):
     return mode_solution(
         pose, system.effects, system.elements, states, dents, state.u, state.t
     ).forces
-
-
-# Dry friction of two joints. M = diag(3, 1/2); the torque at B reacts on link 1.
 
 
 @pytest.mark.parametrize(
@@ -115,9 +111,6 @@ def test_a_joint_in_motion_goes_on_in_its_direction():
     assert states_of(friction, u=(-1.0, 1.0)) == (S.BACKWARD, S.FORWARD)
 
 
-# Rigid contacts.
-
-
 def floor_under(q, **more):
     """Return a floor on which D rests."""
     return Surface((0.0, math.sin(q[0]) + math.sin(q[1])), (0.0, -1.0), name="floor", **more)
@@ -165,9 +158,6 @@ def test_contacts_at_the_ends_of_both_links_share_the_weight():
     assert [f.normal for f in forces] == pytest.approx([9.81, 9.81 / 2])
 
 
-# Redundant constraints: friction holds as much as it can, and the contact the rest.
-
-
 @pytest.mark.parametrize(
     ("torque", "friction", "stop"), [(-5.0, 3.0, 2.0), (-2.0, 2.0, 0.0), (4.0, -4.0, 0.0)]
 )
@@ -199,39 +189,6 @@ def test_a_joint_held_by_a_stop_breaks_away_from_it():
         chain=BALANCED,
     )
     assert states == (S.FORWARD, S.OPEN)
-
-
-# Conditions that are zero at the instant: the next derivatives decide.
-
-
-@pytest.mark.parametrize(("amplitude", "expected"), [(1.0, S.OPEN), (-1.0, S.CLOSED)])
-def test_a_contact_without_force_opens_or_closes_as_its_force_begins(amplitude, expected):
-    """A torque that grows as sin t from zero, away from the stop or onto it."""
-    torque = JointTorque((0.0, 0.0), (amplitude, 0.0), (1.0, 0.0))
-    assert states_of(torque, JointStop("A", lower=0.0), chain=BALANCED) == (expected,)
-
-
-@pytest.mark.parametrize("amplitude", [1.0, -1.0])
-def test_a_joint_without_a_static_limit_begins_to_slide_as_its_torque_begins(amplitude):
-    """1 N m are needed, and are just held; a moment later the torque is larger."""
-    torque = JointTorque((amplitude, 0.0), (amplitude, 0.0), (1.0, 0.0))
-    expected = S.FORWARD if amplitude > 0 else S.BACKWARD
-    found = states_of(torque, JointFriction((1.0, 0.0)), chain=BALANCED)
-    assert found == (expected,)
-
-
-def test_in_the_stretched_pose_the_next_derivatives_say_where_the_end_slides():
-    """Stretched along x, D has no speed and no acceleration along x. Falling, it moves inwards."""
-    assert states_of(Gravity(9.81), EndForce(-1.0, 0.3), q=(0.0, 0.0)) == (S.BACKWARD,)
-    assert states_of(Gravity(9.81), EndForce(-1.0, 0.3), q=(math.pi, math.pi))[0] is S.FORWARD
-
-
-def test_in_the_stretched_pose_a_wall_that_cannot_push_lets_go():
-    wall = Surface((2.0, 0.0), (-1.0, 0.0), name="wall")
-    assert states_of(Gravity(9.81), wall, q=(0.0, 0.0)) == (S.OPEN,)
-
-
-# Painlevé: rigid slides whose normal does not answer its own push.
 
 
 def painleve(down, mu=2.0, direction=-1):
@@ -285,9 +242,6 @@ def test_a_slide_that_answers_its_push_has_one_mode():
         assert selection.others == ()
         pose = Pose(system.chain, system.formulation, state.q)
         assert list(jammed(system, state, pose)) == []
-
-
-# Restrictions.
 
 
 def test_a_restricted_element_takes_no_other_state():
@@ -358,20 +312,3 @@ def test_drawn_scenes_of_several_elements_obey_all_laws(random):
                 for coordinate in (element.normal, element.tangent)
             ]
             assert_obeyed(element, own, force, *along)
-
-
-def test_a_mode_that_every_derivative_contradicts_is_not_confirmed(monkeypatch):
-    """The chain at rest on both frictions, at their limits: no mode passes if none is confirmed."""
-    friction = JointFriction((1.0, 1.0))
-    system = system_of(friction, chain=BALANCED)
-    state = state_of(system, (0.0, 0.0))
-    pose = Pose(system.chain, system.formulation, state.q)
-    assert select(system, state, pose, {}).confirmed
-    monkeypatch.setattr(select_module, "_confirmed", lambda problem, candidate: False)
-    candidates = select_module._candidates
-    monkeypatch.setattr(
-        select_module,
-        "_candidates",
-        lambda *arguments: (c._replace(undecided=(None,)) for c in candidates(*arguments)),
-    )
-    assert not select(system, state, pose, {}).confirmed

@@ -71,7 +71,10 @@ def test_every_threshold_has_a_comment_that_says_who_reads_it(name):
     while row > 0 and lines[row - 1].startswith("#"):
         row -= 1
         comment.insert(0, lines[row].removeprefix("# "))
-    assert "Read by" in " ".join(comment)
+    said = re.search(r"Read by ([a-z_, ]+)\.", " ".join(comment))
+    assert said is not None
+    readers = {path.stem for path in MODULES if name in names_read(path)}
+    assert set(re.split(r", | and ", said[1])) == readers
 
 
 @pytest.mark.parametrize("name", CONSTANTS)

@@ -11,7 +11,7 @@ from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.impact import at_rest, speed_along, stopped
-from twolink.simulation.hybrid.jump import press
+from twolink.simulation.hybrid.reactions import press
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.smooth.taylor import rounding

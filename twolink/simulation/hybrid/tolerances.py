@@ -13,35 +13,36 @@ TRUNCATION = 2.0**-8
 NO_FORCE = 1e-9
 
 # Roundings of a position (relative to max(1 m or rad, |bound|)). A start is given in float64 and
-# lies on a contact if its gap is smaller. Read by start, jump and certificate.
+# lies on a contact if its gap is smaller. Read by start, collision and certificate.
 CONTACT_GAP = 64
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
 # smaller is zero as far as the precision can tell, and the next derivatives decide. The factor
-# covers the solution of two equations in a pose near a singular one. Read by select.
+# covers the solution of two equations in a pose near a singular one. Read by complementarity,
+# confirm and impact.
 UNDECIDED = 2.0**20
 
 # Roundings of the terms of a speed. A smaller speed along a coordinate is the rounding of zero.
-# Read by impact.at_rest.
+# Read by impact.
 AT_REST = 64
 
-# Roundings of the speeds before an impact. A smaller speed after it is the rounding of zero.
-# Read by impact and jump.
+# Roundings of the speeds before an impact. A smaller speed after it is the rounding of zero. Read
+# by impact and painleve.
 LEFT_OVER = 64
 
 # Roundings of the approach speed. A slower rebound is the rounding of none. Read by impact.
 NO_REBOUND = 512
 
 # Roundings of the other row. A shorter Jacobian row is the rounding of zero: the point cannot move
-# that way in this pose. Read by impact and select.
+# that way in this pose. Read by impact and complementarity.
 NO_LEVER = 64
 
-# Part of the product of two rows. If their determinant is smaller, they bar the same motion.
-# Read by constraint.parallel.
+# Part of the product of two rows. If their determinant is smaller, they bar the same motion. Read
+# by constraint.
 PARALLEL = 1e-9
 
-# Impacts at one instant before those that answer each other are ended in their limit, which is
-# rest of all contacts that take part. Each takes energy, so that they grow weaker. Read by impact.
+# Impacts at one instant before those that answer each other are ended in their limit, which is rest
+# of all contacts that take part. Each takes energy, so that they grow weaker. Read by impact.
 MOST_IMPACTS = 1000
 
 # Jumps without time passing before a run is given up: more would go on for ever. Read by run.
@@ -52,15 +53,15 @@ MOST_JUMPS_AT_ONCE = 24
 MOST_JUMPS = 20_000
 
 # Impacts within the Zeno time (below) before all contacts that took part come to rest together.
-# Read by jump.
+# Read by zeno.
 MOST_IMPACTS_OF_A_BURST = 60
 
-# The rate (1/s) of Baumgarte's stabilisation of the positions and speeds of points that are held.
-# A joint that is held needs none. Read by compile.
+# The rate (1/s) of Baumgarte's stabilisation of the positions and speeds of points that are held. A
+# joint that is held needs none. Read by compile.
 BAUMGARTE_RATE = 8.0
 
-# Part of the time. Shorter steps are not taken in any precision: a time is a float64 number for
-# all who ask for the motion. Read by flow.
+# Part of the time. Shorter steps are not taken in any precision: a time is a float64 number for all
+# who ask for the motion. Read by flow.
 SHORTEST_STEP = 2.0**-42
 
 # Part of the response of a normal to its own push. Where steps become too short while a point
@@ -68,12 +69,12 @@ SHORTEST_STEP = 2.0**-42
 # event_functions.
 LOCKING = 1e-2
 
-# Longest time (s) for which a pressed surface is integrated in one arc, so that its variables,
-# the clock among them, keep their relative accuracy. Read by flow.
+# Longest time (s) for which a pressed surface is integrated in one arc, so that its variables, the
+# clock among them, keep their relative accuracy. Read by flow.
 LONGEST_PRESS = 1.0
 
-# Roundings of the largest term. The values of a polynomial of an event function on a step are
-# known within this. Read by roots.
+# Roundings of the largest term. The values of a polynomial of an event function on a step are known
+# within this. Read by roots.
 POLYNOMIAL = 16
 
 # Roundings of an event function's size at the start of an arc, and of its derivatives in units of
@@ -87,7 +88,7 @@ LEADING_SHARE = 2048
 # Halvings of a step before a root that is not isolated counts as a double root. Read by roots.
 MOST_HALVINGS = 60
 
-# Terms of the series by which undecided modes are told apart. Read by select.
+# Terms of the series by which undecided modes are told apart. Read by confirm.
 JET_ORDER = 6
 
 # Part of the accelerations of a free chain. Modes whose accelerations differ by less are the same
@@ -100,6 +101,6 @@ def zeno_time(longest_step: float, rounding: float) -> float:
 
     The sum of the bounces that remain, T, changes the state by terms of the order of T² once their
     impulses are replaced by those of rest: with T = h √ε for the longest step h, by rounding ε.
-    Read by jump.
+    Read by zeno and run.
     """
     return float(longest_step) * rounding**0.5

@@ -1,0 +1,91 @@
+"""The complementarity problem: which modes can be solved, its conditions, and their rounding."""
+
+import pytest
+
+from tests.simulation.hybrid import BALANCED, state_of, system_of
+from twolink.contact.states import ContactState as S
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.joint_torque import JointTorque
+from twolink.simulation.hybrid.complementarity import (
+    Condition,
+    Law,
+    conditions,
+    is_solvable,
+    noise_of,
+    problem_at,
+    value_of,
+    vanishes,
+)
+from twolink.simulation.hybrid.dynamics import Pose, solve
+
+
+def problem_of(*effects, q=(0.0, 0.0), touching=frozenset(), **more):
+    system = system_of(*effects, chain=BALANCED, **more)
+    state = state_of(system, q)
+    pose = Pose(system.chain, system.formulation, state.q)
+    options = tuple(
+        element.options(i in state.touching, state.sliding[i])
+        for i, element in enumerate(system.elements)
+    )
+    return problem_at(system, state, pose, options)
+
+
+def test_a_stop_and_the_friction_of_its_joint_cannot_both_hold_it():
+    problem = problem_of(JointStop("A", lower=0.0), JointFriction((1.0, 0.0)))
+    by_name = dict(enumerate(element.name for element in problem.system.elements))
+    held = {(S.CLOSED, S.STICKS), (S.STICKS, S.CLOSED)}
+    assert len(by_name) == 2
+    for states in ((S.CLOSED, S.STICKS), (S.OPEN, S.STICKS)):
+        ordered = states if problem.system.elements[0].rigid else states[::-1]
+        assert is_solvable(problem, ordered) == (states not in held)
+
+
+def test_an_element_that_others_hold_does_not_begin_to_slide():
+    problem = problem_of(JointFriction((1.0, 0.0)), JointStop("A", lower=0.0))
+    friction = next(i for i, e in enumerate(problem.system.elements) if not e.rigid)
+    states = [S.CLOSED, S.CLOSED]
+    states[friction] = S.FORWARD
+    assert not is_solvable(problem, tuple(states))
+    states[friction] = S.PRESSED_FORWARD
+    assert is_solvable(problem, tuple(states))
+
+
+@pytest.mark.parametrize(("torque", "margins"), [(0.4, (1.6, 2.4)), (-2.5, (4.5, -0.5))])
+def test_a_static_limit_is_violated_by_its_excess(torque, margins):
+    """Held against a torque τ, friction of the limit 2 is −τ: the margins are 2 ∓ τ."""
+    problem = problem_of(JointTorque((torque, 0.0)), JointFriction((1.0, 0.0), (2.0, 0.0)))
+    solution = solve(problem.equations, problem.system.elements, (S.STICKS,))
+    limits = list(conditions(problem, (S.STICKS,)))
+    assert [limit.sense for limit in limits] == [1, -1]
+    found = [value_of(problem.equations, problem.system, solution, limit) for limit in limits]
+    assert found == pytest.approx(margins, rel=1e-14)
+
+
+def test_an_acceleration_is_measured_by_the_force_that_gives_it():
+    problem = problem_of(JointTorque((3.0, 0.0)), JointFriction((1.0, 0.0)))
+    solution = solve(problem.equations, problem.system.elements, (S.FORWARD,))
+    condition = Condition(Law.ACCELERATES, 0, 1)
+    assert condition in list(conditions(problem, (S.FORWARD,)))
+    value = value_of(problem.equations, problem.system, solution, condition)
+    assert value == pytest.approx(2.0, rel=1e-14)
+
+
+def test_the_rounding_of_a_condition_grows_with_the_forces_and_shrinks_with_the_precision():
+    condition = Condition(Law.WITHIN_LIMIT, 0, 1)
+    found = {}
+    for precision in ("double", "long double"):
+        for torque in (1.0, 1000.0):
+            problem = problem_of(
+                JointTorque((torque, 0.0)), JointFriction((1.0, 0.0)), precision=precision
+            )
+            solution = solve(problem.equations, problem.system.elements, (S.STICKS,))
+            found[precision, torque] = noise_of(problem, condition, solution)
+    assert found["double", 1000.0] == pytest.approx(1000 * found["double", 1.0])
+    assert found["long double", 1.0] < found["double", 1.0] < 1e-6
+
+
+def test_a_row_of_rounding_vanishes():
+    system = system_of(chain=BALANCED)
+    assert vanishes(system, (1e-16, -1e-15))
+    assert not vanishes(system, (1e-12, 0.0))

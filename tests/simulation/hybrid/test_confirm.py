@@ -1,0 +1,70 @@
+"""Undecided conditions, decided by the next derivatives."""
+
+import math
+
+import pytest
+
+from tests.simulation.hybrid import BALANCED, state_of, system_of
+from twolink.contact.states import ContactState as S
+from twolink.effects.end_force import EndForce
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.joint_torque import JointTorque
+from twolink.effects.surface import Surface
+from twolink.simulation.hybrid import select as select_module
+from twolink.simulation.hybrid.dynamics import Pose
+from twolink.simulation.hybrid.select import select
+
+
+def selected(system, state, known=None):
+    return select(system, state, Pose(system.chain, system.formulation, state.q), known or {})
+
+
+def states_of(*effects, q=(0.0, 0.0), u=(0.0, 0.0), **more):
+    system = system_of(*effects, **more)
+    return selected(system, state_of(system, q, u)).states
+
+
+@pytest.mark.parametrize(("amplitude", "expected"), [(1.0, S.OPEN), (-1.0, S.CLOSED)])
+def test_a_contact_without_force_opens_or_closes_as_its_force_begins(amplitude, expected):
+    """A torque that grows as sin t from zero, away from the stop or onto it."""
+    torque = JointTorque((0.0, 0.0), (amplitude, 0.0), (1.0, 0.0))
+    assert states_of(torque, JointStop("A", lower=0.0), chain=BALANCED) == (expected,)
+
+
+@pytest.mark.parametrize("amplitude", [1.0, -1.0])
+def test_a_joint_without_a_static_limit_begins_to_slide_as_its_torque_begins(amplitude):
+    """1 N m are needed, and are just held; a moment later the torque is larger."""
+    torque = JointTorque((amplitude, 0.0), (amplitude, 0.0), (1.0, 0.0))
+    expected = S.FORWARD if amplitude > 0 else S.BACKWARD
+    found = states_of(torque, JointFriction((1.0, 0.0)), chain=BALANCED)
+    assert found == (expected,)
+
+
+def test_in_the_stretched_pose_the_next_derivatives_say_where_the_end_slides():
+    """Stretched along x, D has no speed and no acceleration along x. Falling, it moves inwards."""
+    assert states_of(Gravity(9.81), EndForce(-1.0, 0.3), q=(0.0, 0.0)) == (S.BACKWARD,)
+    assert states_of(Gravity(9.81), EndForce(-1.0, 0.3), q=(math.pi, math.pi))[0] is S.FORWARD
+
+
+def test_in_the_stretched_pose_a_wall_that_cannot_push_lets_go():
+    wall = Surface((2.0, 0.0), (-1.0, 0.0), name="wall")
+    assert states_of(Gravity(9.81), wall, q=(0.0, 0.0)) == (S.OPEN,)
+
+
+def test_a_mode_that_every_derivative_contradicts_is_not_confirmed(monkeypatch):
+    """The chain at rest on both frictions, at their limits: no mode passes if none is confirmed."""
+    friction = JointFriction((1.0, 1.0))
+    system = system_of(friction, chain=BALANCED)
+    state = state_of(system, (0.0, 0.0))
+    pose = Pose(system.chain, system.formulation, state.q)
+    assert select(system, state, pose, {}).confirmed
+    monkeypatch.setattr(select_module, "confirmed", lambda problem, candidate: False)
+    candidates = select_module._candidates
+    monkeypatch.setattr(
+        select_module,
+        "_candidates",
+        lambda *arguments: (c._replace(undecided=(None,)) for c in candidates(*arguments)),
+    )
+    assert not select(system, state, pose, {}).confirmed

@@ -1,0 +1,40 @@
+"""Slides that friction locks, and the impacts that end them."""
+
+import pytest
+
+from tests.simulation.hybrid import mode_of, sliding_painleve
+from twolink import lagrange
+from twolink.contact.states import ContactState as S
+from twolink.contact.states import EventKind as E
+from twolink.simulation.hybrid.jump import jump, settle
+from twolink.simulation.hybrid.mode import Trigger
+
+
+def test_a_locked_slide_under_a_weight_is_struck_without_a_collision():
+    """In one direction the slide goes on; in the other an impact takes energy."""
+    kinds = []
+    for system, state in sliding_painleve():
+        after = settle(system, state, {})
+        kinds.append(len(after.strikes))
+        if after.strikes:
+            energies = [
+                lagrange.kinetic_energy(system.chain, state.q, s.u[1]) for s in after.strikes
+            ]
+            start = lagrange.kinetic_energy(system.chain, state.q, state.u)
+            assert all(energy <= start * (1 + 1e-12) for energy in energies)
+            assert after.strikes[0].speeds[0] == pytest.approx(0, abs=1e-15)
+        else:
+            assert after.mode.states[0].slips
+    assert sorted(kinds)[0] == 0
+    assert sorted(kinds)[1] >= 1
+
+
+def test_a_slide_whose_force_grew_without_bound_is_stopped():
+    system, state = max(
+        sliding_painleve(), key=lambda pair: len(settle(pair[0], pair[1], {}).strikes)
+    )
+    direction = state.sliding[0]
+    slides = S.FORWARD if direction > 0 else S.BACKWARD
+    after = jump(system, state, mode_of(system, slides), Trigger(E.JAMS, 0, direction))
+    assert after.state.u == (0.0, 0.0)
+    assert after.strikes[0].impulse.regime == "slides, then sticks"

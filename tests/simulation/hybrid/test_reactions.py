@@ -1,0 +1,202 @@
+"""The reaction to each kind of event."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from tests.simulation.hybrid import (
+    BALANCED,
+    STOP,
+    hitting,
+    mode_of,
+    state_of,
+    stopped_chain,
+    system_of,
+)
+from twolink import lagrange
+from twolink.contact.force_laws import Phase, PlasticState
+from twolink.contact.states import ContactState as S
+from twolink.contact.states import EventKind as E
+from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_torque import JointTorque
+from twolink.simulation.hybrid.compliant_state import CompliantState
+from twolink.simulation.hybrid.dynamics import Pose
+from twolink.simulation.hybrid.jump import jump
+from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.reactions import press
+
+
+def test_a_contact_that_is_hit_rebounds():
+    system = stopped_chain()
+    after = jump(system, hitting(system, -2.0), mode_of(system, S.OPEN), Trigger(E.HITS, 0))
+    assert after.state.u == (1.0, 0.0)
+    assert after.mode.states == (S.OPEN,)
+    assert after.state.touching == frozenset()
+    assert after.state.gaps == (0.0,)
+    (strike,) = after.strikes
+    assert strike.speeds == (-2.0, 1.0)
+    assert strike.impulse.normal == pytest.approx(3 * 3.0)
+    assert strike.time == 2.0
+
+
+def test_a_contact_that_gives_nothing_back_rests():
+    system = stopped_chain(restitution=0.0)
+    after = jump(system, hitting(system, -2.0), mode_of(system, S.OPEN), Trigger(E.HITS, 0))
+    assert after.state.u == (0.0, 0.0)
+    assert after.mode.states == (S.CLOSED,)
+    assert after.state.touching == {0}
+    assert after.delay == 0
+
+
+def test_a_contact_that_is_reached_without_speed_is_not_struck():
+    system = stopped_chain()
+    after = jump(system, hitting(system, 0.0), mode_of(system, S.OPEN), Trigger(E.HITS, 0))
+    assert after.strikes == ()
+    assert after.mode.states == (S.CLOSED,)
+
+
+def test_a_compliant_contact_that_is_hit_begins_to_press():
+    ball = CompliantSurface((0.0, 0.0), (0.0, -1.0), "hertz", 1e6)
+    system = system_of(ball)
+    state = replace(state_of(system, (-0.5, -0.5)), q=(0.0, 0.0), u=(0.5, 0.5), gaps=(0.0,))
+    after = jump(system, state, mode_of(system, S.OPEN), Trigger(E.HITS, 0))
+    assert after.mode.states == (S.CLOSED,)
+    assert after.state.compliant[0].sqrt_depth == 0
+    assert after.state.u == (0.5, 0.5)
+    assert after.strikes == ()
+
+
+def test_a_press_without_speed_starts_at_the_least_depth():
+    ball = CompliantSurface((0.0, 0.0), (0.0, -1.0), "hertz", 1e6)
+    system = system_of(ball)
+    state = state_of(system, (-0.5, -0.5))
+    pose = Pose(system.chain, lagrange, (0.0, 0.0))
+    for u, least in [((0.0, 0.0), 2.0**-26), ((1.0, 0.0), 0.0)]:
+        slow = u == (0.0, 0.0)
+        pressed = press(system, replace(state, q=(0.0, 0.0), u=u), pose, 0, slow)
+        assert pressed.compliant[0].sqrt_depth == least
+        assert pressed.touching == {0}
+
+
+def test_a_contact_that_no_longer_pushes_opens():
+    system = system_of(JointTorque((1e-9, 0.0)), STOP, chain=BALANCED)
+    state = state_of(system, (0.0, 0.0))
+    assert state.touching == {0}
+    after = jump(system, state, mode_of(system, S.CLOSED), Trigger(E.LEAVES, 0))
+    assert after.mode.states == (S.OPEN,)
+    assert after.state.touching == frozenset()
+    assert after.state.gaps == (0.0,)
+
+
+def test_a_damper_that_is_left_stays_sunk_in_where_it_gives_no_force():
+    """The force is zero at a depth of c v/k = 0.04 · 0.5 m."""
+    cushion = CompliantSurface((0.0, 0.0), (0.0, -1.0), "kelvin-voigt", 100.0, 4.0)
+    system = system_of(cushion)
+    angle = math.asin(0.01)
+    v = 0.5 / (2 * math.cos(angle))
+    state = state_of(system, (angle, angle))
+    state = replace(state, u=(-v, -v), touching=frozenset({0}))
+    after = jump(system, state, mode_of(system, S.CLOSED), Trigger(E.LEAVES, 0))
+    assert after.mode.states == (S.OPEN,)
+    assert after.state.compliant[0].residual_depth == pytest.approx(0.02)
+    assert after.state.gaps == (0.0,)
+
+
+@pytest.mark.parametrize(
+    ("torque", "expected"), [(0.4, S.STICKS), (0.9, S.STICKS), (1.1, S.FORWARD), (-1.1, S.BACKWARD)]
+)
+def test_a_joint_that_stops_sticks_or_turns_around(torque, expected):
+    """Kinetic 0.5 and static 1 N m."""
+    system = system_of(
+        JointTorque((torque, 0.0)), JointFriction((0.5, 0.0), (1.0, 0.0)), chain=BALANCED
+    )
+    state = replace(state_of(system, (0.3, 0.0)), u=(1e-17, 0.5), sliding=(1,))
+    after = jump(system, state, mode_of(system, S.FORWARD), Trigger(E.STOPS, 0, 1))
+    assert after.state.u == (0.0, 0.5)
+    assert after.state.sliding == (0,)
+    assert after.mode.states == (expected,)
+
+
+@pytest.mark.parametrize(("sense", "expected"), [(1, S.FORWARD), (-1, S.BACKWARD)])
+def test_a_joint_whose_limit_is_reached_begins_to_slide(sense, expected):
+    system = system_of(
+        JointTorque((sense * 1.0, 0.0)), JointFriction((0.5, 0.0), (1.0, 0.0)), chain=BALANCED
+    )
+    state = state_of(system, (0.3, 0.0))
+    after = jump(system, state, mode_of(system, S.STICKS), Trigger(E.BREAKS, 0, sense))
+    assert after.mode.states == (expected,)
+    assert after.state.u == (0.0, 0.0)
+
+
+def test_a_joint_that_a_stop_holds_does_not_slide_at_its_limit():
+    system = system_of(
+        JointTorque((-3.0, 0.0)), JointFriction((1.0, 0.0), (3.0, 0.0)), STOP, chain=BALANCED
+    )
+    state = state_of(system, (0.0, 0.0))
+    mode = mode_of(system, S.STICKS, S.OPEN)
+    after = jump(system, state, mode, Trigger(E.BREAKS, 0, -1))
+    assert after.mode.states == (S.PRESSED_BACKWARD, S.CLOSED)
+
+
+STEEL = CompliantSurface(
+    (0.0, 0.0), (0.0, -1.0), "elasto-plastic", radius=0.02, modulus=(2e11, 2e11),
+    poisson=(0.3, 0.3), strength=(1e9, 1e9),
+)  # fmt: skip
+
+
+def pressed_steel(share, phase, u=(0.0, 0.0), dent=None):
+    """Return a system and a state pressed to a share of the depth of yield."""
+    system = system_of(STEEL)
+    material = system.elements[0].hysteresis.material
+    depth = share * material.yield_depth
+    angle = math.asin(depth / 2)
+    state = state_of(system, (-0.5, -0.5))
+    own = CompliantState(math.sqrt(depth), 0, dent or PlasticState(phase))
+    state = replace(
+        state, q=(angle, angle), u=u, gaps=(0.0,), touching=frozenset({0}), compliant=(own,)
+    )
+    return system, state, material
+
+
+def phase_after(system, state, kind, sense=0):
+    dents = (state.compliant[0].plastic,)
+    mode = mode_of(system, S.CLOSED, dents=dents)
+    return jump(system, state, mode, Trigger(kind, 0, sense))
+
+
+@pytest.mark.parametrize(
+    ("share", "before", "after"),
+    [(1.0, Phase.WHOLE, Phase.YIELDS), (1.9, Phase.YIELDS, Phase.FLOWS)],
+)
+def test_a_surface_that_is_pressed_deeper_yields_and_then_flows(share, before, after):
+    system, state, _ = pressed_steel(share, before, u=(0.1, 0.1))
+    found = phase_after(system, state, E.REACHES)
+    assert found.state.compliant[0].plastic == PlasticState(after)
+    assert found.state.compliant[0].sqrt_depth == state.compliant[0].sqrt_depth
+    assert found.mode.dents == (PlasticState(after),)
+    assert found.mode.states == (S.CLOSED,)
+
+
+def test_a_surface_that_is_turned_keeps_a_dent_and_springs_back():
+    system, state, material = pressed_steel(5.0, Phase.FLOWS)
+    found = phase_after(system, state, E.TURNS, 1)
+    dent = found.state.compliant[0].plastic
+    assert dent.phase is Phase.SPRINGS_BACK
+    depth = 5 * material.yield_depth
+    assert dent.deepest == pytest.approx(depth)
+    assert dent.residual == pytest.approx(float(material.residual(depth)))
+    assert found.mode.dents == (dent,)
+
+
+def test_a_dent_that_is_left_behind_is_forgotten():
+    system, state, _ = pressed_steel(5.0, Phase.FLOWS)
+    dent = PlasticState(Phase.SPRINGS_BACK, 1e9, 1e-6, 2e-6)
+    own = CompliantState(None, 0, dent)
+    state = replace(state, touching=frozenset(), compliant=(own,), u=(-0.1, -0.1))
+    mode = mode_of(system, S.OPEN, dents=(dent,))
+    after = jump(system, state, mode, Trigger(E.CLEARS, 0))
+    assert after.state.compliant[0].plastic == PlasticState(Phase.WHOLE)
+    assert after.state.gaps == (0.0,)
+    assert after.mode.states == (S.OPEN,)

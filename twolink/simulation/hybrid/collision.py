@@ -1,0 +1,94 @@
+"""Contacts that are approached strike: the state after their impacts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from twolink.arithmetic import Pair
+from twolink.simulation.hybrid import tolerances
+from twolink.simulation.hybrid.dynamics import Pose
+from twolink.simulation.hybrid.impact import (
+    Impacts,
+    Strike,
+    at_rest,
+    is_left_over,
+    placed,
+    speed_along,
+)
+from twolink.simulation.hybrid.state import HybridState, put
+from twolink.simulation.hybrid.system import HybridSystem
+
+
+def nearby(system: HybridSystem, state: HybridState) -> list[int]:
+    """Return the rigid contacts whose gap is zero, but for rounding."""
+    found = []
+    for index, element in enumerate(system.elements):
+        gap = state.gaps[index]
+        if not element.rigid or gap is None:
+            continue
+        size = max(1.0, abs(float(element.bound)))
+        if abs(gap) <= tolerances.CONTACT_GAP * system.rounding * size:
+            found.append(index)
+    return found
+
+
+def touched_names(system: HybridSystem, state: HybridState) -> str:
+    """Return the names of the contacts that are touched, for a message."""
+    return ", ".join(system.names[i] for i in sorted(state.touching)) or "none"
+
+
+def collide(
+    system: HybridSystem, state: HybridState, pose: Pose
+) -> tuple[HybridState, Pose, list[Strike]]:
+    """Return the state after all contacts that are approached have struck, and the impacts."""
+    near = nearby(system, state)
+    impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
+    if not any(impacts.approached(i, state.u) for i in near if i not in state.touching):
+        return state, pose, []
+    placed_at = pose
+    for index in near:
+        placed_at = place(system, placed_at, index, state)
+    if placed_at is not pose:
+        pose = placed_at
+        impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
+    resting = [i for i in near if i in state.touching]
+    found = impacts.resolve(state.u, near, resting)
+    pressed_on = {i for i in state.touching if not system.elements[i].rigid}
+    gaps = state.gaps
+    for index in near:
+        gaps = put(gaps, index, system.number(0))
+    state = replace(
+        state, q=pose.q, u=found.u, gaps=gaps, touching=found.resting | pressed_on,
+        sliding=sliding_after(system, pose, state.u, found.u),
+    )  # fmt: skip
+    return state, pose, list(found.strikes)
+
+
+def place(system: HybridSystem, pose: Pose, index: int, state: HybridState) -> Pose:
+    """Return the pose in which a contact is touched exactly."""
+    element, own = system.elements[index], state.compliant[index]
+    assert element.normal is not None
+    surface = element.bound - (own.offset if own is not None else 0)
+    q = placed(pose, element.normal, surface)
+    return pose if q == pose.q else Pose(system.chain, system.formulation, q)
+
+
+def sliding_after(system: HybridSystem, pose: Pose, before: Pair, u: Pair) -> tuple[int, ...]:
+    """Return the direction in which each element slides at u, after the speeds were `before`."""
+    return tuple(
+        0 if element.tangent is None else direction_of(system, pose.row(element.tangent), before, u)
+        for element in system.elements
+    )
+
+
+def direction_of(system: HybridSystem, row: Pair, before: Pair, u: Pair) -> int:
+    """Return the sign of row · u, 0 where that is the rounding of zero."""
+    if at_rest(row, u, system.rounding) or is_left_over(row, u, before, system.rounding):
+        return 0
+    return 1 if speed_along(row, u) > 0 else -1
+
+
+def sliding_of(system: HybridSystem, pose: Pose, index: int, u: Pair) -> int:
+    """Return the direction in which an element slides at u, 0 for none."""
+    tangent = system.elements[index].tangent
+    return 0 if tangent is None else direction_of(system, pose.row(tangent), u, u)

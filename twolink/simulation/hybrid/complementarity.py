@@ -1,0 +1,186 @@
+"""The complementarity problem of friction and contact: its states, its laws, and their rounding."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from enum import Enum
+from typing import Any, NamedTuple
+
+from twolink.arithmetic import Pair
+from twolink.contact.states import ContactState
+from twolink.simulation.hybrid import tolerances
+from twolink.simulation.hybrid.constraint import cramer, parallel, same_line
+from twolink.simulation.hybrid.dynamics import (
+    MOST_CONSTRAINTS,
+    LocalEquations,
+    Pose,
+    Solution,
+    constraints_of,
+    local_equations,
+    push_of,
+)
+from twolink.simulation.hybrid.jet import Jet
+from twolink.simulation.hybrid.state import HybridState
+from twolink.simulation.hybrid.system import HybridSystem
+
+States = tuple[ContactState, ...]
+
+
+class Law(Enum):
+    """A condition that a mode must satisfy."""
+
+    PUSHES = "a contact pushes"
+    SEPARATES = "a contact that opens separates"
+    WITHIN_LIMIT = "friction is within its static limit"
+    ACCELERATES = "an element that begins to slide accelerates"
+
+
+class Condition(NamedTuple):
+    """A law for the element of this number; `sense` is a direction of friction or sliding."""
+
+    law: Law
+    number: int
+    sense: int = 0
+
+
+class Problem(NamedTuple):
+    """A mode selection: the equations at a state, and the possible states of each element."""
+
+    system: HybridSystem
+    state: HybridState
+    equations: LocalEquations
+    directions: tuple[int, ...]
+    options: tuple[States, ...]
+    size: float
+
+
+class Candidate(NamedTuple):
+    """A mode that violates no law beyond rounding, and its conditions that are zero to rounding."""
+
+    states: States
+    solution: Solution
+    undecided: tuple[Condition, ...]
+
+
+def problem_at(
+    system: HybridSystem, state: HybridState, pose: Pose, options: tuple[States, ...]
+) -> Problem:
+    """Return the selection problem at a state, between some states of each element."""
+    elements = system.elements
+    active = [e.normal is None or i in state.touching for i, e in enumerate(elements)]
+    pushes = [
+        push_of(pose, element, own.plastic, state.u, own.sqrt_depth)
+        if is_active and (own := state.compliant[i]) is not None
+        else 0
+        for i, (element, is_active) in enumerate(zip(elements, active, strict=True))
+    ]
+    equations = local_equations(pose, system.effects, elements, state.u, state.t, active, pushes)
+    size = sum(abs(float(x)) for x in equations.r)
+    for terms in equations.terms:
+        if terms is not None and terms.normal is not None:
+            size += abs(float(terms.push)) * size_of(terms.normal.row)
+    return Problem(system, state, equations, state.sliding, options, size)
+
+
+def is_solvable(problem: Problem, states: States) -> bool:
+    """Return whether the constraints of a mode are independent, and what shall slide is free to."""
+    elements = problem.system.elements
+    held = [
+        coordinate
+        for element, state in zip(elements, states, strict=True)
+        for coordinate in element.holds(state)
+    ]
+    if len(held) > MOST_CONSTRAINTS:
+        return False
+    groups = constraints_of(problem.equations, elements, states)
+    rows = [constraint.row for group in groups for constraint in group]
+    if any(vanishes(problem.system, row) for row in rows):
+        return False
+    if len(rows) == MOST_CONSTRAINTS and parallel(*rows):
+        return False
+    for index, (element, state) in enumerate(zip(elements, states, strict=True)):
+        if element.tangent is None or state in (ContactState.STICKS, ContactState.OPEN):
+            continue
+        still = len(rows) == MOST_CONSTRAINTS or any(
+            same_line(element.tangent, coordinate) for coordinate in held
+        )
+        begins = state.slips and not problem.directions[index]
+        if (begins and still) or (not state.slips and not still):
+            return False
+    return True
+
+
+def conditions(problem: Problem, states: States) -> Iterator[Condition]:
+    """Yield the conditions of a mode on the elements whose state is open."""
+    for index, (element, state) in enumerate(zip(problem.system.elements, states, strict=True)):
+        options = problem.options[index]
+        if len(options) == 1:
+            continue
+        if state is ContactState.OPEN:
+            yield Condition(Law.SEPARATES, index)
+            continue
+        if element.rigid:
+            yield Condition(Law.PUSHES, index)
+        if state is ContactState.STICKS:
+            yield Condition(Law.WITHIN_LIMIT, index, 1)
+            yield Condition(Law.WITHIN_LIMIT, index, -1)
+        elif state.slips and not problem.directions[index] and ContactState.STICKS in options:
+            yield Condition(Law.ACCELERATES, index, state.direction)
+
+
+def value_of(
+    equations: LocalEquations, system: HybridSystem, solution: Solution, condition: Condition
+) -> Any:
+    """Return a condition's value (N, N m), which is not negative if it holds.
+
+    An acceleration is measured by the force along its coordinate that would give it.
+    """
+    law, index, sense = condition
+    forces, terms = solution.forces[index], equations.terms[index]
+    assert terms is not None
+    if law is Law.PUSHES:
+        return forces.normal
+    if law is Law.WITHIN_LIMIT:
+        return system.elements[index].limits(forces.normal)[1] + sense * forces.tangential
+    along = terms.normal if law is Law.SEPARATES else terms.tangent
+    assert along is not None
+    acceleration = acceleration_along(along, solution.du)
+    x, y = cramer(equations.M, along.row, equations.det)
+    response = along.row[0] * x + along.row[1] * y
+    if not isinstance(response, Jet) and size_of(along.row) == 0:
+        return 0.0
+    return (sense or 1) * acceleration / response
+
+
+def acceleration_along(along: Any, du: Pair) -> Any:
+    """Return the acceleration along a coordinate, row · du + bias."""
+    row, bias = along
+    return row[0] * du[0] + row[1] * du[1] + bias
+
+
+def noise_of(problem: Problem, condition: Condition, solution: Solution) -> float:
+    """Return the rounding of a condition's value."""
+    terms = problem.equations.terms[condition.number]
+    assert terms is not None
+    by_normal = condition.law in (Law.PUSHES, Law.SEPARATES)
+    along = terms.normal if by_normal else terms.tangent
+    assert along is not None
+    (M11, M12), (_, M22) = problem.equations.M
+    du1, du2 = (abs(float(x)) for x in solution.du)
+    size = (
+        problem.size + (float(M11) + abs(float(M12))) * du1 + (abs(float(M12)) + float(M22)) * du2
+    )
+    long = size_of(along.row)
+    scale = tolerances.UNDECIDED * problem.system.resolution * size
+    return float("inf") if vanishes(problem.system, along.row) else scale / long
+
+
+def vanishes(system: HybridSystem, row: Pair) -> bool:
+    """Return whether a row is the rounding of zero: no force acts along it in this pose."""
+    lever = float(system.scene_chain.L1 + system.scene_chain.L2)
+    return size_of(row) <= tolerances.NO_LEVER * system.rounding * lever
+
+
+def size_of(row: Pair) -> float:
+    """Return the largest entry of a row."""
+    return max(abs(float(row[0])), abs(float(row[1])))

@@ -1,0 +1,82 @@
+"""Undecided conditions of a mode, decided by the next derivatives of the motion in it."""
+
+from __future__ import annotations
+
+from twolink.simulation.hybrid import tolerances
+from twolink.simulation.hybrid.complementarity import (
+    Candidate,
+    Law,
+    Problem,
+    States,
+    acceleration_along,
+    noise_of,
+    value_of,
+)
+from twolink.simulation.hybrid.constraint import cramer
+from twolink.simulation.hybrid.dynamics import (
+    LocalEquations,
+    Pose,
+    Solution,
+    local_equations,
+    mode_solution,
+)
+from twolink.simulation.hybrid.jet import Jet, constant, leading_sign
+
+
+def confirmed(problem: Problem, candidate: Candidate) -> bool:
+    """Return whether the motion in a mode satisfies its undecided conditions a moment later."""
+    system, state = problem.system, problem.state
+    try:
+        length, solution, equations = _jets(problem, candidate.states)
+    except (ZeroDivisionError, OverflowError, ValueError):
+        return True
+    lever = float(abs(system.chain.L1) + abs(system.chain.L2))
+    du = max(
+        abs(float(x))
+        for x in cramer(problem.equations.M, problem.equations.r, problem.equations.det)
+    )
+    speed = max(abs(float(x)) for x in state.u)
+    scale = tolerances.UNDECIDED * system.resolution
+    for condition in candidate.undecided:
+        law, index, sense = condition
+        terms = equations.terms[index]
+        assert terms is not None
+        if law in (Law.SEPARATES, Law.ACCELERATES):
+            along = terms.normal if law is Law.SEPARATES else terms.tangent
+            value = (sense or 1) * acceleration_along(along, solution.du)
+            size = lever * (du + speed * speed) + du
+        else:
+            value = value_of(equations, system, solution, condition)
+            size = noise_of(problem, condition, candidate.solution) / scale
+        value = value if isinstance(value, Jet) else constant(value, length)
+        sign = leading_sign(value.terms[:-1], scale * size, 1 / system.longest_step)
+        if sign < 0 or (sign == 0 and law is Law.ACCELERATES):
+            return False
+    return True
+
+
+def _jets(problem: Problem, states: States) -> tuple[int, Solution, LocalEquations]:
+    """Return the motion in a mode as jets: their length, the solution, and the equations."""
+    system, state = problem.system, problem.state
+    length = tolerances.JET_ORDER + 1
+    zero = 0 * state.q[0]
+    q = [[x, v, *[zero] * (length - 2)] for x, v in zip(state.q, state.u, strict=True)]
+    u = [[v, *[zero] * (length - 1)] for v in state.u]
+    t = Jet((state.t, 1 + zero, *[zero] * (length - 2)))
+    dents = [own.plastic if own is not None else None for own in state.compliant]
+    for k in range(1, length + 1):
+        pair = Jet(tuple(q[0])), Jet(tuple(q[1]))
+        speeds = Jet(tuple(u[0])), Jet(tuple(u[1]))
+        pose = Pose(system.chain, system.formulation, pair)
+        solution = mode_solution(pose, system.effects, system.elements, states, dents, speeds, t)
+        if k == length:
+            break
+        for link, du in enumerate(solution.du):
+            terms = du.terms if isinstance(du, Jet) else constant(du, length).terms
+            u[link][k] = terms[k - 1] / k
+            if k + 1 < length:
+                q[link][k + 1] = u[link][k] / (k + 1)
+    active = [terms is not None for terms in problem.equations.terms]
+    pushes = [terms.push if terms is not None else 0 for terms in problem.equations.terms]
+    equations = local_equations(pose, system.effects, system.elements, speeds, t, active, pushes)
+    return length, solution, equations

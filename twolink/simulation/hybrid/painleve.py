@@ -1,0 +1,76 @@
+"""Slides that friction locks (Painlevé), and the impact that ends them.
+
+On a slide with much friction a push may press the point on instead of off. Then neither sliding on
+nor leaving may be possible, although nothing is approached.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from twolink.errors import IntegrationError
+from twolink.simulation.hybrid import tolerances
+from twolink.simulation.hybrid.collision import sliding_after, touched_names
+from twolink.simulation.hybrid.dynamics import Pose
+from twolink.simulation.hybrid.impact import (
+    Impacts,
+    Strike,
+    stopped,
+)
+from twolink.simulation.hybrid.state import HybridState, put
+from twolink.simulation.hybrid.system import HybridSystem
+
+
+def jammed(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
+    """Return the rigid contacts whose slide friction locks (Painlevé), the fastest slide first.
+
+    There row · M⁻¹ (normal + friction) is negative: pushing presses the point on.
+    """
+    found: list[tuple[float, int]] = []
+    for index in sorted(state.touching):
+        element, direction = system.elements[index], state.sliding[index]
+        if not element.rigid or element.tangent is None or not direction:
+            continue
+        assert element.normal is not None
+        row, tangent = pose.row(element.normal), pose.row(element.tangent)
+        speed = tangent[0] * state.u[0] + tangent[1] * state.u[1]
+        s = -direction * element.limits(1)[0]
+        force = row[0] + s * tangent[0], row[1] + s * tangent[1]
+        if pose.response(row, force) < 0:
+            found.append((-abs(float(speed)), index))
+    return [index for _, index in sorted(found)]
+
+
+def strike_without_collision(
+    system: HybridSystem, state: HybridState, pose: Pose
+) -> tuple[HybridState, Strike]:
+    """Return the state after the impact of a slide that friction locks (Painlevé).
+
+    Neither sliding on nor leaving is possible. Friction drives the point into an impact, although
+    it does not approach, until it no longer slides.
+    """
+    locked = jammed(system, state, pose)
+    if not locked:
+        raise IntegrationError(
+            f"at {float(state.t):.9g} s the laws of Coulomb friction and contact allow no motion; "
+            f"elements in contact: {touched_names(system, state)}"
+        )
+    index = locked[0]
+    normal = system.elements[index].normal
+    assert normal is not None
+    impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
+    u = stopped(pose, [normal], state.u, system.rounding)
+    strike = impacts.impact(index, u, without_collision=True)
+    after = strike.u[1]
+    leaves = abs(strike.speeds[1]) > tolerances.LEFT_OVER * system.rounding * max(
+        abs(x) for x in state.u
+    )
+    touching = state.touching - {index} if leaves else state.touching
+    if not leaves:
+        after = stopped(pose, [normal], after, system.rounding)
+    sliding = sliding_after(system, pose, state.u, after)
+    if strike.impulse.regime.endswith("sticks"):
+        sliding = put(sliding, index, 0)
+    state = replace(state, u=after, touching=touching, sliding=sliding)
+    return state, strike

@@ -1,0 +1,210 @@
+"""The reactions to events, one for each kind, in a table.
+
+A reaction changes the state right after an event, and may restrict the states of some elements.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from twolink.contact.states import ContactState, EventKind, pressed, slipping
+from twolink.simulation.hybrid import compliant_state
+from twolink.simulation.hybrid.collision import place, sliding_after, sliding_of
+from twolink.simulation.hybrid.complementarity import States
+from twolink.simulation.hybrid.constraint import parallel
+from twolink.simulation.hybrid.dynamics import Pose
+from twolink.simulation.hybrid.event_functions import locks
+from twolink.simulation.hybrid.impact import (
+    Impacts,
+    Strike,
+    at_rest,
+    speed_along,
+    stopped,
+)
+from twolink.simulation.hybrid.mode import Mode, Trigger
+from twolink.simulation.hybrid.painleve import jammed
+from twolink.simulation.hybrid.state import HybridState, put
+from twolink.simulation.hybrid.system import HybridSystem
+
+
+class Reaction(NamedTuple):
+    """The state right after an event, and the states to which elements are restricted."""
+
+    state: HybridState
+    known: Mapping[int, States]
+    strikes: tuple[Strike, ...] = ()
+
+
+def _hits(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
+    """A contact is made: a rigid one is placed for its impact, a compliant one begins to press."""
+    index = trigger.index
+    element, own = system.elements[index], state.compliant[index]
+    pose = place(system, Pose(system.chain, system.formulation, state.q), index, state)
+    state = replace(state, q=pose.q, gaps=put(state.gaps, index, system.number(0)))
+    assert element.normal is not None
+    row = pose.row(element.normal)
+    slow = at_rest(row, state.u, system.rounding) or bool(speed_along(row, state.u) >= 0)
+    if slow:
+        # It is reached without speed.
+        state = replace(state, u=stopped(pose, [element.normal], state.u, system.rounding))
+    if own is not None:
+        return Reaction(press(system, state, pose, index, slow), {})
+    if slow:
+        sliding = put(state.sliding, index, sliding_of(system, pose, index, state.u))
+        state = replace(state, touching=state.touching | {index}, sliding=sliding)
+    return Reaction(state, {})
+
+
+def press(
+    system: HybridSystem, state: HybridState, pose: Pose, index: int, slow: bool
+) -> HybridState:
+    """Return the state at the beginning of a press on a compliant surface.
+
+    One that is touched without speed starts at the least depth, from where its root can grow.
+    """
+    element, own = system.elements[index], state.compliant[index]
+    assert element.normal is not None
+    assert own is not None
+    # Two roots that are both zero would stay so.
+    slow = slow or any(other is not None and other.sqrt_depth == 0 for other in state.compliant)
+    least = system.number(system.rounding**0.5 if slow else 0)
+    compliant = put(state.compliant, index, compliant_state.pressed(element, own, least))
+    sliding = put(state.sliding, index, sliding_of(system, pose, index, state.u))
+    return replace(
+        state, compliant=compliant, touching=state.touching | {index}, sliding=sliding,
+        gaps=put(state.gaps, index, system.number(0)),
+    )  # fmt: skip
+
+
+def _leaves(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
+    """A contact no longer pushes: it opens, unless a push would press it on."""
+    index = trigger.index
+    element, own = system.elements[index], state.compliant[index]
+    pose = Pose(system.chain, system.formulation, state.q)
+    if own is None:
+        if index in jammed(system, state, pose):
+            return Reaction(state, {})
+        state = replace(state, touching=state.touching - {index})
+        state = replace(state, gaps=put(state.gaps, index, system.number(0)))
+        return Reaction(state, {index: (ContactState.OPEN,)})
+    assert element.normal is not None
+    speed = speed_along(pose.row(element.normal), state.u)
+    depth = element.bound - own.offset - element.normal.coordinate(system.chain, state.q)
+    released = compliant_state.released(element, own, speed, depth)
+    state = replace(
+        state, touching=state.touching - {index}, gaps=put(state.gaps, index, system.number(0)),
+        compliant=put(state.compliant, index, released),
+    )  # fmt: skip
+    return Reaction(state, {index: (ContactState.OPEN,)})
+
+
+def _stops(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
+    """A slide comes to rest: its speed, and those that the mode holds, become exactly zero."""
+    index = trigger.index
+    tangent = system.elements[index].tangent
+    assert tangent is not None
+    pose = Pose(system.chain, system.formulation, state.q)
+    if system.elements[index].rigid and locks(system, mode, pose, index):
+        return _jams(system, state, mode, Trigger(EventKind.JAMS, index, trigger.sense))
+    still = [tangent, *_held(system, mode)]
+    return Reaction(_brought_to_rest(system, state, still, trigger.index), {})
+
+
+def _held(system: HybridSystem, mode: Mode) -> list[Any]:
+    return [
+        coordinate
+        for element, own in zip(system.elements, mode.states, strict=True)
+        for coordinate in element.holds(own)
+    ]
+
+
+def _brought_to_rest(
+    system: HybridSystem, state: HybridState, still: list[Any], index: int
+) -> HybridState:
+    """Return the state without speed along some coordinates and without an element's slide."""
+    pose = Pose(system.chain, system.formulation, state.q)
+    u = stopped(pose, still, state.u, system.rounding)
+    if u[0] == 0 and u[1] == 0:
+        return replace(state, u=u, sliding=(0,) * len(state.sliding))
+    return replace(state, u=u, sliding=put(state.sliding, index, 0))
+
+
+def _breaks(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
+    """A static limit is reached: the element slides, or is saturated where others hold it."""
+    sense = trigger.sense
+    return Reaction(state, {trigger.index: (slipping(sense), pressed(sense))})
+
+
+def _jams(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
+    """Friction locks a slide, or no longer does: the mode is selected again.
+
+    With a sense the normal force has grown without bound, and the slide ends in an impact.
+    """
+    if not trigger.sense:
+        return Reaction(state, {})
+    pose = Pose(system.chain, system.formulation, state.q)
+    impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
+    strike = impacts.locked(trigger.index, state.u, trigger.sense)
+    after = strike.u[1]
+    sliding = put(sliding_after(system, pose, state.u, after), trigger.index, 0)
+    return Reaction(replace(state, u=after, sliding=sliding), {}, (strike,))
+
+
+def _reaches(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
+    """A branch of a force law ends: the force may jump, and an element that sticks may slide."""
+    return Reaction(_with(system, state, trigger.index, compliant_state.reached), {})
+
+
+def _turns(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
+    """Compression turns into restitution, or back.
+
+    Where the mode holds the chain in another direction, all of it is at rest at this instant.
+    """
+    index = trigger.index
+    state = _with(system, state, index, compliant_state.turned)
+    normal = system.elements[index].normal
+    assert normal is not None
+    still = [normal, *_held(system, mode)]
+    pose = Pose(system.chain, system.formulation, state.q)
+    rows = [pose.row(coordinate) for coordinate in still]
+    if all(parallel(rows[0], row) for row in rows[1:]):
+        return Reaction(state, _as_before(mode))
+    return Reaction(_brought_to_rest(system, state, still, index), {})
+
+
+def _clears(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
+    """A dent is left behind: its surface is whole again."""
+    own = state.compliant[trigger.index]
+    assert own is not None
+    state = replace(
+        state, compliant=put(state.compliant, trigger.index, compliant_state.cleared(own)),
+        gaps=put(state.gaps, trigger.index, system.number(0)),
+    )  # fmt: skip
+    return Reaction(state, _as_before(mode))
+
+
+def _with(
+    system: HybridSystem, state: HybridState, index: int, change: Callable[..., Any]
+) -> HybridState:
+    """Return the state after a change of a compliant surface."""
+    own = change(system.elements[index], state.compliant[index])
+    return replace(state, compliant=put(state.compliant, index, own))
+
+
+def _as_before(mode: Mode) -> dict[int, States]:
+    """Return the restriction of all elements to the states that they have."""
+    return {index: (state,) for index, state in enumerate(mode.states)}
+
+
+REACTIONS: dict[EventKind, Callable[[HybridSystem, HybridState, Mode, Trigger], Reaction]] = {
+    EventKind.HITS: _hits,
+    EventKind.LEAVES: _leaves,
+    EventKind.STOPS: _stops,
+    EventKind.BREAKS: _breaks,
+    EventKind.JAMS: _jams,
+    EventKind.REACHES: _reaches,
+    EventKind.TURNS: _turns,
+    EventKind.CLEARS: _clears,
+}
