@@ -60,7 +60,7 @@ def test_a_mode_that_every_derivative_contradicts_is_not_confirmed(monkeypatch):
     state = state_of(system, (0.0, 0.0))
     pose = Pose(system.chain, system.formulation, state.q)
     assert select(system, state, pose, {}).confirmed
-    monkeypatch.setattr(select_module, "confirmed", lambda problem, candidate: False)
+    monkeypatch.setattr(select_module, "confirmed", lambda problem, candidate: None)
     candidates = select_module._candidates
     monkeypatch.setattr(
         select_module,

@@ -9,7 +9,7 @@ import pytest
 
 from twolink import arithmetic
 from twolink.simulation.hybrid import jet
-from twolink.simulation.hybrid.jet import Jet, constant, leading_sign
+from twolink.simulation.hybrid.jet import Jet, constant, leading_term
 
 LENGTH = 7
 
@@ -136,6 +136,6 @@ def test_the_root_of_no_jet_at_all_is_zero():
         ((0, 0, 0), 0, 1, 0),
     ],
 )
-def test_the_leading_sign_is_that_of_the_first_term_beyond_rounding(terms, noise, rate, expected):
+def test_the_sign_of_the_leading_term_is_that_of_the_first_term_beyond_rounding(terms, noise, rate, expected):
     """The k-th term counts if it is above noise · rate^k."""
-    assert leading_sign(terms, noise, rate) == expected
+    assert leading_term(terms, noise, rate)[1] == expected

@@ -14,6 +14,7 @@ import numpy as np
 
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.compile import CompiledMode
+from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.roots import Root, are_positive, first_fall, rounding_bounds
 from twolink.simulation.hybrid.system import HybridSystem
@@ -60,11 +61,14 @@ class Certificate:
         mode: Mode,
         span: Any,
         pressing: float = 0.0,
+        orders: Orders = NO_ORDERS,
     ) -> None:
         """Take the compiled mode, and the time (s) after which the arc ends in any case.
 
-        `pressing` is the sum of the accelerations (rad/s²) that single compliant surfaces give.
+        `pressing` is the sum of the accelerations (rad/s²) that single compliant surfaces give;
+        `orders` are those of event functions that the selection has found to grow from zero.
         """
+        self._orders = orders
         self._system, self._compiled, self._span = system, compiled, span
         self._pressing = pressing
         watched = compiled.watched
@@ -162,6 +166,12 @@ class Certificate:
                 every[:, number] = -every[:, number]
                 polynomial = -polynomial
                 self._signs[number] *= -1
+            kept = self._known_to_grow(trigger, polynomial, block)
+            if kept is not None:
+                found.append((number, kept))
+                every[0, number] = 0
+                every[0, number, 0] = 1
+                continue
             noise = self._noise(trigger, polynomial, block)
             # A gap has digits of its own, and is zero only where a jump has made it so.
             first = 0.0 if trigger.kind is EventKind.HITS else noise
@@ -186,6 +196,16 @@ class Certificate:
                 continue
             found.append((number, kept))
         return found
+
+    def _known_to_grow(self, trigger: Trigger, polynomial: Any, block: Block) -> Any:
+        """Return an event function without its zeros, None if the selection has not found them.
+
+        Where the integration is not in time, orders are the same as long as its pace is not zero.
+        """
+        order, clock = self._orders.get(trigger), self._compiled.clock
+        if order is None or (clock is not None and block.coefficients[0, clock, 1] == 0):
+            return None
+        return polynomial[order:] if polynomial[order] > 0 else None
 
     def _noise(self, trigger: Trigger, polynomial: Any, block: Block) -> float:
         """Return the size below which an event function at the start of an arc is zero."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from enum import Enum
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from twolink.arithmetic import Pair
@@ -20,10 +21,18 @@ from twolink.simulation.hybrid.dynamics import (
     push_of,
 )
 from twolink.simulation.hybrid.jet import Jet
+from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 
 States = tuple[ContactState, ...]
+
+
+Orders = Mapping[Trigger, int]
+"""How many leading Taylor coefficients of an event function are zero, by its trigger."""
+
+
+NO_ORDERS: Orders = MappingProxyType({})
 
 
 class Law(Enum):
@@ -59,6 +68,7 @@ class Candidate(NamedTuple):
 
     states: States
     solution: Solution
+    decided: tuple[Condition, ...]
     undecided: tuple[Condition, ...]
 
 

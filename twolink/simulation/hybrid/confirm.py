@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from twolink.contact.states import EventKind
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
     Candidate,
+    Condition,
     Law,
+    Orders,
     Problem,
     States,
     acceleration_along,
@@ -20,16 +23,55 @@ from twolink.simulation.hybrid.dynamics import (
     local_equations,
     mode_solution,
 )
-from twolink.simulation.hybrid.jet import Jet, constant, leading_sign
+from twolink.simulation.hybrid.jet import Jet, constant, leading_term
+from twolink.simulation.hybrid.mode import Trigger
+
+# The events that a law keeps from coming at once, and the order at which its value appears in their
+# event functions: an acceleration is the second derivative of a place.
+_EVENTS = {
+    Law.SEPARATES: (EventKind.HITS, 2),
+    Law.PUSHES: (EventKind.LEAVES, 0),
+    Law.WITHIN_LIMIT: (EventKind.BREAKS, 0),
+    Law.ACCELERATES: (EventKind.STOPS, 1),
+}
 
 
-def confirmed(problem: Problem, candidate: Candidate) -> bool:
-    """Return whether the motion in a mode satisfies its undecided conditions a moment later."""
-    system, state = problem.system, problem.state
+def confirmed(problem: Problem, candidate: Candidate) -> Orders | None:
+    """Return the orders at which a mode's event functions grow from zero, None if one falls.
+
+    Undecided conditions must hold a moment later, in the motion in that mode.
+    """
+    found = {_trigger(c): _EVENTS[c.law][1] for c in candidate.decided}
+    if not candidate.undecided:
+        return found
     try:
-        length, solution, equations = _jets(problem, candidate.states)
+        jets = _jets(problem, candidate.states)
     except (ZeroDivisionError, OverflowError, ValueError):
-        return True
+        # The motion is not analytic: its events say what comes next.
+        return found
+    for condition in candidate.undecided:
+        order, sign = _leading(problem, candidate, condition, *jets)
+        if sign < 0 or (sign == 0 and condition.law is Law.ACCELERATES):
+            return None
+        if sign > 0:
+            found[_trigger(condition)] = _EVENTS[condition.law][1] + order
+    return found
+
+
+def _trigger(condition: Condition) -> Trigger:
+    return Trigger(_EVENTS[condition.law][0], condition.number, condition.sense)
+
+
+def _leading(
+    problem: Problem,
+    candidate: Candidate,
+    condition: Condition,
+    length: int,
+    solution: Solution,
+    equations: LocalEquations,
+) -> tuple[int, int]:
+    """Return the order of the first derivative of a condition beyond rounding, and its sign."""
+    system, state = problem.system, problem.state
     lever = float(abs(system.chain.L1) + abs(system.chain.L2))
     du = max(
         abs(float(x))
@@ -37,22 +79,18 @@ def confirmed(problem: Problem, candidate: Candidate) -> bool:
     )
     speed = max(abs(float(x)) for x in state.u)
     scale = tolerances.UNDECIDED * system.resolution
-    for condition in candidate.undecided:
-        law, index, sense = condition
-        terms = equations.terms[index]
-        assert terms is not None
-        if law in (Law.SEPARATES, Law.ACCELERATES):
-            along = terms.normal if law is Law.SEPARATES else terms.tangent
-            value = (sense or 1) * acceleration_along(along, solution.du)
-            size = lever * (du + speed * speed) + du
-        else:
-            value = value_of(equations, system, solution, condition)
-            size = noise_of(problem, condition, candidate.solution) / scale
-        value = value if isinstance(value, Jet) else constant(value, length)
-        sign = leading_sign(value.terms[:-1], scale * size, 1 / system.longest_step)
-        if sign < 0 or (sign == 0 and law is Law.ACCELERATES):
-            return False
-    return True
+    law, index, sense = condition
+    terms = equations.terms[index]
+    assert terms is not None
+    if law in (Law.SEPARATES, Law.ACCELERATES):
+        along = terms.normal if law is Law.SEPARATES else terms.tangent
+        value = (sense or 1) * acceleration_along(along, solution.du)
+        size = lever * (du + speed * speed) + du
+    else:
+        value = value_of(equations, system, solution, condition)
+        size = noise_of(problem, condition, candidate.solution) / scale
+    value = value if isinstance(value, Jet) else constant(value, length)
+    return leading_term(value.terms[:-1], scale * size, 1 / system.longest_step)
 
 
 def _jets(problem: Problem, states: States) -> tuple[int, Solution, LocalEquations]:

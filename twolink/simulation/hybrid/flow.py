@@ -20,6 +20,7 @@ from twolink.optional import heyoka
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.certificate import Block, Certificate, Doubt, Finding, powers
 from twolink.simulation.hybrid.compile import CompiledMode, compiled_mode
+from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.dynamics import Pose, push_of
 from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import stopped
@@ -64,12 +65,14 @@ def flow(
     formulation: str,
     progress: Callable[[float], None],
     expected: int = 0,
+    orders: Orders = NO_ORDERS,
 ) -> Arc:
     """Return the arc of a mode from a state until a time (s), or to its first event.
 
     `progress` receives the time (s) that is reached, now and then; `expected` is the number of
-    steps to take before the first look, 0 for a usual one. Raises `IntegrationError` where the
-    motion does not stay finite, or its steps become too short.
+    steps to take before the first look, 0 for a usual one; `orders` has how many leading
+    coefficients of an event function are zero, where the selection of the mode has found that.
+    Raises `IntegrationError` where the motion does not stay finite, or its steps become too short.
     """
     begun = perf_counter()
     compiled = compiled_mode(system, mode, formulation, _springing_back(state))
@@ -78,7 +81,7 @@ def flow(
         until = min(until, state.t + system.number(tolerances.LONGEST_PRESS))
     _set_up(system, compiled, mode, state)
     pressing = _pressing(system, mode, state)
-    certificate = Certificate(system, compiled, mode, until - state.t, pressing)
+    certificate = Certificate(system, compiled, mode, until - state.t, pressing, orders)
     blocks: list[Block] = []
     doubts: list[Doubt] = []
     ahead, most_ahead = _AHEAD[system.precision]

@@ -59,7 +59,7 @@ class Jet:
         return constant(other, len(self.terms)) / self
 
     def __abs__(self) -> Jet:
-        return -self if leading_sign(self.terms) < 0 else self
+        return -self if leading_term(self.terms)[1] < 0 else self
 
     def __pow__(self, power: Any) -> Jet:
         if isinstance(power, int) and power >= 0:
@@ -85,15 +85,15 @@ def constant(value: Any, length: int) -> Jet:
     return Jet((value, *(0 * value for _ in range(length - 1))))
 
 
-def leading_sign(terms: tuple[Any, ...], noise: float = 0.0, rate: float = 1.0) -> int:
-    """Return the sign of the first coefficient beyond rounding, 0 if there is none.
+def leading_term(terms: tuple[Any, ...], noise: float = 0.0, rate: float = 1.0) -> tuple[int, int]:
+    """Return the order of the first coefficient beyond rounding, and its sign: 0 if there is none.
 
     The k-th is known within noise · rate^k.
     """
     for k, term in enumerate(terms):
         if abs(term) > noise * rate**k:
-            return 1 if term > 0 else -1
-    return 0
+            return k, 1 if term > 0 else -1
+    return len(terms), 0
 
 
 def _sine_and_cosine(x: Jet) -> tuple[Jet, Jet]:
@@ -135,4 +135,4 @@ def sqrt(x: Jet) -> Jet:
 
 def sign(x: Jet) -> Jet:
     """Return the sign of a jet, which is constant from its start on."""
-    return constant(leading_sign(x.terms) + 0 * x.terms[0], len(x.terms))
+    return constant(leading_term(x.terms)[1] + 0 * x.terms[0], len(x.terms))

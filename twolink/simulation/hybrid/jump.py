@@ -8,13 +8,13 @@ that end within rounding are left out (Zeno), and the mode in which the motion g
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from twolink.contact.states import ContactState
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.collision import collide, touched_names
-from twolink.simulation.hybrid.complementarity import States
+from twolink.simulation.hybrid.complementarity import Orders, States
 from twolink.simulation.hybrid.constraint import same_line
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, Pose
 from twolink.simulation.hybrid.impact import (
@@ -36,7 +36,8 @@ _MOST_ROUNDS = 40
 class Jump:
     """The state and mode after a jump, its impacts, and sentences on choices that the laws leave.
 
-    `delay` (s) is the time by which bounces that were left out would have lasted.
+    `delay` (s) is the time by which bounces that were left out would have lasted. `orders` has how
+    many leading coefficients of an event function are zero, where the selection has found that.
     """
 
     state: HybridState
@@ -44,6 +45,7 @@ class Jump:
     strikes: tuple[Strike, ...] = ()
     notes: tuple[str, ...] = ()
     delay: float = 0.0
+    orders: Orders = field(default_factory=dict)
 
 
 def jump(
@@ -95,7 +97,10 @@ def settle(
         clamped = left_out(system, state, pose, mode, struck, [*recent, *strikes])
         if clamped is None:
             notes += _notes(system, state, mode, selection)
-            return Jump(_tidied(system, state, mode), mode, tuple(strikes), tuple(notes), delay)
+            return Jump(
+                _tidied(system, state, mode), mode, tuple(strikes), tuple(notes), delay,
+                selection.orders,
+            )  # fmt: skip
         state, strikes, delay, known = clamped[0], [*strikes, *clamped[1]], clamped[2], {}
     raise IntegrationError(
         f"at {float(state.t):.9g} s the laws of impact and friction lead from one impact to the "

@@ -187,6 +187,7 @@ class _History:
             arc = flow(
                 self.system, self.state, following.mode, until, self._formulation,
                 lambda t: progress(t / self._scene.duration), self._expected(following),
+                following.orders,
             )  # fmt: skip
             advanced = arc.end.t > self.state.t
             self.state = arc.end

@@ -30,9 +30,11 @@ from typing import NamedTuple
 from twolink.contact.states import ContactState
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
+    NO_ORDERS,
     Candidate,
     Condition,
     Law,
+    Orders,
     Problem,
     States,
     conditions,
@@ -62,6 +64,7 @@ class Selection(NamedTuple):
     states: States
     others: tuple[States, ...] = ()
     confirmed: bool = True
+    orders: Orders = NO_ORDERS
 
 
 def select(
@@ -79,21 +82,24 @@ def select(
         return Selection(tuple(states[0] for states in options))
     problem = problem_at(system, state, pose, options)
     at_rest = bool(state.u[0] == 0 and state.u[1] == 0)
+    orders: dict[States, Orders] = {}
     undecided: list[Candidate] = []
     moving: list[Candidate] = []
     for with_pressed in (False, True):
         candidates = list(_candidates(problem, with_pressed))
-        found = [c for c in candidates if not c.undecided or confirmed(problem, c)]
+        every = {c.states: confirmed(problem, c) for c in candidates}
+        orders |= {states: known for states, known in every.items() if known is not None}
+        found = [c for c in candidates if every[c.states] is not None]
         resting = [c for c in found if at_rest and _rests(problem, c.states)]
         if resting:
-            return _preferred(problem, resting)
+            return _preferred(problem, resting, orders)
         if found and not at_rest:
-            return _preferred(problem, found)
+            return _preferred(problem, found, orders)
         undecided += candidates
         moving = moving or found
     if moving:
-        return _preferred(problem, moving)
-    return _preferred(problem, undecided)._replace(confirmed=False) if undecided else None
+        return _preferred(problem, moving, orders)
+    return _preferred(problem, undecided, {})._replace(confirmed=False) if undecided else None
 
 
 def _rests(problem: Problem, states: States) -> bool:
@@ -109,17 +115,18 @@ def _candidates(problem: Problem, with_pressed: bool) -> Iterator[Candidate]:
         if not is_solvable(problem, states):
             continue
         solution = solve(problem.equations, problem.system.elements, states)
-        undecided, violated = [], False
+        decided: list[Condition] = []
+        unsure: list[Condition] = []
+        violated = False
         for condition in conditions(problem, states):
             value = float(value_of(problem.equations, problem.system, solution, condition))
             noise = noise_of(problem, condition, solution)
             violated = value < -noise
             if violated:
                 break
-            if value <= noise:
-                undecided.append(condition)
+            (decided if value > noise else unsure).append(condition)
         if not violated and not _could_stick(problem, states):
-            yield Candidate(states, solution, tuple(undecided))
+            yield Candidate(states, solution, tuple(decided), tuple(unsure))
 
 
 def _could_stick(problem: Problem, states: States) -> bool:
@@ -144,7 +151,9 @@ def _could_stick(problem: Problem, states: States) -> bool:
     return False
 
 
-def _preferred(problem: Problem, found: list[Candidate]) -> Selection:
+def _preferred(
+    problem: Problem, found: list[Candidate], orders: Mapping[States, Orders]
+) -> Selection:
     """Return the mode that the rules take, and the others that differ from it in their motion."""
     overloaded = _most_overloaded(problem) if len(found) > 1 else None
     if overloaded is not None:
@@ -162,7 +171,7 @@ def _preferred(problem: Problem, found: list[Candidate]) -> Selection:
             for x, y in zip(c.solution.du, best.solution.du, strict=True)
         )
     ]
-    return Selection(best.states, tuple(others))
+    return Selection(best.states, tuple(others), orders=orders.get(best.states, NO_ORDERS))
 
 
 def _cost(problem: Problem, candidate: Candidate) -> tuple[float, ...]:
