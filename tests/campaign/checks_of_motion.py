@@ -123,7 +123,8 @@ def jumps_are_impacts(seen: Seen) -> Verdict:
     """Return whether u jumps by the logged impulses and not otherwise: M Δu = Σ Jᵀ Λ.
 
     What forces do in the moment between the two sides is allowed besides, and what the impulses'
-    directions turn meanwhile.
+    directions turn meanwhile, or by the error of q: near a singular pose a large impulse does
+    little.
     """
     moments = seen.moments[seen.moments < seen.until - 10 * _TOGETHER]
     edges = np.flatnonzero(np.diff(moments) > 4 * _TOGETHER)
@@ -144,7 +145,8 @@ def jumps_are_impacts(seen: Seen) -> Verdict:
         np.abs(before).max(axis=0) + np.abs(after).max(axis=0),
     )
     meanwhile = 4 * (last - first) * (force + (1 + speed) * sizes)
-    allowed = meanwhile + inertia * (4 * seen.slack + 1e-8 * speed) + 1e-8 * sizes
+    unsure = inertia * (4 * seen.slack + 1e-8 * speed) + (4 * seen.slack + 1e-8) * sizes
+    allowed = meanwhile + unsure
     what = "at an event beyond its impulses (N m s)"
     return worst(seen, "u jumps", off.max(axis=0), allowed, what, t=first + _TOGETHER)
 
@@ -157,7 +159,8 @@ def _size(seen: Seen, times: Any) -> Any:
 
 
 def _impulses(seen: Seen, first: Any, last: Any, q: Any) -> tuple[Any, Any]:
-    """Return the generalized impulses (N m s) of the impacts between times, and their sizes."""
+    """Return the generalized impulses of the impacts between times, and their sizes (N m s)."""
+    lever = float(seen.chain.L1 + seen.chain.L2)
     by_name = {element.name: element for element in seen.elements}
     total, sizes = np.zeros_like(q), np.zeros(q.shape[1])
     for impact in seen.trajectory.impacts:
@@ -169,7 +172,8 @@ def _impulses(seen: Seen, first: Any, last: Any, q: Any) -> tuple[Any, Any]:
         if element.tangent is not None:
             parts.append(impact.tangential_impulse * element.tangent.row(seen.chain, pose)[:, 0])
         total[:, place] += sum(parts)
-        sizes[place] += sum(np.abs(part).max() for part in parts)
+        pushes = abs(impact.normal_impulse) + abs(impact.tangential_impulse)
+        sizes[place] += pushes * max(lever, 1.0)
     return total, sizes
 
 
