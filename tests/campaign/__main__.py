@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from tests.campaign.draw import draw_scene
-from tests.campaign.judge import OK, TOO_DEEP, Judged
+from tests.campaign.judge import OK, OUT_OF_RANGE, Judged
 from tests.campaign.report import is_good, report
 from tests.campaign.run import Campaign, judged_scenes
 
@@ -26,7 +26,7 @@ def main() -> int:
     results: list[Judged] = []
 
     def progress(text: str) -> None:
-        bad = sum(judged.outcome not in (OK, TOO_DEEP) for judged in results)
+        bad = sum(judged.outcome not in (OK, OUT_OF_RANGE) for judged in results)
         line = f"\r{text}, {bad} not ok, {time.monotonic() - started:.0f} s"
         print(line, end="", file=sys.stderr, flush=True)
 
@@ -34,7 +34,7 @@ def main() -> int:
     with suppress(KeyboardInterrupt):
         for judged in judged_scenes(campaign, indices, given.workers, progress):
             results.append(judged)
-            if given.keep is not None and judged.outcome not in (OK, TOO_DEEP):
+            if given.keep is not None and judged.outcome not in (OK, OUT_OF_RANGE):
                 _keep(given.keep, given.seed, judged)
     print(file=sys.stderr)
     share = "" if given.reference_share == 0.1 else f" --reference-share {given.reference_share}"

@@ -16,9 +16,12 @@ from tests.campaign.reference import compared
 from twolink import Scene, simulate
 from twolink.errors import TwolinkError
 
-OK, NOT_MET, TOO_DEEP, REFUSED = "ok", "not met", "too deep", "refused"
+OK, NOT_MET, OUT_OF_RANGE, REFUSED = "ok", "not met", "out of range", "refused"
 CUT_SHORT, VIOLATION, CRASH, HANG = "cut short", "violation", "crash", "hang"
-OUTCOMES = (OK, NOT_MET, TOO_DEEP, REFUSED, CUT_SHORT, VIOLATION, CRASH, HANG)
+# Beyond these the laws of contact have no motion, and say so: a dent that is too deep for the
+# elasto-plastic law, and a chain that rigid friction wedges where no finite impulse stops it.
+_RANGES = "elasto-plastic", "is wedged"
+OUTCOMES = (OK, NOT_MET, OUT_OF_RANGE, REFUSED, CUT_SHORT, VIOLATION, CRASH, HANG)
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,7 @@ def _simulated(scene: Scene, index: int, tell: Callable[[str, Any], None]) -> tu
             trajectory = simulate(scene)
         except TwolinkError as error:
             remark = " ".join(str(error).split())
-            outcome = TOO_DEEP if "elasto-plastic" in remark else REFUSED
+            outcome = OUT_OF_RANGE if _is_out_of_range(remark) else REFUSED
         except Exception as error:
             outcome, remark = CRASH, f"{type(error).__name__}: {str(error)[:300]}"
     seconds = time.perf_counter() - started
@@ -75,10 +78,16 @@ def _simulated(scene: Scene, index: int, tell: Callable[[str, Any], None]) -> tu
         if not trajectory.met:
             outcome = CUT_SHORT if trajectory.failure else NOT_MET
             remark = " ".join(trajectory.notes)
+            if trajectory.failure and _is_out_of_range(trajectory.failure):
+                outcome = OUT_OF_RANGE
     outcome = VIOLATION if wrong and outcome != CRASH else outcome
     if outcome == CRASH:
         wrong = [("crash", remark), *wrong]
     return Judged(index, outcome, seconds, tuple(wrong), remark), trajectory
+
+
+def _is_out_of_range(sentence: str) -> bool:
+    return any(word in sentence for word in _RANGES)
 
 
 def _checked(trajectory: Any) -> list[tuple[str, str]]:

@@ -33,7 +33,7 @@ def report(results: list[Judged], command: str) -> str:
     """Return the table, and each scene that is not well with one command to repeat it."""
     lines = [f"{len(results)} scenes", ""]
     counts = Counter(judged.outcome for judged in results)
-    lines += [f"  {name:<12}{counts[name]:>6}" for name in OUTCOMES]
+    lines += [f"  {name:<13}{counts[name]:>6}" for name in OUTCOMES]
     failed = Counter(name for judged in results for name in {name for name, _ in judged.wrong})
     if failed:
         lines += ["", "scenes by violated check"]

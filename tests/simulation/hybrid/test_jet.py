@@ -136,6 +136,8 @@ def test_the_root_of_no_jet_at_all_is_zero():
         ((0, 0, 0), 0, 1, 0),
     ],
 )
-def test_the_sign_of_the_leading_term_is_that_of_the_first_term_beyond_rounding(terms, noise, rate, expected):
+def test_the_sign_of_the_leading_term_is_that_of_the_first_term_beyond_rounding(
+    terms, noise, rate, expected
+):
     """The k-th term counts if it is above noise · rate^k."""
     assert leading_term(terms, noise, rate)[1] == expected

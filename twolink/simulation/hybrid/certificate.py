@@ -15,21 +15,10 @@ import numpy as np
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.compile import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
-from twolink.simulation.hybrid.mode import Mode, Trigger
+from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.roots import Root, are_positive, first_fall, rounding_bounds
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import CONTACT_GAP, LEADING, LEADING_SHARE
-
-
-class Doubt(NamedTuple):
-    """An event function that touches zero at a time (s), where rounding decides whether it falls.
-
-    `speed` (rad/s or m/s) is that of the impact which may have been passed over, or infinity.
-    """
-
-    time: float
-    trigger: Trigger
-    speed: float
 
 
 class Finding(NamedTuple):

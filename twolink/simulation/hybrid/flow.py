@@ -18,13 +18,13 @@ from twolink.contact.states import ContactState, EventKind
 from twolink.errors import IntegrationError
 from twolink.optional import heyoka
 from twolink.simulation.hybrid import tolerances
-from twolink.simulation.hybrid.certificate import Block, Certificate, Doubt, Finding, powers
+from twolink.simulation.hybrid.certificate import Block, Certificate, Finding, powers
 from twolink.simulation.hybrid.compile import CompiledMode, compiled_mode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.dynamics import Pose, push_of
 from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import stopped
-from twolink.simulation.hybrid.mode import Mode, Trigger
+from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP

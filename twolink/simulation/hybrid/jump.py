@@ -7,7 +7,7 @@ that end within rounding are left out (Zeno), and the mode in which the motion g
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -20,13 +20,13 @@ from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, Pose
 from twolink.simulation.hybrid.impact import (
     Strike,
 )
-from twolink.simulation.hybrid.mode import Mode, Trigger
+from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.painleve import strike_without_collision
 from twolink.simulation.hybrid.reactions import REACTIONS, Reaction
 from twolink.simulation.hybrid.select import Selection, select
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.zeno import left_out
+from twolink.simulation.hybrid.zeno import NO_PAST, Past, left_out
 
 # Impacts without collision and Zeno limits at one instant before a jump is given up.
 _MOST_ROUNDS = 40
@@ -46,6 +46,7 @@ class Jump:
     notes: tuple[str, ...] = ()
     delay: float = 0.0
     orders: Orders = field(default_factory=dict)
+    doubts: tuple[Doubt, ...] = ()
 
 
 def jump(
@@ -53,17 +54,17 @@ def jump(
     state: HybridState,
     mode: Mode,
     trigger: Trigger | None,
-    recent: Sequence[Strike] = (),
+    past: Past = NO_PAST,
 ) -> Jump:
     """Return what follows an event, or a discontinuity of the effects (None).
 
-    `recent` are the impacts of the last moments, for the Zeno limit of several contacts. Raises
+    `past` are the impacts of the last moments, for the Zeno limit. Raises
     `IntegrationError` where the laws allow no motion.
     """
     reaction = Reaction(state, {})
     if trigger is not None:
         reaction = REACTIONS[trigger.kind](system, state, mode, trigger)
-    following = settle(system, reaction.state, reaction.known, recent)
+    following = settle(system, reaction.state, reaction.known, past)
     return replace(following, strikes=reaction.strikes + following.strikes)
 
 
@@ -71,11 +72,12 @@ def settle(
     system: HybridSystem,
     state: HybridState,
     known: Mapping[int, States],
-    recent: Sequence[Strike] = (),
+    past: Past = NO_PAST,
 ) -> Jump:
     """Return the mode that a state goes on in, after the impacts that come before it."""
     strikes: list[Strike] = []
     notes: list[str] = []
+    doubts: list[Doubt] = []
     delay = 0.0
     for _ in range(_MOST_ROUNDS):
         pose = Pose(system.chain, system.formulation, state.q)
@@ -94,14 +96,18 @@ def settle(
             if selection is None:
                 continue
         mode = Mode(system.names, selection.states, _dents(state))
-        clamped = left_out(system, state, pose, mode, struck, [*recent, *strikes])
-        if clamped is None:
+        ended = left_out(
+            system, state, pose, mode, struck, past._replace(strikes=[*past.strikes, *strikes])
+        )
+        if ended is None:
             notes += _notes(system, state, mode, selection)
             return Jump(
                 _tidied(system, state, mode), mode, tuple(strikes), tuple(notes), delay,
-                selection.orders,
+                selection.orders, tuple(doubts),
             )  # fmt: skip
-        state, strikes, delay, known = clamped[0], [*strikes, *clamped[1]], clamped[2], {}
+        state, strikes, delay, known = ended.state, [*strikes, *ended.strikes], ended.delay, {}
+        notes += ended.notes
+        doubts += ended.doubts
     raise IntegrationError(
         f"at {float(state.t):.9g} s the laws of impact and friction lead from one impact to the "
         f"next without end; elements in contact: {touched_names(system, state)}"

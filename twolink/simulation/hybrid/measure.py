@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from twolink.scene import Scene
 from twolink.simulation.hybrid.run import HybridRun, hybrid_run
+from twolink.simulation.hybrid.tolerances import PATIENCE
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], Callable[[float], None] | None]
@@ -33,8 +34,16 @@ _MARGIN = 1.1
 # Impacts of two runs that are closer than this many times the accuracy (s) are one and the same.
 _SAME_IMPACT = 1e3
 
-# A step in quadruple precision takes about a millisecond: longer runs are not tried in it.
-_MOST_STEPS_IN_QUADRUPLE = 15_000
+# A step in quadruple precision takes about a millisecond, and a jump as long as some steps: longer
+# runs are not tried in it.
+_MOST_WORK = 15_000
+_STEPS_OF_A_JUMP = 4
+
+# So many times the accuracy is more than a higher order of the same precision gains.
+_LOST = 1e4
+
+# The judge follows so many times as many bounces before it leaves out those that do not end.
+_MORE_PATIENCE = 3
 
 # At so many places of each step are runs compared.
 _PLACES = (0.25, 0.5, 0.75)
@@ -77,13 +86,17 @@ def measured_run(
     def run(precision: str, order: int, by: str) -> HybridRun:
         key = precision, order, by
         if key not in known:
+            patience = PATIENCE if by == own else _MORE_PATIENCE * PATIENCE
             known[key] = hybrid_run(
                 scene, times, formulation=by, precision=precision, order=order, partial=True,
-                progress=progress(f"order {order}, {precision}"),
+                patience=patience, progress=progress(f"order {order}, {precision}"),
             )  # fmt: skip
         return known[key]
 
     for rung in _rungs(accuracy):
+        if rung.precision == "double" and best is not None and best[0] > _LOST * accuracy:
+            # Not even a higher order brings that many digits.
+            continue
         kept = run(rung.precision, rung.order, own)
         judge = run(rung.judge, rung.judging_order, other)
         errors = differences(kept, judge, times, accuracy)
@@ -92,7 +105,7 @@ def measured_run(
             best = worst, kept, errors
         if worst <= accuracy and kept.reached >= judge.reached - accuracy:
             break
-        if kept.exhausted or judge.steps > _MOST_STEPS_IN_QUADRUPLE:
+        if kept.exhausted or judge.steps + _STEPS_OF_A_JUMP * len(judge.arcs) > _MOST_WORK:
             # A longer precision would take too long.
             break
     assert best is not None

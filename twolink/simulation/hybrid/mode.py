@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from twolink.arithmetic import Scalar
 from twolink.contact.force_laws import Phase, PlasticState
@@ -86,6 +87,18 @@ class Trigger:
     kind: EventKind
     index: int
     sense: int = 0
+
+
+class Doubt(NamedTuple):
+    """A choice at a time (s) that rounding or the amount of work has made.
+
+    An event function has touched zero without falling, or bounces were left out. `speed` (rad/s or
+    m/s) is that of the impacts which may have been passed over, or infinity.
+    """
+
+    time: float
+    trigger: Trigger
+    speed: float
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from dataclasses import replace
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.collision import sliding_after, touched_names
+from twolink.simulation.hybrid.constraint import parallel
 from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.impact import (
     Impacts,
@@ -52,10 +53,7 @@ def strike_without_collision(
     """
     locked = jammed(system, state, pose)
     if not locked:
-        raise IntegrationError(
-            f"at {float(state.t):.9g} s the laws of Coulomb friction and contact allow no motion; "
-            f"elements in contact: {touched_names(system, state)}"
-        )
+        raise IntegrationError(_without_motion(system, state, pose))
     index = locked[0]
     normal = system.elements[index].normal
     assert normal is not None
@@ -74,3 +72,36 @@ def strike_without_collision(
         sliding = put(sliding, index, 0)
     state = replace(state, u=after, touching=touching, sliding=sliding)
     return state, strike
+
+
+def wedged(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
+    """Return the rough contacts at rest that the chain pulls on along a line without a lever.
+
+    In a stretched or folded pose the end of the chain moves along one line, so that it comes to
+    rest while the links turn on. Then their turning pulls it along the other line, on which no
+    force has a lever: if friction keeps it from following, no finite impulse stops the links.
+    """
+    found = []
+    for index in sorted(state.touching):
+        element = system.elements[index]
+        if not element.rigid or element.tangent is None or state.sliding[index]:
+            continue
+        assert element.normal is not None
+        if parallel(pose.row(element.normal), pose.row(element.tangent)):
+            found.append(index)
+    return found if any(state.u) else ()
+
+
+def _without_motion(system: HybridSystem, state: HybridState, pose: Pose) -> str:
+    """Return the reason why the laws allow no motion, as a sentence."""
+    stuck = wedged(system, state, pose)
+    if stuck:
+        return (
+            f"at {float(state.t):.9g} s {system.names[stuck[0]]} is wedged: in this stretched or "
+            "folded pose friction lets the point neither slide nor leave, and no finite impulse "
+            "stops the links; rigid bodies with Coulomb friction have no motion from here"
+        )
+    return (
+        f"at {float(state.t):.9g} s the laws of Coulomb friction and contact allow no motion; "
+        f"elements in contact: {touched_names(system, state)}"
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter
@@ -13,17 +14,17 @@ from twolink.effects import breaks, effects_during, nonsmooth
 from twolink.errors import IntegrationError
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
-from twolink.simulation.hybrid.certificate import Doubt
 from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
 from twolink.simulation.hybrid.flow import Arc, flow
 from twolink.simulation.hybrid.formulations import FORMULATIONS
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.impact_log import impact_log
 from twolink.simulation.hybrid.jump import Jump, jump, settle
-from twolink.simulation.hybrid.mode import Event, Impact
+from twolink.simulation.hybrid.mode import Doubt, Event, Impact
 from twolink.simulation.hybrid.start import start_state
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.zeno import Past
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.taylor import default_longest_step, number_type, rounding
 
@@ -34,8 +35,8 @@ class HybridRun(MotionRun):
 
     `since` has the time (s) at which each arc's mode begins: after bounces that were left out, a
     little later than the arc. `failure` is the reason why the run ends early, at `reached` (s), or
-    empty; q and u then have only the times up to there. `exhausted` says that the reason is the
-    amount of work.
+    empty; q and u then have only the times up to there. `exhausted` says that the amount of work
+    has ended the run, or has left out bounces.
     """
 
     arcs: tuple[Arc, ...]
@@ -91,17 +92,19 @@ def hybrid_run(
     longest_step: float | None = None,
     progress: Callable[[float], None] | None = None,
     partial: bool = False,
+    patience: int = tolerances.PATIENCE,
 ) -> HybridRun:
     """Return a scene's motion through its events at increasing times (s), the first of them 0.
 
     `progress` receives the share that is done. Raises `IntegrationError` where the motion cannot be
-    followed to the last time, unless a `partial` run is accepted.
+    followed to the last time, unless a `partial` run is accepted. Bounces that do not end are left
+    out after as many as `patience`.
     """
     # Modes are written with speeds, so momenta are none of their variables.
     formulation = "kane" if formulation == "kane" else "lagrange"
     cap = longest_step or default_longest_step(scene)
     begun = perf_counter()
-    history = _History(scene, formulation, precision, order, cap, float(times[-1]))
+    history = _History(scene, formulation, precision, order, cap, float(times[-1]), patience)
     failure = ""
     try:
         history.follow(progress or (lambda share: None))
@@ -155,6 +158,7 @@ class _History:
         order: int | None,
         cap: float,
         end: float,
+        patience: int,
     ) -> None:
         """Stand at the start of a scene that is to be followed to an end (s)."""
         number = number_type(precision)
@@ -173,6 +177,8 @@ class _History:
         self.strikes: list[Strike] = []
         self.notes: list[str] = []
         self.doubts: list[Doubt] = []
+        self._bounces: Counter[int] = Counter()
+        self._patience = patience
         self.compile_seconds = 0.0
         self.exhausted = False
         self.state: HybridState = start_state(self.system, scene)
@@ -222,7 +228,9 @@ class _History:
         state, limit = arc.end, tolerances.zeno_time(self.system.longest_step, self.system.rounding)
         if arc.event is not None:
             recent = [s for s in self.strikes[-200:] if s.time >= float(state.t) - limit]
-            return jump(self.system, state, arc.mode, arc.event, recent)
+            tired = frozenset(i for i, count in self._bounces.items() if count >= self._patience)
+            past = Past(recent, tired, float(self._end - state.t))
+            return jump(self.system, state, arc.mode, arc.event, past)
         if self._breaks and state.t >= self._breaks[0]:
             begins = float(self._breaks.pop(0))
             self.system = self.system.with_effects(effects_during(self._scene.effects, begins))
@@ -232,6 +240,9 @@ class _History:
     def _keep(self, following: Jump) -> None:
         self.state = self._sprung_back(following.state)
         self.strikes += following.strikes
+        self._bounces.update(strike.number for strike in following.strikes)
+        self.doubts += following.doubts
+        self.exhausted = self.exhausted or bool(following.doubts)
         self.notes += following.notes
 
     def _relaxed(self) -> Any:

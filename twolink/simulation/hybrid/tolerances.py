@@ -48,6 +48,10 @@ MOST_IMPACTS = 1000
 # Jumps without time passing before a run is given up: more would go on for ever. Read by run.
 MOST_JUMPS_AT_ONCE = 24
 
+# Bounces on a contact before further ones are left out if they would not end. The run that judges
+# another follows more of them. Read by run and measure.
+PATIENCE = 2000
+
 # Jumps before a run is given up: bounces without loss that a load presses on never end, and take a
 # time that grows without bound as they grow lower. Read by run.
 MOST_JUMPS = 20_000

@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 from twolink.arithmetic import Pair
+from twolink.contact.coordinates import JointCoordinate
+from twolink.contact.states import EventKind
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.collision import sliding_after
 from twolink.simulation.hybrid.dynamics import Pose, mode_solution
@@ -16,9 +19,49 @@ from twolink.simulation.hybrid.impact import (
     is_left_over,
     speed_along,
 )
-from twolink.simulation.hybrid.mode import Mode
+from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
+
+
+class Past(NamedTuple):
+    """The impacts before a jump, and the contacts that have bounced very often.
+
+    `tired` are those whose bounces are left out if they would not end in the `remaining` time (s).
+    """
+
+    strikes: Sequence[Strike] = ()
+    tired: frozenset[int] = frozenset()
+    remaining: float = 0.0
+
+
+NO_PAST = Past()
+
+
+class LeftOut(NamedTuple):
+    """The state in which contacts rest, the impacts that take their speeds, and their `delay` (s).
+
+    `doubts` and `notes` say how fast the bounces were that would have gone on.
+    """
+
+    state: HybridState
+    strikes: list[Strike]
+    delay: float
+    doubts: tuple[Doubt, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+class _Flight(NamedTuple):
+    """A bounce that begins: the speeds (m/s or rad/s) at its ends, and the acceleration back."""
+
+    leaves: float
+    lands: float
+    back: float
+
+    @property
+    def time(self) -> float:
+        """How long it takes (s); infinity if nothing presses back."""
+        return (self.leaves + self.lands) / self.back if self.back > 0 else math.inf
 
 
 def left_out(
@@ -27,49 +70,55 @@ def left_out(
     pose: Pose,
     mode: Mode,
     struck: Sequence[Strike],
-    recent: Sequence[Strike],
-) -> tuple[HybridState, list[Strike], float] | None:
-    """Return the state in which contacts rest whose further bounces end within rounding, or None.
+    past: Past,
+) -> LeftOut | None:
+    """Return the state in which contacts rest whose further bounces are left out, or None.
 
     From a speed v and under an acceleration −a bounces take the time 2v/a, e times that, e² times
     that, …: together 2v/a/(1 − e), where e is the ratio of the speeds of the last bounce. Contacts
     that interrupt each other have no such sum: if very many impacts fall into the Zeno time, all
-    contacts that take part come to rest.
+    contacts that take part come to rest. Bounces without loss have none either: after very many of
+    them, if far more would follow, the contact comes to rest, and a note says so.
     """
     limit = tolerances.zeno_time(float(system.longest_step), system.rounding)
     now = float(state.t)
     flying = [s.number for s in struck if s.number not in state.touching]
     if not flying:
         return None
-    crowd = [strike for strike in recent if strike.time >= now - limit]
+    crowd = [strike for strike in past.strikes if strike.time >= now - limit]
     if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
         return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
     # A contact that was struck a moment before ends its bounces with those of the others.
     flying = list(dict.fromkeys([*flying, *(s.number for s in crowd)]))
-    lasting = {
-        index: _bounces_last(system, state, pose, mode, recent, index)
+    flights = {
+        index: _flight(system, state, pose, mode, index)
         for index in flying
         if index not in state.touching
     }
+    lasting = {
+        index: _bounces_last(flight, _ratio(system, past.strikes, index))
+        for index, flight in flights.items()
+    }
     ended = [index for index, time in lasting.items() if time <= limit]
-    if not ended:
-        return None
-    return _clamped(system, state, pose, ended, max(lasting[index] for index in ended))
+    if ended:
+        return _clamped(system, state, pose, ended, max(lasting[index] for index in ended))
+    endless = [
+        index
+        for index in flights
+        if index in past.tired
+        and lasting[index] > past.remaining > flights[index].time * tolerances.MOST_JUMPS
+    ]
+    return _given_up(system, state, pose, {i: flights[i] for i in endless}) if endless else None
 
 
-def _bounces_last(
-    system: HybridSystem,
-    state: HybridState,
-    pose: Pose,
-    mode: Mode,
-    recent: Sequence[Strike],
-    index: int,
-) -> float:
-    """Return the time (s) of all further bounces on a contact, infinity if they do not end."""
+def _flight(
+    system: HybridSystem, state: HybridState, pose: Pose, mode: Mode, index: int
+) -> _Flight:
+    """Return the bounce from a contact that begins in a state."""
     normal = system.elements[index].normal
     assert normal is not None
     row = pose.row(normal)
-    speed, gap = speed_along(row, state.u), state.gaps[index]
+    speed, gap = float(speed_along(row, state.u)), state.gaps[index]
     assert gap is not None
     dents = [mode.dent(i) for i in range(len(mode.states))]
     roots = {
@@ -80,22 +129,46 @@ def _bounces_last(
     du = mode_solution(
         pose, system.effects, system.elements, mode.states, dents, state.u, state.t, roots
     ).du
-    back = -(speed_along(row, du) + normal.bias(system.chain, state.q, state.u))
-    if back <= 0:
-        return math.inf
-    before, after = next(s.speeds for s in reversed(recent) if s.number == index)
-    ratio = float(after) / -float(before) if before < 0 else system.elements[index].restitution  # type: ignore[attr-defined]
-    if ratio >= 1:
+    back = float(-(speed_along(row, du) + normal.bias(system.chain, state.q, state.u)))
+    return _Flight(speed, math.sqrt(max(speed * speed + 2 * back * float(gap), 0.0)), back)
+
+
+def _ratio(system: HybridSystem, strikes: Sequence[Strike], index: int) -> float:
+    """Return the ratio of the speeds after and before the last bounce on a contact."""
+    before, after = next(s.speeds for s in reversed(strikes) if s.number == index)
+    if before < 0:
+        return float(after) / -float(before)
+    return system.elements[index].restitution  # type: ignore[attr-defined]
+
+
+def _bounces_last(flight: _Flight, ratio: float) -> float:
+    """Return the time (s) of all further bounces, infinity if they do not end."""
+    if flight.back <= 0 or ratio >= 1:
         return math.inf
     # Until it lands, and then for all bounces from the speed at which it does.
-    lands = math.sqrt(max(float(speed) ** 2 + 2 * float(back) * float(gap), 0.0))
-    return (float(speed) + lands + 2 * lands * ratio / (1 - ratio)) / float(back)
+    return flight.time + 2 * flight.lands * ratio / (1 - ratio) / flight.back
+
+
+def _given_up(
+    system: HybridSystem, state: HybridState, pose: Pose, flights: dict[int, _Flight]
+) -> LeftOut:
+    """Return the state in which contacts rest though their bounces would go on and on."""
+    now = float(state.t)
+    found = _clamped(system, state, pose, sorted(flights), 0.0)
+    doubts = tuple(Doubt(now, Trigger(EventKind.HITS, i), f.lands) for i, f in flights.items())
+    notes = tuple(
+        f"From {now:.9g} s on the bounces of {system.names[i]} are left out: they follow each "
+        f"other every {f.time:.1e} s without end, at {f.lands:.1e} "
+        f"{'rad/s' if isinstance(system.elements[i].normal, JointCoordinate) else 'm/s'}."
+        for i, f in flights.items()
+    )
+    return found._replace(doubts=doubts, notes=notes)
 
 
 def _clamped(
     system: HybridSystem, state: HybridState, pose: Pose, indices: Sequence[int], delay: float
-) -> tuple[HybridState, list[Strike], float]:
-    """Return the state with contacts at rest, the impacts that take their speeds, and the delay."""
+) -> LeftOut:
+    """Return the state with contacts at rest, and the impacts that take their speeds."""
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     slides = [index for index in indices if state.sliding[index]]
     strikes = impacts.ended(indices, state.u, slides)
@@ -109,7 +182,8 @@ def _clamped(
     }
     sliding = sliding_after(system, pose, state.u, u)
     touching = frozenset({*indices, *still})
-    return replace(state, u=u, gaps=gaps, touching=touching, sliding=sliding), strikes, delay
+    state = replace(state, u=u, gaps=gaps, touching=touching, sliding=sliding)
+    return LeftOut(state, strikes, delay)
 
 
 def _rests(system: HybridSystem, pose: Pose, index: int, before: Pair, u: Pair) -> bool:
