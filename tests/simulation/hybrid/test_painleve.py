@@ -1,11 +1,17 @@
 """Slides that friction locks, and the impacts that end them."""
 
+import math
+from dataclasses import replace
+
 import pytest
 
-from tests.simulation.hybrid import mode_of, sliding_painleve
+from tests.simulation.hybrid import mode_of, sliding_painleve, state_of, system_of
 from twolink import lagrange
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
+from twolink.effects.gravity import Gravity
+from twolink.effects.surface import Surface
+from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.jump import jump, settle
 from twolink.simulation.hybrid.mode import Trigger
 
@@ -38,3 +44,22 @@ def test_a_slide_whose_force_grew_without_bound_is_stopped():
     after = jump(system, state, mode_of(system, slides), Trigger(E.JAMS, 0, direction))
     assert after.state.u == (0.0, 0.0)
     assert after.strikes[0].impulse.regime == "slides, then sticks"
+
+
+@pytest.mark.parametrize(("share", "is_wedged"), [(0.99, False), (1.01, True)])
+def test_a_stretched_chain_is_wedged_if_it_is_inside_the_cone_of_friction(share, is_wedged):
+    """The links turn on and pull D along the chain, into the surface, at 0.4 rad to its normal.
+
+    D follows along the surface only if the chain is outside the cone of friction: μ < tan 0.4.
+    """
+    q = (math.pi / 2 - 0.4, math.pi / 2 - 0.4)
+    end = 2 * math.cos(q[0]), 2 * math.sin(q[0])
+    # The base is beyond the surface, which bars D only; gravity presses D on.
+    wall = Surface(end, (0.0, 1.0), friction=share * math.tan(0.4))
+    system = system_of(Gravity(-9.81), wall)
+    state = replace(state_of(system, q), u=(1.0, -1.0), touching=frozenset({0}), sliding=(0,))
+    if is_wedged:
+        with pytest.raises(IntegrationError, match="D on surface is wedged"):
+            settle(system, state, {})
+    else:
+        assert settle(system, state, {}).mode.states[0].slips

@@ -5,9 +5,15 @@ import pytest
 from tests.simulation.hybrid import BALANCED, STOP, hitting, mode_of, stopped_chain, system_of
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
+from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.joint_torque import JointTorque
+from twolink.scene import Scene
 from twolink.simulation.hybrid.jump import jump
 from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY, Trigger
+from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.hybrid.tolerances import zeno_time
+from twolink.simulation.hybrid.zeno import Past
 
 
 @pytest.mark.parametrize(("share", "dies"), [(0.9, True), (1.1, False)])
@@ -41,3 +47,51 @@ def test_lossless_bounces_never_die_away():
     after = jump(system, hitting(system, -1e-12), mode_of(system, S.OPEN), Trigger(E.HITS, 0))
     assert after.mode.states == (S.OPEN,)
     assert after.state.u[0] == pytest.approx(1e-12, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("tired", "remaining", "rests"),
+    [
+        (frozenset({0}), 1.0, True),
+        (frozenset(), 1.0, False),
+        # Fewer than MOST_JUMPS bounces would follow.
+        (frozenset({0}), 1e-8, False),
+    ],
+)
+def test_bounces_without_loss_are_left_out_with_a_note_where_too_many_would_follow(
+    tired, remaining, rests
+):
+    """From v = 1e-12 rad/s under 2 rad/s² a bounce takes 1e-12 s."""
+    system = stopped_chain(restitution=1.0)
+    past = Past((), tired, remaining)
+    state = hitting(system, -1e-12)
+    after = jump(system, state, mode_of(system, S.OPEN), Trigger(E.HITS, 0), past)
+    assert after.mode.states == ((S.CLOSED,) if rests else (S.OPEN,))
+    if rests:
+        (doubt,) = after.doubts
+        assert doubt.speed == pytest.approx(1e-12, rel=1e-3)
+        assert "are left out: they follow each other every 1.0e-12 s" in after.notes[0]
+    else:
+        assert not after.notes
+        assert not after.doubts
+
+
+def test_damped_bounces_that_never_end_are_followed_and_then_left_out_within_the_reported_error():
+    """B falls on a lossless stop; damping alone takes energy: bounces become ever smaller."""
+    scene = Scene(
+        BALANCED,
+        (0.0, 1.0),
+        (0.0, 0.0),
+        12.0,
+        (
+            JointTorque((0.0, -20.0)),
+            JointDamping((20.0, 20.0)),
+            JointStop("B", lower=0.0, restitution=1.0),
+        ),
+    )
+    few = hybrid_run(scene, [0.0, 12.0], patience=100)
+    more = hybrid_run(scene, [0.0, 12.0], patience=300)
+    assert few.exhausted
+    assert few.reached == 12.0
+    assert any("are left out" in note for note in few.notes)
+    assert 0 < more.doubts[0].speed < few.doubts[0].speed

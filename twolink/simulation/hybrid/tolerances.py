@@ -53,7 +53,7 @@ MOST_JUMPS_AT_ONCE = 24
 PATIENCE = 2000
 
 # Jumps before a run is given up: bounces without loss that a load presses on never end, and take a
-# time that grows without bound as they grow lower. Read by run.
+# time that grows without bound as they grow lower. Read by run and zeno.
 MOST_JUMPS = 20_000
 
 # Impacts within the Zeno time (below) before all contacts that took part come to rest together.
