@@ -127,6 +127,8 @@ def jumps_are_impacts(seen: Seen) -> Verdict:
     little.
     """
     moments = seen.moments[seen.moments < seen.until - 10 * _TOGETHER]
+    if not len(moments):
+        return None
     edges = np.flatnonzero(np.diff(moments) > 4 * _TOGETHER)
     first = moments[np.concatenate([[0], edges + 1]).astype(int)] - _TOGETHER
     last = moments[np.concatenate([edges, [len(moments) - 1]]).astype(int)] + _TOGETHER

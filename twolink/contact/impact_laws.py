@@ -104,11 +104,11 @@ def rough_impulse(
 
     At 0, which an impact without collision has (Painlevé), friction alone drives the compression.
     """
+    G = response
+    det = G.nn * G.tt - G.nt * G.nt if determinant is None else determinant
     if law == "newton":
-        G = response
-        det = G.nn * G.tt - G.nt * G.nt if determinant is None else determinant
         return _newtons_impulse(normal_speed, tangential_speed, G, det, friction, restitution)
-    phases, regime = _phases(tangential_speed, response, friction)
+    phases, regime = _phases(tangential_speed, G, det, friction)
     ends = {"newton-routh": _newtons_end, "poisson": _poissons_end, "stronge": _stronges_end}
     return _summed(phases, regime, ends[law](phases, normal_speed, restitution))
 
@@ -140,13 +140,15 @@ def _newtons_impulse(
                 back = v_t != 0 and (v_t > 0) != (sigma > 0)
                 return Impulse(normal, tangential, "slides back" if back else "slides")
     # Only where the surface wedges the point is no impulse left: there it goes by its phases.
-    phases, regime = _phases(v_t, G, mu)
+    phases, regime = _phases(v_t, G, det, mu)
     return _summed(phases, regime, _newtons_end(phases, v_n, e))
 
 
-def _phases(v_t: Scalar, G: Response, mu: Scalar) -> tuple[tuple[_Phase, _Phase], tuple[str, str]]:
+def _phases(
+    v_t: Scalar, G: Response, det: Scalar, mu: Scalar
+) -> tuple[tuple[_Phase, _Phase], tuple[str, str]]:
     """Return the two phases of an impact; the first has the length `None` if it has no end."""
-    after, then = _from_rest(G, mu)
+    after, then = _from_rest(G, det, mu)
     if v_t == 0:
         # At rest from the start: the first phase is empty.
         return (_Phase(0 * G.nn, after.s, after.normal_slope), after), (then, then)
@@ -159,11 +161,12 @@ def _phases(v_t: Scalar, G: Response, mu: Scalar) -> tuple[tuple[_Phase, _Phase]
     return (first, after), ("slides", f"slides, then {then}")
 
 
-def _from_rest(G: Response, mu: Scalar) -> tuple[_Phase, str]:
+def _from_rest(G: Response, det: Scalar, mu: Scalar) -> tuple[_Phase, str]:
     """Return the phase that follows when the point has come to rest along the surface."""
     if abs(G.nt) <= mu * G.tt:
         s = -G.nt / G.tt
-        return _Phase(None, s, G.nn + s * G.nt), "sticks"
+        # Near a straight pose G.nn + s G.nt is a small difference.
+        return _Phase(None, s, det / G.tt), "sticks"
     s = -mu if G.nt > 0 else mu
     return _Phase(None, s, G.nn + s * G.nt), "slides back"
 

@@ -12,6 +12,7 @@ from twolink import kane, lagrange
 from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from twolink.contact.elements import RigidContact
 from twolink.contact.impact_laws import LAWS
+from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import impact
 from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.impact import (
@@ -114,13 +115,13 @@ def test_a_contact_is_approached_only_by_more_than_rounding():
     ],
 )
 def test_a_joint_is_placed_exactly_at_its_bound(coordinate, expected):
-    assert placed(Pose(BARS, lagrange, (1.0, 2.0)), coordinate, 0.25) == expected
+    assert placed(Pose(BARS, lagrange, (1.0, 2.0)), coordinate, 0.25, EPSILON) == expected
 
 
-@pytest.mark.parametrize("error", [1e-15, 1e-12, -1e-9])
+@pytest.mark.parametrize("error", [1e-15, 1e-12, -1e-10])
 def test_a_point_is_placed_at_its_bound_by_the_shortest_way(error):
     bound = -math.sin(Q[0]) - math.sin(Q[1]) + error
-    q = placed(Pose(BARS, lagrange, Q), UP, bound)
+    q = placed(Pose(BARS, lagrange, Q), UP, bound, EPSILON)
     assert -math.sin(q[0]) - math.sin(q[1]) == pytest.approx(bound, abs=4 * EPSILON)
     # Along the gradient: no motion across it.
     row = end_rows(Q)[0]
@@ -130,7 +131,7 @@ def test_a_point_is_placed_at_its_bound_by_the_shortest_way(error):
 
 def test_a_point_that_cannot_move_to_its_bound_stays():
     stretched = Pose(BARS, lagrange, (0.0, 0.0))
-    assert placed(stretched, ALONG, 2.0 + 1e-15) == (0.0, 0.0)
+    assert placed(stretched, ALONG, 2.0 + 1e-15, EPSILON) == (0.0, 0.0)
 
 
 def test_speeds_along_coordinates_are_stopped_exactly():
@@ -358,3 +359,22 @@ def test_a_locked_slide_is_ended_by_its_own_friction():
 
 def test_speeds_along_rows_are_products():
     assert speed_along((2.0, -3.0), (5.0, 7.0)) == -11.0
+
+
+def test_near_a_dead_point_a_pose_is_not_moved_by_more_than_rounding():
+    """The row is 1e-9 m: a gap of 1e-14 m would turn the links by 1e-5 rad."""
+    q = (1e-9, 1e-9)
+    nearly = Pose(BARS, lagrange, q)
+    bound = ALONG.coordinate(BARS, q)
+    assert placed(nearly, ALONG, bound + 1e-14, EPSILON) == q
+
+
+def test_newtons_law_is_refused_where_it_would_multiply_the_energy():
+    """D sticks and rebounds 1e-9 rad from the stretched pose: u is J⁻¹ v, and det J is 1e-9."""
+    q = (0.5, 0.5 + 1e-9)
+    normal = PointCoordinate("D", (0.0, -1.0))
+    tangent = PointCoordinate("D", (1.0, 0.0))
+    contact = RigidContact("floor", normal, 0.0, 0.5, tangent, 2.0, 2.0, "newton-routh")
+    impacts = Impacts(Pose(BARS, lagrange, q), [contact], 0.5, EPSILON)
+    with pytest.raises(IntegrationError, match=r"outside the range .* \(newton-routh\)"):
+        impacts.impact(0, (1.0, -0.5))

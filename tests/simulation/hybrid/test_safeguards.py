@@ -131,12 +131,12 @@ def each_alone(others):
     """Return the values of conditions with all other joints in one state, whatever the mode."""
     whole = select.value_of
 
-    def value_of(equations, system, solution, condition):
+    def value_of(system, equations, solution, condition):
         if condition.law is Law.WITHIN_LIMIT:
             states = [others] * len(system.elements)
             states[condition.number] = ContactState.STICKS
             solution = select.solve(equations, system.elements, states)
-        return whole(equations, system, solution, condition)
+        return whole(system, equations, solution, condition)
 
     return value_of
 

@@ -69,7 +69,7 @@ def place(system: HybridSystem, pose: Pose, index: int, state: HybridState) -> P
     element, own = system.elements[index], state.compliant[index]
     assert element.normal is not None
     surface = element.bound - (own.offset if own is not None else 0)
-    q = placed(pose, element.normal, surface)
+    q = placed(pose, element.normal, surface, system.resolution)
     return pose if q == pose.q else Pose(system.chain, system.formulation, q)
 
 

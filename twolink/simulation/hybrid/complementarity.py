@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from twolink.arithmetic import Pair
+from twolink.contact.elements import ElementTerms, Terms
 from twolink.contact.states import ContactState
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.constraint import cramer, parallel, same_line
@@ -20,7 +21,6 @@ from twolink.simulation.hybrid.dynamics import (
     local_equations,
     push_of,
 )
-from twolink.simulation.hybrid.jet import Jet
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
@@ -139,11 +139,11 @@ def conditions(problem: Problem, states: States) -> Iterator[Condition]:
 
 
 def value_of(
-    equations: LocalEquations, system: HybridSystem, solution: Solution, condition: Condition
+    system: HybridSystem, equations: LocalEquations, solution: Solution, condition: Condition
 ) -> Any:
-    """Return a condition's value (N, N m), which is not negative if it holds.
+    """Return a condition's value, which is not negative if it holds.
 
-    An acceleration is measured by the force along its coordinate that would give it.
+    It is a force (N, N m), or an acceleration (m/s², rad/s²) where the element is free to move.
     """
     law, index, sense = condition
     forces, terms = solution.forces[index], equations.terms[index]
@@ -152,37 +152,33 @@ def value_of(
         return forces.normal
     if law is Law.WITHIN_LIMIT:
         return system.elements[index].limits(forces.normal)[1] + sense * forces.tangential
-    along = terms.normal if law is Law.SEPARATES else terms.tangent
+    row, bias = _along(terms, law)
+    return (sense or 1) * (row[0] * solution.du[0] + row[1] * solution.du[1] + bias)
+
+
+def _along(terms: ElementTerms, law: Law) -> Terms:
+    """Return the terms of the coordinate that a law is about."""
+    along = terms.normal if law in (Law.PUSHES, Law.SEPARATES) else terms.tangent
     assert along is not None
-    acceleration = acceleration_along(along, solution.du)
-    x, y = cramer(equations.M, along.row, equations.det)
-    response = along.row[0] * x + along.row[1] * y
-    if not isinstance(response, Jet) and size_of(along.row) == 0:
-        return 0.0
-    return (sense or 1) * acceleration / response
-
-
-def acceleration_along(along: Any, du: Pair) -> Any:
-    """Return the acceleration along a coordinate, row · du + bias."""
-    row, bias = along
-    return row[0] * du[0] + row[1] * du[1] + bias
+    return along
 
 
 def noise_of(problem: Problem, condition: Condition, solution: Solution) -> float:
     """Return the rounding of a condition's value."""
+    M, det = problem.equations.M, problem.equations.det
     terms = problem.equations.terms[condition.number]
     assert terms is not None
-    by_normal = condition.law in (Law.PUSHES, Law.SEPARATES)
-    along = terms.normal if by_normal else terms.tangent
-    assert along is not None
-    (M11, M12), (_, M22) = problem.equations.M
+    row, _ = _along(terms, condition.law)
+    (M11, M12), (_, M22) = ((abs(float(x)) for x in line) for line in M)
     du1, du2 = (abs(float(x)) for x in solution.du)
-    size = (
-        problem.size + (float(M11) + abs(float(M12))) * du1 + (abs(float(M12)) + float(M22)) * du2
-    )
-    long = size_of(along.row)
-    scale = tolerances.UNDECIDED * problem.system.resolution * size
-    return float("inf") if vanishes(problem.system, along.row) else scale / long
+    size = problem.size + (M11 + M12) * du1 + (M12 + M22) * du2
+    unsure = tolerances.UNDECIDED * problem.system.resolution
+    if condition.law in (Law.SEPARATES, Law.ACCELERATES):
+        speed = size_of(problem.state.u)
+        chain = problem.system.scene_chain
+        bias = float(chain.L1 + chain.L2) * speed * speed
+        return unsure * (size * size_of(cramer(M, row, det)) + bias)
+    return float("inf") if vanishes(problem.system, row) else unsure * size / size_of(row)
 
 
 def vanishes(system: HybridSystem, row: Pair) -> bool:

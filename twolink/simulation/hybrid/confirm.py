@@ -11,11 +11,9 @@ from twolink.simulation.hybrid.complementarity import (
     Orders,
     Problem,
     States,
-    acceleration_along,
     noise_of,
     value_of,
 )
-from twolink.simulation.hybrid.constraint import cramer
 from twolink.simulation.hybrid.dynamics import (
     LocalEquations,
     Pose,
@@ -71,26 +69,10 @@ def _leading(
     equations: LocalEquations,
 ) -> tuple[int, int]:
     """Return the order of the first derivative of a condition beyond rounding, and its sign."""
-    system, state = problem.system, problem.state
-    lever = float(abs(system.chain.L1) + abs(system.chain.L2))
-    du = max(
-        abs(float(x))
-        for x in cramer(problem.equations.M, problem.equations.r, problem.equations.det)
-    )
-    speed = max(abs(float(x)) for x in state.u)
-    scale = tolerances.UNDECIDED * system.resolution
-    law, index, sense = condition
-    terms = equations.terms[index]
-    assert terms is not None
-    if law in (Law.SEPARATES, Law.ACCELERATES):
-        along = terms.normal if law is Law.SEPARATES else terms.tangent
-        value = (sense or 1) * acceleration_along(along, solution.du)
-        size = lever * (du + speed * speed) + du
-    else:
-        value = value_of(equations, system, solution, condition)
-        size = noise_of(problem, condition, candidate.solution) / scale
+    value = value_of(problem.system, equations, solution, condition)
     value = value if isinstance(value, Jet) else constant(value, length)
-    return leading_term(value.terms[:-1], scale * size, 1 / system.longest_step)
+    noise = noise_of(problem, condition, candidate.solution)
+    return leading_term(value.terms[:-1], noise, 1 / problem.system.longest_step)
 
 
 def _jets(problem: Problem, states: States) -> tuple[int, Solution, LocalEquations]:

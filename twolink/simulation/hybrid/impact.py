@@ -15,12 +15,14 @@ from twolink.contact.impact_laws import (
     rough_impulse,
     smooth_impulse,
 )
+from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.constraint import parallel
 from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY
 from twolink.simulation.hybrid.tolerances import (
     AT_REST,
     LEFT_OVER,
+    MOST_ENERGY,
     MOST_IMPACTS,
     NO_LEVER,
     NO_REBOUND,
@@ -64,7 +66,7 @@ def at_rest(row: Pair, u: Pair, rounding: float) -> bool:
     return bool(abs(first + second) <= AT_REST * rounding * (abs(first) + abs(second)))
 
 
-def placed(pose: Pose, coordinate: ConstraintCoordinate, bound: Scalar) -> Pair:
+def placed(pose: Pose, coordinate: ConstraintCoordinate, bound: Scalar, rounding: float) -> Pair:
     """Return q moved by rounding, so that a coordinate (rad or m) is at its bound."""
     q = pose.q
     if isinstance(coordinate, JointCoordinate):
@@ -79,7 +81,11 @@ def placed(pose: Pose, coordinate: ConstraintCoordinate, bound: Scalar) -> Pair:
         if gap == 0 or long == 0:
             break
         step = gap / long
-        q = q[0] - step * row[0], q[1] - step * row[1]
+        moved = q[0] - step * row[0], q[1] - step * row[1]
+        if _long((moved[0] - q[0], moved[1] - q[1])) > UNDECIDED * rounding * max(1, _long(q)):
+            # Near a dead point, where the row vanishes, the gap is known better than the pose.
+            break
+        q = moved
     return q
 
 
@@ -314,7 +320,24 @@ class Impacts:
             sliding = speed_along(tangent, before), speed_along(tangent, after)
         speeds = speed_along(row, before), speed_along(row, after)
         q, name = self._pose.q, contact.name
+        self._refuse_energy(contact, before, after)
         return Strike(self._time, index, name, q, (before, after), speeds, sliding, impulse)
+
+    def _refuse_energy(self, contact: RigidContact, before: Pair, after: Pair) -> None:
+        """Raise `IntegrationError` if a law of restitution is far outside its range."""
+        early, late = (self._energy(u) for u in (before, after))
+        if late > MOST_ENERGY * early:
+            raise IntegrationError(
+                f"at {self._time:.9g} s the impact on {contact.name} is outside the range of its law of "
+                f"restitution ({contact.law}): near a singular pose it would give the chain "
+                f"{late:.3g} J, which had {early:.3g} J"
+            )
+
+    def _energy(self, u: Pair) -> float:
+        """Return the kinetic energy (J) at u (rad/s)."""
+        ((M11, M12), (_, M22)), _ = self._pose.inertia
+        u1, u2 = u
+        return float(M11 * u1 * u1 + 2 * M12 * u1 * u2 + M22 * u2 * u2) / 2
 
     def _row(self, index: int) -> Pair:
         return self._pose.row(self._contact(index).normal)

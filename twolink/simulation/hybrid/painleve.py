@@ -12,6 +12,7 @@ from dataclasses import replace
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.collision import sliding_after, touched_names
+from twolink.simulation.hybrid.complementarity import vanishes
 from twolink.simulation.hybrid.constraint import parallel
 from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.impact import (
@@ -26,7 +27,8 @@ from twolink.simulation.hybrid.system import HybridSystem
 def jammed(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
     """Return the rigid contacts whose slide friction locks (Painlevé), the fastest slide first.
 
-    There row · M⁻¹ (normal + friction) is negative: pushing presses the point on.
+    There row · M⁻¹ (normal + friction) is negative: pushing presses the point on. One
+    without a lever is `wedged` instead.
     """
     found: list[tuple[float, int]] = []
     for index in sorted(state.touching):
@@ -35,6 +37,8 @@ def jammed(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int
             continue
         assert element.normal is not None
         row, tangent = pose.row(element.normal), pose.row(element.tangent)
+        if vanishes(system, row):
+            continue
         speed = tangent[0] * state.u[0] + tangent[1] * state.u[1]
         s = -direction * element.limits(1)[0]
         force = row[0] + s * tangent[0], row[1] + s * tangent[1]
@@ -75,21 +79,25 @@ def strike_without_collision(
 
 
 def wedged(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
-    """Return the rough contacts at rest that the chain pulls on along a line without a lever.
+    """Return the contacts that the chain drives along a line on which no force has a lever.
 
-    In a stretched or folded pose the end of the chain moves along one line, so that it comes to
-    rest while the links turn on. Then their turning pulls it along the other line, on which no
-    force has a lever: if friction keeps it from following, no finite impulse stops the links.
+    In a stretched or folded pose the end of the chain moves along one line, so that it may be at
+    rest while the links turn. Then their turning pulls it along the other line: if the surface or
+    its friction keeps it from following, no finite impulse stops the links.
     """
+    if not any(state.u):
+        return ()
     found = []
     for index in sorted(state.touching):
         element = system.elements[index]
-        if not element.rigid or element.tangent is None or state.sliding[index]:
+        if not element.rigid:
             continue
         assert element.normal is not None
-        if parallel(pose.row(element.normal), pose.row(element.tangent)):
+        row = pose.row(element.normal)
+        rough = element.tangent is not None and parallel(row, pose.row(element.tangent))
+        if (rough and not state.sliding[index]) or vanishes(system, row):
             found.append(index)
-    return found if any(state.u) else ()
+    return found
 
 
 def _without_motion(system: HybridSystem, state: HybridState, pose: Pose) -> str:
@@ -98,8 +106,8 @@ def _without_motion(system: HybridSystem, state: HybridState, pose: Pose) -> str
     if stuck:
         return (
             f"at {float(state.t):.9g} s {system.names[stuck[0]]} is wedged: in this stretched or "
-            "folded pose friction lets the point neither slide nor leave, and no finite impulse "
-            "stops the links; rigid bodies with Coulomb friction have no motion from here"
+            "folded pose no finite impulse on the point stops the links, and rigid bodies have no "
+            "motion from here"
         )
     return (
         f"at {float(state.t):.9g} s the laws of Coulomb friction and contact allow no motion; "

@@ -119,7 +119,7 @@ def _candidates(problem: Problem, with_pressed: bool) -> Iterator[Candidate]:
         unsure: list[Condition] = []
         violated = False
         for condition in conditions(problem, states):
-            value = float(value_of(problem.equations, problem.system, solution, condition))
+            value = float(value_of(problem.system, problem.equations, solution, condition))
             noise = noise_of(problem, condition, solution)
             violated = value < -noise
             if violated:
@@ -144,7 +144,7 @@ def _could_stick(problem: Problem, states: States) -> bool:
         solution = solve(problem.equations, elements, instead)
         limits = [Condition(Law.WITHIN_LIMIT, index, sense) for sense in (1, -1)]
         margin = min(
-            float(value_of(problem.equations, problem.system, solution, limit)) for limit in limits
+            float(value_of(problem.system, problem.equations, solution, limit)) for limit in limits
         )
         if margin > noise_of(problem, limits[0], solution):
             return True

@@ -18,8 +18,8 @@ CONTACT_GAP = 64
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
 # smaller is zero as far as the precision can tell, and the next derivatives decide. The factor
-# covers the solution of two equations in a pose near a singular one. Read by complementarity,
-# confirm and impact.
+# covers the solution of two equations in a pose near a singular one. Read by complementarity
+# and impact.
 UNDECIDED = 2.0**20
 
 # Roundings of the terms of a speed. A smaller speed along a coordinate is the rounding of zero.
@@ -40,6 +40,10 @@ NO_LEVER = 64
 # Part of the product of two rows. If their determinant is smaller, they bar the same motion. Read
 # by constraint.
 PARALLEL = 1e-9
+
+# Times the kinetic energy before. Newton's law of restitution with friction can create energy, near
+# singular poses without a bound: an impact that gives more is refused. Read by impact.
+MOST_ENERGY = 1e6
 
 # Impacts at one instant before those that answer each other are ended in their limit, which is rest
 # of all contacts that take part. Each takes energy, so that they grow weaker. Read by impact.
