@@ -11,6 +11,7 @@ from twolink.contact.force_laws import (
     Hertz,
     HuntCrossley,
     KelvinVoigt,
+    NoPull,
     Phase,
     PlasticState,
 )
@@ -106,3 +107,18 @@ def test_the_numbers_of_a_dent_can_be_put_in_anew():
 def test_a_branch_without_more_said_is_the_law_itself_for_ever():
     branch = Branch(LAWS[0])
     assert (branch.residual, branch.reach, branch.turning) == (0.0, None, 0)
+
+
+def test_where_hunt_and_crossleys_law_would_pull_there_is_no_force():
+    """With a = 0.5 s/m it would pull on a point that comes out faster than 2 m/s."""
+    memory = NoPull(HuntCrossley(5e4, 0.5))
+    pushes = memory.pressed(PlasticState(Phase.SLACK))
+    branch = memory.branch(pushes)
+    assert branch.law.force(0.04, 0.2, branch.rate) == 0
+    assert branch.law.force(0.04, 0.2, branch.rate + 1e-9) > 0
+    assert (branch.turning, branch.rate) == (1, -2.0)
+    slack = memory.turned(pushes, 0.04)
+    assert memory.branch(slack).law.force(0.04, 0.2, -3.0) == 0
+    assert memory.branch(slack).law.stored(0.04, 0.2) == 0
+    assert (memory.branch(slack).turning, memory.branch(slack).rate) == (-1, -2.0)
+    assert memory.turned(slack, 0.04) == memory.reached(pushes) == pushes

@@ -103,18 +103,19 @@ class HuntCrossley:
 
 
 class Phase(Enum):
-    """Where a surface that yields stands in its law: the value says what it does when pressed."""
+    """The branch of its law on which a surface is; the value is its behaviour."""
 
     WHOLE = "elastic"
     YIELDS = "yields"
     FLOWS = "flows"
     SPRINGS_BACK = "springs back"
+    SLACK = "does not push"
     PRESSED_AGAIN = "is pressed again"
 
 
 @dataclass(frozen=True)
 class PlasticState:
-    """What a surface that yields remembers: its phase, and the dent that it has kept.
+    """The memory of a surface: its phase, and the dent that it has kept.
 
     A dent's surface is `residual` (m) below the one that was, and is pressed with the `stiffness`
     (N/m^{3/2}) of Hertz's law until it is `deepest` (m) below it, as deep as it has been.
@@ -145,14 +146,15 @@ class Branch:
     """The part of a law that holds now: from which depth, up to which, and until what turns.
 
     The `law` takes the depth below `residual` (m). It holds until the root of that depth rises to
-    `reach` (m^½), if to any, or until the point turns: from going deeper where `turning` is 1, from
-    coming out where it is −1.
+    `reach` (m^½), if to any, or until the rate of the depth falls to `rate` (m/s) where `turning`
+    is 1, and rises to it where `turning` is −1: at the rate 0 the point turns.
     """
 
     law: ContactLaw
     residual: Scalar = 0.0
     reach: Scalar | None = None
     turning: int = 0
+    rate: float = 0.0
 
 
 class Hysteresis(Protocol):
@@ -169,3 +171,48 @@ class Hysteresis(Protocol):
 
     def turned(self, dent: PlasticState, depth: Scalar) -> PlasticState:
         """Return the dent when the point turns at a depth (m) below the whole surface."""
+
+
+@dataclass(frozen=True)
+class NoForce:
+    """No force at any depth: the branch of a memoryless law on which it would pull."""
+
+    rooted = True
+    relaxation = None
+
+    def force(self, depth: Scalar, root: Scalar, rate: Scalar) -> Scalar:
+        """Return 0 N."""
+        return 0 * root
+
+    def stored(self, depth: Scalar, root: Scalar) -> Scalar:
+        """Return 0 J."""
+        return 0 * root
+
+
+@dataclass(frozen=True)
+class NoPull:
+    """Hunt and Crossley's law where it pushes, and no force where it would pull.
+
+    It would pull on a point that comes out faster than 1/a, a the dissipation (s/m).
+    """
+
+    law: HuntCrossley
+
+    def branch(self, dent: PlasticState) -> Branch:
+        """Return the law, or no force, until the rate of the depth passes −1/a."""
+        limit = -1 / self.law.dissipation
+        if dent.phase is Phase.SLACK:
+            return Branch(NoForce(), turning=-1, rate=limit)
+        return Branch(self.law, turning=1, rate=limit)
+
+    def pressed(self, dent: PlasticState) -> PlasticState:
+        """Return the state of a surface that pushes."""
+        return PlasticState(Phase.WHOLE)
+
+    def reached(self, dent: PlasticState) -> PlasticState:
+        """Return the same state: no branch ends at a depth."""
+        return dent
+
+    def turned(self, dent: PlasticState, depth: Scalar) -> PlasticState:
+        """Return the state on the other branch."""
+        return PlasticState(Phase.WHOLE if dent.phase is Phase.SLACK else Phase.SLACK)

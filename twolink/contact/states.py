@@ -53,5 +53,5 @@ class EventKind(Enum):
     BREAKS = "a static friction limit is reached"
     JAMS = "friction locks a sliding contact (Painlevé)"
     REACHES = "a branch of a force law ends at its depth"
-    TURNS = "compression turns into restitution, or back"
+    TURNS = "a branch of a force law ends at the rate of its depth"
     CLEARS = "a dent is left behind"

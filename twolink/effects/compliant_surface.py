@@ -11,7 +11,14 @@ from twolink.chain import Chain
 from twolink.contact.coordinates import PointCoordinate, PointName
 from twolink.contact.elastoplastic import ElastoPlastic, Material
 from twolink.contact.elements import CompliantContact
-from twolink.contact.force_laws import ContactLaw, Hertz, HuntCrossley, Hysteresis, KelvinVoigt
+from twolink.contact.force_laws import (
+    ContactLaw,
+    Hertz,
+    HuntCrossley,
+    Hysteresis,
+    KelvinVoigt,
+    NoPull,
+)
 from twolink.errors import ParameterError
 from twolink.loads import Loads
 
@@ -155,7 +162,8 @@ class CompliantSurface:
         if self.law == "kelvin-voigt":
             return KelvinVoigt(self._stiffness, self.loss), None
         if self.law == "hunt-crossley":
-            return HuntCrossley(self._stiffness, self.loss), None
+            law = HuntCrossley(self._stiffness, self.loss)
+            return law, NoPull(law) if self.loss else None
         memory = ElastoPlastic(self._material) if self.law == "elasto-plastic" else None
         return Hertz(self._stiffness), memory
 

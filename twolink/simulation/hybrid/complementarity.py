@@ -176,8 +176,8 @@ def noise_of(problem: Problem, condition: Condition, solution: Solution) -> floa
     if condition.law in (Law.SEPARATES, Law.ACCELERATES):
         speed = size_of(problem.state.u)
         chain = problem.system.scene_chain
-        bias = float(chain.L1 + chain.L2) * speed * speed
-        return unsure * (size * size_of(cramer(M, row, det)) + bias)
+        own = float(chain.L1 + chain.L2) * (max(du1, du2) + speed * speed)
+        return unsure * (size * size_of(cramer(M, row, det)) + own)
     return float("inf") if vanishes(problem.system, row) else unsure * size / size_of(row)
 
 

@@ -59,7 +59,9 @@ def value(
     along = element.tangent if kind is EventKind.STOPS else element.normal
     assert along is not None
     speed = along.speed(pose.chain, pose.q, u)
-    return sense * speed if kind is EventKind.STOPS else -sense * speed
+    if kind is EventKind.STOPS:
+        return sense * speed
+    return -sense * (speed + element.branch(mode.dent(index)).rate)
 
 
 def _place(trigger: Trigger, system: HybridSystem, mode: Mode, surfaces: Surfaces) -> Scalar:

@@ -328,9 +328,9 @@ class Impacts:
         early, late = (self._energy(u) for u in (before, after))
         if late > MOST_ENERGY * early:
             raise IntegrationError(
-                f"at {self._time:.9g} s the impact on {contact.name} is outside the range of its law of "
-                f"restitution ({contact.law}): near a singular pose it would give the chain "
-                f"{late:.3g} J, which had {early:.3g} J"
+                f"at {self._time:.9g} s the impact on {contact.name} is beyond the range of its "
+                f"law ({contact.law}): near a singular pose it would give the chain {late:.3g} J, "
+                f"which had {early:.3g} J"
             )
 
     def _energy(self, u: Pair) -> float:

@@ -158,12 +158,16 @@ def _reaches(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trig
 
 
 def _turns(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
-    """Compression turns into restitution, or back.
+    """Compression turns into restitution, or back; or a law no longer pushes, or does so again.
 
     Where the mode holds the chain in another direction, all of it is at rest at this instant.
     """
     index = trigger.index
+    turns_at = system.elements[index].branch(mode.dent(index)).rate
     state = _with(system, state, index, compliant_state.turned)
+    if turns_at:
+        # A law that would pull: the point moves on.
+        return Reaction(state, _as_before(mode))
     normal = system.elements[index].normal
     assert normal is not None
     still = [normal, *_held(system, mode)]

@@ -93,7 +93,9 @@ def _pressed_in(system: HybridSystem, state: HybridState, index: int, depth: Any
     rate = -element.normal.speed(system.chain, state.q, state.u)
     force = element.branch(pressed.plastic).law.force(depth, pressed.sqrt_depth or 0, rate)
     gaps = put(state.gaps, index, system.number(0))
-    if force < 0:
+    if force < 0 and element.hysteresis is not None:
+        pressed = compliant_state.turned(element, pressed)
+    elif force < 0:
         # It moves out faster than the surface springs back.
         pressed = compliant_state.overtaken(element, pressed, depth)
         return replace(state, compliant=put(state.compliant, index, pressed), gaps=gaps)
