@@ -71,21 +71,22 @@ class PointCoordinate:
 
     def coordinate(self, chain: Chain, q: Pair) -> Scalar:
         """Return the point's position along the vector (m)."""
-        return self._along(position(chain, q, self._of(chain)))
+        return self._along(position(chain, q, self.of(chain)))
 
     def speed(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
         """Return the point's velocity along the vector (m/s)."""
-        return self._along(velocity(chain, q, u, self._of(chain)))
+        return self._along(velocity(chain, q, u, self.of(chain)))
 
     def bias(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
         """Return the point's acceleration along the vector when du = 0 (m/s²)."""
-        return self._along(acceleration(chain, q, u, (0, 0), self._of(chain)))
+        return self._along(acceleration(chain, q, u, (0, 0), self.of(chain)))
 
     def unit_loads(self, chain: Chain) -> Loads:
         """Return a force of 1 N at the point, along the vector."""
-        return (Force(self._of(chain), self.vector),)
+        return (Force(self.of(chain), self.vector),)
 
-    def _of(self, chain: Chain) -> Point:
+    def of(self, chain: Chain) -> Point:
+        """Return the point on its link."""
         point: Point = getattr(chain, self.point)
         return point
 

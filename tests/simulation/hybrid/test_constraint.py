@@ -7,6 +7,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from tests.simulation.hybrid import BARS
+from twolink.chain import Chain
 from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from twolink.contact.elements import Constraint
 from twolink.simulation.hybrid.constraint import (
@@ -152,10 +154,23 @@ ELBOW, FIRST, SECOND, END = (PointCoordinate(name, (0.6, 0.8)) for name in ("B",
         (B, ELBOW, False),
         (A, END, False),
         (SECOND, END, False),
-        (END, END, False),
+        (END, END, True),
+        (END, PointCoordinate("D", (-0.6, -0.8)), True),
+        (END, PointCoordinate("D", (0.8, -0.6)), False),
     ],
 )
-def test_points_of_link_1_move_with_the_joint_A_in_every_pose(first, second, expected):
-    """Points of link 2 move along one line with others in some poses only."""
-    assert same_line(first, second) is expected
-    assert same_line(second, first) is expected
+def test_coordinates_that_move_together_in_every_pose(first, second, expected):
+    """Different points of link 2 move along one line in some poses only."""
+    assert same_line(first, second, BARS) is expected
+    assert same_line(second, first, BARS) is expected
+
+
+def test_a_mass_centre_at_the_end_is_the_end():
+    chain = Chain.point_masses((1.0, 1.0), (1.0, 1.0))
+    assert same_line(SECOND, END, chain)
+    assert same_line(FIRST, ELBOW, chain)
+
+
+def test_a_mass_centre_at_the_joint_moves_with_link_1():
+    chain = Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (0.0, 0.0)), (0.1, 0.1))
+    assert same_line(SECOND, A, chain)

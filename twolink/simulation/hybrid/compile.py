@@ -140,12 +140,14 @@ class _Builder:
         self._now = hy.par[numbers + 1] + self._clock if self._moving else hy.time
 
     def _is_held(self, index: int) -> bool:
-        """Return whether a mode keeps the depth of a pressed surface as it is."""
+        """Return whether a mode keeps the place of a point across its surface."""
         elements, states = self._system.elements, self._mode.states
         held = [c for e, s in zip(elements, states, strict=True) for c in e.holds(s)]
         normal = elements[index].normal
         assert normal is not None
-        return len(held) >= MOST_CONSTRAINTS or any(same_line(normal, other) for other in held)
+        chain = self._system.scene_chain
+        along = any(same_line(normal, other, chain) for other in held)
+        return along or len(held) >= MOST_CONSTRAINTS
 
     def compiled(self) -> CompiledMode:
         """Return the compiled mode."""
@@ -191,7 +193,10 @@ class _Builder:
         """Return the variables of the motion, and their rates."""
         system, roots, moving = self._system, self._roots, self._moving
         springing = {i: -_relaxation(system.elements[i]) * self._depths[i] for i in self._sunk}
-        gap_rates = [self._normal_speed(i) + springing.get(i, 0.0) for i in self._gaps]
+        gap_rates = [
+            springing.get(i, 0.0) + (0.0 if self._is_held(i) else self._normal_speed(i))
+            for i in self._gaps
+        ]
         variables = [*self._q, *self._u, *self._gaps.values(), *self._depths.values()]
         rates = [*self._u, *solution.du, *gap_rates, *springing.values()]
         variables += roots.values()
@@ -221,6 +226,8 @@ class _Builder:
         place = {str(variable): row for row, variable in enumerate(variables)}
         for trigger in triggers(self._system, self._mode):
             index = trigger.index
+            if trigger.kind is EventKind.HITS and self._is_held(index) and index not in self._sunk:
+                continue
             own = self._gaps.get(index) if trigger.kind in OF_GAP else self._roots.get(index)
             by_variable = trigger.kind in (*OF_GAP, EventKind.REACHES) or (
                 trigger.kind is EventKind.LEAVES and own is not None

@@ -112,7 +112,8 @@ def is_solvable(problem: Problem, states: States) -> bool:
         if element.tangent is None or state in (ContactState.STICKS, ContactState.OPEN):
             continue
         still = len(rows) == MOST_CONSTRAINTS or any(
-            same_line(element.tangent, coordinate) for coordinate in held
+            same_line(element.tangent, coordinate, problem.system.scene_chain)
+            for coordinate in held
         )
         begins = state.slips and not problem.directions[index]
         if (begins and still) or (not state.slips and not still):

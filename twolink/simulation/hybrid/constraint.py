@@ -6,8 +6,11 @@ are solved in the motion that is left, so that what a constraint bars is exactly
 
 from __future__ import annotations
 
+from typing import Any
+
 from twolink.arithmetic import Matrix, Pair, Scalar
-from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate
+from twolink.chain import Chain
+from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate, PointCoordinate
 from twolink.contact.elements import Constraint
 from twolink.simulation.hybrid.tolerances import PARALLEL
 
@@ -63,13 +66,24 @@ def parallel(first: Pair, second: Pair) -> bool:
     return abs(x1 * y2 - x2 * y1) <= PARALLEL * size
 
 
-def same_line(first: ConstraintCoordinate, second: ConstraintCoordinate) -> bool:
-    """Return whether two coordinates move together in every pose, as points of link 1 do with A."""
-    joint = _joint(first)
-    return joint is not None and joint == _joint(second)
+def same_line(first: ConstraintCoordinate, second: ConstraintCoordinate, chain: Chain) -> bool:
+    """Return whether two coordinates move together in every pose.
+
+    Points of link 1 do with the joint A, and one and the same point does along one line.
+    """
+    one, other = _motion(first, chain), _motion(second, chain)
+    if one[0] != other[0]:
+        return False
+    (x1, y1), (x2, y2) = one[1], other[1]
+    return bool(x1 * y2 == x2 * y1)
 
 
-def _joint(coordinate: ConstraintCoordinate) -> str | None:
+def _motion(coordinate: ConstraintCoordinate, chain: Chain) -> tuple[Any, Pair]:
+    """Return the motion along a coordinate: of a joint, or of a point of link 2 along a vector."""
     if isinstance(coordinate, JointCoordinate):
-        return coordinate.joint
-    return "A" if getattr(coordinate, "point", None) in ("B", "C1") else None
+        return coordinate.joint, (1, 0)
+    assert isinstance(coordinate, PointCoordinate)
+    point = coordinate.of(chain)
+    if point.link == 1 or (point.along == 0 and point.across == 0):
+        return "A", (1, 0)
+    return point, coordinate.vector

@@ -257,7 +257,9 @@ def _end_state(
     gaps, compliant = list(state.gaps), list(state.compliant)
     rest = iter(values[4:])
     for index in compiled.gaps:
-        gaps[index] = next(rest)
+        gap = next(rest)
+        # What is touched is held off by others, and stays touched.
+        gaps[index] = 0 * gap if index in state.touching else gap
     for index in compiled.sunk:
         compliant[index] = replace(compliant[index], residual_depth=next(rest))  # type: ignore[type-var]
     for index in compiled.roots:

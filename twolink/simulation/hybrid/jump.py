@@ -153,6 +153,7 @@ def _tidied(system: HybridSystem, state: HybridState, mode: Mode) -> HybridState
         normal = elements[index].normal
         if mode.states[index] is not ContactState.OPEN or normal is None:
             continue
-        if len(held) < MOST_CONSTRAINTS and not any(same_line(normal, other) for other in held):
+        off = any(same_line(normal, other, system.scene_chain) for other in held)
+        if len(held) < MOST_CONSTRAINTS and not off:
             leaving.add(index)
     return replace(state, touching=state.touching - leaving) if leaving else state
