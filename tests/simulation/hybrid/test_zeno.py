@@ -63,7 +63,7 @@ def test_bounces_without_loss_are_left_out_with_a_note_where_too_many_would_foll
 ):
     """From v = 1e-12 rad/s under 2 rad/s² a bounce takes 1e-12 s."""
     system = stopped_chain(restitution=1.0)
-    past = Past((), tired, remaining)
+    past = Past((), {}, tired, remaining)
     state = hitting(system, -1e-12)
     after = jump(system, state, mode_of(system, S.OPEN), Trigger(E.HITS, 0), past)
     assert after.mode.states == ((S.CLOSED,) if rests else (S.OPEN,))

@@ -7,6 +7,7 @@ an impact, is divided by the power of time with which it starts.
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any, NamedTuple
 
@@ -64,9 +65,11 @@ class Certificate:
         self._triggers = [w.trigger for w in watched]
         self._variables = np.array([w.variable for w in watched], dtype=int)
         self._integral = np.array([w.integral for w in watched], dtype=bool)
-        self._signs = np.array([w.factor for w in watched])
+        self._has_integrals = any(w.integral for w in watched)
+        self._reversed = {place for place, w in enumerate(watched) if w.factor < 0}
         chain = system.scene_chain
         self._lever = max(1.0, float(chain.L1 + chain.L2))
+        self._place_of_rounding = self._lever * LEADING * system.rounding
         self._constant = np.zeros(len(watched), dtype=bool)
         self._offsets = {
             place: system.number(offset)
@@ -78,15 +81,16 @@ class Certificate:
         """Return the event functions on each step, on [0, 1]: shape (n, m, p + 1)."""
         rows = block.coefficients[:, self._variables]
         order = rows.shape[2]
-        if self._integral.any():
+        if self._has_integrals:
             rates = rows[:, self._integral, 1:] * _counting(order, rows)
             rows[:, self._integral, :-1] = rates
             rows[:, self._integral, -1] = 0
-        if (self._signs < 0).any():
-            rows = rows * self._signs.astype(rows.dtype)[None, :, None]
+        for place in self._reversed:
+            rows[:, place] = -rows[:, place]
         for place, offset in self._offsets.items():
             rows[:, place, 0] = rows[:, place, 0] + offset
-        return rows * powers(block.lengths, order)[:, None, :]
+        rows *= powers(block.lengths, order)[:, None, :]
+        return rows
 
     def first_event(self, block: Block, at_start: bool) -> tuple[Finding | None, tuple[Doubt, ...]]:
         """Return the first event on a block of steps, and the touches before it.
@@ -98,12 +102,13 @@ class Certificate:
         if self._triggers:
             every = self.polynomials(block)
             if at_start:
-                suspects[0] = self._deflated(every, block)
+                self._deflate(every, block)
             positive = self._positive(every) | self._constant
             if not positive.all():
                 for place, number in zip(*np.nonzero(~positive), strict=True):
                     suspects.setdefault(int(place), []).append((int(number), every[place, number]))
-        for place in range(len(block.lengths)):
+        every_place = self._compiled.clock is not None
+        for place in range(len(block.lengths)) if every_place else sorted(suspects):
             earliest = self._earliest(block, place, suspects.get(place, ()), doubts)
             at_end = self._clock_root(block, place)
             if at_end is not None and (earliest is None or at_end <= earliest.x):
@@ -115,8 +120,7 @@ class Certificate:
     def _positive(self, every: Any) -> Any:
         """Return which event functions are proven positive on each step: shape (n, m)."""
         flat = every.reshape(-1, every.shape[2])
-        bounds = rounding_bounds(flat, self._system.rounding)
-        return are_positive(flat, bounds).reshape(every.shape[:2])
+        return are_positive(flat, self._system.rounding).reshape(every.shape[:2])
 
     def _earliest(
         self, block: Block, place: int, suspects: Any, doubts: list[Doubt]
@@ -139,67 +143,63 @@ class Certificate:
                 earliest = Finding(place, root.x, trigger)
         return earliest
 
-    def _deflated(self, every: Any, block: Block) -> list[tuple[int, Any]]:
-        """Divide event functions that start at zero by time, in place, and return those that fall.
+    def _deflate(self, every: Any, block: Block) -> None:
+        """Divide event functions that start at zero by time, in place.
 
         One that locks is watched from either side.
         """
-        found: list[tuple[int, Any]] = []
-        share = LEADING_SHARE * self._system.resolution
-        pace = 1.0
-        if self._compiled.clock is None:
-            pace = float(block.lengths[0]) / float(self._system.longest_step)
         for number, trigger in enumerate(self._triggers):
-            polynomial = every[0, number].copy()
-            if trigger.kind is EventKind.JAMS and polynomial[0] < 0:
+            if trigger.kind is EventKind.HITS and every[0, number, 0] > self._place_of_rounding:
+                continue
+            if trigger.kind is EventKind.JAMS and every[0, number, 0] < 0:
                 every[:, number] = -every[:, number]
-                polynomial = -polynomial
-                self._signs[number] *= -1
-            kept = self._known_to_grow(trigger, polynomial, block)
-            if kept is not None:
-                found.append((number, kept))
-                every[0, number] = 0
-                every[0, number, 0] = 1
-                continue
-            noise = self._noise(trigger, polynomial, block)
-            # A gap has digits of its own, and is zero only where a jump has made it so.
-            first = 0.0 if trigger.kind is EventKind.HITS else noise
-            if polynomial[0] > noise:
-                continue
-            if polynomial[0] > 0 and trigger.kind in (EventKind.HITS, EventKind.LEAVES):
-                if polynomial[1] > noise * pace:
-                    # What is left without a tiny gap that grows is a lower bound.
-                    found.append((number, polynomial[1:]))
-                    every[0, number] = 0
-                    every[0, number, 0] = 1
-                continue
-            own = self._system.rounding if trigger.kind is EventKind.HITS else 0.0
-            least = (LEADING_SHARE * own or share) * float(np.abs(polynomial).astype(float).sum())
-            least += self._speed_of_rounding(trigger, block)
-            kept = _without_leading_zeros(polynomial, first, noise, pace, least)
+                self._reversed ^= {number}
+            polynomial = every[0, number].copy()
+            order = self._order(trigger, polynomial, block)
             every[0, number] = 0
-            every[0, number, 0] = 1
-            if kept is None:
+            if order is None:
                 # A contact that others hold off: its gap stays zero.
                 self._constant[number] = True
                 continue
-            found.append((number, kept))
-        return found
+            every[0, number, : len(polynomial) - order] = polynomial[order:]
+            if order:
+                # The terms at the end measure what the series leaves out.
+                every[0, number, 0] -= abs(polynomial[-1]) + abs(polynomial[-2])
 
-    def _known_to_grow(self, trigger: Trigger, polynomial: Any, block: Block) -> Any:
-        """Return an event function without its zeros, None if the selection has not found them.
+    def _order(self, trigger: Trigger, polynomial: Any, block: Block) -> int | None:
+        """Return how many leading coefficients are zero, None if all are."""
+        order = self._known_order(trigger, polynomial, block)
+        if order is not None:
+            return order
+        noise, pace = self._noise(trigger, polynomial, block), 1.0
+        if self._compiled.clock is None:
+            pace = float(block.lengths[0]) / float(self._system.longest_step)
+        if polynomial[0] > noise:
+            return 0
+        if polynomial[0] > 0 and trigger.kind in (EventKind.HITS, EventKind.LEAVES):
+            # Without a tiny gap that grows it is a lower bound.
+            return 1 if polynomial[1] > noise * pace else 0
+        # A gap has digits of its own, and is zero only where a jump has made it so.
+        first = 0.0 if trigger.kind is EventKind.HITS else noise
+        own = self._system.rounding if trigger.kind is EventKind.HITS else self._system.resolution
+        least = LEADING_SHARE * own * float(np.abs(polynomial).astype(float).sum())
+        least += self._speed_of_rounding(trigger, block)
+        return _leading_zeros(polynomial, first, noise, pace, least)
+
+    def _known_order(self, trigger: Trigger, polynomial: Any, block: Block) -> int | None:
+        """Return the order that the selection of the mode has found, None if it has not.
 
         Where the integration is not in time, orders are the same as long as its pace is not zero.
         """
         order, clock = self._orders.get(trigger), self._compiled.clock
         if order is None or (clock is not None and block.coefficients[0, clock, 1] == 0):
             return None
-        return polynomial[order:] if polynomial[order] > 0 else None
+        return order if polynomial[order] > 0 else None
 
     def _noise(self, trigger: Trigger, polynomial: Any, block: Block) -> float:
         """Return the size below which an event function at the start of an arc is zero."""
         if trigger.kind in (EventKind.HITS, EventKind.CLEARS):
-            return self._lever * LEADING * self._system.rounding
+            return self._place_of_rounding
         size = float(np.abs(polynomial).astype(float).sum())
         if trigger.kind in (EventKind.STOPS, EventKind.TURNS):
             # The speed changes by forces that may nearly cancel.
@@ -262,17 +262,17 @@ class Certificate:
         return Doubt(float(block.starts[place]), trigger, speed)
 
 
-def _without_leading_zeros(
+def _leading_zeros(
     polynomial: Any, first: float, noise: float, pace: float, least: float
-) -> Any:
-    """Return a polynomial divided by the power of x with which it starts, or None if it is zero.
+) -> int | None:
+    """Return the power of x with which a polynomial starts, or None if it is zero.
 
     The first coefficient is known within `first`, and the k-th after it within noise · pace^k, and
     within `least`.
     """
     for k in range(len(polynomial) - 1):
         if abs(polynomial[k]) > (max(noise * pace**k, least) if k else first):
-            return polynomial[k:]
+            return k
     return None
 
 
@@ -291,9 +291,14 @@ def _counting(order: int, like: Any) -> Any:
 def powers(lengths: Any, count: int) -> Any:
     """Return the powers 0 … count − 1 of each length: shape (n, count)."""
     if lengths.dtype == np.float64:
-        return lengths[:, None] ** np.arange(count)
+        return lengths[:, None] ** _exponents(count)
     found = np.empty((len(lengths), count), dtype=lengths.dtype)
     found[:, 0] = 1
     for k in range(1, count):
         found[:, k] = found[:, k - 1] * lengths
     return found
+
+
+@functools.cache
+def _exponents(count: int) -> Any:
+    return np.arange(count)

@@ -175,11 +175,13 @@ def _take_steps(
     """Return the next steps, whether they come to the end of the arc, and why they fail if so."""
     integrator, clock = compiled.integrator, compiled.clock
     (limit, success), longest = _outcomes(), system.number(system.longest_step)
-    starts, lengths, coefficients = [], [], []
-    over, failure = False, ""
-    values, integrals = integrator.state, compiled.integrals
+    over, failure, count = False, "", 0
+    values, integrals, tc = integrator.state, compiled.integrals, integrator.tc
     watches_integrals = integrals.stop > integrals.start
-    for _ in range(ahead):
+    starts, lengths = np.empty(ahead, values.dtype), np.empty(ahead, values.dtype)
+    coefficients = np.empty((ahead, *tc.shape), values.dtype)
+    gaps = range(4, 4 + len(compiled.gaps))
+    while count < ahead:
         start = integrator.time
         if clock is None:
             left = until - start
@@ -189,12 +191,11 @@ def _take_steps(
             outcome, length = integrator.step(min(left, longest), write_tc=True)
         else:
             outcome, length = integrator.step(write_tc=True)
-        if outcome not in (limit, success):
+        if outcome is not limit and outcome is not success and outcome not in (limit, success):
             failure = outcome.name
             break
-        starts.append(start)
-        lengths.append(length)
-        coefficients.append(integrator.tc.copy())
+        starts[count], lengths[count], coefficients[count] = start, length, tc
+        count += 1
         if watches_integrals:
             values[integrals] = 0
         if clock is not None and values[clock] >= until - state.t:
@@ -205,9 +206,10 @@ def _take_steps(
         if not length > (SHORTEST_STEP * start if clock is None else 0):
             failure = "its steps become too short"
             break
-    kind = values.dtype
-    block = Block(np.array(starts, kind), np.array(lengths, kind), np.array(coefficients, kind))
-    return block, over, failure
+        if any(values[gap] < 0 for gap in gaps):
+            # An event has come.
+            break
+    return Block(starts[:count], lengths[:count], coefficients[:count]), over, failure
 
 
 @functools.cache

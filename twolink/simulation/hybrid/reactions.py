@@ -38,22 +38,25 @@ class Reaction(NamedTuple):
 
 
 def _hits(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
-    """A contact is made: a rigid one is placed for its impact, a compliant one begins to press."""
+    """A contact is made: a rigid one will be struck, a compliant one begins to press."""
     index = trigger.index
     element, own = system.elements[index], state.compliant[index]
-    pose = place(system, Pose(system.chain, system.formulation, state.q), index, state)
-    state = replace(state, q=pose.q, gaps=put(state.gaps, index, system.number(0)))
     assert element.normal is not None
+    state = replace(state, gaps=put(state.gaps, index, system.number(0)))
+    pose = Pose(system.chain, system.formulation, state.q)
     row = pose.row(element.normal)
     slow = at_rest(row, state.u, system.rounding) or bool(speed_along(row, state.u) >= 0)
+    if element.rigid and not slow:
+        return Reaction(state, {})
+    pose = place(system, pose, index, state)
+    state = replace(state, q=pose.q)
     if slow:
         # It is reached without speed.
         state = replace(state, u=stopped(pose, [element.normal], state.u, system.rounding))
     if own is not None:
         return Reaction(press(system, state, pose, index, slow), {})
-    if slow:
-        sliding = put(state.sliding, index, sliding_of(system, pose, index, state.u))
-        state = replace(state, touching=state.touching | {index}, sliding=sliding)
+    sliding = put(state.sliding, index, sliding_of(system, pose, index, state.u))
+    state = replace(state, touching=state.touching | {index}, sliding=sliding)
     return Reaction(state, {})
 
 

@@ -59,18 +59,23 @@ def halving_matrix(length: int) -> Array:
 
 def rounding_bounds(coefficients: Any, rounding: float) -> Array:
     """Return how well each polynomial is known, from its terms: shape (m,) of shape (m, n)."""
-    size = np.abs(coefficients).astype(float).sum(axis=-1)
-    cut = np.abs(coefficients[..., -2:]).astype(float).sum(axis=-1)
-    return np.asarray(POLYNOMIAL * rounding * size + cut)
+    return _bounds(np.abs(coefficients).astype(float, copy=False), rounding)
 
 
-def are_positive(coefficients: Any, bounds: Array) -> NDArray[np.bool_]:
-    """Return which of the polynomials, shape (m, n), are proven positive on [0, 1]."""
+def _bounds(sizes: Array, rounding: float) -> Array:
+    cut = sizes[..., -1] + sizes[..., -2]
+    return np.asarray(POLYNOMIAL * rounding * np.add.reduce(sizes, -1) + cut)
+
+
+def are_positive(coefficients: Any, rounding: float) -> NDArray[np.bool_]:
+    """Return which of the polynomials, shape (m, n), are proven positive on [0, 1].
+
+    Longer numbers are rounded to float64 here: what that loses is left to `first_fall`.
+    """
     in_floats = np.asarray(coefficients, dtype=float)
-    # Longer numbers are rounded to float64 here: what that loses is left to `first_fall`.
-    lost = POLYNOMIAL * _EPSILON * np.abs(in_floats).sum(axis=-1)
-    least = (in_floats @ bernstein_matrix(in_floats.shape[-1])).min(axis=-1)
-    return np.asarray(least > np.maximum(bounds, lost))
+    bounds = _bounds(np.abs(in_floats), max(rounding, _EPSILON))
+    bernstein = in_floats @ bernstein_matrix(in_floats.shape[-1])
+    return np.asarray(np.minimum.reduce(bernstein, -1) > bounds)
 
 
 def first_fall(coefficients: Sequence[Any], bound: float) -> Root | None:

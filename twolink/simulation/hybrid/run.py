@@ -178,6 +178,7 @@ class _History:
         self.notes: list[str] = []
         self.doubts: list[Doubt] = []
         self._bounces: Counter[int] = Counter()
+        self._last: dict[int, float] = {}
         self._patience = patience
         self.compile_seconds = 0.0
         self.exhausted = False
@@ -229,7 +230,7 @@ class _History:
         if arc.event is not None:
             recent = [s for s in self.strikes[-200:] if s.time >= float(state.t) - limit]
             tired = frozenset(i for i, count in self._bounces.items() if count >= self._patience)
-            past = Past(recent, tired, float(self._end - state.t))
+            past = Past(recent, self._last, tired, float(self._end - state.t))
             return jump(self.system, state, arc.mode, arc.event, past)
         if self._breaks and state.t >= self._breaks[0]:
             begins = float(self._breaks.pop(0))
@@ -241,6 +242,7 @@ class _History:
         self.state = self._sprung_back(following.state)
         self.strikes += following.strikes
         self._bounces.update(strike.number for strike in following.strikes)
+        self._last |= {strike.number: strike.time for strike in following.strikes}
         self.doubts += following.doubts
         self.exhausted = self.exhausted or bool(following.doubts)
         self.notes += following.notes

@@ -60,6 +60,10 @@ PATIENCE = 2000
 # time that grows without bound as they grow lower. Read by run and zeno.
 MOST_JUMPS = 20_000
 
+# Zeno times (below). A flight that lasts longer is not the last one of bounces that die away. Read
+# by zeno.
+LONG_FLIGHT = 1e6
+
 # Impacts within the Zeno time (below) before all contacts that took part come to rest together.
 # Read by zeno.
 MOST_IMPACTS_OF_A_BURST = 60

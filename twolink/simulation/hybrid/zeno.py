@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 from twolink.arithmetic import Pair
@@ -27,10 +28,12 @@ from twolink.simulation.hybrid.system import HybridSystem
 class Past(NamedTuple):
     """The impacts before a jump, and the contacts that have bounced very often.
 
-    `tired` are those whose bounces are left out if they would not end in the `remaining` time (s).
+    `last` has the time (s) of the last impact on each contact, by number. `tired` are those whose
+    bounces are left out if they would not end in the `remaining` time (s).
     """
 
     strikes: Sequence[Strike] = ()
+    last: Mapping[int, float] = MappingProxyType({})
     tired: frozenset[int] = frozenset()
     remaining: float = 0.0
 
@@ -90,6 +93,11 @@ def left_out(
         return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
     # A contact that was struck a moment before ends its bounces with those of the others.
     flying = list(dict.fromkeys([*flying, *(s.number for s in crowd)]))
+    if not past.tired and all(
+        now - past.last.get(i, now) > tolerances.LONG_FLIGHT * limit for i in flying
+    ):
+        # Bounces do not become so much shorter from one to the next.
+        return None
     flights = {
         index: _flight(system, state, pose, mode, index)
         for index in flying
