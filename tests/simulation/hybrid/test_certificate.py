@@ -191,7 +191,10 @@ def test_a_limit_that_is_touched_leaves_the_motion_open_if_static_friction_is_hi
 
 def clock_case(span, gap=(1, 0.1)):
     """Return the event of a gap beside a clock t = s + s² on steps of 1/2."""
-    block = block_of([[gap, (0, 1, 1)], [gap, (0.75, 2, 1)]], (0.5, 0.5))
+    steps = [[gap, (0, 1, 1)], [gap, (0.75, 2, 1)]]
+    # The integrator stops when the clock is at the end of the arc.
+    count = 1 if span <= 0.75 else 2
+    block = block_of(steps[:count], (0.5, 0.5)[:count])
     return certificate_of(HITS, clock=1, span=span).first_event(block, True)[0]
 
 

@@ -11,7 +11,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.scene import Scene
 from twolink.simulation.hybrid.jump import jump
 from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY, Trigger
-from twolink.simulation.hybrid.run import hybrid_run
+from twolink.simulation.hybrid.run import Effort, hybrid_run
 from twolink.simulation.hybrid.tolerances import zeno_time
 from twolink.simulation.hybrid.zeno import Past
 
@@ -89,8 +89,8 @@ def test_damped_bounces_that_never_end_are_followed_and_then_left_out_within_the
             JointStop("B", lower=0.0, restitution=1.0),
         ),
     )
-    few = hybrid_run(scene, [0.0, 12.0], patience=100)
-    more = hybrid_run(scene, [0.0, 12.0], patience=300)
+    few = hybrid_run(scene, [0.0, 12.0], effort=Effort(patience=100))
+    more = hybrid_run(scene, [0.0, 12.0], effort=Effort(patience=300))
     assert few.exhausted
     assert few.reached == 12.0
     assert any("are left out" in note for note in few.notes)

@@ -107,10 +107,11 @@ class Certificate:
             if not positive.all():
                 for place, number in zip(*np.nonzero(~positive), strict=True):
                     suspects.setdefault(int(place), []).append((int(number), every[place, number]))
-        every_place = self._compiled.clock is not None
-        for place in range(len(block.lengths)) if every_place else sorted(suspects):
+        # Only on the last step may the clock come to its end.
+        last = len(block.lengths) - 1
+        for place in sorted({*suspects, last}):
             earliest = self._earliest(block, place, suspects.get(place, ()), doubts)
-            at_end = self._clock_root(block, place)
+            at_end = self._clock_root(block, place) if place == last else None
             if at_end is not None and (earliest is None or at_end <= earliest.x):
                 return Finding(place, at_end, None), tuple(doubts)
             if earliest is not None:

@@ -15,6 +15,7 @@ import functools
 import itertools
 import operator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -64,6 +65,11 @@ class CompiledMode:
     clock: int | None
     integrals: slice
     number: Any
+
+    @cached_property
+    def falling(self) -> tuple[int, ...]:
+        """The variables that are event functions themselves."""
+        return tuple(w.variable for w in self.watched if not w.integral and w.factor > 0)
 
 
 def compiled_mode(

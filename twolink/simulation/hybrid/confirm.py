@@ -24,6 +24,9 @@ from twolink.simulation.hybrid.dynamics import (
 from twolink.simulation.hybrid.jet import Jet, constant, leading_term
 from twolink.simulation.hybrid.mode import Trigger
 
+# Most conditions are decided by few terms.
+_LENGTHS = 3, tolerances.JET_ORDER + 1
+
 # The events that a law keeps from coming at once, and the order at which its value appears in their
 # event functions: an acceleration is the second derivative of a place.
 _EVENTS = {
@@ -43,16 +46,25 @@ def confirmed(problem: Problem, candidate: Candidate) -> Orders | None:
     if not candidate.undecided:
         return found
     try:
-        jets = _jets(problem, candidate.states)
+        leading = _decided(problem, candidate)
     except (ZeroDivisionError, OverflowError, ValueError):
         # The motion is not analytic: its events say what comes next.
         return found
-    for condition in candidate.undecided:
-        order, sign = _leading(problem, candidate, condition, *jets)
+    for condition, (order, sign) in leading.items():
         if sign < 0 or (sign == 0 and condition.law is Law.ACCELERATES):
             return None
         if sign > 0:
             found[_trigger(condition)] = _EVENTS[condition.law][1] + order
+    return found
+
+
+def _decided(problem: Problem, candidate: Candidate) -> dict[Condition, tuple[int, int]]:
+    """Return the order and the sign at which each undecided condition is decided, if it is."""
+    for length in _LENGTHS:
+        jets = _jets(problem, candidate.states, length)
+        found = {c: _leading(problem, candidate, c, *jets) for c in candidate.undecided}
+        if all(sign for _, sign in found.values()):
+            break
     return found
 
 
@@ -64,39 +76,38 @@ def _leading(
     problem: Problem,
     candidate: Candidate,
     condition: Condition,
-    length: int,
     solution: Solution,
     equations: LocalEquations,
 ) -> tuple[int, int]:
     """Return the order of the first derivative of a condition beyond rounding, and its sign."""
     value = value_of(problem.system, equations, solution, condition)
-    value = value if isinstance(value, Jet) else constant(value, length)
+    value = value if isinstance(value, Jet) else constant(value, 2)
     noise = noise_of(problem, condition, candidate.solution)
     return leading_term(value.terms[:-1], noise, 1 / problem.system.longest_step)
 
 
-def _jets(problem: Problem, states: States) -> tuple[int, Solution, LocalEquations]:
-    """Return the motion in a mode as jets: their length, the solution, and the equations."""
+def _jets(problem: Problem, states: States, length: int) -> tuple[Solution, LocalEquations]:
+    """Return the motion in a mode as jets of a length: the solution and the equations."""
     system, state = problem.system, problem.state
-    length = tolerances.JET_ORDER + 1
     zero = 0 * state.q[0]
     q = [[x, v, *[zero] * (length - 2)] for x, v in zip(state.q, state.u, strict=True)]
     u = [[v, *[zero] * (length - 1)] for v in state.u]
-    t = Jet((state.t, 1 + zero, *[zero] * (length - 2)))
+    t = (state.t, 1 + zero, *[zero] * (length - 2))
     dents = [own.plastic if own is not None else None for own in state.compliant]
     for k in range(1, length + 1):
-        pair = Jet(tuple(q[0])), Jet(tuple(q[1]))
-        speeds = Jet(tuple(u[0])), Jet(tuple(u[1]))
-        pose = Pose(system.chain, system.formulation, pair)
-        solution = mode_solution(pose, system.effects, system.elements, states, dents, speeds, t)
+        # Each coefficient follows from those before it.
+        pair = Jet(tuple(q[0][:k])), Jet(tuple(q[1][:k]))
+        speeds = Jet(tuple(u[0][:k])), Jet(tuple(u[1][:k]))
+        pose, now = Pose(system.chain, system.formulation, pair), Jet(t[:k])
+        solution = mode_solution(pose, system.effects, system.elements, states, dents, speeds, now)
         if k == length:
             break
         for link, du in enumerate(solution.du):
-            terms = du.terms if isinstance(du, Jet) else constant(du, length).terms
+            terms = du.terms if isinstance(du, Jet) else constant(du, k).terms
             u[link][k] = terms[k - 1] / k
             if k + 1 < length:
                 q[link][k + 1] = u[link][k] / (k + 1)
     active = [terms is not None for terms in problem.equations.terms]
     pushes = [terms.push if terms is not None else 0 for terms in problem.equations.terms]
-    equations = local_equations(pose, system.effects, system.elements, speeds, t, active, pushes)
-    return length, solution, equations
+    equations = local_equations(pose, system.effects, system.elements, speeds, now, active, pushes)
+    return solution, equations

@@ -180,7 +180,7 @@ def _take_steps(
     watches_integrals = integrals.stop > integrals.start
     starts, lengths = np.empty(ahead, values.dtype), np.empty(ahead, values.dtype)
     coefficients = np.empty((ahead, *tc.shape), values.dtype)
-    gaps = range(4, 4 + len(compiled.gaps))
+    falling = compiled.falling
     while count < ahead:
         start = integrator.time
         if clock is None:
@@ -206,7 +206,7 @@ def _take_steps(
         if not length > (SHORTEST_STEP * start if clock is None else 0):
             failure = "its steps become too short"
             break
-        if any(values[gap] < 0 for gap in gaps):
+        if any(values[variable] < 0 for variable in falling):
             # An event has come.
             break
     return Block(starts[:count], lengths[:count], coefficients[:count]), over, failure

@@ -14,13 +14,21 @@ from twolink import arithmetic
 class Jet:
     """The first coefficients of a power series in time, of numbers of any real kind."""
 
-    __slots__ = ("terms",)
+    __slots__ = ("_circular", "terms")
     # NumPy's numbers leave arithmetic with a jet to the jet.
     __array_ufunc__ = None
 
     def __init__(self, terms: tuple[Any, ...]) -> None:
         """Take the coefficients, of which all jets in a computation have the same number."""
         self.terms = terms
+        self._circular: tuple[Jet, Jet] | None = None
+
+    @property
+    def circular(self) -> tuple[Jet, Jet]:
+        """The sine and the cosine of the jet (rad), computed once: angles are asked for often."""
+        if self._circular is None:
+            self._circular = _sine_and_cosine(self)
+        return self._circular
 
     def __add__(self, other: Any) -> Jet:
         if isinstance(other, Jet):
@@ -106,12 +114,12 @@ def _sine_and_cosine(x: Jet) -> tuple[Jet, Jet]:
 
 def sin(x: Jet) -> Jet:
     """Return the sine of a jet (rad)."""
-    return _sine_and_cosine(x)[0]
+    return x.circular[0]
 
 
 def cos(x: Jet) -> Jet:
     """Return the cosine of a jet (rad)."""
-    return _sine_and_cosine(x)[1]
+    return x.circular[1]
 
 
 def exp(x: Jet) -> Jet:

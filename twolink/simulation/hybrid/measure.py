@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.scene import Scene
-from twolink.simulation.hybrid.run import HybridRun, hybrid_run
-from twolink.simulation.hybrid.tolerances import PATIENCE
+from twolink.simulation.hybrid.run import Effort, HybridRun, hybrid_run
+from twolink.simulation.hybrid.tolerances import MOST_JUMPS, PATIENCE
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], Callable[[float], None] | None]
@@ -35,9 +35,14 @@ _MARGIN = 1.1
 _SAME_IMPACT = 1e3
 
 # A step in quadruple precision takes about a millisecond, and a jump as long as some steps: longer
-# runs are not tried in it.
-_MOST_WORK = 15_000
+# runs are not tried in it, and those that turn out to be longer are ended.
+_MOST_WORK = 8_000
 _STEPS_OF_A_JUMP = 4
+_MOST_JUMPS_IN_QUADRUPLE = _MOST_WORK // _STEPS_OF_A_JUMP
+
+# The order at which double precision loses nothing, and the steps above which lower ones do.
+_BEST_ORDER = 21
+_MANY_STEPS_OF_A_LOW_ORDER = 3000
 
 # So many times the accuracy is more than a higher order of the same precision gains.
 _LOST = 1e4
@@ -86,10 +91,14 @@ def measured_run(
     def run(precision: str, order: int, by: str) -> HybridRun:
         key = precision, order, by
         if key not in known:
-            patience = PATIENCE if by == own else _MORE_PATIENCE * PATIENCE
+            effort = Effort(
+                jumps=_MOST_JUMPS_IN_QUADRUPLE if precision == "quadruple" else MOST_JUMPS,
+                steps=_MANY_STEPS_OF_A_LOW_ORDER if by == own and order < _BEST_ORDER else math.inf,
+                patience=PATIENCE if by == own else _MORE_PATIENCE * PATIENCE,
+            )
             known[key] = hybrid_run(
                 scene, times, formulation=by, precision=precision, order=order, partial=True,
-                patience=patience, progress=progress(f"order {order}, {precision}"),
+                effort=effort, progress=progress(f"order {order}, {precision}"),
             )  # fmt: skip
         return known[key]
 
@@ -98,6 +107,9 @@ def measured_run(
             # Not even a higher order brings that many digits.
             continue
         kept = run(rung.precision, rung.order, own)
+        if rung.order < _BEST_ORDER and kept.steps > _MANY_STEPS_OF_A_LOW_ORDER:
+            # What so many steps leave out adds up to more than the accuracy.
+            continue
         judge = run(rung.judge, rung.judging_order, other)
         errors = differences(kept, judge, times, accuracy)
         worst = float(errors.max(initial=0.0))
@@ -118,8 +130,8 @@ def _rungs(accuracy: float) -> Iterator[Rung]:
     order = max(_LOWEST_ORDER, 2 * math.ceil((wanted - 1) / 2) + 3)
     if order <= 19:
         yield Rung("double", order, "long double", min(order + 4, 23))
-    if order <= 21:
-        yield Rung("double", 21, "long double", 23)
+    if order <= _BEST_ORDER:
+        yield Rung("double", _BEST_ORDER, "long double", 23)
     yield Rung("long double", 23, "quadruple", 31)
     yield Rung("quadruple", 41, "quadruple", 35)
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from twolink.simulation.hybrid.tolerances import MOST_HALVINGS, POLYNOMIAL
+from twolink.simulation.hybrid.tolerances import MOST_HALVINGS, MOST_PIECES, POLYNOMIAL
 
 Array = NDArray[np.float64]
 
@@ -86,8 +86,10 @@ def first_fall(coefficients: Sequence[Any], bound: float) -> Root | None:
     coefficients = list(coefficients)
     waiting: list[tuple[Any, float, float]] = [(_bernstein(coefficients), 0.0, 1.0)]
     touched: float | None = None
+    pieces = 0
     while waiting:
         b, low, high = waiting.pop()
+        pieces += 1
         if min(b) > bound:
             if touched is not None:
                 return Root(touched, touches=True)
@@ -97,7 +99,8 @@ def first_fall(coefficients: Sequence[Any], bound: float) -> Root | None:
             return Root(polished(coefficients, low if touched is None else touched, high))
         if touched is None and b[0] > bound and b[-1] < -bound and _changes(b) == 1:
             return Root(polished(coefficients, low, high))
-        if high - low < 2.0**-MOST_HALVINGS or max(abs(x) for x in b) <= bound:
+        in_doubt = high - low < 2.0**-MOST_HALVINGS or pieces > MOST_PIECES
+        if in_doubt or max(abs(x) for x in b) <= bound:
             touched = low if touched is None else touched
             continue
         left, right = _halves(b)
@@ -112,10 +115,13 @@ def _bernstein(coefficients: Sequence[Any]) -> list[Any]:
     if isinstance(coefficients[0], float):
         matrix = bernstein_matrix(len(coefficients))
         return list((np.array(coefficients) @ matrix).tolist())
-    degree, found = len(coefficients) - 1, []
-    shares = [c / math.comb(degree, k) for k, c in enumerate(coefficients)]
-    for j in range(degree + 1):
-        found.append(sum((math.comb(j, k) * shares[k] for k in range(1, j + 1)), shares[0]))
+    # By differences, since b_j = Σ_k (j over k) c_k/(n over k): each row sums up the one before.
+    degree = len(coefficients) - 1
+    row = [c / math.comb(degree, k) for k, c in enumerate(coefficients)]
+    found = []
+    while row:
+        found.append(row[0])
+        row = [x + y for x, y in pairwise(row)]
     return found
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -82,6 +83,20 @@ class HybridRun(MotionRun):
         return at
 
 
+class Effort(NamedTuple):
+    """How much work a run may take: jumps and steps in all, and bounces without loss on a contact.
+
+    Bounces that do not end are left out after as many as `patience`.
+    """
+
+    jumps: int = tolerances.MOST_JUMPS
+    steps: float = math.inf
+    patience: int = tolerances.PATIENCE
+
+
+DEFAULT_EFFORT = Effort()
+
+
 def hybrid_run(
     scene: Scene,
     times: Any,
@@ -92,19 +107,19 @@ def hybrid_run(
     longest_step: float | None = None,
     progress: Callable[[float], None] | None = None,
     partial: bool = False,
-    patience: int = tolerances.PATIENCE,
+    effort: Effort = DEFAULT_EFFORT,
 ) -> HybridRun:
     """Return a scene's motion through its events at increasing times (s), the first of them 0.
 
     `progress` receives the share that is done. Raises `IntegrationError` where the motion cannot be
-    followed to the last time, unless a `partial` run is accepted. Bounces that do not end are left
-    out after as many as `patience`.
+    followed to the last time, unless a `partial` run is accepted, or where that takes more than an
+    `effort`.
     """
     # Modes are written with speeds, so momenta are none of their variables.
     formulation = "kane" if formulation == "kane" else "lagrange"
     cap = longest_step or default_longest_step(scene)
     begun = perf_counter()
-    history = _History(scene, formulation, precision, order, cap, float(times[-1]), patience)
+    history = _History(scene, formulation, precision, order, cap, float(times[-1]), effort)
     failure = ""
     try:
         history.follow(progress or (lambda share: None))
@@ -158,7 +173,7 @@ class _History:
         order: int | None,
         cap: float,
         end: float,
-        patience: int,
+        effort: Effort,
     ) -> None:
         """Stand at the start of a scene that is to be followed to an end (s)."""
         number = number_type(precision)
@@ -179,7 +194,7 @@ class _History:
         self.doubts: list[Doubt] = []
         self._bounces: Counter[int] = Counter()
         self._last: dict[int, float] = {}
-        self._patience = patience
+        self._effort, self._steps = effort, 0
         self.compile_seconds = 0.0
         self.exhausted = False
         self.state: HybridState = start_state(self.system, scene)
@@ -208,7 +223,8 @@ class _History:
                     f"modes follow each other without end at {float(arc.end.t):.9g} s: "
                     f"{arc.mode}, then {_event_of(arc)}"
                 )
-            if len(self.arcs) > tolerances.MOST_JUMPS:
+            self._steps += arc.step_count
+            if len(self.arcs) > self._effort.jumps or self._steps > self._effort.steps:
                 self.exhausted = True
                 raise IntegrationError(
                     f"the motion has {len(self.arcs)} modes by {float(arc.end.t):.6g} s, and is "
@@ -226,10 +242,14 @@ class _History:
 
     def _jump(self, arc: Arc, until: Any) -> Jump:
         """Return the jump at the end of an arc."""
-        state, limit = arc.end, tolerances.zeno_time(self.system.longest_step, self.system.rounding)
+        state = arc.end
         if arc.event is not None:
-            recent = [s for s in self.strikes[-200:] if s.time >= float(state.t) - limit]
-            tired = frozenset(i for i, count in self._bounces.items() if count >= self._patience)
+            now, system = float(state.t), self.system
+            limit = tolerances.zeno_time(system.longest_step, system.rounding)
+            recent = [s for s in self.strikes[-200:] if s.time >= now - limit]
+            tired = frozenset(
+                i for i, count in self._bounces.items() if count >= self._effort.patience
+            )
             past = Past(recent, self._last, tired, float(self._end - state.t))
             return jump(self.system, state, arc.mode, arc.event, past)
         if self._breaks and state.t >= self._breaks[0]:

@@ -54,10 +54,11 @@ MOST_JUMPS_AT_ONCE = 24
 
 # Bounces on a contact before further ones are left out if they would not end. The run that judges
 # another follows more of them. Read by run and measure.
-PATIENCE = 2000
+PATIENCE = 5000
 
 # Jumps before a run is given up: bounces without loss that a load presses on never end, and take a
-# time that grows without bound as they grow lower. Read by run and zeno.
+# time that grows without bound as they grow lower. Read by run, zeno and
+# measure.
 MOST_JUMPS = 20_000
 
 # Zeno times (below). A flight that lasts longer is not the last one of bounces that die away. Read
@@ -99,6 +100,10 @@ LEADING_SHARE = 2048
 
 # Halvings of a step before a root that is not isolated counts as a double root. Read by roots.
 MOST_HALVINGS = 60
+
+# Pieces of a step that are looked at before those that are left count as double roots: where an
+# event function hardly exceeds its rounding, halving tells nothing more. Read by roots.
+MOST_PIECES = 1000
 
 # Terms of the series by which undecided modes are told apart. Read by confirm.
 JET_ORDER = 6

@@ -83,8 +83,8 @@ def left_out(
     contacts that take part come to rest. Bounces without loss have none either: after very many of
     them, if far more would follow, the contact comes to rest, and a note says so.
     """
-    limit = tolerances.zeno_time(float(system.longest_step), system.rounding)
     now = float(state.t)
+    limit = tolerances.zeno_time(float(system.longest_step), system.rounding)
     flying = [s.number for s in struck if s.number not in state.touching]
     if not flying:
         return None
