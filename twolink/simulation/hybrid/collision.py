@@ -17,6 +17,7 @@ from twolink.simulation.hybrid.impact import (
 )
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.smooth.taylor import rounding
 
 
 def nearby(system: HybridSystem, state: HybridState) -> list[int]:
@@ -61,7 +62,29 @@ def collide(
         state, q=pose.q, u=found.u, gaps=gaps, touching=found.resting | pressed_on,
         sliding=sliding_after(system, pose, state.u, found.u),
     )  # fmt: skip
-    return state, pose, list(found.strikes)
+    return _pressed_still(system, state, pose), pose, list(found.strikes)
+
+
+def _pressed_still(system: HybridSystem, state: HybridState, pose: Pose) -> HybridState:
+    """Return the state in which presses that have just begun go on, begin at rest, or end.
+
+    Impacts elsewhere may have taken the speed with which a depth would have grown from zero.
+    """
+    for index, own in enumerate(state.compliant):
+        normal = system.elements[index].normal
+        if own is None or own.sqrt_depth is None or own.sqrt_depth != 0 or normal is None:
+            continue
+        row = pose.row(normal)
+        if at_rest(row, state.u, system.rounding):
+            begun = replace(own, sqrt_depth=system.least_root)
+            state = replace(state, compliant=put(state.compliant, index, begun))
+        elif speed_along(row, state.u) > 0:
+            ended = replace(own, sqrt_depth=None)
+            state = replace(
+                state, compliant=put(state.compliant, index, ended),
+                touching=state.touching - {index},
+            )  # fmt: skip
+    return state
 
 
 def place(system: HybridSystem, pose: Pose, index: int, state: HybridState) -> Pose:
@@ -69,7 +92,9 @@ def place(system: HybridSystem, pose: Pose, index: int, state: HybridState) -> P
     element, own = system.elements[index], state.compliant[index]
     assert element.normal is not None
     surface = element.bound - (own.offset if own is not None else 0)
-    q = placed(pose, element.normal, surface, system.resolution)
+    # A start is given in float64.
+    known = max(system.resolution, rounding("double")) if state.t == 0 else system.resolution
+    q = placed(pose, element.normal, surface, known)
     return pose if q == pose.q else Pose(system.chain, system.formulation, q)
 
 

@@ -72,7 +72,7 @@ def press(
     assert own is not None
     # Two roots that are both zero would stay so.
     slow = slow or any(other is not None and other.sqrt_depth == 0 for other in state.compliant)
-    least = system.number(system.rounding**0.5 if slow else 0)
+    least = system.least_root if slow else system.number(0)
     compliant = put(state.compliant, index, compliant_state.pressed(element, own, least))
     sliding = put(state.sliding, index, sliding_of(system, pose, index, state.u))
     return replace(

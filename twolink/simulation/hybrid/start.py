@@ -9,6 +9,7 @@ from twolink.contact.elements import ContactElement
 from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
+from twolink.simulation.hybrid.collision import place
 from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.impact import at_rest, speed_along, stopped
 from twolink.simulation.hybrid.reactions import press
@@ -37,6 +38,7 @@ def start_state(system: HybridSystem, scene: Scene) -> HybridState:
     )
     for index, element in enumerate(system.elements):
         if element.normal is not None:
+            pose = Pose(system.chain, system.formulation, state.q)
             state = _touched(system, state, pose, index)
     return state
 
@@ -70,7 +72,9 @@ def _touched(system: HybridSystem, state: HybridState, pose: Pose, index: int) -
     if recedes:
         return state
     if not element.rigid:
-        return press(system, state, pose, index, still)
+        # A stiff surface would push by the rounding of the place.
+        pose = place(system, pose, index, state)
+        return press(system, replace(state, q=pose.q), pose, index, still)
     if not still:
         return state
     u = stopped(pose, [element.normal], state.u, system.rounding)

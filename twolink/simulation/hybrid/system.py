@@ -44,6 +44,11 @@ class HybridSystem:
         return max(self.rounding, TRUNCATION * step_tolerance(self.precision, self.order))
 
     @property
+    def least_root(self) -> Any:
+        """The root of the depth (m^½) at which a press without speed begins: zero would stay so."""
+        return self.number(self.rounding**0.5)
+
+    @property
     def force_scale(self) -> float:
         """The factor that brings forces to the order of 1, as the other variables are."""
         chain, step = self.scene_chain, float(self.longest_step)
