@@ -140,7 +140,14 @@ def jumps_are_impacts(seen: Seen) -> Verdict:
     before[:, first < 0] = np.array(seen.scene.u)[:, None]
     impulse, sizes = _impulses(seen, first, last, q)
     M = _mass_matrix(seen, q)
-    off = np.abs(M[:, 0] * (after - before)[0] + M[:, 1] * (after - before)[1] - impulse)
+    # Forces that grow without bound do much in a moment: then the limits at the event count.
+    _, limit = seen.trajectory.at(np.maximum(first + _TOGETHER, 0.0), side="left")
+    off = np.minimum(
+        *(
+            np.abs(M[:, 0] * (after - u)[0] + M[:, 1] * (after - u)[1] - impulse)
+            for u in (before, limit)
+        )
+    )
     force = np.maximum(_size(seen, np.maximum(first, 0.0)), _size(seen, last))
     inertia, speed = (
         np.abs(M).sum(axis=(0, 1)),

@@ -190,12 +190,15 @@ class Certificate:
     def _known_order(self, trigger: Trigger, polynomial: Any, block: Block) -> int | None:
         """Return the order that the selection of the mode has found, None if it has not.
 
-        Where the integration is not in time, orders are the same as long as its pace is not zero.
+        Where the integration is not in time, time begins as a power of its variable.
         """
-        order, clock = self._orders.get(trigger), self._compiled.clock
-        if order is None or (clock is not None and block.coefficients[0, clock, 1] == 0):
+        order = self._orders.get(trigger)
+        if order is None:
             return None
-        return order if polynomial[order] > 0 else None
+        if self._compiled.clock is not None:
+            clock = block.coefficients[0, self._compiled.clock]
+            order *= next((k for k, c in enumerate(clock) if k and c != 0), len(clock))
+        return order if order < len(polynomial) - 1 and polynomial[order] > 0 else None
 
     def _noise(self, trigger: Trigger, polynomial: Any, block: Block) -> float:
         """Return the size below which an event function at the start of an arc is zero."""

@@ -37,7 +37,8 @@ class Polynomials:
     def at(self, times: Any, side: Literal["left", "right"] = "right") -> tuple[Any, Any]:
         """Return q and u, each of shape (2, m), at times (s); at a jump on one side of it."""
         moments = numbers(np.atleast_1d(times), self.precision)
-        index = np.searchsorted(self.starts, moments, side=side) - 1
+        # Times are given in float64, and so is the time of an event to those who ask for it.
+        index = np.searchsorted(self.starts.astype(float), moments.astype(float), side=side) - 1
         index = np.clip(index, 0, len(self.starts) - 1)
         x = moments - self.starts[index]
         on_clock = self.by_clock[index]

@@ -31,6 +31,9 @@ _GROWTH = 1e3
 # What the judge's own error adds to the difference: it is a thousandth, and stated as a tenth.
 _MARGIN = 1.1
 
+# Two runs in the same precision may be as wrong as each other.
+_MARGIN_OF_EQUALS = 3.0
+
 # Impacts of two runs that are closer than this many times the accuracy (s) are one and the same.
 _SAME_IMPACT = 1e3
 
@@ -111,7 +114,8 @@ def measured_run(
             # What so many steps leave out adds up to more than the accuracy.
             continue
         judge = run(rung.judge, rung.judging_order, other)
-        errors = differences(kept, judge, times, accuracy)
+        margin = _MARGIN if rung.precision != rung.judge else _MARGIN_OF_EQUALS
+        errors = margin * differences(kept, judge, times, accuracy)
         worst = float(errors.max(initial=0.0))
         if best is None or worst < best[0] or kept.reached > best[1].reached:
             best = worst, kept, errors
@@ -159,7 +163,7 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
         found[moments >= doubt.time] = np.maximum(
             found[moments >= doubt.time], 2 * doubt.speed * lever
         )
-    so_far = np.maximum.accumulate(found * _MARGIN)
+    so_far = np.maximum.accumulate(found)
     asked = times[times <= first.reached]
     place = np.searchsorted(moments, asked, side="right") - 1
     # Beyond the judge's end nothing is known.
