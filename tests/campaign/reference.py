@@ -38,7 +38,7 @@ def parting(trajectory: Any, reference: Any) -> list[tuple[str, str]]:
     """
     seen = Seen(trajectory)
     unsure = reference.error
-    until = seen.until
+    until = min(seen.until, float(reference.t[-1]))
     if not unsure <= trajectory.accuracy / 10:
         until, unsure = min(until, _known_until(reference)), reference.accuracy
         if reference.holds_until <= 0:

@@ -84,6 +84,7 @@ def flow(
     certificate = Certificate(system, compiled, mode, until - state.t, pressing, orders)
     blocks: list[Block] = []
     doubts: list[Doubt] = []
+    taken = 0
     ahead, most_ahead = _AHEAD[system.precision]
     ahead = min(expected or ahead, most_ahead)
     while True:
@@ -95,6 +96,9 @@ def flow(
             blocks.append(block if found is None else _cut(block, found))
         if found is not None or over:
             break
+        taken += len(block.lengths)
+        if not failure and taken > tolerances.MOST_STEPS:
+            failure = f"it takes more than {tolerances.MOST_STEPS} steps"
         if failure:
             return _failed(system, compiled, mode, state, blocks, doubts, compile_seconds, failure)
         ahead = min(2 * ahead, most_ahead)

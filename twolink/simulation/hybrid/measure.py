@@ -110,7 +110,8 @@ def measured_run(
             # Not even a higher order brings that many digits.
             continue
         kept = run(rung.precision, rung.order, own)
-        if rung.order < _BEST_ORDER and kept.steps > _MANY_STEPS_OF_A_LOW_ORDER:
+        many = kept.steps > _MANY_STEPS_OF_A_LOW_ORDER or (kept.failure and kept.exhausted)
+        if rung.order < _BEST_ORDER and many:
             # What so many steps leave out adds up to more than the accuracy.
             continue
         judge = run(rung.judge, rung.judging_order, other)

@@ -77,6 +77,9 @@ BAUMGARTE_RATE = 8.0
 # who ask for the motion. Read by flow.
 SHORTEST_STEP = 2.0**-42
 
+# Steps of one arc before the run is given up. Read by flow.
+MOST_STEPS = 100_000
+
 # Part of the response of a normal to its own push. Where steps become too short while a point
 # slides and friction leaves less of that response, friction locks the slide (Painlevé). Read by
 # event_functions.
