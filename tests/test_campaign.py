@@ -70,9 +70,10 @@ def runs(sliding, bouncing, cushioned):
 def moved(run, dq=0.0, du=0.0, since=0.0):
     """The trajectory with other angles (rad) and speeds (rad/s) from a time (s) on."""
 
-    def at(times):
-        q, u = run.at(times)
-        late = np.atleast_1d(times) >= since
+    def at(times, side="right"):
+        q, u = run.at(times, side)
+        times = np.atleast_1d(times)
+        late = times > since if side == "left" else times >= since
         return q + late * dq, u + late * du
 
     return Tampered(run, at=at)

@@ -185,7 +185,7 @@ def noise_of(problem: Problem, condition: Condition, solution: Solution) -> floa
 def vanishes(system: HybridSystem, row: Pair) -> bool:
     """Return whether a row is the rounding of zero: no force acts along it in this pose."""
     lever = float(system.scene_chain.L1 + system.scene_chain.L2)
-    return size_of(row) <= tolerances.NO_LEVER * system.rounding * lever
+    return size_of(row) <= tolerances.NO_LEVER * lever
 
 
 def size_of(row: Pair) -> float:

@@ -97,8 +97,8 @@ def flow(
         if found is not None or over:
             break
         taken += len(block.lengths)
-        if not failure and taken > tolerances.MOST_STEPS:
-            failure = f"it takes more than {tolerances.MOST_STEPS} steps"
+        if not failure and taken > tolerances.MANY_STEPS and _never_ends(compiled, block, until):
+            failure = "its steps become too short"
         if failure:
             return _failed(system, compiled, mode, state, blocks, doubts, compile_seconds, failure)
         ahead = min(2 * ahead, most_ahead)
@@ -106,6 +106,14 @@ def flow(
     trigger = found.trigger if found is not None else None
     end = _end_state(system, compiled, mode, state, blocks, until if trigger is None else None)
     return Arc(mode, state, end, tuple(blocks), trigger, tuple(doubts), compiled, compile_seconds)
+
+
+def _never_ends(compiled: CompiledMode, block: Block, until: Any) -> bool:
+    """Return whether an arc would take far too many steps at the pace of the last ones."""
+    if compiled.clock is not None:
+        return False
+    left, pace = until - block.starts[-1], block.lengths.mean()
+    return bool(left > tolerances.MOST_STEPS * pace)
 
 
 def _failed(

@@ -99,7 +99,7 @@ def stopped(
     """
     lever = float(abs(pose.chain.L1) + abs(pose.chain.L2))
     pairs = [(coordinate, pose.row(coordinate)) for coordinate in coordinates]
-    pairs = [pair for pair in pairs if _long(pair[1]) > NO_LEVER * rounding * lever]
+    pairs = [pair for pair in pairs if _long(pair[1]) > NO_LEVER * lever]
     if any(not parallel(pairs[0][1], row) for _, row in pairs[1:]):
         return 0 * u[0], 0 * u[1]
     for coordinate, row in pairs:
@@ -204,17 +204,13 @@ class Impacts:
         G_nn = self._pose.response(row, row)
         tangent = (0, 0) if contact.tangent is None else self._pose.row(contact.tangent)
         # A point that cannot move along the surface in this pose has no friction to speak of.
-        if max(abs(entry) for entry in tangent) <= NO_LEVER * self._rounding * max(
-            abs(entry) for entry in row
-        ):
+        if max(abs(entry) for entry in tangent) <= NO_LEVER * max(abs(entry) for entry in row):
             impulse = smooth_impulse(v_n, G_nn, contact.restitution)
             return self._strike(index, impulse, u, self._after(u, row, tangent, impulse))
         G_nt = self._pose.response(row, tangent)
         across = row[0] * tangent[1] - row[1] * tangent[0]
         # A point that moves along one line only does not slide by itself: both speeds are one.
-        if abs(across) <= NO_LEVER * self._rounding * (
-            abs(row[0] * tangent[1]) + abs(row[1] * tangent[0])
-        ):
+        if abs(across) <= NO_LEVER * (abs(row[0] * tangent[1]) + abs(row[1] * tangent[0])):
             return self._guided(index, u, v_n, G_nn, G_nt / G_nn)
         return self._rough(
             index, u, v_n, Response(G_nn, G_nt, self._pose.response(tangent, tangent))
@@ -275,9 +271,7 @@ class Impacts:
             tangent = self._pose.row(contact.tangent)
             sliding = speed_along(tangent, u)
             across = row[0] * tangent[1] - row[1] * tangent[0]
-            guided = abs(across) <= NO_LEVER * self._rounding * (
-                abs(row[0] * tangent[1]) + abs(row[1] * tangent[0])
-            )
+            guided = abs(across) <= NO_LEVER * (abs(row[0] * tangent[1]) + abs(row[1] * tangent[0]))
             if sticks and not guided:
                 held.append(contact.tangent)
             elif not guided:

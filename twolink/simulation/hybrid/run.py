@@ -224,7 +224,8 @@ class _History:
                     f"{arc.mode}, then {_event_of(arc)}"
                 )
             self._steps += arc.step_count
-            if len(self.arcs) > self._effort.jumps or self._steps > self._effort.steps:
+            too_many = len(self.arcs) > self._effort.jumps or self._steps > self._effort.steps
+            if too_many or self._is_stuck():
                 self.exhausted = True
                 raise IntegrationError(
                     f"the motion has {len(self.arcs)} modes by {float(arc.end.t):.6g} s, and is "
@@ -232,6 +233,16 @@ class _History:
                 )
             following = self._jump(arc, until)
             self._keep(following)
+
+    def _is_stuck(self) -> bool:
+        """Return whether modes change so often that the run would never end, without impacts."""
+        count = tolerances.MANY_JUMPS
+        if len(self.arcs) % count:
+            return False
+        since = float(self.arcs[-count].start.t)
+        now = float(self.state.t)
+        struck = bool(self.strikes) and self.strikes[-1].time >= since
+        return not struck and float(self._end) - now > count * (now - since)
 
     def _expected(self, following: Jump) -> int:
         """Return the steps that the last arc in the same mode took, and one more: 0 if unknown."""

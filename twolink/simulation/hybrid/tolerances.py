@@ -33,9 +33,10 @@ LEFT_OVER = 64
 # Roundings of the approach speed. A slower rebound is the rounding of none. Read by impact.
 NO_REBOUND = 512
 
-# Roundings of the other row. A shorter Jacobian row is the rounding of zero: the point cannot move
-# that way in this pose. Read by impact and complementarity.
-NO_LEVER = 64
+# Part of the other row, or of the length of the chain. A shorter Jacobian row is the rounding of
+# zero: the point cannot move that way in this pose. A scene is given in float64, so this is the
+# same in all precisions. Read by impact and complementarity.
+NO_LEVER = 2.0**-46
 
 # Part of the product of two rows. If their determinant is smaller, they bar the same motion. Read
 # by constraint.
@@ -65,6 +66,10 @@ MOST_JUMPS = 20_000
 # by zeno.
 LONG_FLIGHT = 1e6
 
+# Jumps without an impact after which a run is given up if it would take as many times as many for
+# the rest. Read by run.
+MANY_JUMPS = 1_000
+
 # Impacts within the Zeno time (below) before all contacts that took part come to rest together.
 # Read by zeno.
 MOST_IMPACTS_OF_A_BURST = 60
@@ -77,8 +82,12 @@ BAUMGARTE_RATE = 8.0
 # who ask for the motion. Read by flow.
 SHORTEST_STEP = 2.0**-42
 
-# Steps of one arc before the run is given up. Read by flow.
-MOST_STEPS = 100_000
+# Steps of an arc after which it is given up if it would take more than as many as MOST_STEPS at the
+# pace of the last ones. Read by flow.
+MANY_STEPS = 2_000
+
+# See MANY_STEPS. Read by flow.
+MOST_STEPS = 1_000_000
 
 # Part of the response of a normal to its own push. Where steps become too short while a point
 # slides and friction leaves less of that response, friction locks the slide (Painlevé). Read by
