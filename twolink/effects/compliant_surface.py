@@ -38,7 +38,8 @@ class CompliantSurface:
     What presses is a ball: its `radius` (m), and `modulus` E (Pa) and `poisson` ν of the ball and
     of the surface may stand for the stiffness of all laws but the first, K = 4/3 E* √R with
     1/E* = Σ (1 − ν²)/E. The last needs them, and the yield `strength` (Pa) of both. `friction` is
-    Coulomb's μ while a point slides and `static` the one while it sticks.
+    Coulomb's μ while a point slides and `static` the one while it sticks. No law pulls: with `loss`
+    the force is zero where it would be negative.
     """
 
     point: tuple[float, float]

@@ -22,6 +22,10 @@ class Surface:
     It bars the points `on` (of B, C1, C2 and D). `restitution` is e of the law of restitution
     `law`; `friction` is Coulomb's μ while a point slides and `static` the one while it sticks (the
     same unless given). In an impact friction is that of sliding. `name` is for the log.
+
+    Rigid contact has no motion where the chain is stretched or folded towards a point that the
+    surface or its friction holds while the links turn: no finite impulse stops them. A simulation
+    ends there and says so.
     """
 
     point: tuple[float, float]

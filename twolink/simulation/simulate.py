@@ -334,10 +334,10 @@ def _made(
     holds_until = float(times[-1] if met.all() else times[max(int(met.argmin()) - 1, 0)])
     notes: list[str] = []
     if not met.all():
-        notes.append(
-            f"The accuracy {asked.accuracy:.1e} holds until {holds_until:.6g} s; at "
-            f"{times[-1]:.6g} s the error is {errors[-1]:.1e}."
-        )
+        told = f"at {times[-1]:.6g} s the error is {errors[-1]:.1e}"
+        if not np.isfinite(errors[-1]):
+            told = "the error after that is unknown, as the run that measures it ends early"
+        notes.append(f"The accuracy {asked.accuracy:.1e} holds until {holds_until:.6g} s; {told}.")
     return Trajectory(
         scene=asked.scene,
         t=times,
