@@ -377,4 +377,28 @@ def test_newtons_law_is_refused_where_it_would_multiply_the_energy():
     contact = RigidContact("floor", normal, 0.0, 0.5, tangent, 2.0, 2.0, "newton-routh")
     impacts = Impacts(Pose(BARS, lagrange, q), [contact], 0.5, EPSILON)
     with pytest.raises(IntegrationError, match=r"beyond the range of its law \(newton-routh\)"):
-        impacts.impact(0, (1.0, -0.5))
+        impacts.resolve((1.0, -0.5), (0,), ())
+
+
+def test_speed_that_two_nearly_parallel_contacts_take_is_in_the_log():
+    """D strikes two walls at an angle of 1e-7 rad, and would slide on by 1e-7 m/s along one.
+
+    The speed towards the other wall is rounding then, but that along both is not.
+    """
+    pose, angle = Pose(BARS, lagrange, Q), 1e-7
+    normals = (0.0, -1.0), (math.sin(angle), -math.cos(angle))
+    walls = [RigidContact(f"wall {n}", PointCoordinate("D", n), 0.0, 0.0) for n in normals]
+    along, row = pose.row(PointCoordinate("D", (1.0, 0.0))), pose.row(walls[0].normal)
+    after = np.linalg.solve([along, row], [1e-7, 0.0])
+    before = after - np.array(pose.impulse_response(row))
+    found = Impacts(pose, walls, 0.5, EPSILON).resolve(tuple(before.tolist()), (0, 1), ())
+    assert found.u == (0, 0)
+    given = sum(
+        float(strike.impulse.normal) * np.array(pose.row(walls[strike.number].normal))
+        for strike in found.strikes
+    )
+    assert given == pytest.approx(-lagrange_mass(Q) @ before, abs=1e-12)
+
+
+def lagrange_mass(q):
+    return np.array(lagrange.mass_matrix(BARS, q))
