@@ -67,6 +67,9 @@ def no_passing_through_cushions(seen: Seen) -> Verdict:
         if element.yields:
             pressed = np.where(seen.states(i) == "OPEN", 0.0, -gap)
             allowed = allowed + np.maximum.accumulate(np.maximum(pressed, 0.0))
+            # A short press may fall between two of the times: its events do not.
+            place = np.searchsorted(seen.moments, seen.t, side="right")
+            allowed = allowed + np.append(0.0, _deepest_at_events(seen, i, element))[place]
         assert element.law is not None
         # What comes out faster than the law can push is not pushed.
         pushed = element.law(-gap, -element.way.speed(seen.chain, seen.q, seen.u)) > 0
@@ -76,6 +79,15 @@ def no_passing_through_cushions(seen: Seen) -> Verdict:
         if said:
             return said
     return None
+
+
+def _deepest_at_events(seen: Seen, number: int, element: Any) -> Any:
+    """Return how deep (m) a point has pressed a cushion at any event up to each."""
+    q, _ = seen.trajectory.at(np.minimum(seen.moments, seen.trajectory.t[-1]))
+    gap = element.way.coordinate(seen.chain, q) - element.bound
+    before = np.maximum(seen.modes_at(seen.moments) - 1, 0)
+    pressed = seen.states(number, before) != "OPEN"
+    return np.maximum.accumulate(np.where(pressed, np.maximum(-gap, 0.0), 0.0))
 
 
 def surfaces_push(seen: Seen) -> Verdict:

@@ -14,7 +14,7 @@ from twolink.errors import TwolinkError
 ACCURACY, FORMULATION = 1e-14, "kane"
 
 # In a note that says this, two motions are right, and two runs may take one each.
-_CHOICE = "Painlev"
+_CHOICE = "leave a choice"
 
 
 def compared(trajectory: Any) -> tuple[list[tuple[str, str]], str]:

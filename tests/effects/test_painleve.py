@@ -75,7 +75,7 @@ def test_where_two_are_consistent_it_is_said():
     assert A < 0 < b
     trajectory = simulate(scene(LEANING * 6.0, 2.0))
     (note, *_) = trajectory.notes
-    assert note.startswith("At 0 s the laws of contact leave a choice (Painlevé): ")
+    assert note.startswith("At 0 s the laws of contact leave a choice: ")
     assert "is taken; or" in note
 
 

@@ -132,7 +132,7 @@ def _notes(system: HybridSystem, state: HybridState, mode: Mode, selection: Sele
         dict.fromkeys(str(replace(mode, states=states)) for states in selection.others)
     )
     return [
-        f"At {float(state.t):.9g} s the laws of contact leave a choice (Painlevé): "
+        f"At {float(state.t):.9g} s the laws of contact leave a choice: "
         f"{mode} is taken; or {others}."
     ]
 

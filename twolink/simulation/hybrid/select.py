@@ -51,6 +51,7 @@ from twolink.simulation.hybrid.dynamics import (
     constraint_count,
     solve,
 )
+from twolink.simulation.hybrid.painleve import jammed
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 
@@ -72,7 +73,8 @@ def select(
 ) -> Selection | None:
     """Return the mode in which the motion goes on, or None if the laws allow none.
 
-    `known` has the states to which elements are restricted, by number.
+    Where the derivatives contradict every mode that is left, rounding is to blame unless friction
+    locks a slide. `known` has the states to which elements are restricted, by number.
     """
     options = tuple(
         known.get(i) or element.options(i in state.touching, state.sliding[i])
@@ -99,7 +101,9 @@ def select(
         moving = moving or found
     if moving:
         return _preferred(problem, moving, orders)
-    return _preferred(problem, undecided, {})._replace(confirmed=False) if undecided else None
+    if not undecided or jammed(system, state, pose):
+        return None
+    return _preferred(problem, undecided, {})._replace(confirmed=False)
 
 
 def _rests(problem: Problem, states: States) -> bool:
