@@ -209,7 +209,7 @@ class Trajectory:
 
     def _by_mode(
         self, times: Array, q: Array, u: Array
-    ) -> Iterator[tuple[NDArray[np.bool_], Loads, Array]]:
+    ) -> Iterator[tuple[NDArray[np.intp], Loads, Array]]:
         """Return, for each mode, the times in it (as a mask), all that acts, and du/dt there."""
         if not self.events:
             loads = smooth_loads(self.scene.effects, self.chain, tuple(q), tuple(u), times)
@@ -227,8 +227,8 @@ class Trajectory:
 
     def _solutions(
         self, times: Array, q: Array, u: Array
-    ) -> Iterator[tuple[NDArray[np.bool_], Solution]]:
-        """Return, for each mode that is at some of the times (a mask), what holds in it there."""
+    ) -> Iterator[tuple[NDArray[np.intp], Solution]]:
+        """Return, for each mode, the numbers of the times in it, and what holds in it there."""
         if not self.events:
             return
         from twolink.simulation.hybrid.dynamics import Pose, mode_solution
@@ -241,14 +241,15 @@ class Trajectory:
             dents = [mode.dent(index) for index in range(len(elements))]
             yield now, mode_solution(pose, effects, elements, mode.states, dents, speeds, t)
 
-    def _modes_at(self, times: Array) -> Iterator[tuple[NDArray[np.bool_], Mode]]:
-        """Return each event's mode, and which of the times (s) are in it."""
+    def _modes_at(self, times: Array) -> Iterator[tuple[NDArray[np.intp], Mode]]:
+        """Return each event's mode, and the numbers of the times (s) that are in it."""
         entered = [event.entered for event in self.events]
         index = np.searchsorted(entered, times, side="right") - 1
-        for number, event in enumerate(self.events):
-            now = index == number
-            if now.any():
-                yield now, event.mode
+        order = np.argsort(index, kind="stable")
+        bounds = np.searchsorted(index[order], np.arange(len(self.events) + 1))
+        for event, start, stop in zip(self.events, bounds[:-1], bounds[1:], strict=True):
+            if stop > start:
+                yield order[start:stop], event.mode
 
     def work(self) -> dict[str, Array]:
         """Return the work of each effect since the start (J), shape (n,), by its name.

@@ -41,7 +41,7 @@ _SAME_IMPACT = 1e3
 # runs are not tried in it, and those that turn out to be longer are ended.
 _MOST_WORK = 8_000
 _STEPS_OF_A_JUMP = 4
-_MOST_JUMPS_IN_QUADRUPLE = _MOST_WORK // _STEPS_OF_A_JUMP
+_MOST_JUMPS = {"quadruple": _MOST_WORK // _STEPS_OF_A_JUMP, "long double": 12_000}
 
 # The order at which double precision loses nothing, and the steps above which lower ones do.
 _BEST_ORDER = 21
@@ -51,7 +51,7 @@ _MANY_STEPS_OF_A_LOW_ORDER = 3000
 _LOST = 1e4
 
 # The judge follows so many times as many bounces before it leaves out those that do not end.
-_MORE_PATIENCE = 3
+_MORE_PATIENCE = 2
 
 # At so many places of each step are runs compared.
 _PLACES = (0.25, 0.5, 0.75)
@@ -95,7 +95,7 @@ def measured_run(
         key = precision, order, by
         if key not in known:
             effort = Effort(
-                jumps=_MOST_JUMPS_IN_QUADRUPLE if precision == "quadruple" else MOST_JUMPS,
+                jumps=_MOST_JUMPS.get(precision, MOST_JUMPS),
                 steps=_MANY_STEPS_OF_A_LOW_ORDER if by == own and order < _BEST_ORDER else math.inf,
                 patience=PATIENCE if by == own else _MORE_PATIENCE * PATIENCE,
             )
@@ -118,7 +118,8 @@ def measured_run(
         margin = _MARGIN if rung.precision != rung.judge else _MARGIN_OF_EQUALS
         errors = margin * differences(kept, judge, times, accuracy)
         worst = float(errors.max(initial=0.0))
-        if best is None or worst < best[0] or kept.reached > best[1].reached:
+        better = best is None or (kept.reached, -worst) > (best[1].reached, -best[0])
+        if better:
             best = worst, kept, errors
         if worst <= accuracy and kept.reached >= judge.reached - accuracy:
             break
