@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
 from twolink.errors import IntegrationError
 from twolink.optional import heyoka
@@ -280,10 +281,25 @@ def _end_state(
         compliant[index] = replace(compliant[index], sqrt_depth=next(rest))  # type: ignore[type-var]
     q, u = (values[0], values[1]), (values[2], values[3])
     u = _held(system, mode, q, u)
-    sliding = tuple(own.direction if own.slips else 0 for own in mode.states)
+    sliding = tuple(
+        own.direction
+        if own.slips
+        else _carried(system, element, index in state.touching, own, q, u)
+        for index, (element, own) in enumerate(zip(system.elements, mode.states, strict=True))
+    )
     if t == state.t or (u[0] == 0 and u[1] == 0):
         sliding = state.sliding if t == state.t else (0,) * len(sliding)
     return HybridState(t, q, u, tuple(gaps), state.touching, sliding, tuple(compliant))
+
+
+def _carried(
+    system: HybridSystem, element: ContactElement, touching: bool, own: ContactState, q: Any, u: Any
+) -> int:
+    """Return the direction in which a contact slides that another one holds off its surface."""
+    if own is not ContactState.OPEN or not touching or element.tangent is None:
+        return 0
+    speed = element.tangent.speed(system.chain, q, u)
+    return 0 if speed == 0 else 1 if speed > 0 else -1
 
 
 def _held(system: HybridSystem, mode: Mode, q: Any, u: Any) -> Any:

@@ -13,7 +13,7 @@ from twolink.contact.states import ContactState, EventKind, pressed, slipping
 from twolink.simulation.hybrid import compliant_state
 from twolink.simulation.hybrid.collision import place, sliding_after, sliding_of
 from twolink.simulation.hybrid.complementarity import States
-from twolink.simulation.hybrid.constraint import parallel
+from twolink.simulation.hybrid.constraint import parallel, same_line
 from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import (
@@ -131,7 +131,14 @@ def _brought_to_rest(
     u = stopped(pose, still, state.u, system.rounding)
     if u[0] == 0 and u[1] == 0:
         return replace(state, u=u, sliding=(0,) * len(state.sliding))
-    return replace(state, u=u, sliding=put(state.sliding, index, 0))
+    tangent, chain = system.elements[index].tangent, system.scene_chain
+    sliding = tuple(
+        0 if along and tangent and same_line(along, tangent, chain) else direction
+        for along, direction in zip(
+            (e.tangent for e in system.elements), state.sliding, strict=True
+        )
+    )
+    return replace(state, u=u, sliding=put(sliding, index, 0))
 
 
 def _breaks(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:

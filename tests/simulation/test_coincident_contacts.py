@@ -1,0 +1,40 @@
+"""Two contacts of one and the same point: a mass centre at the end of its link, on one surface."""
+
+import math
+
+import numpy as np
+import pytest
+
+from twolink.chain import Chain
+from twolink.effects.gravity import Gravity
+from twolink.effects.sampled_torque import SampledTorque
+from twolink.effects.surface import Surface
+from twolink.scene import Scene
+from twolink.simulation import simulate
+
+Q = (0.3, 1.1)
+TORQUE = SampledTorque((0.0, 0.05, 1.0), (0.0, 0.5, 0.5), (0.0, 0.0, 0.0), interpolation="hold")
+
+
+def sliding(*points):
+    """Return the motion of a chain whose end slides on a floor while a torque jumps."""
+    floor = Surface(
+        (0.0, math.sin(Q[0]) + math.sin(Q[1])), (0.0, -1.0), on=points, friction=0.3, name="floor"
+    )
+    x, y = -np.sin(Q), np.cos(Q)
+    u = np.linalg.solve([x, y], [1.5, 0.0])
+    scene = Scene(
+        Chain.point_masses((1.0, 1.0), (1.0, 1.0)), Q, tuple(u.tolist()), 0.1,
+        (Gravity(), TORQUE, floor),
+    )  # fmt: skip
+    return simulate(scene)
+
+
+def test_a_point_that_is_named_twice_slides_on_through_a_jump_of_the_torque():
+    """The force on one contact or on the other is the same, and so is the motion."""
+    once, twice = sliding("D"), sliding("C2", "D")
+    assert once.met
+    assert twice.met
+    assert twice.q == pytest.approx(once.q, abs=1e-9)
+    assert "slips" in str(twice.events[-1].mode)
+    assert not any("sticks" in str(event.mode) for event in twice.events)
