@@ -50,6 +50,9 @@ _MANY_STEPS_OF_A_LOW_ORDER = 3000
 # So many times the accuracy is more than a higher order of the same precision gains.
 _LOST = 1e4
 
+# Runs whose ends differ in this decimal of the whole reach equally far.
+_DIGITS = 4
+
 # The judge follows so many times as many bounces before it leaves out those that do not end.
 _MORE_PATIENCE = 2
 
@@ -118,12 +121,13 @@ def measured_run(
         margin = _MARGIN if rung.precision != rung.judge else _MARGIN_OF_EQUALS
         errors = margin * differences(kept, judge, times, accuracy)
         worst = float(errors.max(initial=0.0))
-        better = best is None or (kept.reached, -worst) > (best[1].reached, -best[0])
-        if better:
+        rank = round(kept.reached / float(times[-1]), _DIGITS), -worst
+        if best is None or rank > (round(best[1].reached / float(times[-1]), _DIGITS), -best[0]):
             best = worst, kept, errors
         if worst <= accuracy and kept.reached >= judge.reached - accuracy:
             break
-        if kept.exhausted or judge.steps + _STEPS_OF_A_JUMP * len(judge.arcs) > _MOST_WORK:
+        work = judge.steps + _STEPS_OF_A_JUMP * len(judge.arcs)
+        if kept.exhausted or (work > _MOST_WORK and kept.reached >= judge.reached):
             # A longer precision would take too long.
             break
     assert best is not None

@@ -11,7 +11,7 @@ from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.collision import place
 from twolink.simulation.hybrid.dynamics import Pose
-from twolink.simulation.hybrid.impact import at_rest, speed_along, stopped
+from twolink.simulation.hybrid.impact import at_rest, is_left_over, speed_along, stopped
 from twolink.simulation.hybrid.reactions import press
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
@@ -57,7 +57,7 @@ def _touched(system: HybridSystem, state: HybridState, pose: Pose, index: int) -
     # A start is given in float64, and lies on a contact to its rounding.
     near = tolerances.CONTACT_GAP * rounding("double") * max(1.0, abs(float(element.bound)))
     row = pose.row(element.normal)
-    still = at_rest(row, state.u, rounding("double"))
+    still = is_left_over(row, state.u, state.u, rounding("double"))
     if gap > near:
         return state
     if gap < -near:
