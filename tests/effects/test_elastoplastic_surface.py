@@ -335,7 +335,7 @@ def test_energy_is_never_gained_and_friction_keeps_its_cone():
         trajectory = simulate(start, samples=2001)
         free = np.ones(len(trajectory.t), dtype=bool)
         for now, mode in trajectory._modes_at(trajectory.t):
-            free &= ~now | (mode.states[0] is ContactState.OPEN)
+            free[now] = mode.states[0] is ContactState.OPEN
         # It starts on the floor, at no depth.
         free[0] = True
         energy = trajectory.energy[free]
