@@ -1,1 +1,1 @@
-"""Timings, as ratios taken side by side in one run."""
+"""Benchmarks: timings as ratios measured side by side in one run."""

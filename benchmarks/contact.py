@@ -1,8 +1,8 @@
-"""What contact costs, and how compliant contact nears the rigid one.
+"""The cost of contact, and the convergence of compliant contact to rigid contact.
 
-`uv run python -m benchmarks.contact`: 10 s of the source's chain over a floor, with some 50
-impacts, beside the same without the floor; the rebound from floors of ever higher stiffness, and by
-how much it misses that of the rigid law; and the restitution of a floor that yields. With
+`uv run python -m benchmarks.contact` measures 10 s of a chain of uniform bars over a floor, with
+about 50 impacts, against the same chain without the floor; the difference between the rebound from
+floors of increasing stiffness and the rigid law's; and the restitution of a yielding floor. With
 `--plot FILE` the last two are drawn to an .svg or .png file.
 """
 
@@ -49,7 +49,7 @@ LAWS = {
 }
 DECADES = range(5, 12)
 
-# All the mass, 1 kg, is in D. The ball is of steel, the floor of aluminium.
+# The whole mass, 1 kg, is in D. The ball is made of steel, the floor of aluminium.
 POINT = Chain(
     mass=(1e-12, 1.0), length=(1.0, 1.0), centre=((0.5, 0.0), (1.0, 0.0)), inertia=(1e-14, 1e-14)
 )
@@ -62,7 +62,7 @@ SPEEDS = tuple(float(v) for v in np.geomspace(3e-4, 2.0, 16))
 
 
 def main() -> None:
-    """Measure, print all tables, and draw what is to be drawn."""
+    """Measure, print all tables, and draw the plot if requested."""
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--plot", type=Path, help="draw the limit to this .svg or .png file")
     arguments.add_argument("--theme", default="light", help="light or dark")
@@ -77,7 +77,7 @@ def main() -> None:
 
 
 def print_cost() -> None:
-    """Print what a scene with impacts costs beside the same without the floor."""
+    """Print the cost of a scene with impacts against the same scene without the floor."""
     scenes = {"free": FALL, "over the floor": replace(FALL, effects=(*FALL.effects, FLOOR))}
     times: dict[str, list[float]] = {name: [] for name in scenes}
     runs = {}
@@ -102,7 +102,7 @@ def print_cost() -> None:
 
 
 def limit(law: str) -> Limit:
-    """Return how the rebound from surfaces of a law nears that of the rigid one."""
+    """Return the convergence of a compliant law's rebound to that of the rigid law."""
     stiffness = tuple(10.0**exponent for exponent in DECADES)
     misses = tuple(miss(law, k) for k in stiffness)
     rate = -float(np.polyfit(np.log(stiffness[-4:]), np.log(misses[-4:]), 1)[0])
@@ -111,10 +111,10 @@ def limit(law: str) -> Limit:
 
 
 def print_limits(limits: list[Limit]) -> None:
-    """Print how the rebounds near that of the rigid law, with the measured rates."""
+    """Print the convergence of rebounds to the rigid law's, with the measured rates."""
     table = Table(title="Rebound at 1 m/s, sliding at 3 m/s with friction 0.1, without loss")
     table.add_column("law")
-    for column in ("stiffness (SI)", "misses the rigid law by (m/s)", "rate", "expected rate"):
+    for column in ("stiffness (SI)", "difference to the rigid law (m/s)", "rate", "expected rate"):
         table.add_column(column, justify="right")
     for found in limits:
         for place, (stiffness, missed) in enumerate(
@@ -129,7 +129,7 @@ def print_limits(limits: list[Limit]) -> None:
 
 
 def restitution() -> Restitution:
-    """Return what a floor that yields gives back, simulated and by the areas of its law."""
+    """Return the restitution of a yielding floor, simulated and by the areas of its law."""
     deepest = [float(brentq(_short_of, 1e-9, 0.01, args=(v,), xtol=1e-18)) for v in SPEEDS]
     given = [work_of_restitution(depth) for depth in deepest]
     computed = [math.sqrt(2 * work) / v for work, v in zip(given, SPEEDS, strict=True)]
@@ -148,7 +148,7 @@ def _short_of(depth: float, speed: float) -> float:
 
 
 def work_of_compression(depth: float) -> float:
-    """Return the work (J) that a first compression to a depth (m) takes."""
+    """Return the work (J) of a first compression to a depth (m)."""
     edges = [0.0, *(d for d in (MATERIAL.flow_depth,) if d < depth), depth]
     parts = (
         quad(MATERIAL.compression, low, high, epsabs=0, epsrel=1e-12)[0]
@@ -158,13 +158,13 @@ def work_of_compression(depth: float) -> float:
 
 
 def work_of_restitution(depth: float) -> float:
-    """Return the work (J) that is given back from a deepest depth (m)."""
+    """Return the work (J) restored from a maximal depth (m)."""
     stays = MATERIAL.residual(depth) if depth > MATERIAL.yield_depth else 0.0
     return float(2 / 5 * MATERIAL.compression(depth) * (depth - stays))
 
 
 def rebound(speed: float) -> float:
-    """Return the speed (m/s) at which D comes off a floor that yields."""
+    """Return the speed (m/s) at which D leaves a yielding floor."""
     J = np.array([[math.cos(q) for q in POSE], [-math.sin(q) for q in POSE]])
     u1, u2 = np.linalg.solve(J, [speed, 0.0]).tolist()
     start = replace(
@@ -175,7 +175,7 @@ def rebound(speed: float) -> float:
 
 def print_restitution(found: Restitution) -> None:
     """Print the restitution of all speeds, simulated and computed."""
-    table = Table(title=f"A floor that yields: {found.material}")
+    table = Table(title=f"A yielding floor: {found.material}")
     for column in ("speed (m/s)", "restitution, simulated", "by the law's areas", "difference"):
         table.add_column(column, justify="right")
     for v, measured, computed in zip(found.speeds, found.measured, found.computed, strict=True):
@@ -186,7 +186,7 @@ def print_restitution(found: Restitution) -> None:
 
 
 def miss(law: str, stiffness: float) -> float:
-    """Return how much D's speeds after a compliant contact differ from those after a rigid one."""
+    """Return the difference of D's speeds after a compliant and after a rigid contact."""
     J = np.array([[-math.cos(q) for q in POSE], [-math.sin(q) for q in POSE]])
     u1, u2 = np.linalg.solve(J, [-1.0, 3.0]).tolist()
     place = (0.0, HEIGHT), (0.0, -1.0)

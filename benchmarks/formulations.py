@@ -1,7 +1,7 @@
-"""What a call costs, beside Pinocchio's: `uv run python -m benchmarks.formulations`.
+"""The cost of a call against Pinocchio's: `uv run python -m benchmarks.formulations`.
 
-Every row is taken side by side, several times in turn, and the medians are compared; the
-spread says how far to trust them. Operation counts do not depend on the machine.
+The entries of a row are timed in turn, several times, and the medians are compared; the spread
+indicates their reliability. Operation counts do not depend on the machine.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from rich.table import Table
 from twolink import kane, lagrange
 from twolink.chain import Chain
 from twolink.compilation import Compiled
+from twolink.data import data_path
 from twolink.effects.gravity import Gravity
-from twolink.engines.pinocchio import Pinocchio
-from twolink.shipped import shipped
+from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.urdf import read_planar_urdf
 
 ROUNDS = 9
@@ -34,7 +34,7 @@ LOOPED = 50_000
 
 
 def seconds_side_by_side(*functions: Callable[[], object]) -> list[list[float]]:
-    """Return the times of each function (s), taken in turn so that noise strikes all alike."""
+    """Return the times of each function (s), measured in turn so that noise affects all alike."""
     times: list[list[float]] = [[] for _ in functions]
     for function in functions:
         function()
@@ -47,7 +47,7 @@ def seconds_side_by_side(*functions: Callable[[], object]) -> list[list[float]]:
 
 
 def repeated(function: Callable[..., object], *arguments: object) -> Callable[[], None]:
-    """Return a loop of calls, as plain as Python has it."""
+    """Return a plain Python loop of calls."""
 
     def loop() -> None:
         for _ in range(CALLS):
@@ -57,7 +57,7 @@ def repeated(function: Callable[..., object], *arguments: object) -> Callable[[]
 
 
 def text_of(name: str, formulation: object, chain: Chain) -> Callable[..., object]:
-    """Return a formulation's text of a quantity; the inverse dynamics is under gravity."""
+    """Return a formulation's function of a quantity; the inverse dynamics includes gravity."""
     gravity = Gravity()
     if name == "mass matrix":
         return lambda q: formulation.mass_matrix(chain, q)  # type: ignore[attr-defined]
@@ -69,7 +69,7 @@ def text_of(name: str, formulation: object, chain: Chain) -> Callable[..., objec
 def main() -> None:
     """Measure and print the tables."""
     console = Console(width=120)
-    urdf = read_planar_urdf(shipped("twolink.urdf"))
+    urdf = read_planar_urdf(data_path("twolink.urdf"))
     chain = Chain.from_links(urdf.links)
     engine = Pinocchio(urdf)
     model, data = engine.model, engine.model.createData()
@@ -130,7 +130,7 @@ def main() -> None:
 
 @dataclass(frozen=True)
 class Cost:
-    """Times of ours and of Pinocchio's (s), each for a number of calls."""
+    """Times of our code and of Pinocchio (s), each for a number of calls."""
 
     ours: list[float]
     our_calls: int
@@ -139,7 +139,7 @@ class Cost:
 
     @property
     def nanoseconds(self) -> tuple[float, float]:
-        """The medians per call, ours and Pinocchio's."""
+        """The medians per call of our code and of Pinocchio."""
         return (
             statistics.median(self.ours) / self.our_calls * 1e9,
             statistics.median(self.theirs) / self.their_calls * 1e9,
@@ -147,19 +147,19 @@ class Cost:
 
     @property
     def ratio(self) -> float:
-        """Ours in units of Pinocchio's."""
+        """Our median divided by Pinocchio's."""
         ours, theirs = self.nanoseconds
         return ours / theirs
 
     def cells(self, ratio: float) -> list[str]:
-        """Return both medians, the ratio that is aimed at, and the larger spread of the two."""
+        """Return both medians, the target ratio, and the larger of both spreads."""
         ours, theirs = self.nanoseconds
         spread = max(max(times) / min(times) for times in (self.ours, self.theirs))
         return [f"{ours:.1f}", f"{theirs:.0f}", f"{ratio:.2f}", f"{spread:.2f}"]
 
 
 def met_or_not(met: bool) -> str:
-    """Return the verdict on an aim."""
+    """Return the verdict on a target."""
     return "met" if met else "not met"
 
 
@@ -174,7 +174,7 @@ def table_of(title: str, more: tuple[str, ...]) -> Table:
 
 
 def print_start_up(console: Console) -> None:
-    """Print what starting costs, beside a bare interpreter that imports Pinocchio."""
+    """Print start-up times against a bare interpreter that imports Pinocchio."""
     commands = {
         "twolink --help (aim: < 0.5 s)": [sys.executable, "-m", "twolink.cli", "--help"],
         "twolink verify --states 1": [
@@ -190,7 +190,7 @@ def print_start_up(console: Console) -> None:
             "-m",
             "twolink.cli",
             "simulate",
-            str(shipped("scenes") / "free_fall.toml"),
+            str(data_path("scenes") / "free_fall.toml"),
         ],
         "python -c 'import pinocchio'": [sys.executable, "-c", "import pinocchio"],
     }

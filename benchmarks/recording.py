@@ -1,8 +1,8 @@
-"""What a recorded frame costs: `uv run python -m benchmarks.recording`.
+"""The cost of a recorded frame: `uv run python -m benchmarks.recording`.
 
-The drop, through meshcat's viewer in a headless browser, picture by picture, encoded with H.264 as
-`twolink record` does. Beside it what of that is drawing alone, and what of a frame's commands is
-computed here. The aim is 0.1 s a frame at 1280 x 720 on two cores.
+The scene "drop" is drawn by meshcat's viewer in a headless browser, frame by frame, and encoded
+with H.264 as in `twolink record`. Drawing and the computation of commands are also measured
+separately. The target is 0.1 s per frame at 1280 x 720 on two cores.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from twolink.data import data_path
 from twolink.errors import PictureError
 from twolink.scene import Scene
-from twolink.shipped import shipped
 from twolink.simulation import simulate
 from viz.film import Film
 from viz.recording import record
@@ -28,7 +28,7 @@ SIZES = ((640, 480), (1280, 720), (1920, 1080))
 
 
 def seconds_by_stage(film: Film, size: tuple[int, int], suffix: str) -> dict[str, float]:
-    """Return how long each stage of a recording took (s)."""
+    """Return the time of each stage of a recording (s)."""
     ends: dict[str, tuple[float, float]] = {}
 
     def told(stage: str, share: float) -> None:
@@ -45,14 +45,14 @@ def seconds_by_stage(film: Film, size: tuple[int, int], suffix: str) -> dict[str
 
 def main() -> None:
     """Print the cost of a frame by size."""
-    film = Film((Run("drop", simulate(Scene.load(shipped("scenes") / "drop.toml"))),))
+    film = Film((Run("drop", simulate(Scene.load(data_path("scenes") / "drop.toml"))),))
     count = len(film.times)
     table = Table(title=f"Seconds a frame, {count} frames, {os.cpu_count()} cores")
     for column in ("size", "drawn and encoded", "its commands", "checked", "all, with the browser"):
         table.add_column(column, justify="right")
     for size in SIZES:
         took = seconds_by_stage(film, size, ".mp4")
-        # The first picture ends the browser's start, so that one less is between first and last.
+        # The first frame includes the browser's start, so the interval contains one frame less.
         drawn = took["pictures"] / (count - 1)
         table.add_row(
             f"{size[0]}x{size[1]}",

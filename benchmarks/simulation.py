@@ -1,9 +1,9 @@
-"""What a motion costs, beside others: `uv run python -m benchmarks.simulation`.
+"""The cost of a simulation against other methods: `uv run python -m benchmarks.simulation`.
 
-The free chain for 10 s, from a state without symmetry. Each method runs at the cheapest settings
-measured to keep its error at the end below 1e-8, in turn with the others; the medians are compared,
-compiling apart (`benchmarks.peers` has many more of other people's). Then what naming nothing
-costs: the scene, and the same scene after effects were added and left out again.
+The chain under gravity for 10 s, from a state without symmetry. Each method runs at the cheapest
+setting with a measured final error below 1e-8, in turn with the others; the medians are compared
+without compilation (`benchmarks.engines` has more external engines). Then the cost of absent
+effects: the scene, and the same scene after effects were added and removed again.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from twolink.data import data_path
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
-from twolink.engines.peers import peer_named
+from twolink.engines.registry import engine_named
 from twolink.scene import Scene
-from twolink.shipped import shipped
 from twolink.simulation import simulate
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.taylor import (
@@ -33,15 +33,15 @@ from twolink.simulation.smooth.taylor import (
 
 ROUNDS = 15
 ERROR = 1e-8
-# The start and the end of the published reference point (rad, rad/s).
+# Initial and final state of the published reference (rad, rad/s).
 EXACT = (0.6316954496532437, 14.846153572263320, 1.6832078686201084, 7.171679436733452)
 
-# A run returns the state at the end, and the time it took (s).
+# A run returns the final state and its time (s).
 Run = Callable[[], tuple[tuple[float, ...], float]]
 
 
 def timed(function: Callable[[], tuple[float, ...]]) -> Run:
-    """Return a run of a function, timed as a whole."""
+    """Return a run that times the whole call of a function."""
 
     def run() -> tuple[tuple[float, ...], float]:
         start = time.perf_counter()
@@ -52,7 +52,7 @@ def timed(function: Callable[[], tuple[float, ...]]) -> Run:
 
 
 def taylor(formulation: str, scene: Scene, order: int | None = None) -> Run:
-    """Return the bare integrator on a set of equations, timed as heyoka's own is."""
+    """Return a run of the bare integrator for a formulation, timed like heyoka's own."""
     ends = (0.0, scene.duration)
 
     def run() -> tuple[tuple[float, ...], float]:
@@ -63,29 +63,29 @@ def taylor(formulation: str, scene: Scene, order: int | None = None) -> Run:
 
 
 def error_of(run: Run) -> float:
-    """Return the error of a run at the end (rad, rad/s)."""
+    """Return the final error of a run (rad, rad/s)."""
     return max(abs(float(x) - y) for x, y in zip(run()[0], EXACT, strict=True))
 
 
 def cheapest_order(scene: Scene) -> int:
-    """Return the lowest order of the Taylor series that keeps the error."""
+    """Return the lowest order of the Taylor series that reaches the error."""
     orders = range(7, FULL_ORDERS["double"], 2)
     return next(order for order in orders if error_of(taylor("momenta", scene, order)) <= ERROR)
 
 
-def peer(name: str, method: str, scene: Scene, knob: float) -> Run:
-    """Return another engine at one setting, timed without its set-up."""
-    prepared, ends = peer_named(name).prepared(scene, method), np.array([0.0, scene.duration])
+def engine(name: str, method: str, scene: Scene, parameter: float) -> Run:
+    """Return a run of an external engine at one setting, timed without set-up."""
+    prepared, ends = engine_named(name).prepared(scene, method), np.array([0.0, scene.duration])
 
     def run() -> tuple[tuple[float, ...], float]:
-        motion = prepared(knob, ends)
+        motion = prepared(parameter, ends)
         return (*motion.q[:, -1], *motion.u[:, -1]), motion.seconds
 
     return run
 
 
 def whole_simulate(scene: Scene, accuracy: float) -> Run:
-    """Return `simulate` as a whole: its samples, its error and all runs that measure it."""
+    """Return a run of `simulate`, including samples and all runs that measure the error."""
 
     def run() -> tuple[float, ...]:
         trajectory = simulate(scene, accuracy=accuracy)
@@ -96,42 +96,42 @@ def whole_simulate(scene: Scene, accuracy: float) -> Run:
 
 def main() -> None:
     """Measure and print the tables."""
-    scene = Scene.load(shipped("scenes") / "general.toml")
+    scene = Scene.load(data_path("scenes") / "general.toml")
     order = cheapest_order(scene)
     runs = {f"Taylor on {name}, order {order}": taylor(name, scene, order) for name in EQUATIONS}
-    runs["heyoka's lagrangian(), same order"] = peer(
+    runs["heyoka's lagrangian(), same order"] = engine(
         "heyoka", "taylor", scene, step_tolerance("double", order)
     )
     runs["Taylor on momenta, full order"] = taylor("momenta", scene)
-    runs["SciPy DOP853 over pin.aba"] = peer("SciPy over Pinocchio", "DOP853", scene, 3e-14)
+    runs["SciPy DOP853 over pin.aba"] = engine("SciPy over Pinocchio", "DOP853", scene, 3e-14)
     runs["simulate(accuracy=1e-6)"] = whole_simulate(scene, 1e-6)
     runs["simulate(accuracy=1e-8)"] = whole_simulate(scene, 1e-8)
-    compare(f"10 s of the free chain, median of {ROUNDS} runs", runs)
+    compare(f"10 s of the chain under gravity, median of {ROUNDS} runs", runs)
     again = replace(scene, effects=(Gravity(), JointDamping((0.1, 0.1)), JointSpring((1.0, 1.0))))
     named = {
         "the scene": taylor("momenta", scene),
         "with damping and springs": taylor("momenta", again),
         "left out again": taylor("momenta", replace(again, effects=again.effects[:1])),
     }
-    compare("What is not named costs nothing", named, with_errors=False)
+    compare("Absent effects cost nothing", named, with_errors=False)
     print_overhead(scene)
 
 
 def print_overhead(scene: Scene) -> None:
-    """Print how much longer `simulate` takes than the integrations in it."""
+    """Print the overhead of `simulate` over its integrations."""
     shares = []
     for _ in range(100 * ROUNDS):
         start = time.perf_counter()
         trajectory = simulate(scene, accuracy=1e-6)
         taken = time.perf_counter() - start
         shares.append(taken / trajectory.statistics.run_seconds - 1)
-    # By the end all of its integrators have been optimised.
+    # By then all its integrators are compiled.
     share = statistics.median(shares[-10 * ROUNDS :])
     Console(width=110).print(f"simulate adds {share:.0%} to the bare integrations in it")
 
 
 def compare(title: str, runs: dict[str, Run], with_errors: bool = True) -> None:
-    """Run all in turn, and print their medians beside the first."""
+    """Run all in turn, and print their medians relative to the first."""
     times: dict[str, list[float]] = {name: [] for name in runs}
     errors = {name: error_of(run) for name, run in runs.items()}
     for _ in range(ROUNDS):

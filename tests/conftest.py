@@ -1,12 +1,23 @@
 """Settings of all tests: every run draws the same examples, and says from which seed."""
 
+import os
 import signal
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
 SEED = 20261121
+
+# The tests start many interpreters. Where bytecode must not be written beside the sources, it goes
+# into pytest's cache, or each interpreter would compile every package that it imports.
+if sys.dont_write_bytecode:
+    sys.dont_write_bytecode = False
+    sys.pycache_prefix = str(Path(__file__).parent.parent / ".pytest_cache" / "bytecode")
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
 
 # What a shell starts in the background inherits that Ctrl-C is ignored, and so would all commands
 # that the tests start and interrupt.
@@ -28,6 +39,36 @@ settings.register_profile(
     "nightly", settings.get_profile("thorough"), max_examples=50_000, database=None
 )
 settings.load_profile("twolink")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> None:
+    """Run all tests on all cores; run those that are named on the command line in one process.
+
+    `-n` overrides this, and `--pdb` and `-p no:xdist` keep every run in one process.
+    """
+    option = config.option
+    # xdist's own processes call this too, and must not start further ones.
+    if hasattr(config, "workerinput"):
+        return
+    everything = config.args_source is not pytest.Config.ArgsSource.ARGS
+    if everything and config.pluginmanager.hasplugin("xdist") and option.numprocesses is None:
+        option.numprocesses = "auto"
+        # Tests of one module share fixtures, so a process begins with whole modules.
+        option.dist = "worksteal"
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark the first test of each module as quick, unless it is slow or needs an engine."""
+    marked = item.get_closest_marker("slow") or item.get_closest_marker("engines")
+    module = item.getparent(pytest.Module)
+    if module is not None and not marked and not module.stash.get(_HAS_QUICK, False):
+        module.stash[_HAS_QUICK] = True
+        item.add_marker("quick")
+
+
+_HAS_QUICK = pytest.StashKey[bool]()
 
 
 def pytest_report_header() -> str:

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.contact.impact_laws import LAWS
+from twolink.coordinates import JointConvention
 from twolink.effects import effect_class
 from twolink.effects.joint_stop import JointStop
 from twolink.scene import METHODS, Scene
@@ -147,6 +148,11 @@ bars = st.builds(
 )
 
 
+conventions = st.builds(
+    JointConvention, st.tuples(st.sampled_from([1, -1]), st.sampled_from([1, -1])), pairs
+)
+
+
 def scenes(effects: st.SearchStrategy = any_effects) -> st.SearchStrategy[Scene]:
     """Scenes of bars and of other chains, under these effects (a strategy of tuples)."""
     return st.builds(
@@ -160,4 +166,5 @@ def scenes(effects: st.SearchStrategy = any_effects) -> st.SearchStrategy[Scene]
         method=st.sampled_from(METHODS),
         title=st.text(),
         shows=st.text(),
+        joints=st.none() | conventions,
     )

@@ -34,7 +34,9 @@ def test_one_text_in_any_arithmetic(number, formulation):
     expected = formulation.inverse_dynamics(
         CHAIN, (0.3, -0.4), (1.1, -0.7), (2.0, 0.5), expected_loads
     )
-    loads = Gravity(number(9.81)).loads(chain, q, u)
+    # An effect has real numbers; the chain may have arrays and complex ones.
+    g = number(9.81)
+    loads = Gravity(9.81 if isinstance(g, (np.ndarray, complex)) else g).loads(chain, q, u)
     found = formulation.inverse_dynamics(chain, q, u, du, loads)
     for value, exact in zip(found, expected, strict=True):
         first = np.ravel(value)[0] if isinstance(value, np.ndarray) else value
@@ -71,7 +73,7 @@ def test_sign_of_nan_is_nan():
 
 
 def test_an_unknown_kind_is_refused():
-    with pytest.raises(TypeError, match="no library of functions"):
+    with pytest.raises(TypeError, match="must be of a supported number type"):
         cos("0.3")
 
 

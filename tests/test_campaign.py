@@ -211,6 +211,7 @@ def test_what_is_beyond_the_accuracy_is_not_judged(sliding):
     assert violations(told) == []
 
 
+@pytest.mark.slow
 def test_scenes_are_drawn_alike_and_can_be_kept():
     scenes = [draw_scene(7, index) for index in range(30)]
     assert scenes == [draw_scene(7, index) for index in range(30)]
@@ -219,6 +220,7 @@ def test_scenes_are_drawn_alike_and_can_be_kept():
         assert Scene.parse(scene.to_toml()) == scene
 
 
+@pytest.mark.slow
 def test_all_effects_are_drawn():
     drawn = {
         type(effect).__name__ for index in range(100) for effect in draw_scene(7, index).effects

@@ -1,4 +1,4 @@
-"""The command line: what it prints, and how it refuses."""
+"""The command line: output, errors and exit codes."""
 
 import json
 import os
@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from tests.verification.chains import GENERAL
 from twolink import lagrange
 from twolink.cli import app
-from twolink.shipped import shipped
+from twolink.data import data_path
 
 SENTENCE_LINES = 1
 
@@ -86,7 +86,7 @@ def test_a_users_urdf(tmp_path):
     assert "mine.urdf" in result.stdout
 
 
-def test_assumptions_are_told(tmp_path):
+def test_assumptions_are_printed(tmp_path):
     file = tmp_path / "mine.urdf"
     file.write_text(GENERAL.to_urdf().replace('"D"', '"hand"').replace('"D_frame"', '"h"'))
     result = run("--urdf", str(file), "--states", "20")
@@ -98,15 +98,18 @@ def test_assumptions_are_told(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--states", "0"], "--states is 0; allowed is a positive whole number"),
-        (["--seed", "-1"], "--seed is -1; allowed is zero or a positive"),
+        (["--states", "0"], "--states must be a positive whole number; got 0"),
+        (["--seed", "-1"], "--seed must be zero or a positive whole number; got -1"),
         (["--urdf", "nowhere.urdf"], "nowhere.urdf: there is no file of this name"),
-        (["--urdf", "."], ".: is a folder; allowed is a URDF file"),
-        (["--json", "nowhere/verdict.json"], "--json is nowhere/verdict.json; allowed is"),
-        (["--json", "tests"], "--json is tests; allowed is a file in a folder that can be"),
+        (["--urdf", "."], ".: must be a regular file; got a folder"),
+        (
+            ["--json", "nowhere/verdict.json"],
+            "--json: nowhere/verdict.json: its folder does not exist",
+        ),
+        (["--json", "tests"], "--json: tests: must be a regular file, or a new one; got a folder"),
         (
             ["--tip", "hand"],
-            "tip 'hand' is not a frame fixed to link 'link2'; allowed is one of 'link2', 'C2', 'D'",
+            "tip must be a frame fixed to link 'link2', one of 'link2', 'C2', 'D'; got 'hand'",
         ),
     ],
 )
@@ -141,7 +144,7 @@ def test_pinocchios_refusal_is_one_sentence(monkeypatch):
     monkeypatch.setattr(pinocchio, "buildModelFromXML", refuse)
     result = run("--states", "5")
     assert result.exit_code == 2
-    assert "twolink.urdf: Pinocchio refuses it: no" in result.stderr
+    assert "twolink.urdf: Pinocchio rejects the file: no" in result.stderr
 
 
 def test_a_missing_pinocchio_is_one_sentence(monkeypatch):
@@ -181,10 +184,10 @@ def simulate(*arguments: str):
     return CliRunner().invoke(app, ["simulate", *arguments])
 
 
-FREE_FALL = str(shipped("scenes") / "free_fall.toml")
+FREE_FALL = str(data_path("scenes") / "free_fall.toml")
 
 
-def test_simulate_says_what_was_simulated_and_how_well(tmp_path):
+def test_simulate_prints_scene_and_accuracy(tmp_path):
     result = simulate(FREE_FALL, "--out", str(tmp_path / "run.csv"), "--samples", "11")
     assert result.exit_code == 0
     for words in ("10 s with Gravity", "taylor on momenta", "1.0e-09 allowed", "2.315203415"):
@@ -193,7 +196,7 @@ def test_simulate_says_what_was_simulated_and_how_well(tmp_path):
     assert len([line for line in lines if not line.startswith("#")]) == 12
 
 
-def test_an_accuracy_that_is_not_met_ends_with_1():
+def test_a_missed_accuracy_exits_with_1():
     result = simulate(FREE_FALL, "--accuracy", "1e-17")
     assert result.exit_code == 1
     assert "holds until 0 s" in result.stdout
@@ -203,11 +206,17 @@ def test_an_accuracy_that_is_not_met_ends_with_1():
     ("arguments", "words"),
     [
         (["nowhere.toml"], "nowhere.toml: there is no file of this name"),
-        ([FREE_FALL, "--method", "euler"], "method is 'euler'; allowed are taylor"),
-        ([FREE_FALL, "--accuracy", "-1"], "accuracy is -1.0; allowed is a positive"),
-        ([FREE_FALL, "--formulation", "newton"], "formulation is 'newton'; allowed are"),
-        ([FREE_FALL, "--out", "run.xlsx"], "--out is run.xlsx; allowed is a .npz or .csv"),
-        ([FREE_FALL, "--out", "nowhere/run.csv"], "--out is nowhere/run.csv; allowed is"),
+        ([FREE_FALL, "--method", "euler"], "method must be one of taylor"),
+        ([FREE_FALL, "--accuracy", "-1"], "accuracy must be positive and finite; got -1.0"),
+        ([FREE_FALL, "--formulation", "newton"], "formulation must be one of momenta"),
+        (
+            [FREE_FALL, "--out", "run.xlsx"],
+            "--out must be a .npz or .csv or .parquet file; got run.xlsx",
+        ),
+        (
+            [FREE_FALL, "--out", "nowhere/run.csv"],
+            "--out: nowhere/run.csv: its folder does not exist",
+        ),
     ],
 )
 def test_bad_simulations_are_refused(arguments, words):
@@ -221,14 +230,14 @@ def test_bad_simulations_are_refused(arguments, words):
     ("scene", "effect"), [("acrobot", "JointDamping"), ("stick_slip", "JointFriction")]
 )
 def test_the_cost_of_effects_is_printed(scene, effect):
-    result = simulate(str(shipped("scenes") / f"{scene}.toml"), "--effects-cost")
+    result = simulate(str(data_path("scenes") / f"{scene}.toml"), "--effects-cost")
     assert result.exit_code == 0
     for words in ("all effects", "without Gravity", f"without {effect}", "operations"):
         assert words in result.stdout
 
 
-def test_stick_and_slip_are_told():
-    result = simulate(str(shipped("scenes") / "stick_slip.toml"))
+def test_stick_and_slip_are_printed():
+    result = simulate(str(data_path("scenes") / "stick_slip.toml"))
     assert result.exit_code == 0
     assert "0 s: A slips forward, B sticks" in result.stdout
     assert "A sticks, B sticks" in result.stdout

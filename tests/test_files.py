@@ -1,12 +1,32 @@
+"""Files: read within bounds, written whole or not at all, and cleaned up after a kill."""
+
+import os
+import signal
+import socket
+import stat
+import subprocess
+import sys
+import time
+from pathlib import Path
+
 import pytest
 
-from twolink.files import written_whole
+from twolink import files
+from twolink.errors import FileError
+from twolink.files import (
+    atomic_write,
+    check_no_mark,
+    check_readable,
+    check_writable,
+    read_bytes,
+    scratch_folder,
+)
 
 
 def test_a_file_is_replaced_when_all_is_written(tmp_path):
     file = tmp_path / "a.txt"
     file.write_text("old")
-    with written_whole(file) as temporary:
+    with atomic_write(file) as temporary:
         temporary.write_text("new")
         assert file.read_text() == "old"
     assert file.read_text() == "new"
@@ -19,11 +39,222 @@ def test_what_goes_wrong_leaves_the_old_file(tmp_path, fault):
     file.write_text("old")
 
     def interrupted():
-        with written_whole(file) as temporary:
+        with atomic_write(file) as temporary:
             temporary.write_text("half")
             raise fault
 
     with pytest.raises(fault):
         interrupted()
     assert file.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def write(file, text="new"):
+    with atomic_write(file) as temporary:
+        temporary.write_text(text)
+
+
+@pytest.mark.parametrize("mask", [0o000, 0o022, 0o077, 0o027])
+def test_a_new_file_has_the_permissions_that_the_umask_leaves(mask, tmp_path):
+    before = os.umask(mask)
+    try:
+        write(tmp_path / "a")
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / "a").stat().st_mode) == 0o666 & ~mask
+
+
+def test_a_file_that_was_there_keeps_its_permissions(tmp_path):
+    file = tmp_path / "a"
+    file.touch(0o600)
+    write(file)
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600
+
+
+def test_links_are_followed(tmp_path):
+    (tmp_path / "far").mkdir()
+    link = tmp_path / "link"
+    link.symlink_to("far/file")
+    for text in ("new", "newer"):
+        write(link, text)
+        assert link.is_symlink()
+        assert (tmp_path / "far" / "file").read_text() == text
+    assert sorted(p.name for p in (tmp_path / "far").iterdir()) == ["file"]
+
+
+def test_a_name_as_long_as_a_file_system_takes_it(tmp_path):
+    file = tmp_path / ("x" * 255)
+    write(file)
+    assert file.read_text() == "new"
+
+
+@pytest.fixture
+def things(tmp_path):
+    """What is no regular file, by its name."""
+    os.mkfifo(tmp_path / "fifo")
+    (tmp_path / "loop").symlink_to("loop")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").touch()
+    with socket.socket(socket.AF_UNIX) as held:
+        here = os.getcwd()
+        os.chdir(tmp_path)
+        held.bind("socket")
+        os.chdir(here)
+        yield tmp_path
+
+
+WORDS = {
+    "fifo": "a pipe",
+    "loop": "is a loop of links",
+    "folder": "a folder",
+    "socket": "a socket",
+    "/dev/zero": "a device",
+    "/dev/null": "a device",
+    "a\0b": "has a NUL character",
+    "x" * 300: "is a name that is too long",
+}
+
+
+@pytest.mark.parametrize("name", [*WORDS, "none", "file/below"])
+def test_what_cannot_be_read_has_its_own_sentence(name, things):
+    words = WORDS.get(name, "there is no file of this name")
+    for check in (lambda path: read_bytes(path, 100), lambda path: check_readable(path, 100)):
+        with pytest.raises(FileError) as caught:
+            check(things / name)
+        assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("name", [*WORDS, "none/file", "file/below"])
+def test_what_cannot_be_written_is_left_alone(name, things):
+    words = WORDS.get(name, "its folder does not exist")
+    before = sorted(path.name for path in things.iterdir())
+    for attempt in (check_writable, write):
+        with pytest.raises(FileError) as caught:
+            attempt(things / name)
+        assert words in str(caught.value)
+        assert "\0" not in str(caught.value)
+    assert sorted(path.name for path in things.iterdir()) == before
+    assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
+
+
+def test_the_standard_output_is_not_replaced(tmp_path):
+    program = (
+        "from pathlib import Path; from twolink.files import check_writable\n"
+        "check_writable(Path('/dev/stdout'))"
+    )
+    with (tmp_path / "out").open("wb") as out:
+        run = subprocess.run(
+            [sys.executable, "-c", program],
+            stdout=out,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert "the standard output" in run.stderr
+
+
+def test_a_folder_that_only_looks_writable(tmp_path):
+    with pytest.raises(FileError, match="cannot be written"):
+        check_writable(Path("/proc/x.json"))
+
+
+def test_what_is_too_large_is_not_read(tmp_path):
+    file = tmp_path / "a"
+    with file.open("wb") as stream:
+        stream.truncate(10**12)
+    with pytest.raises(FileError, match="must be at most"):
+        read_bytes(file, 2**20)
+
+
+@pytest.mark.parametrize("mark", [b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff"])
+def test_byte_order_marks_are_named(mark):
+    check_no_mark(b"abc")
+    with pytest.raises(FileError, match="got a mark of UTF-"):
+        check_no_mark(mark + b"abc")
+
+
+def test_a_full_disk_is_one_sentence_and_nothing_is_left(tmp_path, monkeypatch):
+    def full(handle):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(FileError, match=r"a: cannot be written \(No space left on device\)"):
+        write(tmp_path / "a")
+    assert list(tmp_path.iterdir()) == []
+
+
+HOLDS = """
+import sys, time
+from pathlib import Path
+from twolink.files import scratch_folder, atomic_write
+with atomic_write(Path(sys.argv[1])) as file, scratch_folder("kind", sys.argv[2]) as folder:
+    file.write_text("half")
+    (folder / "inside").write_text("half")
+    print("ready", flush=True)
+    time.sleep(60)
+"""
+
+
+def test_what_a_killed_process_leaves_is_removed_by_the_next(tmp_path):
+    beside, scratch = tmp_path / "beside", tmp_path / "scratch"
+    beside.mkdir()
+    scratch.mkdir()
+    (beside / ".twolinkish").touch()
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLDS, str(beside / "a"), str(scratch)], stdout=subprocess.PIPE
+    )
+    assert process.stdout.readline() == b"ready\n"
+    # While it lives, its files are left alone.
+    write(beside / "b")
+    with scratch_folder("kind", str(scratch)) as folder:
+        assert len(list(scratch.iterdir())) == 2
+        assert not list(folder.iterdir())
+    assert len(list(beside.iterdir())) == 3
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    write(beside / "b")
+    with scratch_folder("kind", str(scratch)):
+        assert len(list(scratch.iterdir())) == 1
+    assert sorted(path.name for path in beside.iterdir()) == [".twolinkish", "b"]
+    assert list(scratch.iterdir()) == []
+
+
+def test_a_scratch_folder_goes_with_what_is_in_it(tmp_path):
+    with scratch_folder("kind", str(tmp_path)) as folder:
+        (folder / "deep" / "deeper").mkdir(parents=True)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_that_is_cleaned_up_before_it_is_locked_is_made_again(tmp_path, monkeypatch):
+    lock, taken = files._lock, []
+
+    def stolen(handle):
+        if not taken:
+            taken.append(handle)
+            next(tmp_path.glob(".twolink-*")).unlink()
+        return lock(handle)
+
+    monkeypatch.setattr(files, "_lock", stolen)
+    write(tmp_path / "a")
+    assert (tmp_path / "a").read_text() == "new"
+
+
+def test_many_writers_of_one_file(tmp_path):
+    program = (
+        "import sys; from pathlib import Path; from twolink.files import atomic_write\n"
+        "for n in range(200):\n"
+        "    with atomic_write(Path(sys.argv[1])) as file:\n"
+        "        file.write_text(sys.argv[2] * 1000)\n"
+    )
+    file = tmp_path / "a"
+    writers = [
+        subprocess.Popen([sys.executable, "-c", program, str(file), letter]) for letter in "abc"
+    ]
+    end = time.monotonic() + 60
+    while any(writer.poll() is None for writer in writers):
+        assert time.monotonic() < end
+        if file.exists():
+            assert len(set(file.read_text())) == 1
+            assert len(file.read_text()) == 1000
+    assert [writer.returncode for writer in writers] == [0, 0, 0]
     assert list(tmp_path.iterdir()) == [file]

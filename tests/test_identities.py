@@ -115,7 +115,7 @@ def test_mass_matrix_rate_less_twice_coriolis_is_skew(formulation, chain, state)
 
 @both
 @given(chain=ordinary, state=states())
-def test_energy_changes_by_the_power_of_what_is_not_conservative(formulation, chain, state):
+def test_energy_changes_by_the_power_of_nonconservative_loads(formulation, chain, state):
     """d(T + V)/dt = power of the end force and the torques: gravity is in V."""
     q, u = state.q, state.u
     others = (Force(chain.D, state.force), Torque(1, state.torque[0]), Torque(2, state.torque[1]))

@@ -198,6 +198,7 @@ def test_a_chain_along_x_slides_where_a_moment_later_shows(q, way):
     assert np.abs(found.q - known.q).max() < 1e-11
 
 
+@pytest.mark.slow
 def test_friction_only_takes_energy_and_the_balance_closes():
     """The change of T is the work of friction and gravity, by Simpson's rule between samples."""
     start = scene(

@@ -1,4 +1,4 @@
-"""The source's own lines of section 6.1, for uniform bars, beside the general ones."""
+"""The formulas of section 6.1 for uniform bars against the general ones."""
 
 from math import cos, sin
 

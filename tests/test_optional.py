@@ -1,4 +1,4 @@
-"""Packages that are imported with care: what they do to whoever uses this library."""
+"""Optional packages: side effects of their import."""
 
 import os
 import subprocess
@@ -34,18 +34,21 @@ def files_in(home: Path) -> list[Path]:
 
 
 def test_a_simulation_leaves_nothing_in_the_home(tmp_path):
-    python(SIMULATED, tmp_path)
+    """And prints nothing."""
+    assert python(SIMULATED, tmp_path) == ""
     assert files_in(tmp_path) == []
 
 
-def test_heyoka_would_leave_what_it_compiles(tmp_path):
+@pytest.mark.slow
+def test_heyoka_would_cache_compiled_code(tmp_path):
     """What the test above is about: it would see it."""
     python("import heyoka" + SIMULATED, tmp_path)
     assert [path.name for path in files_in(tmp_path)] == ["cache.db"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chosen", [True, False])
-def test_who_imported_heyoka_keeps_its_settings(tmp_path, chosen):
+def test_settings_of_an_imported_heyoka_are_unchanged(tmp_path, chosen):
     told = python(
         f"import heyoka; heyoka.llvm_state.set_diskcache_enabled({chosen})"
         f"{SIMULATED}\nprint(heyoka.llvm_state.get_diskcache_enabled())",
@@ -76,5 +79,5 @@ with ThreadPoolExecutor(8) as threads:
     assert told.strip() == "{(True, False)}"
 
 
-def test_sympy_is_kept_out_of_the_way(tmp_path):
+def test_sympy_is_not_imported(tmp_path):
     assert python(f"{SIMULATED}\nimport sys; print('sympy' in sys.modules)", tmp_path) == "False\n"

@@ -1,4 +1,4 @@
-"""The slips in the printed source, each with the test that settles it."""
+"""The misprints of the textbook, each with a test that settles it."""
 
 import math
 

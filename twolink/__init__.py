@@ -1,13 +1,14 @@
 """twolink: the reference suite for the planar two-link chain.
 
 Parameters are in `twolink.chain`, the equations of motion in `twolink.kane` and
-`twolink.lagrange`, and what compares them with engines in `twolink.verification`.
+`twolink.lagrange`, and comparisons with engines in `twolink.verification`.
 """
 
 import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    __version__: str
     from twolink.accuracy.enclosure import enclosure
     from twolink.accuracy.reference import reference
     from twolink.chain import Chain, Point
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from twolink.simulation.trajectory import Trajectory
     from twolink.verification.verify import verify
 
-# Name and home. Each is imported when it is first asked for: `twolink --help` needs none.
+# Public names and their modules, imported on first use: `twolink --help` needs none.
 _HOMES = {
     "Chain": "twolink.chain",
     "Compiled": "twolink.compilation",
@@ -56,6 +57,7 @@ __all__ = [
     "Trajectory",
     "TwolinkError",
     "UrdfError",
+    "__version__",
     "enclosure",
     "reference",
     "simulate",
@@ -64,7 +66,16 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Return a public name from its home."""
+    """Return a public name from its module."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("twolink")
     if name not in _HOMES:
         raise AttributeError(f"module 'twolink' has no attribute {name!r}")
     return getattr(importlib.import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    """Return the public names, with those that are not imported yet."""
+    return sorted({*globals(), *__all__})

@@ -1,10 +1,10 @@
-"""Functions of a number of any kind: float, array, long double, mpmath, SymPy or heyoka.
+"""Functions of any scalar type: float, array, long double, mpmath, SymPy or heyoka.
 
-Every formula of this project is written once, with + − × ÷ and the functions below. The kind of
-number that is put in decides what comes out: a float, a million floats, fifty digits, a proof.
+Every formula of this project is written once, with + − × ÷ and the functions below. The type of the
+arguments determines the result: a float, an array, fifty digits or a symbolic expression.
 
-The library that made a number also supplies its functions. So nothing is imported here that the
-caller has not imported already, and SymPy or mpmath cost nothing to those who do not use them.
+The library of a number's type supplies the functions. Nothing is imported here that the caller has
+not imported already, so SymPy and mpmath cost nothing if they are not used.
 """
 
 import cmath
@@ -13,7 +13,7 @@ import sys
 from types import ModuleType
 from typing import Any
 
-# A number of any kind. Its type is not narrower than this: no protocol covers SymPy and NumPy.
+# Any scalar type. It is not narrower, since no protocol covers both SymPy and NumPy.
 Scalar = Any
 Pair = tuple[Scalar, Scalar]
 """Two numbers: an entry for each link (q1, q2), or the x and y components of a plane vector."""
@@ -29,7 +29,7 @@ def _library_of(x: Scalar) -> ModuleType:
     return _LIBRARIES[kind]
 
 
-# Sines are taken very often: what is known already is looked up without a call.
+# Sines are evaluated very often: known types are looked up without a call.
 _LIBRARIES: dict[type, ModuleType] = {}
 
 
@@ -40,40 +40,40 @@ def _find_library(kind: type) -> ModuleType:
         return cmath
     package = kind.__module__.partition(".")[0]
     if package == "heyoka" and kind.__name__.startswith("real"):
-        # heyoka's functions are of expressions; those of its long numbers are NumPy's.
+        # heyoka's functions take expressions; its multiprecision numbers use NumPy's functions.
         package = "numpy"
     if package in ("jax", "jaxlib"):
-        # Arrays and tracers live in several modules of JAX, and its functions in one.
+        # JAX has arrays and tracers in several modules, and its functions in one.
         package = "jax.numpy"
     for name in (package, kind.__module__):
         module = sys.modules.get(name)
         if module is not None and hasattr(module, "sin"):
             return module
-    raise TypeError(f"no library of functions is known for numbers of type {kind!r}")
+    raise TypeError(f"x must be of a supported number type; got {kind!r}")
 
 
 def sin(x: Scalar) -> Scalar:
-    """Return the sine of x (rad), in the kind of number that x is."""
+    """Return the sine of x (rad), in the type of x."""
     return (_LIBRARIES.get(type(x)) or _library_of(x)).sin(x)
 
 
 def cos(x: Scalar) -> Scalar:
-    """Return the cosine of x (rad), in the kind of number that x is."""
+    """Return the cosine of x (rad), in the type of x."""
     return (_LIBRARIES.get(type(x)) or _library_of(x)).cos(x)
 
 
 def sqrt(x: Scalar) -> Scalar:
-    """Return the square root of x, in the kind of number that x is."""
+    """Return the square root of x, in the type of x."""
     return _library_of(x).sqrt(x)
 
 
 def exp(x: Scalar) -> Scalar:
-    """Return e to the power of x, in the kind of number that x is."""
+    """Return e to the power of x, in the type of x."""
     return _library_of(x).exp(x)
 
 
 def sign(x: Scalar) -> Scalar:
-    """Return -1, 0 or +1 (NaN for NaN) as the sign of x, in the kind of number that x is."""
+    """Return the sign of x as -1, 0 or +1 (NaN for NaN), in the type of x."""
     library = _library_of(x)
     if library is not math:
         return library.sign(x)

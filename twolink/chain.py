@@ -2,9 +2,9 @@
 
                 A ──── link 1 ──── B ──── link 2 ──── D
 
-A is fixed, B is the elbow, D the free end. Each link has a frame of its own in the plane of
-motion: it starts at the link's first joint, `along` points to B (link 1) or D (link 2), and
-`across` is a quarter turn further, in the positive sense of the angles.
+A is fixed, B is the elbow, D the free end. Each link has a frame in the plane of motion: its
+origin is the link's first joint, `along` points to B (link 1) or D (link 2), and `across` is
+`along` turned by +90° in the positive sense of the angles.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ from typing import Any, NamedTuple, NoReturn
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.errors import ParameterError
+from twolink.inputs import as_scalar, as_tuple, refuse
 from twolink.urdf import LinkParameters, read_planar_urdf, write_planar_urdf
 
-# Between these the products of float64 neither overflow nor lose digits.
+# Within this range products in float64 neither overflow nor lose digits.
 _SMALLEST, _LARGEST = 1e-290, 1e290
 
 
@@ -36,9 +37,9 @@ class Point(NamedTuple):
 
 
 class Rotor(NamedTuple):
-    """A body on a link that turns at speeds of its own: ω = w1 u1 + w2 u2, with `turning` w.
+    """A rotating body on a link with angular velocity ω = w1 u1 + w2 u2, where `turning` is w.
 
-    `inertia` is about its own axis (kg m²); its mass and place are the link's.
+    `inertia` is about its own axis (kg m²); its mass and position are included in the link.
     """
 
     inertia: Scalar
@@ -47,12 +48,12 @@ class Rotor(NamedTuple):
 
 @dataclass(frozen=True)
 class Chain:
-    """A planar two-link chain, each field a pair with an entry for link 1 and link 2.
+    """A planar two-link chain; each field is a pair with an entry for link 1 and link 2.
 
     `mass` in kg; `length` in m, from A to B and from B to D; `centre`, the mass centre's `along`
-    and `across` in m; `inertia` about the mass centre in kg m². `rotors` turn with the motors, if
-    there are any. Numbers of any kind will do (floats, mpmath, SymPy symbols); real ones are
-    checked, and `ParameterError` names the link, the value received and the values allowed.
+    and `across` in m; `inertia` about the mass centre in kg m². `rotors` are the rotors of motors,
+    if any. Every scalar type is valid (floats, mpmath, SymPy symbols). Real numbers are checked;
+    `ParameterError` names the link, the requirement and the received value.
     """
 
     mass: Pair
@@ -60,33 +61,34 @@ class Chain:
     centre: tuple[Pair, Pair]
     inertia: Pair
     rotors: tuple[Rotor, ...] = ()
-    # A uniform bar's mL²/12 has no float64 value. Here it is kept whole, for `convert`.
+    # A uniform bar's mL²/12 is not a float64 number. The exact value is kept for `convert`.
     _exact_inertia: Pair | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Check every parameter that is a real number."""
+        """Check every parameter that is a real number, and keep tuples of them."""
         for name in ("mass", "length", "centre", "inertia"):
-            _check_pair(name, getattr(self, name))
+            object.__setattr__(self, name, _pair(name, getattr(self, name)))
+        object.__setattr__(self, "rotors", _rotors(self.rotors))
         for link in (1, 2):
             _positive(link, "mass", self.mass[link - 1], "kg")
             _not_negative(link, "inertia", self.inertia[link - 1], "kg m²")
-        # L1 places the elbow and says where link 1 points; L2 only places D.
+        # L1 defines the elbow and the direction of link 1; L2 only defines D.
         _positive(1, "length", self.length[0], "m")
         _not_negative(2, "length", self.length[1], "m")
-        self._check_that_it_resists()
+        self._check_positive_definite()
 
-    def _check_that_it_resists(self) -> None:
-        """Refuse a chain whose mass matrix is singular in some pose."""
+    def _check_positive_definite(self) -> None:
+        """Raise `ParameterError` if the mass matrix is singular in some pose."""
         (m1, m2), (I_C1, I_C2) = self.mass, self.inertia
         (a1, b1), (a2, b2) = self.centre
         _positive(2, "inertia about B", I_C2 + m2 * (a2 * a2 + b2 * b2), "kg m²")
         # det M, at its smallest, is I_A I_B + m2 L1² I_C2.
         if _is_real(I_C2) and I_C2 == 0:
             _positive(1, "inertia about A", I_C1 + m1 * (a1 * a1 + b1 * b1), "kg m²")
-        self._check_that_floats_hold_it()
+        self._check_float_range()
 
-    def _check_that_floats_hold_it(self) -> None:
-        """Refuse a chain of floats whose determinant of M leaves their range in some pose."""
+    def _check_float_range(self) -> None:
+        """Raise `ParameterError` if det M of float64 parameters leaves their range in some pose."""
         numbers = (*self.mass, *self.length, *self.centre[0], *self.centre[1], *self.inertia)
         if not all(isinstance(number, (float, int)) for number in numbers):
             return
@@ -95,20 +97,20 @@ class Chain:
         carried = m2 * self.L1 * self.L1
         I_A, I_B = I_C1 + m1 * reach1 * reach1, I_C2 + m2 * reach2 * reach2
         least, most = I_A * I_B + carried * I_C2, (I_A + carried) * I_B
-        # Rounding may leave the least above the most, where they are nearly one.
+        # If both bounds are nearly equal, rounding may exchange their order.
         if not (least >= _SMALLEST and most <= _LARGEST):
             raise ParameterError(
-                f"the mass matrix's determinant is {least:.3g} to {most:.3g} kg² m⁴; allowed is "
-                f"{_SMALLEST:.0e} to {_LARGEST:.0e}, which float64 holds with all its digits"
+                f"the mass matrix's determinant must be {_SMALLEST:.0e} to {_LARGEST:.0e} kg² m⁴, "
+                f"the range of float64 with all digits; got {least:.3g} to {most:.3g}"
             )
 
     @classmethod
     def uniform_bars(cls, mass: Pair = (1.0, 1.0), length: Pair = (1.0, 1.0)) -> Chain:
-        """Return the source's chain: thin uniform bars of the given masses (kg) and lengths (m).
+        """Return a chain of thin uniform bars with the given masses (kg) and lengths (m).
 
-        The mass centres are at mid-length and I_C = mL²/12 (source, section 6.1).
+        The mass centres are at mid-length and I_C = mL²/12 (section 6.1).
         """
-        _check_rods(mass, length)
+        mass, length = _rods(mass, length)
         first, second = (_exact(m) * _exact(L) ** 2 / 12 for m, L in zip(mass, length, strict=True))
         return cls(
             mass=mass,
@@ -120,8 +122,8 @@ class Chain:
 
     @classmethod
     def point_masses(cls, mass: Pair = (1.0, 1.0), length: Pair = (1.0, 1.0)) -> Chain:
-        """Return the textbook double pendulum: point masses (kg) at the ends of rods (m)."""
-        _check_rods(mass, length)
+        """Return the classical double pendulum: point masses (kg) at the ends of rods (m)."""
+        mass, length = _rods(mass, length)
         zero = length[0] * 0
         return cls(
             mass, length, centre=((length[0], zero), (length[1], zero)), inertia=(zero, zero)
@@ -129,23 +131,30 @@ class Chain:
 
     @classmethod
     def from_urdf(cls, path: str | PathLike[str], **reading: Any) -> Chain:
-        """Return the chain that a URDF file describes.
+        """Return the chain of a URDF file.
 
-        `reading` is passed to `twolink.urdf.read_planar_urdf`, which also tells where the chain
-        stands and how its joint angles are counted. Raises `UrdfError` for anything that is not
-        a planar two-link chain.
+        `reading` is passed to `twolink.urdf.read_planar_urdf`, which also returns the position of
+        the chain and its joint-angle convention. Raises `UrdfError` for a file that is not a
+        planar two-link chain.
         """
         return cls.from_links(read_planar_urdf(path, **reading).links)
 
     @classmethod
     def from_links(cls, links: tuple[LinkParameters, LinkParameters]) -> Chain:
-        """Return the chain of two links as `twolink.urdf` reads and writes them."""
+        """Return the chain of two links in the format of `twolink.urdf`."""
         return cls(
             mass=(links[0].mass, links[1].mass),
             length=(links[0].length, links[1].length),
             centre=(links[0].centre, links[1].centre),
             inertia=(links[0].inertia, links[1].inertia),
         )
+
+    @property
+    def links(self) -> tuple[LinkParameters, LinkParameters]:
+        """The parameters of the two links, as `twolink.urdf` reads and writes them."""
+        fields = zip(self.mass, self.length, self.centre, self.inertia, strict=True)
+        first, second = (LinkParameters(*parameters) for parameters in fields)
+        return first, second
 
     def to_urdf(self, path: str | PathLike[str] | None = None, *, name: str = "twolink") -> str:
         """Return the chain as URDF text, and write it to `path` if one is given.
@@ -154,27 +163,23 @@ class Chain:
         """
         if self.rotors:
             raise ParameterError(
-                f"a URDF of a chain with {len(self.rotors)} rotors was asked for; allowed are "
-                "none, since a URDF has no place for them"
+                f"a chain must have no rotors for a URDF, which cannot describe them; got "
+                f"{len(self.rotors)}"
             )
         try:
             plain = self.convert(float)
         except (TypeError, ValueError) as error:
-            raise ParameterError(
-                f"a URDF of {self!r} was asked for; allowed are parameters that are numbers"
-            ) from error
-        fields = zip(plain.mass, plain.length, plain.centre, plain.inertia, strict=True)
-        first, second = (LinkParameters(*parameters) for parameters in fields)
-        text = write_planar_urdf((first, second), name=name)
+            raise ParameterError(f"parameters must be numbers for a URDF; got {self!r}") from error
+        text = write_planar_urdf(plain.links, name=name)
         if path is not None:
             Path(path).write_text(text, encoding="utf-8")
         return text
 
     def convert(self, number: Callable[[Any], Scalar]) -> Chain:
-        """Return the same chain in another kind of number, such as `mpmath.mpf` or `longdouble`.
+        """Return the same chain in another scalar type, such as `mpmath.mpf` or `longdouble`.
 
-        Each float64 parameter keeps its exact value; a uniform bar's mL²/12 is formed anew, as
-        the exact rational of its mass and length.
+        Each float64 parameter keeps its exact value; a uniform bar's mL²/12 is recomputed from
+        the exact rational values of its mass and length.
         """
 
         def converted(value: Any) -> Scalar:
@@ -193,34 +198,34 @@ class Chain:
             rotors=tuple(Rotor(converted(j), pair(turning)) for j, turning in self.rotors),
         )
 
-    # The source's names.
+    # Symbols of the equations.
 
-    @property
+    @cached_property
     def m1(self) -> Scalar:
         """Mass of link 1, kg."""
         return self.mass[0]
 
-    @property
+    @cached_property
     def m2(self) -> Scalar:
         """Mass of link 2, kg."""
         return self.mass[1]
 
-    @property
+    @cached_property
     def L1(self) -> Scalar:
         """Length of link 1, from A to B, m."""
         return self.length[0]
 
-    @property
+    @cached_property
     def L2(self) -> Scalar:
         """Length of link 2, from B to D, m."""
         return self.length[1]
 
-    @property
+    @cached_property
     def I_C1(self) -> Scalar:
         """Inertia of link 1 about its mass centre, kg m²."""
         return self.inertia[0]
 
-    @property
+    @cached_property
     def I_C2(self) -> Scalar:
         """Inertia of link 2 about its mass centre, kg m²."""
         return self.inertia[1]
@@ -251,52 +256,68 @@ def _is_real(value: Any) -> bool:
 
 
 def _exact(value: Any) -> Any:
-    """Return a float as the exact rational that it is; leave other kinds of number alone."""
+    """Return a float as an exact rational, and any other type unchanged."""
     return Fraction(value) if isinstance(value, (int, float)) else value
 
 
 def _rounded(value: Any) -> Any:
-    """Return the float nearest to an exact rational; leave other kinds of number alone."""
+    """Return the float nearest to an exact rational, and any other type unchanged."""
     return float(value) if isinstance(value, Fraction) else value
 
 
 def _positive(link: int, name: str, value: Any, unit: str) -> None:
-    """Raise `ParameterError` unless a value is positive and finite, or no real number."""
+    """Raise `ParameterError` if a real number is not positive and finite."""
     if _is_real(value) and not (value > 0 and math.isfinite(value)):
-        _refuse(link, name, value, f"a positive number of {unit}")
+        _fail(link, name, value, f"a positive number of {unit}")
 
 
 def _not_negative(link: int, name: str, value: Any, unit: str) -> None:
-    """Raise `ParameterError` unless a value is zero or positive and finite, or no real number."""
+    """Raise `ParameterError` if a real number is not zero or positive and finite."""
     if _is_real(value) and not (value >= 0 and math.isfinite(value)):
-        _refuse(link, name, value, f"zero or a positive number of {unit}")
+        _fail(link, name, value, f"zero or a positive number of {unit}")
 
 
-def _refuse(link: int, name: str, value: Any, allowed: str) -> NoReturn:
-    raise ParameterError(f"link {link}: {name} is {value!r}; allowed is {allowed}")
+def _fail(link: int, name: str, value: Any, requirement: str) -> NoReturn:
+    raise ParameterError(f"link {link}: {name} must be {requirement}; got {value!r}")
 
 
-def _check_rods(mass: Any, length: Any) -> None:
-    """Refuse what is no pair of masses (kg) and of lengths (m), all positive."""
-    for name, pair, unit in (("mass", mass, "kg"), ("length", length, "m")):
-        _check_pair(name, pair)
+def _rods(mass: Any, length: Any) -> tuple[Pair, Pair]:
+    """Return pairs of masses (kg) and lengths (m). Raises `ParameterError` if not positive."""
+    pairs = _pair("mass", mass), _pair("length", length)
+    for name, pair, unit in zip(("mass", "length"), pairs, ("kg", "m"), strict=True):
         for link in (1, 2):
             _positive(link, name, pair[link - 1], unit)
+    return pairs
 
 
-def _check_pair(name: str, pair: Any) -> None:
-    """Refuse anything but two entries, and anything that is not a number."""
-    entries = tuple(pair) if isinstance(pair, (tuple, list)) else ()
+def _pair(name: str, pair: Any) -> Any:
+    """Return two entries, or refuse anything else, and anything that is not a number."""
+    wanted = "a pair with an entry for each of the two links"
+    entries = as_tuple(name, pair, wanted)
     if len(entries) != 2:
-        raise ParameterError(
-            f"{name} is {pair!r}; allowed is a pair with an entry for each of the two links"
-        )
-    for link, entry in enumerate(entries, start=1):
-        if name == "centre":
-            if not isinstance(entry, (tuple, list)) or len(entry) != 2:
-                _refuse(link, name, entry, "a pair (along, across) in m")
-            for coordinate in entry:
-                if _is_real(coordinate) and not math.isfinite(coordinate):
-                    _refuse(link, name, coordinate, "a finite number of m")
-        elif isinstance(entry, (str, bytes, bool)) or entry is None:
-            _refuse(link, name, entry, "a number")
+        refuse(name, pair, wanted)
+    return tuple(_entry(link, name, entry) for link, entry in enumerate(entries, start=1))
+
+
+def _entry(link: int, name: str, entry: Any) -> Any:
+    """Return a number, or a mass centre's pair of finite numbers."""
+    where = f"link {link}: {name}"
+    if name != "centre":
+        return as_scalar(where, entry)
+    wanted = "a pair (along, across) in m"
+    pair = tuple(as_scalar(where, coordinate) for coordinate in as_tuple(where, entry, wanted))
+    if len(pair) != 2:
+        refuse(where, entry, wanted)
+    for coordinate in pair:
+        if _is_real(coordinate) and not math.isfinite(coordinate):
+            _fail(link, name, coordinate, "a finite number of m")
+    return pair
+
+
+def _rotors(rotors: Any) -> tuple[Rotor, ...]:
+    """Return a tuple of rotors, or refuse what is none."""
+    entries = as_tuple("rotors", rotors, "a sequence of rotors")
+    for entry in entries:
+        if not isinstance(entry, Rotor):
+            refuse("rotors", entry, "a sequence of rotors")
+    return entries

@@ -1,16 +1,16 @@
-"""From a formula's text to straight-line Python.
+"""Compile a formula to straight-line Python by tracing.
 
-The formulas of this project are written to be read: in steps, with vectors, for any chain. Here
-such a text is run once with numbers that write down what is done to them, and what they wrote is
-compiled: a flat function of the state, with the chain's parameters as constants in it and each
-common subexpression computed once. An operation that an exact 0 or 1 makes idle (a mass centre on
-the axis, a mass of 1 kg) is not written. Everything else is done as the text does it, in the
-text's order, so the result for a state of floats is the text's to the last bit.
+The formulas of this project are written for readability: in steps, with vectors, for any chain. A
+formula is evaluated once with tracing numbers that record their operations, and the recording is
+compiled: a flat function of the state, with the chain's parameters as constants and each common
+subexpression computed once. Operations with an exact 0 or 1 (a mass centre on the axis, a mass of
+1 kg) are omitted. All other operations keep their order, so the result for a state of floats equals
+that of the formula to the last bit.
 
-`compiled.batch` takes arrays of states, and works through them in blocks that stay near the
-processor. It differs from the text in one thing: sine and cosine come together, from the tangent
-of the half angle, which NumPy computes several numbers at a time, as it does not sine and cosine.
-They are within 2⁻⁵² of the exact ones.
+`compiled.batch` takes arrays of states, and processes them in blocks that fit the processor's
+cache. It differs from the formula in one respect: sine and cosine are computed together from the
+tangent of the half angle, which NumPy vectorises, in contrast to sine and cosine. They are within
+2⁻⁵² of the exact values.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ import numpy as np
 from twolink.arithmetic import Scalar
 from twolink.errors import ParameterError
 
-# Large enough that NumPy's cost of a call is small beside its work, small enough that the dozen
-# arrays in use at a time (8 bytes a number) stay near the processor.
+# Large enough to amortise NumPy's cost per call, small enough that the dozen arrays in use at a
+# time (8 bytes per number) fit the cache.
 _BLOCK = 16384
 
 _VARIABLE = re.compile(r"\b[a-z]\w*")
 
-# Python nests parentheses some hundred deep; this many characters never get there.
+# Python limits nested parentheses to about a hundred; this many characters stay below that.
 _LONGEST_TEXT = 400
 
 
 class Operation(NamedTuple):
-    """One line of a recording: the variable it sets, and how."""
+    """One line of a recording: the variable and its operation."""
 
     name: str
     symbol: str
@@ -51,21 +51,21 @@ class Operation(NamedTuple):
 
 
 class Recording:
-    """What has been written down: one line for each different operation, in order."""
+    """The recorded operations: one line for each distinct operation, in order."""
 
     def __init__(self) -> None:
-        """Start with an empty page."""
+        """Create an empty recording."""
         self._operations: dict[tuple[str, ...], Operation] = {}
 
     def write(self, symbol: str, *operands: str) -> str:
-        """Return the variable that an operation sets, written down unless it already was."""
-        # Addition and multiplication give the same bits whichever operand comes first.
+        """Return the variable of an operation, which is recorded if it is new."""
+        # Addition and multiplication are commutative to the last bit.
         key = (symbol, *(sorted(operands) if symbol in ("+", "*") else operands))
         name = f"t_{len(self._operations)}"
         return self._operations.setdefault(key, Operation(name, symbol, operands)).name
 
     def has(self, *key: str) -> bool:
-        """Return whether an operation on these operands, in this order, is written down."""
+        """Return whether an operation on these operands, in this order, is recorded."""
         return key in self._operations
 
     def needed_for(self, result: str) -> list[Operation]:
@@ -79,45 +79,48 @@ class Recording:
         return kept[::-1]
 
 
-class Written:
-    """A number that writes down what is done to it.
+class TracingNumber:
+    """A tracing number that records its operations.
 
-    It stands for a variable or for its negative. Signs are carried along and never computed:
-    rounding is symmetric, so −(a b) has the bits of (−a) b, and a − b those of a + (−b).
+    It represents a variable or its negative. Signs are propagated and never computed: rounding is
+    symmetric, so −(a b) has the bits of (−a) b, and a − b those of a + (−b).
     """
 
     __slots__ = ("name", "negative", "recording")
 
+    # NumPy's floats leave it to this class what they do with it.
+    __array_ufunc__ = None
+
     def __init__(self, recording: Recording, name: str, negative: bool = False) -> None:
-        """Stand for the variable of this name."""
+        """Represent the variable of this name."""
         self.recording = recording
         self.name = name
         self.negative = negative
 
-    def _result(self, name: str, negative: bool) -> Written:
-        return Written(self.recording, name, negative)
+    def _result(self, name: str, negative: bool) -> TracingNumber:
+        return TracingNumber(self.recording, name, negative)
 
-    def __neg__(self) -> Written:
+    def __neg__(self) -> TracingNumber:
         return self._result(self.name, not self.negative)
 
-    def __add__(self, other: Any) -> Written:
+    def __add__(self, other: Any) -> TracingNumber:
         if _is(other, 0):
             return self
         word, negative = _signed(other)
         if self.negative == negative:
             return self._result(self.recording.write("+", self.name, word), negative)
-        # a - b and b - a are one operation: the one that was written first.
+        # a - b and b - a are one operation: the one recorded first.
         if self.recording.has("-", word, self.name):
             return self._result(self.recording.write("-", word, self.name), negative)
         return self._result(self.recording.write("-", self.name, word), self.negative)
 
-    def __radd__(self, other: Any) -> Written:
+    def __radd__(self, other: Any) -> TracingNumber:
         return self + other
 
-    def __sub__(self, other: Any) -> Written:
+    def __sub__(self, other: Any) -> TracingNumber:
         return self + (-other)
 
-    def __rsub__(self, other: Any) -> Written:
+    def __rsub__(self, other: Any) -> TracingNumber:
         return -self + other
 
     def __mul__(self, other: Any) -> Any:
@@ -132,7 +135,7 @@ class Written:
     def __rmul__(self, other: Any) -> Any:
         return self * other
 
-    def __truediv__(self, other: Any) -> Written:
+    def __truediv__(self, other: Any) -> TracingNumber:
         word, negative = _signed(other)
         return self._result(self.recording.write("/", self.name, word), negative != self.negative)
 
@@ -142,55 +145,86 @@ class Written:
         word, negative = _signed(other)
         return self._result(self.recording.write("/", word, self.name), negative != self.negative)
 
+    def __pow__(self, exponent: int) -> Any:
+        if not isinstance(exponent, int) or exponent < 0:
+            return NotImplemented
+        power: Any = 1.0
+        for bit in f"{exponent:b}":
+            power = power * power
+            if bit == "1":
+                power = self * power
+        return power
 
-def sin(x: Written) -> Written:
-    """Write down a sine (`twolink.arithmetic` finds this function beside the class)."""
-    return Written(x.recording, x.recording.write("sin", x.name), x.negative)
+
+def sin(x: TracingNumber) -> TracingNumber:
+    """Record a sine (`twolink.arithmetic` finds this function in the module of the class)."""
+    return TracingNumber(x.recording, x.recording.write("sin", x.name), x.negative)
 
 
-def cos(x: Written) -> Written:
-    """Write down a cosine."""
-    return Written(x.recording, x.recording.write("cos", x.name))
+def cos(x: TracingNumber) -> TracingNumber:
+    """Record a cosine."""
+    return TracingNumber(x.recording, x.recording.write("cos", x.name))
+
+
+def sqrt(x: TracingNumber) -> TracingNumber:
+    """Write down a square root."""
+    return _function_of("sqrt", x)
+
+
+def exp(x: TracingNumber) -> TracingNumber:
+    """Write down a power of e."""
+    return _function_of("exp", x)
+
+
+def _function_of(name: str, x: TracingNumber) -> TracingNumber:
+    argument = x.recording.write("-", "0.0", x.name) if x.negative else x.name
+    return TracingNumber(x.recording, x.recording.write(name, argument))
 
 
 class Compiled:
     """A formula compiled for a state of floats, and for arrays of states.
 
-    `source` is the Python that was written; `operations` counts each kind of operation in it
-    (sin, cos, +, -, *, /); `depth` is the longest chain of operations from a state to a result.
+    `source` is the generated Python; `operations` counts each kind of operation in it
+    (sin, cos, sqrt, exp, +, -, *, /); `depth` is the longest chain of operations from a state to a
+    result.
     """
 
     def __init__(self, text: Callable[..., Any]) -> None:
-        """Run `text`, a function of pairs, once, and compile what it does."""
+        """Trace `text`, a function of pairs, and compile the recording."""
         self.arguments = tuple(inspect.signature(text).parameters)
         recording = Recording()
-        pairs = ((Written(recording, f"{a}1"), Written(recording, f"{a}2")) for a in self.arguments)
+        pairs = (
+            (TracingNumber(recording, f"{a}1"), TracingNumber(recording, f"{a}2"))
+            for a in self.arguments
+        )
         result = text(*pairs)
         self._shape = np.shape(_nested_zeros(result))
         operations = recording.needed_for(_word(result))
         self.operations = dict(sorted(Counter(line.symbol for line in operations).items()))
         self.depth = _depth(operations)
         self.source = _source(self.arguments, operations, _word(result), _one_by_one)
-        self._of_floats = _function(self.source, sin=math.sin, cos=math.cos)
+        self._of_floats = _function(
+            self.source, sin=math.sin, cos=math.cos, sqrt=math.sqrt, exp=math.exp
+        )
         paired = _source(self.arguments, operations, _word(result), _in_pairs)
-        self._of_arrays = _function(paired, sin_and_cos=_sin_and_cos)
+        self._of_arrays = _function(paired, sin_and_cos=_sin_and_cos, sqrt=np.sqrt, exp=np.exp)
 
     def __call__(self, *state: Any) -> Any:
-        """Return the formula's value for one state: an argument is a pair of floats."""
+        """Return the formula's value for one state; each argument is a pair of floats."""
         return self._of_floats(*state)
 
     def batch(self, *states: Any) -> np.ndarray:
         """Return the values for many states, as an array with the states along its last axis.
 
-        Each argument holds both entries first: shape (2, n). A formula that gives a pair returns
-        shape (2, n), a matrix (2, 2, n), a number (n,). Real and complex arrays will do.
+        Each argument has shape (2, n), real or complex. A formula that returns a pair gives
+        shape (2, n), a matrix (2, 2, n), a number (n,).
         """
         arrays = [np.asarray(state) for state in states]
         shapes = {array.shape for array in arrays}
         if len(arrays) != len(self.arguments) or len(shapes) != 1 or arrays[0].shape[:1] != (2,):
             raise ParameterError(
-                f"a batch of states has shapes {[array.shape for array in arrays]}; allowed is "
-                f"(2, n), the same for each of {', '.join(self.arguments)}"
+                f"a batch of states must have one shape (2, n) for each of "
+                f"{', '.join(self.arguments)}; got {[array.shape for array in arrays]}"
             )
         n = arrays[0].shape[1]
         values = np.empty((*self._shape, n), dtype=np.result_type(float, *arrays))
@@ -202,7 +236,7 @@ class Compiled:
 
 
 def _store(target: np.ndarray, result: Any) -> None:
-    """Copy nested tuples of arrays (or constants) into an array, without stacking them first."""
+    """Copy nested tuples of arrays (or constants) into an array without stacking."""
     if isinstance(result, tuple):
         for row, entry in zip(target, result, strict=True):
             _store(row, entry)
@@ -216,9 +250,9 @@ def _source(
     result: str,
     sines_and_cosines: Callable[[list[Operation]], dict[str, str]],
 ) -> str:
-    """Return the Python text of the compiled function.
+    """Return the Python source of the compiled function.
 
-    What is used once is written where it is used, which spares Python a variable.
+    An expression that is used once is inlined, which saves a variable.
     """
     uses = Counter(_VARIABLE.findall(result))
     uses.update(operand for operation in operations for operand in operation.operands)
@@ -230,7 +264,7 @@ def _source(
         if name in statements:
             lines.append(statements[name].format(words[0]))
         elif symbol not in ("sin", "cos"):
-            text = f" {symbol} ".join(words)
+            text = f"{symbol}({words[0]})" if len(words) == 1 else f" {symbol} ".join(words)
             if uses[name] == 1 and len(text) < _LONGEST_TEXT:
                 texts[name] = f"({text})"
             else:
@@ -241,7 +275,7 @@ def _source(
 
 
 def _one_by_one(of_angles: list[Operation]) -> dict[str, str]:
-    """Return a statement for each sine and each cosine, by name; {} stands for the angle."""
+    """Return a statement for each sine and each cosine, by name; {} is the angle's placeholder."""
     return {line.name: f"{line.name} = {line.symbol}({{}})" for line in of_angles}
 
 
@@ -259,7 +293,7 @@ def _in_pairs(of_angles: list[Operation]) -> dict[str, str]:
 
 
 def _function(source: str, **functions: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the function that a source defines, with the given functions at hand."""
+    """Return the function that a source defines, with the given functions as globals."""
     names: dict[str, Any] = dict(functions)
     exec(compile(source, "<compiled formula>", "exec"), names)
     compiled: Callable[..., Any] = names["compiled"]
@@ -267,7 +301,7 @@ def _function(source: str, **functions: Callable[..., Any]) -> Callable[..., Any
 
 
 def _sin_and_cos(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return sine and cosine of real angles by the tangent of their halves, else as they are."""
+    """Return sine and cosine, for real angles by the tangent of the half angle."""
     if np.iscomplexobj(x):
         return np.sin(x), np.cos(x)
     tangent = np.tan(0.5 * x)
@@ -277,7 +311,7 @@ def _sin_and_cos(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _depth(operations: list[Operation]) -> int:
-    """Return the length of the longest chain of operations, each using the one before."""
+    """Return the length of the longest chain of dependent operations."""
     depth: dict[str, int] = {}
     for operation in operations:
         depth[operation.name] = 1 + max(depth.get(operand, 0) for operand in operation.operands)
@@ -294,19 +328,19 @@ def _is(value: Scalar, constant: int) -> bool:
 
 
 def _signed(value: Any) -> tuple[str, bool]:
-    """Return the word for a value's size, and whether the value is negative."""
-    if isinstance(value, Written):
+    """Return the source text of a value's magnitude, and whether the value is negative."""
+    if isinstance(value, TracingNumber):
         return value.name, value.negative
     if _is_number(value) and math.isfinite(value):
         return repr(abs(float(value))), value < 0
     raise ParameterError(
-        f"a compiled formula met {value!r} of type {type(value).__name__}; allowed are finite "
-        "floats: convert the chain and the loads to float first"
+        f"numbers in a compiled formula must be finite floats; got {value!r} of type "
+        f"{type(value).__name__}; convert the chain and the loads to float first"
     )
 
 
 def _word(value: Any) -> str:
-    """Return the Python text for a number, a written number, or nested tuples of them."""
+    """Return the source text of a number, a tracing number, or nested tuples of them."""
     if isinstance(value, tuple):
         return f"({', '.join(_word(entry) for entry in value)},)"
     word, negative = _signed(value)
@@ -314,5 +348,5 @@ def _word(value: Any) -> str:
 
 
 def _nested_zeros(value: Any) -> Any:
-    """Return nested tuples of zeros, shaped as the value is."""
+    """Return nested tuples of zeros with the structure of the value."""
     return tuple(_nested_zeros(entry) for entry in value) if isinstance(value, tuple) else 0

@@ -1,7 +1,7 @@
-"""Absolute angles, as the source writes them, and joint angles, as robots and engines use them.
+"""Absolute angles of the equations and joint angles of URDFs and engines.
 
-The source measures both links from the x-axis (q1, q2). A URDF measures each link from the one
-before it (θ1, θ2), about an axis that may point either way, from a pose that its author chose:
+The equations measure both links from the x-axis (q1, q2). A URDF measures each link from the
+previous one (θ1, θ2), about an axis of either sign, from an arbitrary zero pose:
 
     q1 = s1 θ1 + φ1            q2 = q1 + s2 θ2 + φ2            s1, s2 = ±1
 
@@ -16,10 +16,10 @@ from twolink.arithmetic import Matrix, Pair
 
 @dataclass(frozen=True)
 class JointConvention:
-    """The signs and offsets that tie joint angles θ to absolute angles q.
+    """The signs and offsets that relate joint angles θ to absolute angles q.
 
-    `sign` holds s1, s2 (each +1 or -1); `offset` holds φ1, φ2 in rad. Every method takes and
-    returns pairs whose entries are numbers of any kind, or arrays of one shape.
+    `sign` is s1, s2 (each +1 or -1); `offset` is φ1, φ2 in rad. Every method takes and returns
+    pairs whose entries have any scalar type, or arrays of one shape.
     """
 
     sign: tuple[int, int] = (1, 1)

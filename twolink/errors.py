@@ -1,15 +1,19 @@
-"""The errors this library raises on purpose.
+"""The exceptions of this library.
 
-Each message is one sentence that says what was received, what is allowed, and where.
+Each message is one sentence: "<name> must be …; got …", with the location.
 """
 
 
 class TwolinkError(Exception):
-    """Base of every error that the library raises on purpose."""
+    """Base class of all exceptions of the library."""
 
 
 class ParameterError(TwolinkError):
-    """A parameter of the chain, of a load or of a call is outside what is allowed."""
+    """A parameter of the chain, of a load or of a call is invalid."""
+
+
+class FileError(TwolinkError):
+    """A file cannot be read or written: the disk is full, or something else is in its place."""
 
 
 class UrdfError(TwolinkError):
@@ -17,24 +21,28 @@ class UrdfError(TwolinkError):
 
 
 class EngineError(TwolinkError):
-    """A dynamics engine is missing, or refuses the model it was given."""
+    """A dynamics engine is missing, or rejects a model."""
 
 
 class SceneError(TwolinkError):
-    """A scene file is missing or malformed, or asks for what cannot be simulated."""
+    """A scene file is missing, malformed, or not supported."""
 
 
 class SimulationError(TwolinkError):
-    """A motion cannot be computed as asked."""
+    """A motion cannot be computed with the given scene and options."""
 
 
 class IntegrationError(SimulationError):
-    """A run failed on its way: nothing that was asked for was wrong."""
+    """An integration failed with valid input."""
+
+
+class TooMuchError(SimulationError):
+    """A run would take more time or memory than its limits allow."""
 
 
 class PictureError(TwolinkError):
-    """A motion cannot be drawn, shown or recorded as asked."""
+    """A motion cannot be drawn, shown or recorded with the given options."""
 
 
 class BrowserError(TwolinkError):
-    """A browser or an encoder failed on the way: nothing that was asked for was wrong."""
+    """A browser or an encoder failed with valid input."""

@@ -1,27 +1,280 @@
-"""Files that are written whole, or not at all."""
+"""Files: read within bounds, written whole or not at all, and cleaned up after a kill.
+
+What is temporary has a name that begins with `.twolink-` beside a file, or `twolink-` in the folder
+for temporary files, and is locked while the process that made it lives. Whatever of these is not
+locked was left by a process that was killed, and is removed by the next one that comes along.
+"""
 
 from __future__ import annotations
 
+import errno
 import os
+import secrets
+import shutil
+import stat
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from twolink.errors import FileError
+from twolink.text import one_line
+
+try:
+    import fcntl
+except ImportError:  # Windows has no such locks, and nothing is cleaned up there.
+    fcntl = None  # type: ignore[assignment]
+
+_BESIDE = ".twolink-"
+_FOLDER = "twolink-"
+
+_KINDS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
+_REASONS = {
+    errno.ENOENT: "there is no file of this name",
+    errno.ENOTDIR: "there is no file of this name, for a part of its path is no folder",
+    errno.ELOOP: "is a loop of links",
+    errno.ENAMETOOLONG: "is a name that is too long for a file",
+}
+_MARKS = (
+    (b"\xef\xbb\xbf", "UTF-8"),
+    (b"\xff\xfe", "UTF-16"),
+    (b"\xfe\xff", "UTF-16"),
+)
+
+
+def read_bytes(path: Path, largest: int) -> bytes:
+    """Return the content of a regular file of at most `largest` bytes.
+
+    Raises `FileError` whose sentence begins with the fault and leaves out the file's name: for
+    folders, pipes, devices, loops of links, names that no file can have, and larger files.
+    """
+    check_readable(path, largest)
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(largest + 1)
+    except OSError as error:
+        raise FileError(_unreadable(error)) from error
+    _check_size(len(content), largest)
+    return content
+
+
+def check_readable(path: Path, largest: int) -> None:
+    """Raise `FileError` for anything but a regular file of at most `largest` bytes.
+
+    It is not opened: that alone may wait for ever, and does something to some devices.
+    """
+    try:
+        found = path.stat()
+    except OSError as error:
+        raise FileError(_unreadable(error)) from error
+    except ValueError as error:
+        raise FileError("has a NUL character in its name; must be the name of a file") from error
+    kind = _kind(found.st_mode)
+    if kind:
+        raise FileError(f"must be a regular file; got {kind}")
+    _check_size(found.st_size, largest)
+
+
+def check_no_mark(content: bytes) -> None:
+    """Raise `FileError` for text that begins with a byte order mark."""
+    for mark, encoding in _MARKS:
+        if content.startswith(mark):
+            raise FileError(
+                f"must be UTF-8 text without a byte order mark; got a mark of {encoding}"
+            )
+
+
+def _unreadable(error: OSError) -> str:
+    reason = _REASONS.get(error.errno or 0)
+    return f"{reason or f'cannot be read ({error.strerror})'}; must be a file that can be read"
+
+
+def _check_size(size: int, largest: int) -> None:
+    if size > largest:
+        raise FileError(f"must be at most {largest / 2**20:.4g} MB; got a larger file")
+
+
+def _kind(mode: int) -> str:
+    """Return the kind of anything but a regular file; empty for a regular file."""
+    named = next((words for test, words in _KINDS if test(mode)), "something else")
+    return "" if stat.S_ISREG(mode) else named
+
+
+def check_writable(path: Path) -> None:
+    """Raise `FileError` where a file could not be written by `atomic_write`."""
+    target = _target(path)
+    try:
+        handle, temporary = _locked_file(target)
+        temporary.unlink()
+        os.close(handle)
+    except OSError as error:
+        raise _unwritable(path, error) from error
 
 
 @contextmanager
-def written_whole(path: Path) -> Iterator[Path]:
+def atomic_write(path: Path) -> Iterator[Path]:
     """Yield a temporary file beside `path`, which takes its place once all is written.
 
-    If anything goes wrong, or the work is interrupted, `path` is as it was before. Raises
-    `OSError` where the folder cannot be written to.
+    If anything goes wrong, or the work is interrupted, `path` is as it was before. Links are
+    followed; a file that was there keeps its permissions, and a new one has those that the umask
+    leaves. Raises `FileError` where it cannot be written, also when the disk is full.
     """
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    os.close(handle)
-    temporary = Path(name)
+    target = _target(path)
     try:
-        yield temporary
-        temporary.chmod(0o644)
-        temporary.replace(path)
+        _clean(target.parent, _BESIDE, Path.unlink)
+        handle, temporary = _locked_file(target)
+        try:
+            yield temporary
+            _sync(temporary)
+            temporary.replace(target)
+        finally:
+            temporary.unlink(missing_ok=True)
+            os.close(handle)
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def _unwritable(path: Path, error: OSError) -> FileError:
+    reason = _REASONS.get(error.errno or 0) or error.strerror or error
+    return FileError(f"{one_line(path, 300)}: cannot be written ({reason})")
+
+
+def _target(path: Path) -> Path:
+    """Return the file to write, where links lead to; raise `FileError` where there can be none."""
+    name = one_line(path, 300)
+    try:
+        target = Path(os.path.realpath(path))
+        folder = target.parent
+        if not folder.is_dir():
+            raise FileError(f"{name}: its folder does not exist; must be in a folder that does")
+        try:
+            there = target.stat()
+        except FileNotFoundError:
+            writable = os.access(folder, os.W_OK)
+        else:
+            if kind := _kind(there.st_mode) or _kind_of_stream(there):
+                raise FileError(f"{name}: must be a regular file, or a new one; got {kind}")
+            writable = os.access(folder, os.W_OK) and os.access(target, os.W_OK)
+    except OSError as error:
+        raise _unwritable(path, error) from error
+    except ValueError as error:
+        raise FileError(f"{name}: has a NUL character; must be the name of a file") from error
+    if not writable:
+        raise FileError(f"{name}: cannot be written (permission denied)")
+    return target
+
+
+def _kind_of_stream(there: os.stat_result) -> str:
+    """Return which of its own streams a file is, such as /dev/stdout: it cannot be replaced."""
+    for number, words in ((1, "the standard output"), (2, "the standard error")):
+        with suppress(OSError):
+            if os.path.samestat(there, os.fstat(number)):
+                return words
+    return ""
+
+
+@contextmanager
+def scratch_folder(kind: str, parent: str | None = None) -> Iterator[Path]:
+    """Yield a new folder for temporary files, which is removed with all that is in it.
+
+    Folders of this `kind` that processes have left behind which were killed are removed before.
+    """
+    place = Path(parent or tempfile.gettempdir())
+    prefix = f"{_FOLDER}{kind}-"
+    _clean(place, prefix, _remove_tree)
+    handle, folder = _locked(lambda: _new_folder(place, prefix))
+    try:
+        yield folder
     finally:
-        temporary.unlink(missing_ok=True)
+        _remove_tree(folder)
+        os.close(handle)
+
+
+def _locked_file(target: Path) -> tuple[int, Path]:
+    """Return a new file beside a target, with the permissions that the target shall have."""
+
+    def made() -> tuple[int, Path]:
+        path = target.parent / f"{_BESIDE}{secrets.token_hex(8)}"
+        handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+        with suppress(FileNotFoundError):
+            # By its number: its name may be gone already.
+            os.chmod(handle, stat.S_IMODE(target.stat().st_mode))
+        return handle, path
+
+    return _locked(made)
+
+
+def _new_folder(place: Path, prefix: str) -> tuple[int, Path]:
+    folder = tempfile.mkdtemp(dir=place, prefix=prefix)
+    return os.open(folder, os.O_RDONLY), Path(folder)
+
+
+def _locked(make: Callable[[], tuple[int, Path]]) -> tuple[int, Path]:
+    """Return a new handle and its path, which is locked until the handle is closed."""
+    while True:
+        handle, path = make()
+        # Another process may have cleaned it up before it was locked.
+        if _lock(handle) and path.exists():
+            return handle, path
+        os.close(handle)
+
+
+def _lock(handle: int) -> bool:
+    """Return whether a file or folder is now locked by this process, and was not by another."""
+    if fcntl is None:
+        return True
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        # A file system without locks: nothing on it is cleaned up.
+        return True
+    return True
+
+
+def _clean(folder: Path, prefix: str, remove: Callable[[Path], None]) -> None:
+    """Remove what processes have left in a folder that were killed."""
+    if fcntl is None:
+        return
+    with suppress(OSError):
+        for left in folder.glob(f"{prefix}*"):
+            with suppress(OSError):
+                _remove_unlocked(left, remove)
+
+
+def _remove_unlocked(left: Path, remove: Callable[[Path], None]) -> None:
+    handle = os.open(left, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    try:
+        mine = os.fstat(handle).st_uid == os.geteuid()
+        if mine:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            remove(left)
+    finally:
+        os.close(handle)
+
+
+def _remove_tree(folder: Path) -> None:
+    # Processes that are just dying may still write for a moment.
+    for _ in range(50):
+        shutil.rmtree(folder, ignore_errors=True)
+        if not os.path.lexists(folder):
+            return
+        time.sleep(0.02)
+
+
+def _sync(file: Path) -> None:
+    """Wait until a file is on the disk: some file systems say only then that they are full."""
+    with file.open("rb") as stream:
+        try:
+            os.fsync(stream.fileno())
+        except OSError as error:
+            if error.errno not in (errno.EINVAL, errno.ENOTSUP):
+                raise

@@ -1,10 +1,10 @@
-"""Kane's dynamical equations of the chain, step by step (source, section 6.1).
+"""Kane's dynamical equations of the chain, step by step (section 6.1).
 
-Names and signs are the source's: K_in is the generalized inertia force, Q the generalized active
-force, and the motion obeys K_in + Q = 0 (6.8). With the mass matrix M and the velocity terms C u,
+K_in is the generalized inertia force, Q the generalized active force, and the equations of motion
+are K_in + Q = 0 (6.8). With the mass matrix M and the velocity terms C u,
 −K_in = M du + C u. Angles q are absolute; x points right, y down; SI units throughout.
 
-This text shares nothing with `lagrange.py`: that the two agree is the evidence for both.
+This module shares no code with `lagrange.py`, so that their agreement is evidence for both.
 """
 
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from twolink.chain import Chain, Point
 from twolink.kinematics import acceleration, angular_accelerations
 from twolink.loads import Force, Loads
 
-# ∂ω_k/∂u_r of link k: each link turns with its own generalized speed.
+# ∂ω_k/∂u_r of link k: each link rotates with its own generalized speed.
 PARTIAL_ANGULAR_VELOCITY = {1: (1, 0), 2: (0, 1)}
 
 
@@ -26,7 +26,7 @@ class PartialVelocities(NamedTuple):
 
 
 def partial_velocities(chain: Chain, q: Pair, point: Point) -> PartialVelocities:
-    """Return ∂v/∂u1 and ∂v/∂u2 of a point (m), the vectors that (6.2) projects on."""
+    """Return ∂v/∂u1 and ∂v/∂u2 of a point (m), the projection vectors of (6.2)."""
     q1, q2 = q
     _, a, b = point
     s1, c1 = sin(q1), cos(q1)
@@ -94,8 +94,8 @@ def inverse_dynamics(chain: Chain, q: Pair, u: Pair, du: Pair, loads: Loads) -> 
 def mass_matrix(chain: Chain, q: Pair) -> Matrix:
     """Return M (kg m²) = −∂K_in/∂du: products of partial velocities, by (6.3), (6.4) and (6.7).
 
-    A partial velocity is as long as its point is far from the pivot that the speed turns about,
-    so its product with itself is a squared radius.
+    The length of a partial velocity is the distance of its point from the pivot of the speed, so
+    its product with itself is a squared radius.
     """
     v_C2 = partial_velocities(chain, q, chain.C2)
     M11 = chain.I_C1 + chain.m1 * _squared_radius(chain.C1) + chain.m2 * chain.L1 * chain.L1
@@ -115,30 +115,30 @@ def velocity_terms(chain: Chain, q: Pair, u: Pair) -> Pair:
 def coriolis_matrix(chain: Chain, q: Pair, u: Pair) -> Matrix:
     """Return C (kg m²/s) = Σ m ∂v_C/∂u_r · d(∂v_C/∂u_s)/dt, which makes dM/dt − 2C skew."""
     v_C2 = partial_velocities(chain, q, chain.C2)
-    # A vector fixed to a link that turns with ω changes at the rate ω **k** × itself. That is
-    # perpendicular to itself, so C has no diagonal.
+    # A vector v fixed to a link of angular velocity ω has the rate ω **k** × v, perpendicular to v,
+    # so the diagonal of C is zero.
     C12 = chain.m2 * _dot(v_C2.u1, _turned(v_C2.u2, u[1]))
     C21 = chain.m2 * _dot(v_C2.u2, _turned(v_C2.u1, u[0]))
     return (0, C12), (C21, 0)
 
 
 def determinant(chain: Chain, q: Pair) -> Scalar:
-    """Return det M (kg² m⁴) as a sum of squares, so that nothing cancels.
+    """Return det M (kg² m⁴) as a sum of squares, without cancellation.
 
-    M is a sum of squares of partial velocities, so (Cauchy and Binet) det M is the sum, over each
-    two of their components, of the square of their 2 × 2 minor times both weights. Summed over
-    components, a minor's square becomes a product of squared lengths, or a squared cross product.
+    M is a sum of squares of partial velocities, so (Cauchy and Binet) det M is the sum, over all
+    pairs of their components, of the squared 2 × 2 minor times both weights. Summed over
+    components, a squared minor is a product of squared lengths, or a squared cross product.
     """
     m1, m2, I_C1, I_C2 = chain.m1, chain.m2, chain.I_C1, chain.I_C2
     link1 = I_C1 + m1 * _squared_radius(chain.C1)
     link2 = I_C2 + m2 * _squared_radius(chain.C2)
-    # ∂v_C2/∂u1 × ∂v_C2/∂u2, by the angle between them: exact also where they are nearly parallel.
+    # ∂v_C2/∂u1 × ∂v_C2/∂u2 by the angle between them, accurate even if they are nearly parallel.
     _, a, b = chain.C2
     elbow = q[1] - q[0]
     cross = chain.L1 * (a * sin(elbow) + b * cos(elbow))
     det = link1 * link2 + m2 * (chain.L1 * chain.L1 * I_C2 + m2 * (cross * cross))
     for number, (inertia, (w1, w2)) in enumerate(chain.rotors):
-        # A rotor's minors: with the links' turning and with the components of their centres.
+        # A rotor's minors with the links' angular velocities and the components of their centres.
         v1, v2 = partial_velocities(chain, q, chain.C2)
         across = v1[0] * w2 - v2[0] * w1, v1[1] * w2 - v2[1] * w1
         minors = link1 * w2 * w2 + I_C2 * w1 * w1 + m2 * _dot(across, across)

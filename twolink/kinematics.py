@@ -1,11 +1,10 @@
-"""Positions, velocities and accelerations of the chain's points (source, section 6.1).
+"""Positions, velocities and accelerations of the chain's points (section 6.1).
 
-The source writes these for C1, C2 and D of uniform bars. Each of them is a point with coordinates
-(a, b) along and across its link, and so is every other point a load may act on. With b = 0 and
-a = L1/2, L2/2 or L2 the lines below are the source's.
+A point has coordinates (a, b) along and across its link; loads may act on any such point. C1, C2
+and D of uniform bars have b = 0 and a = L1/2, L2/2 and L2.
 
 The x-axis points right, the y-axis down; vectors are pairs (x, y). Angles q are absolute (rad),
-u = dq/dt (rad/s) and du = d²q/dt² (rad/s²). All entries may be numbers of any kind, or arrays.
+u = dq/dt (rad/s) and du = d²q/dt² (rad/s²). Entries may have any scalar type, or be arrays.
 """
 
 from twolink.arithmetic import Pair, cos, sin

@@ -1,12 +1,12 @@
-"""Lagrange's equations of the chain, from its energies (source, section 6.2).
+"""Lagrange's equations of the chain, from its energies (section 6.2).
 
-d/dt(∂T/∂q̇_r) − ∂T/∂q_r = Q_r (6.9), with T written for any two links: where the source prints
-mL²/3, mL²/12 and L²/4 for bars, here stand I_A, I_C2 and the square of the centre's distance from
-B. With the mass matrix M and the velocity terms C u the left-hand side is M du + C u. Angles q
-are absolute; x points right, y down; SI units throughout; u stands for the source's q̇.
+d/dt(∂T/∂q̇_r) − ∂T/∂q_r = Q_r (6.9), with T for any two links: I_A, I_C2 and the squared distance
+of the centre from B replace mL²/3, mL²/12 and L²/4 of uniform bars. With the mass matrix M and
+the velocity terms C u the left-hand side is M du + C u. Angles q are absolute; x points right, y
+down; SI units throughout; u is q̇.
 
-This text shares nothing with `kane.py`, nor with `kinematics.py`: that they agree is the
-evidence for all.
+This module shares no code with `kane.py` and `kinematics.py`, so that their agreement is evidence
+for all of them.
 """
 
 from twolink.arithmetic import Matrix, Pair, Scalar, cos, sin
@@ -34,14 +34,14 @@ def coupling(chain: Chain, q: Pair) -> Scalar:
 
 
 def coupling_slope(chain: Chain, q: Pair) -> Scalar:
-    """Return the coupling's derivative by q2 (kg m²); by q1 it is the negative of this."""
+    """Return the coupling's derivative by q2 (kg m²), the negative of that by q1."""
     _, a, b = chain.C2
     elbow = q[1] - q[0]
     return -chain.m2 * chain.L1 * (a * sin(elbow) + b * cos(elbow))
 
 
 def kinetic_energies(chain: Chain, q: Pair, u: Pair) -> Pair:
-    """Return T_1 and T_2 (J). T_2 has ω2 where the source prints ω1."""
+    """Return T_1 and T_2 (J). T_2 has ω2 where the textbook prints ω1."""
     u1, u2 = u
     T1 = pivot_inertia(chain) * u1 * u1 / 2
     T2 = (
@@ -53,7 +53,7 @@ def kinetic_energies(chain: Chain, q: Pair, u: Pair) -> Pair:
 
 
 def kinetic_energy(chain: Chain, q: Pair, u: Pair) -> Scalar:
-    """Return T = T_1 + T_2 (J), and the energies of the rotors where there are any."""
+    """Return T = T_1 + T_2 (J) plus the energies of rotors."""
     T1, T2 = kinetic_energies(chain, q, u)
     T = T1 + T2
     for inertia, (w1, w2) in chain.rotors:
@@ -135,9 +135,9 @@ def mass_matrix(chain: Chain, q: Pair) -> Matrix:
 
 
 def velocity_terms(chain: Chain, q: Pair, u: Pair) -> Pair:
-    """Return C u (N m): what (6.9) leaves of its left-hand side without angular acceleration.
+    """Return C u (N m): the left-hand side of (6.9) without angular acceleration.
 
-    Of d/dt(∂T/∂q̇) − ∂T/∂q the products u1 u2 cancel; written out they would only round.
+    The products u1 u2 cancel in d/dt(∂T/∂q̇) − ∂T/∂q and are omitted, which avoids their rounding.
     """
     u1, u2 = u
     slope = coupling_slope(chain, q)
@@ -152,10 +152,10 @@ def coriolis_matrix(chain: Chain, q: Pair, u: Pair) -> Matrix:
 
 
 def determinant(chain: Chain, q: Pair) -> Scalar:
-    """Return det M (kg² m⁴) as a sum of terms that are never negative, so that nothing cancels.
+    """Return det M (kg² m⁴) as a sum of non-negative terms, without cancellation.
 
-    With M12² = (m2 L1)² (a² + b² − h²), h the distance of C2 from the line of link 1, the two
-    large products M11 M22 and M12² leave I_A I_B + m2 L1² (I_C2 + m2 h²).
+    With M12² = (m2 L1)² (a² + b² − h²), h the distance of C2 from the line of link 1, M11 M22 −
+    M12² is I_A I_B + m2 L1² (I_C2 + m2 h²).
     """
     _, a, b = chain.C2
     elbow = q[1] - q[0]

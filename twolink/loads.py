@@ -1,6 +1,6 @@
-"""Loads: what acts on the chain, and where.
+"""Loads on the chain: forces at points and torques on links.
 
-A load says nothing of generalized forces. Each formulation maps it in its own way: Kane by the
+A load is independent of generalized coordinates. Each formulation maps it separately: Kane by the
 velocity's partial derivatives, Lagrange by the position's, an engine by its external forces.
 """
 
@@ -22,7 +22,7 @@ class Force:
 class Torque:
     """A torque on link 1 or 2 about z (N m), in the positive sense of the angles.
 
-    A motor or a spring between the links is two of them: +τ on link 2 and −τ on link 1.
+    A motor or a spring between the links is a pair of torques: +τ on link 2 and −τ on link 1.
     """
 
     link: int
@@ -34,9 +34,9 @@ Loads = tuple[Load, ...]
 
 
 def motor_loads(tau1: Scalar, tau2: Scalar) -> Loads:
-    """Return the loads of torques (N m) in the joints A and B, positive as the angles are.
+    """Return the loads of torques (N m) in the joints A and B, positive in the sense of the angles.
 
-    The motor at A stands on the ground and turns link 1; the one at B stands on link 1 and turns
-    link 2, so its reaction acts on link 1.
+    The motor at A is mounted on the ground and drives link 1; the one at B is mounted on link 1 and
+    drives link 2, so its reaction acts on link 1.
     """
     return Torque(1, tau1), Torque(1, -tau2), Torque(2, tau2)

@@ -1,4 +1,4 @@
-"""Packages that may be missing, or that are to be imported with care."""
+"""Import of optional packages and of packages with side effects."""
 
 from __future__ import annotations
 
@@ -8,18 +8,17 @@ from typing import Any
 
 from twolink.errors import SimulationError
 
-# Of two threads the second would find a module that is not whole yet.
+# Without the lock a second thread would see a partly initialised module.
 _ONE_AT_A_TIME = Lock()
 
 
 def heyoka() -> Any:
     """Return the module heyoka.
 
-    Where SymPy is installed, heyoka imports it, which takes seconds and is of no use here: it is
-    kept out of the way. Nor does heyoka keep what it compiles in the user's home: by default it
-    would fill that with up to 20 GB, which take seconds to open, and compiling would seem to cost
-    less than it does. Who imported heyoka before keeps what was set. Raises `SimulationError` where
-    heyoka is not installed.
+    If SymPy is installed, heyoka imports it, which takes seconds and is not needed here: SymPy is
+    hidden during the import. heyoka's disk cache in the user's home is disabled: it grows to 20 GB,
+    takes seconds to open, and distorts measured compile times. If heyoka has been imported before,
+    its settings are unchanged. Raises `SimulationError` if heyoka is not installed.
     """
     with _ONE_AT_A_TIME:
         return sys.modules.get("heyoka") or _imported_heyoka()
@@ -33,26 +32,28 @@ def _imported_heyoka() -> Any:
         import heyoka
     except ImportError as error:
         raise SimulationError(
-            "heyoka is not installed; allowed is version 7.10 or later (pip install heyoka), or "
+            "heyoka is not installed; install version 7.10 or later (pip install heyoka), or use "
             "method DOP853"
         ) from error
     finally:
         if hidden:
             del sys.modules["sympy"]
     heyoka.llvm_state.set_diskcache_enabled(False)
+    # Its warnings go to the standard output, which is for results.
+    heyoka.set_logger_level_critical()
     return heyoka
 
 
 def flint() -> Any:
-    """Return the module flint, of python-flint.
+    """Return the module flint of python-flint.
 
-    Raises `SimulationError` where it is not installed.
+    Raises `SimulationError` if it is not installed.
     """
     try:
         import flint
     except ImportError as error:
         raise SimulationError(
-            "python-flint is not installed; allowed is version 0.7 or later (pip install "
+            "python-flint is not installed; install version 0.7 or later (pip install "
             '"twolink[rigour]")'
         ) from error
     return flint

@@ -1,1 +1,1 @@
-"""Drawing: takes a Chain and a Trajectory, gives pictures. The library does not know it."""
+"""Pictures of a Chain and a Trajectory. The library does not depend on this package."""

@@ -1,7 +1,7 @@
 """A headless Chromium or Chrome, driven over a pipe by the DevTools protocol.
 
-Over a pipe there is no port that others could connect to, and a browser whose pipe closes ends:
-none is left behind, even if this process is killed.
+A pipe opens no network port, and the browser ends when its pipe closes, even if this process is
+killed.
 """
 
 from __future__ import annotations
@@ -22,9 +22,10 @@ from types import TracebackType
 from typing import Any
 
 from twolink.errors import BrowserError, PictureError
+from twolink.files import scratch_folder
 
 BROWSER = "TWOLINK_BROWSER"
-"""The environment variable that names a browser's program."""
+"""The environment variable with the path of the browser's program."""
 
 _NAMES = (
     "chromium",
@@ -56,13 +57,13 @@ _FLAGS = (
     "--hide-scrollbars",
     "--force-color-profile=srgb",
     "--font-render-hinting=none",
-    # Otherwise a page that nobody looks at is drawn once a second.
+    # Otherwise a hidden page is drawn only once per second.
     "--disable-renderer-backgrounding",
     "--disable-background-timer-throttling",
     "--disable-backgrounding-occluded-windows",
 )
 
-# The browser reads and writes at these numbers; a program between us and it puts them there.
+# The browser uses these file descriptors; a small wrapper program assigns them.
 _READS, _WRITES = 3, 4
 _BETWEEN = (
     "import os, sys\n"
@@ -81,7 +82,7 @@ _LEAVE_TAKING = 5.0
 
 
 def find_browser() -> str | None:
-    """Return the path of a Chromium or Chrome, or None where there is none."""
+    """Return the path of a Chromium or Chrome, or None if there is none."""
     named = os.environ.get(BROWSER)
     for name in (named,) if named else _NAMES:
         found = shutil.which(name)
@@ -91,32 +92,32 @@ def find_browser() -> str | None:
 
 
 def browser_program() -> str:
-    """Return the path of a Chromium or Chrome; raises `PictureError` where there is none."""
+    """Return the path of a Chromium or Chrome. Raises `PictureError` if there is none."""
     if os.name != "posix":
         raise PictureError(
-            f"recording runs on Linux and macOS, and this is {sys.platform}; allowed is "
-            "a .html file, which needs no browser"
+            f"recording needs Linux or macOS; got {sys.platform}; use a .html file, "
+            "which needs no browser"
         )
     program = find_browser()
     if program is None:
         named = os.environ.get(BROWSER)
         where = f" ({BROWSER} is '{named}')" if named else ""
         raise PictureError(
-            f"no Chromium or Chrome was found{where}; allowed are a .html file, which needs "
-            "none, or any format once one is installed (Debian, Ubuntu: apt install chromium)"
+            f"no Chromium or Chrome was found{where}; use a .html file, which needs none, or "
+            "install one (Debian, Ubuntu: apt install chromium)"
         )
     return program
 
 
 class Browser:
-    """A headless browser with pages; use it in a `with` statement, and none is left behind.
+    """A headless browser with pages, used as a context manager that ends its processes.
 
-    `patience` (s) is how long an answer may take. Raises `PictureError` where there is no browser,
-    and `BrowserError` where it hangs or dies; it is then killed with all its processes.
+    `patience` (s) is the time limit of an answer. Raises `PictureError` if there is no browser,
+    and `BrowserError` if it hangs or crashes; it is then killed with all its processes.
     """
 
     def __init__(self, *, patience: float = _PATIENCE) -> None:
-        """Note how long an answer may take (s)."""
+        """Set the time limit of an answer (s)."""
         self.patience = patience
         self.process: subprocess.Popen[bytes] | None = None
         self._numbers = count(1)
@@ -127,7 +128,8 @@ class Browser:
     def __enter__(self) -> Browser:
         """Start the browser."""
         program = browser_program()
-        self._folder = tempfile.mkdtemp(prefix="twolink-web-", dir=_short_folder())
+        self._scratch = scratch_folder("web", _short_folder())
+        self._folder = str(self._scratch.__enter__())
         try:
             self._start(program)
             self.call("Browser.getVersion")
@@ -142,7 +144,7 @@ class Browser:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """End the browser: by its own command if all went well."""
+        """End the browser, by its own command unless there was an exception."""
         if kind is None:
             with suppress(BrowserError):
                 self._send("Browser.close", {}, None)
@@ -154,7 +156,7 @@ class Browser:
     def _start(self, program: str) -> None:
         theirs_in, self._to_browser = os.pipe()
         self._from_browser, theirs_out = os.pipe()
-        # A sandbox needs rights of a user who is not root.
+        # The browser's sandbox does not work for root.
         root = ("--no-sandbox",) if os.geteuid() == 0 else ()
         flags = (*_FLAGS, *root, f"--user-data-dir={self._folder}/profile", "about:blank")
         between = (sys.executable, "-I", "-S", "-c", _BETWEEN, str(theirs_in), str(theirs_out))
@@ -166,7 +168,8 @@ class Browser:
                     stdout=subprocess.DEVNULL,
                     stderr=stderr,
                     pass_fds=(theirs_in, theirs_out),
-                    # A group of its own, to be killed as one; and all that it leaves in one folder.
+                    # A separate process group, to be killed as a whole, and one folder for all its
+                    # files.
                     start_new_session=True,
                     env={**os.environ, "TMPDIR": self._folder},
                 )
@@ -177,7 +180,7 @@ class Browser:
         os.set_blocking(self._to_browser, False)
 
     def close(self) -> None:
-        """Kill what is left of the browser, all its processes, and remove its folder."""
+        """Kill all remaining processes of the browser and remove its folder."""
         if self.process is not None:
             with suppress(ProcessLookupError):
                 os.killpg(self.process.pid, signal.SIGKILL)
@@ -186,12 +189,7 @@ class Browser:
                 with suppress(OSError):
                     os.close(end)
             self.process = None
-        # Processes that are just dying may still write for a moment.
-        for _ in range(50):
-            shutil.rmtree(self._folder, ignore_errors=True)
-            if not os.path.lexists(self._folder):
-                break
-            time.sleep(0.02)
+        self._scratch.__exit__(None, None, None)
 
     def page(self, width: int, height: int) -> Page:
         """Return a new page of a size in pixels."""
@@ -209,7 +207,7 @@ class Browser:
         return self.answer(self._send(method, parameters or {}, session))
 
     def _send(self, method: str, parameters: dict[str, Any], session: str | None) -> int:
-        """Send a command, and return the number by which its answer is known."""
+        """Send a command, and return the number of its answer."""
         number = next(self._numbers)
         message = {"id": number, "method": method, "params": parameters}
         if session is not None:
@@ -220,14 +218,14 @@ class Browser:
             try:
                 waiting = waiting[os.write(self._to_browser, waiting) :]
             except BlockingIOError:
-                # It may be waiting for us to read.
+                # The browser may be blocked until its output is read.
                 self._read(end, method, writing=True)
             except OSError as error:
                 raise self._died(method) from error
         return number
 
     def answer(self, number: int) -> Any:
-        """Return the answer to a command by its number, once it is there."""
+        """Wait for the answer to a command with the given number."""
         end = time.monotonic() + self.patience
         while number not in self._answers:
             self._read(end, "an answer")
@@ -237,7 +235,7 @@ class Browser:
         return answer["result"]
 
     def wait_for_events(self, seconds: float) -> None:
-        """Gather what the browser tells for some time (s)."""
+        """Collect events of the browser for a time (s)."""
         end = time.monotonic() + seconds
         with suppress(TimeoutError):
             while True:
@@ -253,7 +251,7 @@ class Browser:
             ) from error
 
     def _read_once(self, end: float, *, writing: bool = False) -> None:
-        """Take what has come by a time, or raise `TimeoutError`."""
+        """Read available data until a deadline, or raise `TimeoutError`."""
         with selectors.DefaultSelector() as selector:
             selector.register(self._from_browser, selectors.EVENT_READ)
             if writing:
@@ -271,7 +269,7 @@ class Browser:
             raise self._died("an answer")
         before = len(self._received)
         self._received += part
-        # Only in what is new can a message end.
+        # Only new data can contain the end of a message.
         while (stop := self._received.find(b"\0", before)) >= 0:
             self._take(json.loads(bytes(self._received[:stop])))
             del self._received[: stop + 1]
@@ -284,7 +282,7 @@ class Browser:
             self.events.append(message)
 
     def _died(self, waiting_for: str) -> BrowserError:
-        """Return the error that the browser is gone, with its last words."""
+        """Return the error that the browser ended, with the last line of its log."""
         assert self.process is not None
         with suppress(subprocess.TimeoutExpired):
             self.process.wait(1.0)
@@ -299,9 +297,9 @@ class Browser:
 
 
 def _short_folder() -> str | None:
-    """Return where the browser's folder shall be, or None for the usual place.
+    """Return the parent of the browser's folder, or None for the default.
 
-    It opens a socket inside, whose path may not have more than some hundred letters.
+    The browser opens a socket in it, whose path is limited to about a hundred characters.
     """
     usual = tempfile.gettempdir()
     return "/tmp" if len(usual) > _LONGEST and os.access("/tmp", os.W_OK) else None
@@ -311,7 +309,7 @@ class Page:
     """A page of a browser."""
 
     def __init__(self, browser: Browser, session: str) -> None:
-        """Take the browser and the name by which it knows the page."""
+        """Store the browser and the identifier of the page."""
         self.browser = browser
         self.session = session
 
@@ -320,18 +318,18 @@ class Page:
         return self.browser.call(method, parameters, self.session)
 
     def open(self, url: str) -> None:
-        """Go to an address and wait until players on it are ready."""
+        """Open an address and wait until its players are ready."""
         failed = self.call("Page.navigate", {"url": url}).get("errorText")
         if failed:
             raise BrowserError(f"the browser cannot open {url} ({failed})")
         self.wait_until("document.querySelector('.twolink-player[data-ready]') !== null")
 
     def wait_until(self, condition: str) -> None:
-        """Wait until a condition in JavaScript holds; raises `BrowserError` if it never does."""
+        """Wait until a JavaScript condition holds. Raises `BrowserError` at the time limit."""
         end = time.monotonic() + self.browser.patience
         while not self.value(condition):
             if time.monotonic() > end:
-                said = "; ".join(self.complaints()) or "it said nothing"
+                said = "; ".join(self.complaints()) or "no messages"
                 raise BrowserError(f"the page is not ready in {self.browser.patience:g} s ({said})")
             time.sleep(0.02)
 
@@ -340,12 +338,12 @@ class Page:
         return self.result(self.ask(expression))
 
     def ask(self, expression: str) -> int:
-        """Ask for the value of an expression, and return the number of the question."""
+        """Request the value of an expression, and return the number of the request."""
         parameters = {"expression": expression, "returnByValue": True, "awaitPromise": True}
         return self.browser._send("Runtime.evaluate", parameters, self.session)
 
     def result(self, number: int) -> Any:
-        """Return the value that was asked for."""
+        """Return the requested value."""
         answer = self.browser.answer(number)
         if "exceptionDetails" in answer:
             details = answer["exceptionDetails"]
@@ -354,7 +352,7 @@ class Page:
         return answer["result"].get("value")
 
     def events(self, method: str) -> list[dict[str, Any]]:
-        """Return what the browser has told of this page under a name."""
+        """Return the browser's events of a given name for this page."""
         return [
             event["params"]
             for event in self.browser.events
@@ -362,7 +360,7 @@ class Page:
         ]
 
     def complaints(self) -> list[str]:
-        """Return the errors that the page has written to the console or thrown."""
+        """Return the errors that the page has logged or thrown."""
         thrown = [
             str(event["exceptionDetails"].get("exception", {}).get("description", "error"))
             for event in self.events("Runtime.exceptionThrown")

@@ -1,9 +1,8 @@
-"""The commands of meshcat's viewer, as the bytes (MessagePack) that it reads.
+"""The commands of meshcat's viewer, encoded as MessagePack.
 
-The motion stands in meshcat's x-z plane: the source's (x, y), y downward, is at (x, 0, −y), so
-that gravity points down on the screen and the source's z into it. Everything flat is drawn in this
-one plane, and what covers what is said by `order`. Nothing in a command is left to chance: equal
-pictures are equal bytes.
+The motion is in meshcat's x-z plane: the chain's (x, y), y downward, is at (x, 0, −y), so that
+gravity points down on the screen and the chain's z into it. All flat shapes are in this plane, and
+`order` determines which covers which. Commands are deterministic: equal pictures have equal bytes.
 """
 
 from __future__ import annotations
@@ -34,13 +33,13 @@ def flat_mesh(
     opacity: float = 1.0,
     opacities: Array | None = None,
 ) -> bytes:
-    """Return the command that puts a flat shape at a path, in one unlit colour "#rrggbb".
+    """Return the command that adds a flat shape at a path, in one unlit colour "#rrggbb".
 
-    `opacities`, of shape (n,), are those of the corners.
+    `opacities`, of shape (n,), belong to the corners.
     """
     attributes = {"position": _numbers(_in_space(shape.corners), 3)}
     if opacities is not None:
-        # The viewer multiplies corners' colours with the material's.
+        # The viewer multiplies vertex colours and the material's colour.
         white = np.ones((len(opacities), 3))
         attributes["color"] = _numbers(np.column_stack([white, opacities]), 4)
     material = {
@@ -48,7 +47,7 @@ def flat_mesh(
         "color": int(colour[1:], 16),
         "vertexColors": 0 if opacities is None else 2,
         "side": _BOTH_SIDES,
-        # All that is flat is "transparent", so that it is drawn in its order and not by depth.
+        # Flat shapes are "transparent", so that they are drawn by `order` instead of depth.
         "transparent": True,
         "opacity": float(opacity),
         "depthTest": False,
@@ -65,7 +64,7 @@ def flat_mesh(
 def line_segments(path: str, ends: Array, colour: str, *, order: int) -> bytes:
     """Return the command for straight lines, one pixel wide, between pairs of points (2 n, 2).
 
-    They are behind all else, bodies in space too.
+    They are behind everything else, including solid bodies.
     """
     geometry = {
         "type": "BufferGeometry",
@@ -74,7 +73,7 @@ def line_segments(path: str, ends: Array, colour: str, *, order: int) -> bytes:
     material = {
         "type": "LineBasicMaterial",
         "color": int(colour[1:], 16),
-        # What is not transparent is drawn first, in its order and then by depth.
+        # Opaque objects are drawn first, by order and then by depth.
         "transparent": False,
         "depthTest": False,
         "depthWrite": False,
@@ -104,13 +103,13 @@ def solid_mesh(path: str, corners: Array, faces: Any, rgba: Sequence[float]) -> 
 
 
 def transform(path: str, matrix: Array) -> bytes:
-    """Return the command that places a path by a 4 × 4 matrix."""
+    """Return the command that sets the 4 × 4 transform of a path."""
     columns = np.asarray(matrix, dtype=float).T.ravel().tolist()
     return _pack({"type": "set_transform", "path": path, "matrix": columns})
 
 
 def in_the_plane(origin: Place, angle: float) -> Array:
-    """Return the 4 × 4 matrix of a frame at (x, y) (m), turned by an angle (rad) from x to y."""
+    """Return the 4 × 4 matrix of a frame at (x, y) (m), rotated by an angle (rad) from x to y."""
     c, s = math.cos(angle), math.sin(angle)
     x, y = float(origin[0]), float(origin[1])
     return np.array([[c, 0, s, x], [0, 1, 0, 0], [-s, 0, c, -y], [0, 0, 0, 1]], dtype=float)
@@ -122,7 +121,7 @@ def visible(path: str, shown: bool) -> bytes:
 
 
 def set_property(path: str, name: str, value: Any) -> bytes:
-    """Return the command that sets a property of what is at a path."""
+    """Return the command that sets a property of the object at a path."""
     return _pack({"type": "set_property", "path": path, "property": name, "value": value})
 
 
@@ -133,15 +132,15 @@ def background(colour: str) -> list[bytes]:
 
 
 def background_parts(colour: str) -> list[float]:
-    """Return red, green and blue (0 to 1) of a background, as the viewer wants them."""
-    # It turns parts of 1 into bytes by cutting off; a quarter keeps them on the right side.
+    """Return red, green and blue (0 to 1) of a background for the viewer."""
+    # The viewer truncates to bytes; adding a quarter makes the result exact.
     return [(int(colour[k : k + 2], 16) + 0.25) / 255 for k in (1, 3, 5)]
 
 
 def frontal_camera(distance: float) -> list[bytes]:
-    """Return the commands for an orthographic camera that looks along z of the source (m).
+    """Return the commands for an orthographic camera that looks along the chain's z (m).
 
-    What it covers depends on the size of the window and is set there, by the rule of
+    Its field of view depends on the size of the window and is set by the player, with the rule of
     `viz.framing.Framing`.
     """
     camera = {
@@ -173,7 +172,7 @@ def decoded(command: bytes) -> dict[str, Any]:
 
 
 def _set_object(path: str, kind: str, geometry: Any, material: Any, order: int) -> bytes:
-    """Return the command that puts an object at a path; its parts are named by the path."""
+    """Return the command that adds an object at a path; its parts are named after the path."""
     names = {part: f"{path}#{part}" for part in ("object", "geometry", "material")}
     lowered = {
         "metadata": {"version": 4.5, "type": "Object"},
@@ -185,7 +184,7 @@ def _set_object(path: str, kind: str, geometry: Any, material: Any, order: int) 
             "geometry": names["geometry"],
             "material": names["material"],
             "renderOrder": order,
-            # A flat shape may move out of where it was first drawn.
+            # A flat shape may leave its initial bounds.
             "frustumCulled": False,
         },
     }
@@ -193,7 +192,7 @@ def _set_object(path: str, kind: str, geometry: Any, material: Any, order: int) 
 
 
 def _in_space(corners: Array) -> Array:
-    """Return points (x, y) of the source in meshcat's frame, shape (n, 3)."""
+    """Return points (x, y) of the chain's plane in meshcat's frame, shape (n, 3)."""
     return np.column_stack([corners[:, 0], np.zeros(len(corners)), -corners[:, 1]])
 
 

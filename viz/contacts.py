@@ -1,4 +1,4 @@
-"""What touches what, and how: marks at points and joints while a contact or friction lasts."""
+"""Marks of contacts and friction at points and joints while they last."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from twolink import kinematics
 from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState
-from twolink.effects import nonsmooth
+from twolink.effects import contact_elements
 from twolink.simulation.hybrid.mode import Mode
 from viz.commands import ROOT, flat_mesh, in_the_plane, transform, visible
 from viz.run import Moments, Run
@@ -20,7 +20,7 @@ from viz.themes import Theme
 
 _ORDER = 60
 
-# The seconds on the screen for which a contact is marked at least.
+# Minimum time (s) on the screen of a contact mark.
 _LEAST = 0.25
 
 _HELD, _SLIPPING, _PUSHED = "held", "slipping", ("pushed-on", "pushed-back")
@@ -35,22 +35,24 @@ _WORDS = {
 
 
 def mode_at(run: Run, time: float) -> Mode | None:
-    """Return the mode in which a run is at a time (s), or None if it is smooth all along."""
+    """Return the mode of a run at a time (s), or None if the whole run is smooth."""
     events = run.trajectory.events
     index = bisect_right([event.entered for event in events], time) - 1
     return events[max(index, 0)].mode if events else None
 
 
 def elements_of(run: Run) -> tuple[ContactElement, ...]:
-    """Return the frictions and obstacles of a run, as its modes number them."""
-    return nonsmooth(run.trajectory.scene.effects, run.chain) if run.trajectory.events else ()
+    """Return the frictions and obstacles of a run, in the numbering of its modes."""
+    return (
+        contact_elements(run.trajectory.scene.effects, run.chain) if run.trajectory.events else ()
+    )
 
 
 def contact_setup(run: Run, size: float, theme: Theme) -> list[bytes]:
-    """Return what draws the marks of all that may touch, each about the origin of its own path.
+    """Return the commands that draw the marks of all contacts, each at the origin of its path.
 
-    What sticks or rests has a full ring, what slips a thin one; an arrow along the surface is the
-    way in which friction acts. A `size` (m) is half of a bar's width.
+    Sticking has a thick ring, slipping a thin one; an arrow along the surface is the direction of
+    friction. `size` (m) is half of a bar's width.
     """
     found = []
     for number, element in enumerate(elements_of(run)):
@@ -70,9 +72,9 @@ def contact_setup(run: Run, size: float, theme: Theme) -> list[bytes]:
 
 
 def contact_marks(now: Moments, speed: float) -> tuple[list[bytes], list[Label]]:
-    """Return the commands for the marks at a moment, and words on what they say.
+    """Return the commands for the marks at a moment, and their description.
 
-    What was pressed for an instant is marked a little longer on the screen (`speed`).
+    An instantaneous contact is marked for a minimum time on the screen (`speed`).
     """
     time = float(now.times[0])
     mode = mode_at(now.run, time)
@@ -87,7 +89,7 @@ def contact_marks(now: Moments, speed: float) -> tuple[list[bytes], list[Label]]
         just = state is ContactState.OPEN and _just_left(now.run, number, time, _LEAST * speed)
         shown = {_HELD: held, _SLIPPING: just or (not held and state is not ContactState.OPEN)}
         if tangent is not None:
-            # Friction acts against the sliding.
+            # Friction opposes sliding.
             shown |= dict(zip(_PUSHED, (state.direction < 0, state.direction > 0), strict=True))
         commands.append(transform(_path(number), in_the_plane(place, 0.0)))
         commands += [visible(f"{_path(number)}/{name}", on) for name, on in shown.items()]
@@ -102,7 +104,7 @@ def contact_marks(now: Moments, speed: float) -> tuple[list[bytes], list[Label]]
 
 
 def _just_left(run: Run, number: int, time: float, lasting: float) -> bool:
-    """Return whether an obstacle of a number was touched at most a moment (s) before a time (s)."""
+    """Return whether an obstacle was touched within a duration (s) before a time (s)."""
     events = run.trajectory.events
     last = bisect_right([event.entered for event in events], time) - 1
     ended = [later.entered for later in events[1 : last + 1]]
@@ -113,11 +115,11 @@ def _just_left(run: Run, number: int, time: float, lasting: float) -> bool:
 
 
 def joint_labels(now: Moments) -> dict[str, Label]:
-    """Return the letters A, B and D, each stepping aside from the links that meet there."""
+    """Return the letters A, B and D, each offset from the links that meet there."""
     ways = [np.array([np.cos(q), np.sin(q)]) for q in now.q[:, 0]]
     at_elbow = ways[0] - ways[1]
     if np.hypot(*at_elbow) < 0.5:
-        # A stretched chain: aside of both links, on the upper side.
+        # A stretched chain: beside both links, on the upper side.
         across = np.array([ways[0][1], -ways[0][0]])
         at_elbow = across if across[1] < 0 else -across
     aside = {"A": -ways[0], "B": at_elbow / np.hypot(*at_elbow), "D": ways[1]}
@@ -128,7 +130,7 @@ def joint_labels(now: Moments) -> dict[str, Label]:
 
 
 def place_of(element: ContactElement, now: Moments) -> Array:
-    """Return where a friction or an obstacle acts at a moment (m)."""
+    """Return the position of a friction or an obstacle at a moment (m)."""
     direction = element.principal
     if isinstance(direction, JointCoordinate):
         return now.point(direction.joint)[0]
@@ -139,13 +141,13 @@ def place_of(element: ContactElement, now: Moments) -> Array:
 
 
 def tangent_of(element: ContactElement) -> tuple[float, float] | None:
-    """Return the unit vector along which a point slides (m), if a point does."""
+    """Return the unit vector along which a point slides, or None for a joint."""
     along = element.tangent
     return along.vector if isinstance(along, PointCoordinate) else None
 
 
 def _away(element: ContactElement) -> tuple[float, float]:
-    """Return where a word stands beside a point: out of a surface, or above."""
+    """Return the direction from a point to its label: out of a surface, or upwards."""
     if isinstance(element.normal, PointCoordinate):
         return element.normal.vector
     return (0.7, -0.7)

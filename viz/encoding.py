@@ -1,4 +1,4 @@
-"""From pictures to a film in a file, by ffmpeg, and what a decoder finds in it."""
+"""Encode pictures to a film with ffmpeg, and check the decoded film."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from twolink.errors import BrowserError, PictureError
 _VIDEO = {
     ".mp4": (
         *("-c:v", "libx264", "-crf", "18", "-preset", "medium", "-pix_fmt", "yuv420p"),
-        # What is told of the film comes first: it begins to play before all of it is loaded.
+        # Metadata first, so that playback can start before the whole file is loaded.
         *("-movflags", "+faststart", "-f", "mp4"),
     ),
     ".webm": (
@@ -28,47 +28,47 @@ _VIDEO = {
         *("-loop", "0", "-f", "gif"),
     ),
 }
-# sRGB's primaries and gamma, and the matrix of high-definition video, said as well as done.
+# sRGB's primaries and gamma and the HD matrix, both converted and declared.
 _COLOURS = (
     *("-vf", "scale=out_color_matrix=bt709:out_range=tv"),
     *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1"),
 )
-# The unit of time in the file (s): within it a frame may stand beside its exact time.
+# The file's unit of time (s), the largest deviation of a frame from its exact time.
 _CLOCK = {".mp4": Fraction(0), ".webm": Fraction(1, 1000), ".gif": Fraction(1, 100)}
 
 FILMS = tuple(_VIDEO)
 
 
 def ffmpeg() -> str:
-    """Return the path of ffmpeg; raises `PictureError` where imageio-ffmpeg is missing."""
+    """Return the path of ffmpeg. Raises `PictureError` if imageio-ffmpeg is missing."""
     try:
         import imageio_ffmpeg
     except ImportError as error:
         raise PictureError(
-            "imageio-ffmpeg, which films need, is not installed; allowed are .html and .png, or "
+            "imageio-ffmpeg, which films need, is not installed; use .html or .png, or "
             'pip install "twolink[record]"'
         ) from error
     return str(imageio_ffmpeg.get_ffmpeg_exe())
 
 
 def check_film(suffix: str, width: int, height: int, fps: float) -> None:
-    """Raise `PictureError` for sizes and rates that a kind of film cannot have."""
+    """Raise `PictureError` for sizes and rates that a film format does not support."""
     if suffix in (".mp4", ".webm") and (width % 2 or height % 2):
         raise PictureError(
-            f"the size is {width}x{height}; allowed are even numbers of pixels in a {suffix} file"
+            f"the size must be even numbers of pixels for a {suffix} file; got {width}x{height}"
         )
     if suffix == ".gif" and (100 / fps) % 1:
         raise PictureError(
-            f"fps is {fps:g}; allowed are 50, 25, 20, 10, 5, 4, 2 and 1 in a .gif file, which "
-            "counts time in hundredths of a second"
+            f"fps must be 50, 25, 20, 10, 5, 4, 2 or 1 for a .gif file, which counts time in "
+            f"hundredths of a second; got {fps:g}"
         )
 
 
 @contextmanager
 def encoder(file: Path, suffix: str, fps: float) -> Iterator[IO[bytes]]:
-    """Yield what takes pictures (PNG) one after the other, and encodes them to a file.
+    """Yield a function that takes pictures (PNG) in order and encodes them to a file.
 
-    Raises `BrowserError` where ffmpeg fails; it is ended whatever happens.
+    Raises `BrowserError` if ffmpeg fails; the process is always ended.
     """
     rate = str(Fraction(fps).limit_denominator(1001))
     colours = () if suffix == ".gif" else _COLOURS
@@ -82,7 +82,7 @@ def encoder(file: Path, suffix: str, fps: float) -> Iterator[IO[bytes]]:
         stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
-        # A Ctrl-C at the terminal is for us alone: we end it.
+        # ffmpeg must not receive Ctrl-C itself: this process ends it.
         start_new_session=True,
     )
     assert process.stdin is not None
@@ -107,9 +107,9 @@ def encoder(file: Path, suffix: str, fps: float) -> Iterator[IO[bytes]]:
 
 @dataclass(frozen=True)
 class Decoded:
-    """What a decoder finds in a film: size in pixels, times of frames (s), and their pictures.
+    """A decoded film: size in pixels, times of frames (s), and their pictures.
 
-    `lasting` is how long the last frame is shown (s); `pictures` are a hash of each.
+    `lasting` is the duration of the last frame (s); `pictures` are hashes.
     """
 
     width: int
@@ -120,12 +120,12 @@ class Decoded:
 
     @property
     def duration(self) -> Fraction:
-        """How long the film lasts (s)."""
+        """The duration of the film (s)."""
         return self.times[-1] + self.lasting - self.times[0]
 
 
 def decoded(file: Path) -> Decoded:
-    """Return what a decoder finds in a film; raises `BrowserError` where it fails."""
+    """Return a decoded film. Raises `BrowserError` if decoding fails."""
     command = (
         *(ffmpeg(), "-hide_banner", "-loglevel", "error", "-i", str(file)),
         *("-map", "0:v:0", "-fps_mode", "passthrough", "-f", "framemd5", "pipe:1"),
@@ -133,13 +133,13 @@ def decoded(file: Path) -> Decoded:
     run = subprocess.run(command, capture_output=True, check=False, stdin=subprocess.DEVNULL)
     if run.returncode != 0:
         said = " ".join(run.stderr.decode(errors="replace").split())
-        raise BrowserError(f"what was written cannot be decoded ({said[:300]})")
+        raise BrowserError(f"the written film cannot be decoded ({said[:300]})")
     text = run.stdout.decode()
     unit = re.search(r"^#tb 0: (\d+/\d+)", text, re.MULTILINE)
     size = re.search(r"^#dimensions 0: (\d+)x(\d+)", text, re.MULTILINE)
     rows = [line.split(",") for line in text.splitlines() if line and not line.startswith("#")]
     if unit is None or size is None or not rows:
-        raise BrowserError("what was written has no frames")
+        raise BrowserError("the written film has no frames")
     clock = Fraction(unit[1])
     return Decoded(
         width=int(size[1]),
@@ -153,7 +153,7 @@ def decoded(file: Path) -> Decoded:
 def check_decoded(
     found: Decoded, suffix: str, size: tuple[int, int], fps: float, count: int
 ) -> None:
-    """Raise `BrowserError` unless a film has its size, each frame once, and each at its time."""
+    """Raise `BrowserError` unless a film has the right size, frames and times."""
     rate = Fraction(fps).limit_denominator(1001)
     late = max(
         abs(time - found.times[0] - number / rate) for number, time in enumerate(found.times)
@@ -168,4 +168,4 @@ def check_decoded(
     if abs(found.duration - count / rate) > 2 * _CLOCK[suffix]:
         faults.append(f"it lasts {float(found.duration):.6g} s and not {float(count / rate):.6g} s")
     if faults:
-        raise BrowserError(f"what was written is not what was asked for: {', and '.join(faults)}")
+        raise BrowserError(f"the written film is wrong: {', and '.join(faults)}")

@@ -1,7 +1,7 @@
-"""The one source of frames: what moves, as commands of meshcat's viewer at exact times.
+"""Films: motions as frames of commands for meshcat's viewer at exact times.
 
-A film has commands that set it up, and frames. A frame is whole: its commands show its moment,
-whatever was shown before, so that it can be sought, recorded and streamed alike.
+A film has set-up commands and frames. A frame is self-contained: its commands do not depend on
+previous frames, so that a film can be searched, recorded and streamed.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from twolink.errors import PictureError
+from twolink.text import printable
 from viz.commands import (
     ROOT,
     background,
@@ -32,13 +33,13 @@ from viz.shapes import Array, Shape, bar, disc, ribbon, ring
 from viz.surfaces import Label, stops_of_elbow, surface_names, surfaces
 from viz.themes import LIGHT, Theme
 
-# Widths, as parts of the reach.
+# Widths relative to the reach.
 _BAR, _GHOST_BAR, _TRAIL = 0.042, 0.026, 0.03
 
-# Seconds on the screen for which D leaves a trail, and how often that is sampled.
+# Duration of D's trail on the screen (s), and its samples per frame.
 _TRAIL_SECONDS, _TRAIL_RATE = 1.0, 90
 
-# Places of a trail are rounded to this part of the reach: it keeps films small, and is not seen.
+# Points of a trail are rounded to this part of the reach, which is invisible and keeps films small.
 _FINE = 2.0**-14
 
 _GRID_ORDER, _TRAIL_ORDER, _GHOST_ORDER, _LINK_ORDER = -2, 20, 30, 40
@@ -46,20 +47,27 @@ _GRID_ORDER, _TRAIL_ORDER, _GHOST_ORDER, _LINK_ORDER = -2, 20, 30, 40
 
 @dataclass(frozen=True)
 class Frame:
-    """A moment of a film: its time (s), commands of meshcat's viewer, and words for the page."""
+    """A moment of a film: time (s), commands of meshcat's viewer, and texts for the page."""
 
     time: float
     commands: tuple[bytes, ...]
     words: dict[str, Any]
 
 
+def check_rates(fps: float, speed: float) -> None:
+    """Raise `PictureError` for frames per second or a speed out of range."""
+    for name, value, least, most in (("fps", fps, 0.01, 240.0), ("speed", speed, 1e-6, 1e6)):
+        if not least <= value <= most:
+            raise PictureError(f"{name} must be {least:g} to {most:g}; got {value!r}")
+
+
 @dataclass(frozen=True)
 class Film:
-    """Runs of a chain as frames: the first in full, the others as its ghosts.
+    """Runs of a chain as frames: the first in full, the others as ghosts.
 
-    It lasts as long as the shortest of them; frame k stands at k · `speed` / `fps` seconds of the
-    motion. `bodies` are commands that hang a URDF's own geometry on the first run. Raises
-    `PictureError` for rates that are none.
+    The film is as long as the shortest run; frame k is at k · `speed` / `fps` seconds of the
+    motion. `bodies` are commands that attach a URDF's geometry to the first run. Raises
+    `PictureError` for invalid rates.
     """
 
     runs: tuple[Run, ...]
@@ -70,16 +78,14 @@ class Film:
     bodies: tuple[bytes, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
-        """Refuse films of nothing, and rates that are not positive."""
+        """Raise `PictureError` for films without runs and rates out of range."""
         if not self.runs:
-            raise PictureError("a film has no run; allowed is one or more")
-        for name, value, most in (("fps", self.fps, 240.0), ("speed", self.speed, 1e6)):
-            if not 0 < value <= most:
-                raise PictureError(f"{name} is {value!r}; allowed is above 0 and up to {most:g}")
+            raise PictureError("a film must have at least one run; got none")
+        check_rates(self.fps, self.speed)
 
     @property
     def duration(self) -> float:
-        """How much of the motion is shown (s)."""
+        """The duration of the shown motion (s)."""
         return min(run.duration for run in self.runs)
 
     @property
@@ -101,27 +107,27 @@ class Film:
 
     @property
     def reach(self) -> float:
-        """How far D of the first run can be from A (m)."""
+        """The largest possible distance of D from A in the first run (m)."""
         return self.runs[0].reach
 
     @cached_property
     def box(self) -> Box:
-        """What of the plane all runs use."""
+        """The part of the plane that contains all runs."""
         points = [moments.point(name) for moments in self.moments for name in ("A", "B", "D")]
         return box_of(np.concatenate(points), self.reach)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of runs, where there are several to tell apart."""
-        return tuple(run.name for run in self.runs) if len(self.runs) > 1 else ()
+        """The names of runs if there are several."""
+        return tuple(printable(run.name) for run in self.runs) if len(self.runs) > 1 else ()
 
     def framing(self, width: int, height: int) -> Framing:
-        """Return where the film's points are in a window of this size (pixels)."""
+        """Return the mapping of the film's points to a window of this size (pixels)."""
         return Framing(self.box, width, height, rows=len(self.names))
 
     @cached_property
     def setup(self) -> tuple[bytes, ...]:
-        """The commands that come before any frame."""
+        """The set-up commands before any frame."""
         first = self.runs[0]
         found = [
             *background(self.theme.background),
@@ -137,16 +143,16 @@ class Film:
 
     @cached_property
     def about(self) -> dict[str, Any]:
-        """What a page needs to know beside the commands; angles in rad, lengths in m."""
+        """Data for the page besides the commands; angles in rad, lengths in m."""
         now = self.moments[0]
         potential, total = now.potential_energy, now.kinetic_energy + now.potential_energy
         lowest = float(potential.min())
         most = float(total.max()) - lowest
         least = float(total.min()) - lowest
-        # What is missing was given off if there was never more than at the start.
+        # Missing energy was dissipated if the energy never exceeded its initial value.
         loses = total[0] - lowest >= (1 - 1e-9) * most and most - least > 1e-6 * most
         return {
-            "title": self.title or self.runs[0].trajectory.scene.title,
+            "title": printable(self.title or self.runs[0].trajectory.scene.title),
             "fps": self.fps,
             "speed": self.speed,
             "start": self.start,
@@ -166,7 +172,7 @@ class Film:
 
     @property
     def colours(self) -> dict[str, Any]:
-        """What a page needs to know of the theme."""
+        """The colours of the theme for the page."""
         theme = self.theme
         ghosts = (self._ghost_colour(k) for k in range(1, len(self.runs)))
         return {
@@ -176,7 +182,7 @@ class Film:
         }
 
     def frame(self, number: int) -> Frame:
-        """Return the frame of a number from 0 on."""
+        """Return a frame by number, from 0."""
         return self.at(float(self.times[number]))
 
     def at(self, time: float) -> Frame:
@@ -205,7 +211,7 @@ class Film:
 
     @property
     def _length(self) -> float:
-        """The length (m) beside which widths are chosen: a small part of the plane is near."""
+        """The length (m) that scales widths, smaller for a small part of the plane."""
         return min(self.reach, 0.75 * self.box.size)
 
     @property
@@ -218,7 +224,7 @@ class Film:
         return 0.045 * self.box.size
 
     def _grid(self) -> list[bytes]:
-        """Return the grid in the plane of motion, far beyond the box; the axes stand out."""
+        """Return the grid in the plane of motion, far beyond the box, with highlighted axes."""
         spacing, box = grid_spacing(self.box), self.box
         far = 3 * box.size
         x0, x1 = np.floor((box.left - far) / spacing), np.ceil((box.right + far) / spacing)
@@ -240,7 +246,7 @@ class Film:
         return self.theme.ghosts[(number - 1) % len(self.theme.ghosts)]
 
     def _links(self, number: int, run: Run) -> list[bytes]:
-        """Return what draws a run's links in their own frames, with joints and D."""
+        """Return the commands that draw a run's links in their frames, with joints and D."""
         theme, path = self.theme, f"{ROOT}/run{number}"
         L1, L2 = (float(length) for length in run.chain.length)
         if number:
@@ -255,7 +261,7 @@ class Film:
         found = []
         for link, length, below in ((1, L1, 0), (2, L2, 4)):
             order, place = _LINK_ORDER + below, f"{path}/link{link}"
-            # Bodies of a URDF's own are seen behind.
+            # A URDF's bodies remain visible behind the links.
             shape = bar(length, 0.4 * width if self.bodies else width)
             found += [
                 flat_mesh(f"{place}/bar", shape, theme.links[link - 1], order=order),
@@ -270,7 +276,7 @@ class Film:
         return [*found, flat_mesh(f"{path}/link2/end", end, theme.end, order=_LINK_ORDER + 14)]
 
     def _trail(self, number: int, now: Moments, moments: Moments) -> bytes:
-        """Return the trail that D left in the last moments: it tapers, and fades away."""
+        """Return the trail of D during the last moments, tapered and fading."""
         theme, path = self.theme, f"{ROOT}/trail{number}"
         time = float(now.times[0])
         length = _TRAIL_SECONDS * self.speed
@@ -296,7 +302,7 @@ class Film:
 
 
 def _poses(number: int, now: Moments) -> list[bytes]:
-    """Return the commands that place a run's links."""
+    """Return the commands that set the poses of a run's links."""
     q1, q2 = float(now.q[0, 0]), float(now.q[1, 0])
     path = f"{ROOT}/run{number}"
     return [
@@ -306,17 +312,17 @@ def _poses(number: int, now: Moments) -> list[bytes]:
 
 
 def _apart(now: Moments, ghost: Moments) -> str:
-    """Return in words how far the D of a ghost is from that of the first run."""
+    """Return the distance of a ghost's D from that of the first run, in words."""
     distance = float(np.hypot(*(ghost.end - now.end)[0]))
     time = float(now.times[0])
     known = now.run.resolution(time) + ghost.run.resolution(time)
     if distance < known:
-        return f"D is less than {metres(known)} away, and its samples tell no more"
+        return f"D is within {metres(known)} (limited by the ghost's sampling)"
     return f"D is {metres(distance)} away"
 
 
 def metres(distance: float) -> str:
-    """Return a distance (m) in words, to two digits."""
+    """Return a distance (m) as text, to two digits."""
     if distance == 0 or 1e-3 <= distance < 1e3:
         return f"{float(f'{distance:.2g}'):g} m"
     digits, power = f"{distance:.1e}".split("e")
@@ -325,6 +331,6 @@ def metres(distance: float) -> str:
 
 
 def _rounded(label: Label) -> Label:
-    """Return a label whose places are rounded to what no screen resolves."""
+    """Return a label with coordinates rounded below the resolution of a screen."""
     text, x, y, dx, dy, *rest = label
     return [text, float(f"{x:.5g}"), float(f"{y:.5g}"), round(dx, 2), round(dy, 2), *rest]

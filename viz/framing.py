@@ -1,7 +1,7 @@
-"""What of the plane is seen, and at which pixel a point of it is.
+"""The visible part of the plane, and the pixel of each point.
 
-The player in the browser follows the same rule (`fit` in player/player.js): the box of what moves
-is shown as large as it fits between the strips above and below, which hold words.
+The player in the browser uses the same rule (`fit` in player/player.js): the box of the motion is
+shown as large as possible between the strips of text above and below.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from viz.shapes import Array
 
-# Pixels of a window of 960 × 600, and the range in which words grow with the window.
+# Pixels of a window of 960 × 600, and the range in which text scales with the window.
 _DESIGNED = (960, 600)
 _SMALLEST, _LARGEST = 0.8, 2.5
 _TOP, _ROW, _BOTTOM, _SIDE = 46, 20, 62, 18
@@ -38,9 +38,9 @@ class Box:
 
 
 def box_of(points: Array, reach: float) -> Box:
-    """Return the box of all points (m), shape (n, 2), with room around.
+    """Return the box of all points (m), shape (n, 2), with a margin.
 
-    It is never less than half of what the chain can reach (m): small motions look small.
+    It is at least half of the chain's reach (m), so that small motions look small.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     room = _ROOM * reach
@@ -61,7 +61,7 @@ def grid_spacing(box: Box) -> float:
 
 @dataclass(frozen=True)
 class Framing:
-    """How a box is shown in a window of a width and height in pixels, under `rows` of names."""
+    """The mapping of a box to a window of a width and height in pixels, below `rows` of names."""
 
     box: Box
     width: int
@@ -70,7 +70,7 @@ class Framing:
 
     @property
     def unit(self) -> float:
-        """How many pixels a pixel of the design takes."""
+        """Pixels per pixel of the design."""
         fitting = min(self.width / _DESIGNED[0], self.height / _DESIGNED[1])
         return min(max(fitting, _SMALLEST), _LARGEST)
 
@@ -83,7 +83,7 @@ class Framing:
         return max(min(across, down), 1e-9)
 
     def pixel(self, points: Array) -> Array:
-        """Return where points (x, y) (m), shape (…, 2), are in the window (pixels)."""
+        """Return the window coordinates (pixels) of points (x, y) (m), shape (…, 2)."""
         top, bottom, _ = self._strips()
         middle = np.array(
             [(self.box.left + self.box.right) / 2, (self.box.top + self.box.bottom) / 2]
@@ -92,7 +92,7 @@ class Framing:
         return centre + self.scale * (np.asarray(points) - middle)
 
     def _strips(self) -> tuple[float, float, float]:
-        """Return the heights of the strips above and below, and the room at the sides (pixels)."""
+        """Return the heights of the strips above and below, and the side margins (pixels)."""
         return (
             self.unit * (_TOP + _ROW * self.rows),
             self.unit * _BOTTOM,
@@ -101,7 +101,7 @@ class Framing:
 
     @classmethod
     def rule(cls) -> dict[str, float]:
-        """Return the numbers of the rule, for the player."""
+        """Return the constants of the rule, for the player."""
         return {
             "width": _DESIGNED[0],
             "height": _DESIGNED[1],

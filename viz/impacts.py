@@ -1,4 +1,4 @@
-"""Impacts, marked for a while where they happened: an arrow for the impulse, and its number."""
+"""Marks of impacts for a short time at their position: an arrow and the size of the impulse."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ from viz.themes import Theme
 _ORDER = 70
 _PATH = f"{ROOT}/impacts"
 
-# Seconds on the screen for which an impact is marked, and the longest arrow beside the reach.
+# Time (s) of an impact's mark on the screen, and the longest arrow relative to the reach.
 _MARKED = 0.9
 _LONGEST = 0.28
 
-# What has less than this part of the strongest impulse of its time is not drawn beside it.
+# Impulses below this part of the strongest simultaneous one are not drawn.
 _BESIDE = 0.02
 
 
 class Impulse(NamedTuple):
-    """An impact: when (s), where (m), its impulse and the impulse's size beside the largest.
+    """An impact: time (s), position (m), impulse, and its size relative to the largest.
 
-    The impulse (N s) is a vector (x, y); in a joint, whose impulse is a torque's, it is None.
+    The impulse (N s) is a vector (x, y); for a joint, whose impulse is that of a torque, it is
+    None.
     """
 
     time: float
@@ -44,19 +45,19 @@ class Impacts:
     """The impacts of a run."""
 
     def __init__(self, run: Run, length: float) -> None:
-        """Take the run, and a length (m) beside which arrows are long or short."""
+        """Store the run, and a length (m) that scales the arrows."""
         self.run = run
         self.length = length
 
     @cached_property
     def all(self) -> tuple[Impulse, ...]:
-        """All impacts, in time."""
+        """All impacts in order of time."""
         logged = self.run.trajectory.impacts
         elements = elements_of(self.run)
         if not logged or not elements:
             return ()
         at_joint = [isinstance(elements[i.index].principal, JointCoordinate) for i in logged]
-        # N s and N m s are not compared.
+        # Impulses in N s and N m s are not comparable.
         largest = {True: 0.0, False: 0.0}
         for impact, turning in zip(logged, at_joint, strict=True):
             largest[turning] = max(largest[turning], abs(impact.normal_impulse))
@@ -82,15 +83,15 @@ class Impacts:
     def marks(
         self, time: float, speed: float, size: float, theme: Theme
     ) -> tuple[bytes, list[Label]]:
-        """Return what marks the last impacts before a time (s), and the strongest one's number.
+        """Return the marks of the last impacts before a time (s), and the strongest one's label.
 
-        They last longer on a slower screen (`speed`); a `size` (m) is half of a bar's width.
+        Their duration scales with `speed`; `size` (m) is half of a bar's width.
         """
         lasting = _MARKED * speed
         recent = [impulse for impulse in self.all if time - lasting < impulse.time <= time]
         if not recent:
             return visible(f"{_PATH}/<object>", False), []
-        # The strongest is drawn last, above the others, and alone has its number.
+        # The strongest is drawn last, above the others, and only it has a label.
         recent.sort(key=lambda impulse: impulse.share)
         strongest = recent[-1]
         recent = [impulse for impulse in recent if impulse.share >= _BESIDE * strongest.share]
@@ -106,7 +107,7 @@ class Impacts:
 
     def _shape(self, impulse: Impulse, size: float, age: float) -> Shape:
         """Return a ring that widens with age (0 to 1), and the impulse's arrow."""
-        # Of a quarter of the impulse the ring is half as wide.
+        # The area of the ring is proportional to the impulse.
         strength = impulse.share**0.5
         radius = (1.0 + strength + 1.6 * age * strength) * size
         mark = ring(impulse.place, radius, radius + (0.15 + 0.25 * strength) * size)
@@ -123,7 +124,7 @@ class Impacts:
 
     def _label(self, impulse: Impulse) -> Label:
         if impulse.vector is None:
-            # Behind the joint's letter, and behind what it may rest on.
+            # Behind the joint's letter and behind its stop.
             letter = joint_labels(self.run.at(np.array([impulse.time])))[impulse.joint]
             return [impulse.words, *letter[1:5], "impulse", 2]
         head = self._head(impulse)

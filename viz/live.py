@@ -3,17 +3,22 @@
 meshcat's own server listens on every address, asks nobody who he is, and outlives what started it.
 This one serves meshcat's viewer from its package, listens where it is told and by default to this
 machine alone, answers only pages that it served itself, and ends with the loop that it runs in.
+Where it listens to other machines, its address has a random word that no one can guess.
 """
 
 from __future__ import annotations
 
 import asyncio
 import html
+import ipaddress
 import json
 import math
+import re
+import secrets
 import socket
 from dataclasses import dataclass
 from typing import Any, TypeGuard
+from urllib.parse import urlsplit
 
 import tornado.httpserver
 import tornado.web
@@ -37,9 +42,9 @@ _PAGE = """<!DOCTYPE html>
 <link rel="icon" href="data:,">
 <title>{title}</title>
 <style>body {{ margin: 0; }}</style>
-<link rel="stylesheet" href="/player.css">
-<script src="/viewer.js"></script>
-<script src="/player.js"></script>
+<link rel="stylesheet" href="player.css">
+<script src="viewer.js"></script>
+<script src="player.js"></script>
 </head>
 <body><div class="twolink-player alone" data-theme="{theme}"></div></body>
 </html>
@@ -102,6 +107,8 @@ class LiveView:
         self.port = port
         self.clock = Clock(len(film.times) - 1, film.fps)
         self.pages: set[_Stream] = set()
+        # Who can reach loopback is on this machine; elsewhere the address itself is the key.
+        self._key = "" if host in _OWN else secrets.token_urlsafe(16)
         self._setup = setup_message(film)
         self._server: tornado.httpserver.HTTPServer | None = None
         self._changed = asyncio.Event()
@@ -110,23 +117,29 @@ class LiveView:
     def url(self) -> str:
         """The address of the page."""
         host = f"[{self.host}]" if ":" in self.host else self.host
-        return f"http://{host}:{self.port}/"
+        return f"http://{host}:{self.port}{self._root}"
+
+    @property
+    def _root(self) -> str:
+        """The path that all addresses of the view begin with."""
+        return f"/{self._key}/" if self._key else "/"
 
     async def start(self) -> None:
         """Listen; raises `PictureError` where that is not possible."""
         served = {
-            "/": ("text/html", self._page()),
-            "/viewer.js": ("text/javascript", f"/*\n{licences()}\n*/\n{viewer_script()}"),
-            "/player.js": ("text/javascript", part("player.js")),
-            "/player.css": ("text/css", part("player.css")),
+            "": ("text/html", self._page()),
+            "viewer.js": ("text/javascript", f"/*\n{licences()}\n*/\n{viewer_script()}"),
+            "player.js": ("text/javascript", part("player.js")),
+            "player.css": ("text/css", part("player.css")),
         }
+        root = r"/(?:([\w-]+)/)?"
         parts: list[Any] = [
-            (path, _Part, {"view": self, "kind": kind, "text": text})
-            for path, (kind, text) in served.items()
+            (root + re.escape(name), _Part, {"view": self, "kind": kind, "text": text})
+            for name, (kind, text) in served.items()
         ]
         # No line of a log for each request: what is not read would fill a pipe.
         app = tornado.web.Application(
-            [*parts, ("/stream", _Stream, {"view": self})],
+            [*parts, (root + "stream", _Stream, {"view": self})],
             log_function=lambda handler: None,
             websocket_max_message_size=1 << 16,
         )
@@ -135,8 +148,8 @@ class LiveView:
             listener = socket.create_server((self.host, self.port), family=family)
         except OSError as error:
             raise PictureError(
-                f"nothing can listen at {self.host}, port {self.port} ({error.strerror or error}); "
-                "allowed are an address of this machine and a free port"
+                "--host and --port must be an address of this machine and a free port; got "
+                f"{self.host} and {self.port} ({error.strerror or error})"
             ) from error
         listener.setblocking(False)
         self.port = int(listener.getsockname()[1])
@@ -195,11 +208,18 @@ class LiveView:
     def knows(self, host: str) -> bool:
         """Return whether a request for a host may be answered.
 
-        A page from elsewhere could have its name point to this machine: on loopback only the
-        machine's own names are answered to.
+        A page from elsewhere could have its name point to this machine: only the machine's own
+        names are answered to and, where others may look on, addresses in numbers.
         """
-        name = host.rsplit(":", 1)[0].strip("[]").lower()
-        return self.host not in _OWN or name in _OWN
+        name = urlsplit(f"//{host}").hostname or ""
+        if self.host in _OWN:
+            return name in _OWN
+        own = {*_OWN, self.host.lower(), socket.gethostname().lower()}
+        return name in own or _is_address(name)
+
+    def admits(self, key: str | None) -> bool:
+        """Return whether a request with this word in its path may be answered."""
+        return secrets.compare_digest((key or "").encode(), self._key.encode())
 
     def _message(self) -> bytes:
         clock, film = self.clock, self.film
@@ -211,15 +231,25 @@ class LiveView:
         return _PAGE.format(title=title, theme=self.film.theme.name)
 
 
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
 class _Guarded(tornado.web.RequestHandler):
     """What both handlers have in common: the view, and whom it answers."""
 
     view: LiveView
 
     def prepare(self) -> None:
-        """Refuse requests for another host."""
+        """Refuse requests for another host, and those without the key."""
         if not self.view.knows(self.request.host or ""):
             raise tornado.web.HTTPError(403)
+        if not self.view.admits(self.path_args[0] if self.path_args else None):
+            raise tornado.web.HTTPError(404)
 
 
 class _Part(_Guarded):
@@ -228,10 +258,11 @@ class _Part(_Guarded):
     def initialize(self, view: LiveView, kind: str, text: str) -> None:
         self.view, self.kind, self.text = view, kind, text
 
-    def get(self) -> None:
+    def get(self, key: str | None = None) -> None:
         self.set_header("Content-Type", f"{self.kind}; charset=utf-8")
         self.set_header("Cache-Control", "no-store")
         self.set_header("X-Content-Type-Options", "nosniff")
+        self.set_header("Referrer-Policy", "no-referrer")
         self.set_header("Content-Security-Policy", "frame-ancestors 'none'")
         self.finish(self.text)
 
@@ -244,7 +275,7 @@ class _Stream(_Guarded, tornado.websocket.WebSocketHandler):
         self._busy = False
         self._next: bytes | None = None
 
-    def open(self, *args: str, **kwargs: str) -> None:
+    def open(self, *args: str | None, **kwargs: str) -> None:
         self.set_nodelay(True)
         self.view.welcome(self)
 

@@ -1,4 +1,4 @@
-"""States of a trajectory at any time, for pictures: a run's own polynomials, or its samples."""
+"""States of a trajectory at any time, by dense output or by interpolated samples."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from twolink.errors import PictureError, SimulationError
 from twolink.simulation import Trajectory
 from viz.shapes import Array
 
-# Between two samples a link may turn by this much (rad). A cubic through both ends with their
-# speeds is then off by some 1e-4 rad at most, which no picture shows.
+# Largest rotation of a link between two samples (rad). The error of a cubic Hermite interpolant is
+# then at most about 1e-4 rad, which is invisible.
 _LARGEST_TURN = 0.5
 
 States = Callable[[Array], tuple[Array, Array]]
 
 
 def resolution(trajectory: Trajectory) -> float:
-    """Return how far its states between samples may be off (rad); 0 with dense output.
+    """Return the error of its states between samples (rad); 0 with dense output.
 
-    Cubics over every second sample miss those in between by sixteen times as much as cubics over
-    all of them, where the motion is smooth.
+    For a smooth motion, cubics over every second sample have sixteen times the error of cubics over
+    all samples.
     """
     if _is_dense(trajectory):
         return 0.0
@@ -41,26 +41,25 @@ def resolution(trajectory: Trajectory) -> float:
 
 
 def states_of(trajectory: Trajectory) -> States:
-    """Return what gives q (rad) and u (rad/s), each of shape (2, n), at times (s) within the run.
+    """Return a function of times (s) for q (rad) and u (rad/s), each of shape (2, n).
 
-    They are those of the dense output where there is one. A trajectory that is known at its
-    samples alone is continued by cubics between them, and impacts in between are respected. Raises
-    `PictureError` where the samples are too far apart for that.
+    It evaluates the dense output if there is one. A trajectory with samples only is interpolated by
+    cubics between samples and impacts. Raises `PictureError` if the samples are too far apart.
     """
     if _is_dense(trajectory):
         return trajectory.at
     turn = float(np.abs(np.diff(trajectory.q)).max(initial=0.0))
     if len(trajectory.t) < 2 or not turn <= _LARGEST_TURN:
         raise PictureError(
-            f"'{trajectory.scene.title}' is known at {len(trajectory.t)} samples, between which a "
-            f"link turns by up to {turn:.2g} rad; allowed is {_LARGEST_TURN:g} rad: simulate it "
+            f"'{trajectory.scene.title}' has {len(trajectory.t)} samples; between them a link must "
+            f"turn by at most {_LARGEST_TURN:g} rad; got {turn:.2g} rad: simulate it "
             "with more --samples"
         )
     return _cubics(trajectory)
 
 
 def _is_dense(trajectory: Trajectory) -> bool:
-    """Return whether a trajectory is known between its samples."""
+    """Return whether a trajectory has dense output."""
     try:
         trajectory.at(trajectory.t[:1])
     except SimulationError:
@@ -69,7 +68,7 @@ def _is_dense(trajectory: Trajectory) -> bool:
 
 
 def _cubics(trajectory: Trajectory) -> States:
-    """Return cubics between samples and impacts, which take their ends' angles and speeds."""
+    """Return cubic Hermite interpolants between samples and impacts."""
     t, q, before, after = _with_impacts(trajectory)
 
     def at(times: Array) -> tuple[Array, Array]:
@@ -77,7 +76,8 @@ def _cubics(trajectory: Trajectory) -> States:
         start, h = t[index], np.diff(t)[index]
         s = (np.asarray(times) - start) / h
         q0, q1 = q[:, index], q[:, index + 1]
-        # Speeds leave a knot as they are after it, and arrive as they are before.
+        # A piece starts with the speeds after its first knot and ends with those before its last
+        # one.
         d0, d1 = after[:, index] * h, before[:, index + 1] * h
         rise = q1 - q0
         square, cube = 3 * rise - 2 * d0 - d1, d0 + d1 - 2 * rise
@@ -88,11 +88,11 @@ def _cubics(trajectory: Trajectory) -> States:
 
 
 def _with_impacts(trajectory: Trajectory) -> tuple[Array, Array, Array, Array]:
-    """Return times, angles, and speeds before and after, at samples and at impacts between."""
+    """Return times, angles, and speeds before and after, at samples and impacts."""
     struck: dict[float, list[Array]] = {}
     for impact in trajectory.impacts:
         before, after = (np.array(speeds) for speeds in impact.u)
-        # Of several at one instant, the first is met and the last is left.
+        # Of simultaneous impacts, the first has the speed before and the last the speed after.
         struck.setdefault(impact.time, [before, after])[1] = after
     samples = {float(time): k for k, time in enumerate(trajectory.t)}
     inside = (time for time in struck if trajectory.t[0] < time < trajectory.t[-1])

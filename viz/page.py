@@ -1,4 +1,4 @@
-"""Pages that play a film: one file, which asks the network for nothing."""
+"""Pages that play a film: one self-contained file without network requests."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ Progress = Callable[[float], None]
 def player_page(film: Film, *, bare: bool = False, progress: Progress | None = None) -> str:
     """Return a page (HTML) that fills the window with a player of a film.
 
-    It works offline and from a file. `bare` leaves out the buttons. `progress` is told the share
-    that is done.
+    It works offline and from a file. `bare` omits the buttons. `progress` is called with the
+    completed fraction.
     """
     kind = "alone bare" if bare else "alone"
     title = html.escape(str(film.about["title"]))
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        # Without an icon of its own, a page that is served asks for one.
+        # Without an icon the browser would request one from the server.
         '<link rel="icon" href="data:,">\n'
         f"<title>{title}</title>\n<style>body {{ margin: 0; }}</style>\n{player_head()}</head>\n"
         f"<body>\n{player_body(film, kind=kind, progress=progress)}</body>\n</html>\n"
@@ -39,7 +39,7 @@ def player_page(film: Film, *, bare: bool = False, progress: Progress | None = N
 
 
 def player_head() -> str:
-    """Return what a page with players needs once, in its head: viewer, player and style."""
+    """Return the shared part of a page's head: viewer, player and style."""
     packed = base64.b64encode(zlib.compress(viewer_script().encode(), 9)).decode()
     return (
         f"<!--\n{licences()}\n-->\n<style>\n{part('player.css')}</style>\n"
@@ -51,9 +51,9 @@ def player_head() -> str:
 def player_body(
     film: Film, *, kind: str = "", dark: bool = False, progress: Progress | None = None
 ) -> str:
-    """Return the element of a player, with its film inside; as wide as what it stands in.
+    """Return the element of a player with its film, as wide as its container.
 
-    With `dark` it is dark where its reader's surroundings are.
+    With `dark` it follows the reader's colour scheme.
     """
     packed = base64.b64encode(zlib.compress(archive(film, dark, progress), 9)).decode()
     return (
@@ -63,9 +63,9 @@ def player_body(
 
 
 def archive(film: Film, dark: bool = False, progress: Progress | None = None) -> bytes:
-    """Return a film as the player reads it: a JSON text, and the commands that it counts.
+    """Return a film in the player's format: a JSON text with sizes, and the commands.
 
-    With `dark` it says what becomes of the film's colours in dark surroundings.
+    With `dark` it includes the mapping of the film's colours to the dark theme.
     """
     frames = []
     for number in range(len(film.times)):
@@ -89,27 +89,29 @@ def archive(film: Film, dark: bool = False, progress: Progress | None = None) ->
 
 
 def setup_message(film: Film) -> bytes:
-    """Return what a page that is streamed to is told first."""
+    """Return the first message to a streamed page."""
     lengths = [len(command) for command in film.setup]
     return packed_message({"about": film.about, "setup": lengths}, film.setup)
 
 
 def frame_message(frame: Frame, state: dict[str, Any]) -> bytes:
-    """Return a frame for a page that is streamed to, with the state of play."""
+    """Return a frame for a streamed page, with the playback state."""
     lengths = [len(command) for command in frame.commands]
     head = {"words": frame.words, "commands": lengths, "state": state}
     return packed_message(head, frame.commands)
 
 
 def packed_message(head: dict[str, Any], commands: Iterable[bytes]) -> bytes:
-    """Return the length of a JSON text in four bytes, the text, and commands."""
-    text = json.dumps(head, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
-    return struct.pack("<I", len(text)) + text + b"".join(commands)
+    """Return the length of a JSON text in four bytes, the text, and the commands."""
+    text = json.dumps(head, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    # Half a character, as of a file name that is not UTF-8, becomes JSON's escape for it.
+    content = text.encode(errors="backslashreplace")
+    return struct.pack("<I", len(content)) + content + b"".join(commands)
 
 
 @cache
 def viewer_script() -> str:
-    """Return meshcat's viewer, as its package brings it (JavaScript)."""
+    """Return meshcat's viewer from its package (JavaScript)."""
     return (_viewer_folder() / "main.min.js").read_text(encoding="utf-8")
 
 
@@ -119,14 +121,14 @@ def licences() -> str:
     folder = _viewer_folder()
     texts = [folder.parent / "LICENSE", folder / "main.min.js.LICENSE.txt"]
     found = "\n".join(text.read_text(encoding="utf-8") for text in texts if text.exists())
-    # What would end a comment, of HTML or of JavaScript, is drawn apart.
+    # Sequences that end a comment of HTML or JavaScript are split.
     return "meshcat's viewer:\n" + found.replace("--", "- -").replace("*/", "* /")
 
 
 def _viewer_folder() -> Path:
     from importlib.util import find_spec
 
-    # meshcat itself is not imported: it would bring a messenger and a notebook along.
+    # meshcat is not imported, since it imports ZeroMQ and IPython.
     spec = find_spec("meshcat")
     assert spec is not None
     assert spec.origin is not None

@@ -1,15 +1,15 @@
-"""Films recorded to files: a headless browser draws each frame once, at its exact time."""
+"""Record films to files: a headless browser draws each frame once, at its exact time."""
 
 from __future__ import annotations
 
 import base64
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from twolink.errors import PictureError
-from twolink.files import written_whole
+from twolink.files import atomic_write, scratch_folder
+from twolink.text import choice
 from viz.browser import Browser, Page, browser_program
 from viz.encoding import FILMS, check_decoded, check_film, decoded, encoder, ffmpeg
 from viz.film import Film
@@ -19,7 +19,7 @@ KINDS = (*FILMS, ".png", ".html")
 
 _LEAST, _MOST = 160, 7680
 
-# Which stage it is, and the share of it that is done.
+# The stage, and its completed fraction.
 Progress = Callable[[str, float], None]
 
 
@@ -32,52 +32,46 @@ def record(
     patience: float = 30.0,
     progress: Progress | None = None,
 ) -> None:
-    """Write a film to a file, of the kind that its suffix says.
+    """Write a film to a file in the format of its suffix.
 
-    A film in .mp4, .webm or .gif is decoded again, and has the frames, times and size (pixels) that
-    were asked for. A .png is one picture, at the time `at` (s), by default the last. A .html plays
-    the film in any browser, offline. The file is written whole or not at all; `patience` (s) is how
-    long the browser may be silent. Raises `PictureError` for what cannot be recorded as asked, and
-    `BrowserError` where browser or encoder fail.
+    A .mp4, .webm or .gif is decoded again to check its frames, times and size (pixels). A .png is
+    one picture at the time `at` (s), by default the last. A .html plays the film in any browser,
+    offline. The file is written atomically; `patience` (s) is the time limit of the browser's
+    answers. Raises `PictureError` for invalid options, `BrowserError` if browser or encoder fail,
+    and `FileError` if the file cannot be written.
     """
     check_recording(file, size, film.fps)
     told = progress or (lambda stage, share: None)
     number = _frame_number(film, at)
-    try:
-        with written_whole(file) as temporary:
-            if file.suffix == ".html":
-                page = player_page(film, progress=lambda share: told("frames", share))
-                temporary.write_text(page, encoding="utf-8")
-                return
-            if file.suffix == ".png":
-                with _shown(film, size, patience, told) as player:
-                    temporary.write_bytes(_picture(player.value(_ask(number))))
-                return
-            with (
-                _shown(film, size, patience, told) as player,
-                encoder(temporary, file.suffix, film.fps) as pictures,
-            ):
-                for k, picture in enumerate(_pictures(player, len(film.times))):
-                    pictures.write(picture)
-                    told("pictures", (k + 1) / len(film.times))
-            told("checking", 0.0)
-            found = decoded(temporary)
-            check_decoded(found, file.suffix, size, film.fps, len(film.times))
-            told("checking", 1.0)
-    except OSError as error:
-        raise PictureError(
-            f"{file}: cannot be written ({error}); allowed is a file in a folder that can be "
-            "written to"
-        ) from error
+    with atomic_write(file) as temporary:
+        if file.suffix == ".html":
+            page = player_page(film, progress=lambda share: told("frames", share))
+            temporary.write_text(page, encoding="utf-8")
+            return
+        if file.suffix == ".png":
+            with _shown(film, size, patience, told) as player:
+                temporary.write_bytes(_picture(player.value(_ask(number))))
+            return
+        with (
+            _shown(film, size, patience, told) as player,
+            encoder(temporary, file.suffix, film.fps) as pictures,
+        ):
+            for k, picture in enumerate(_pictures(player, len(film.times))):
+                pictures.write(picture)
+                told("pictures", (k + 1) / len(film.times))
+        told("checking", 0.0)
+        found = decoded(temporary)
+        check_decoded(found, file.suffix, size, film.fps, len(film.times))
+        told("checking", 1.0)
 
 
 def check_recording(file: Path, size: tuple[int, int], fps: float) -> None:
-    """Raise `PictureError` for kinds and sizes that are none, and for what is not installed."""
+    """Raise `PictureError` for invalid formats and sizes, and for missing programs."""
     if file.suffix not in KINDS:
-        raise PictureError(f"{file}: the suffix is '{file.suffix}'; allowed are {', '.join(KINDS)}")
+        raise PictureError(f"{file}: {choice('the suffix', file.suffix, KINDS)}")
     if not all(_LEAST <= length <= _MOST for length in size):
         raise PictureError(
-            f"the size is {size[0]}x{size[1]}; allowed are {_LEAST} to {_MOST} pixels each way"
+            f"the size must be {_LEAST} to {_MOST} pixels each way; got {size[0]}x{size[1]}"
         )
     if file.suffix in FILMS:
         check_film(file.suffix, *size, fps)
@@ -88,13 +82,13 @@ def check_recording(file: Path, size: tuple[int, int], fps: float) -> None:
 
 @contextmanager
 def _shown(film: Film, size: tuple[int, int], patience: float, told: Progress) -> Iterator[Page]:
-    """Yield a page of a headless browser that shows the film in a size (pixels)."""
-    # The browser first: where there is none, nothing else is worth its time.
+    """Yield a page of a headless browser that shows the film in a given size (pixels)."""
+    # The browser first: without one, all other work is useless.
     with (
         Browser(patience=patience) as browser,
-        tempfile.TemporaryDirectory(prefix="twolink-page-") as folder,
+        scratch_folder("page") as folder,
     ):
-        file = Path(folder, "film.html")
+        file = folder / "film.html"
         page = player_page(film, bare=True, progress=lambda share: told("frames", share))
         file.write_text(page, encoding="utf-8")
         player = browser.page(*size)
@@ -103,7 +97,7 @@ def _shown(film: Film, size: tuple[int, int], patience: float, told: Progress) -
 
 
 def _pictures(player: Page, count: int) -> Iterator[bytes]:
-    """Return each frame's picture (PNG); while one is taken, the browser draws the next."""
+    """Yield each frame's picture (PNG); meanwhile the browser draws the next."""
     waiting = player.ask(_ask(0))
     for number in range(count):
         answer = player.result(waiting)
@@ -113,7 +107,7 @@ def _pictures(player: Page, count: int) -> Iterator[bytes]:
 
 
 def _ask(number: int) -> str:
-    """Return the question (JavaScript) for the picture of a frame."""
+    """Return the JavaScript request for the picture of a frame."""
     return f"document.querySelector('.twolink-player').twolink.picture({number})"
 
 
@@ -128,6 +122,6 @@ def _frame_number(film: Film, at: float | None) -> int:
         return last
     if not film.start <= at <= film.start + film.duration:
         raise PictureError(
-            f"at is {at:g} s; allowed is {film.start:g} to {film.start + film.duration:g} s"
+            f"at must be {film.start:g} to {film.start + film.duration:g} s; got {at:g} s"
         )
     return min(last, round((at - film.start) * film.fps / film.speed))

@@ -1,4 +1,4 @@
-"""A run as a picture sees it: its name and colour, and its states on a grid of times."""
+"""A run for pictures: its name, and its states on a grid of times."""
 
 from __future__ import annotations
 
@@ -9,39 +9,40 @@ import numpy as np
 
 from twolink import kinematics, lagrange
 from twolink.chain import Chain
+from twolink.effects import potential_energy
 from twolink.simulation import Trajectory
 from viz.motion import States, resolution, states_of
 from viz.shapes import Array
 
-# An impact of less than this part of the largest impulse bends no trail that can be seen.
+# Impacts below this part of the largest impulse have no visible effect on a trail.
 _SEEN = 1e-3
 
 
 @dataclass(frozen=True)
 class Run:
-    """A trajectory with the name that the picture gives it."""
+    """A trajectory with its name in the picture."""
 
     name: str
     trajectory: Trajectory
 
     @property
     def chain(self) -> Chain:
-        """The chain that moves."""
+        """The moving chain."""
         return self.trajectory.chain
 
     @property
     def reach(self) -> float:
-        """How far D can be from A (m)."""
+        """The largest possible distance of D from A (m)."""
         return float(sum(self.chain.length))
 
     @property
     def duration(self) -> float:
-        """How long it moves (s)."""
+        """The duration of the motion (s)."""
         return float(self.trajectory.t[-1] - self.trajectory.t[0])
 
     @cached_property
     def states(self) -> States:
-        """What gives q and u at times (s)."""
+        """The function of times (s) for q and u."""
         return states_of(self.trajectory)
 
     @cached_property
@@ -49,7 +50,7 @@ class Run:
         return self.reach * resolution(self.trajectory)
 
     def resolution(self, time: float) -> float:
-        """Return how far its points may be off at a time (s) that is between samples (m)."""
+        """Return the error of its points at a time (s) between samples (m)."""
         near = np.abs(self.trajectory.t - time).min()
         return 0.0 if near <= 1e-12 * self.duration else self._resolution
 
@@ -78,7 +79,7 @@ class Moments:
     u: Array
 
     def point(self, name: str) -> Array:
-        """Return where A, B or D is (m), shape (n, 2)."""
+        """Return the positions of A, B or D (m), shape (n, 2)."""
         if name == "A":
             return np.zeros((len(self.times), 2))
         chain = self.run.chain
@@ -87,7 +88,7 @@ class Moments:
 
     @cached_property
     def end(self) -> Array:
-        """Where D is (m), shape (n, 2)."""
+        """The positions of D (m), shape (n, 2)."""
         return self.point("D")
 
     @cached_property
@@ -98,27 +99,23 @@ class Moments:
 
     @cached_property
     def potential_energy(self) -> Array:
-        """V (J) of the effects that have one, shape (n,)."""
-        energies = [
-            effect.potential_energy(self.run.chain, tuple(self.q))
-            for effect in self.run.trajectory.scene.effects
-            if hasattr(effect, "potential_energy")
-        ]
-        return np.asarray(sum(energies, np.zeros_like(self.times)))
+        """V (J) of all effects with a potential, shape (n,)."""
+        V = potential_energy(self.run.trajectory.scene.effects, self.run.chain, tuple(self.q))
+        return np.asarray(V + np.zeros_like(self.times))
 
     def at(self, time: float) -> Moments:
-        """Return the run at one time (s); at one of those that are known, without computing it."""
+        """Return the run at one time (s), without evaluation if the time is on the grid."""
         index = int(np.searchsorted(self.times, time))
         if index < len(self.times) and self.times[index] == time:
             return self.only(index)
         return self.run.at(np.array([time]))
 
     def only(self, index: int) -> Moments:
-        """Return the run at the time of a number."""
+        """Return the run at one index of its times."""
         return self._part(slice(index, index + 1))
 
     def between(self, start: float, end: float) -> Moments:
-        """Return the run at those of its times (s) that are after `start` and before `end`."""
+        """Return the run at its times (s) after `start` and before `end`."""
         first, last = np.searchsorted(self.times, [start, end], side="left")
         return self._part(slice(int(first), int(last)))
 

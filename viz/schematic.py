@@ -14,7 +14,7 @@ from twolink import kinematics
 from twolink.arithmetic import Pair
 from twolink.chain import Chain, Point
 
-# Colours that differ in hue and in lightness; the URDF's links have the same.
+# Colours with different hue and lightness; the URDF's links use the same.
 _LINK = {1: "#0072B2", 2: "#E69F00"}
 _INK, _FAINT = "#222222", "#9a9a9a"
 
@@ -22,13 +22,13 @@ _POSE = (math.radians(28), math.radians(64))
 
 
 def schematic(chain: Chain | None = None, pose: Pair = _POSE) -> Figure:
-    """Return a drawing of a chain (m) in a pose q1, q2 (rad), with the source's symbols."""
+    """Return a drawing of a chain (m) in a pose q1, q2 (rad), with the symbols of the equations."""
     chain = chain or Chain.uniform_bars()
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     axes = figure.add_subplot()
     axes.set_aspect("equal")
     axes.set_axis_off()
-    # The source's y points down, and so does the picture's.
+    # y points down, in the chain's frame and in the picture.
     axes.invert_yaxis()
 
     def place(point: Point) -> Pair:
@@ -77,14 +77,14 @@ def _frame(axes: Any) -> None:
 
 
 def _support(axes: Any) -> None:
-    """Draw the ground that holds A, hatched."""
+    """Draw the hatched ground at A."""
     axes.plot((-0.14, 0.14), (-0.07, -0.07), color=_INK, linewidth=1.3)
     for x in (-0.12, -0.06, 0.0, 0.06, 0.12):
         axes.plot((x, x + 0.05), (-0.07, -0.13), color=_INK, linewidth=0.9)
 
 
 def _angle(axes: Any, centre: Pair, angle: float, radius: float, name: str) -> None:
-    """Draw an angle from the x-direction, with an arrow at its end and its name beside."""
+    """Draw an angle from the x-direction, with an arrowhead and a label."""
     x, y = centre
     steps = [angle * k / 40 for k in range(41)]
     arc = [(x + radius * math.cos(s), y + radius * math.sin(s)) for s in steps]

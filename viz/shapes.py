@@ -1,4 +1,4 @@
-"""Flat shapes as triangles, in the source's plane: x to the right, y downward, m."""
+"""Flat shapes as triangles in the plane of motion: x to the right, y downward, m."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ EMPTY = Shape(np.empty((0, 2)), np.empty((0, 3), dtype=np.uint32))
 
 
 def joined(shapes: Sequence[Shape]) -> Shape:
-    """Return shapes as one, the later ones above the earlier."""
+    """Return shapes merged into one, later ones above earlier ones."""
     if not shapes:
         return EMPTY
     starts = np.cumsum([0, *(len(shape.corners) for shape in shapes[:-1])])
@@ -36,7 +36,7 @@ def joined(shapes: Sequence[Shape]) -> Shape:
 
 
 def convex(corners: Array) -> Shape:
-    """Return the convex shape with these corners (m), given around it."""
+    """Return the convex shape with these corners (m), in order."""
     count = len(corners)
     fan = [(0, k, k + 1) for k in range(1, count - 1)]
     return Shape(np.asarray(corners, dtype=float), np.array(fan, dtype=np.uint32).reshape(-1, 3))
@@ -49,7 +49,7 @@ def disc(centre: Place, radius: float) -> Shape:
 
 
 def ring(centre: Place, inner: float, outer: float) -> Shape:
-    """Return what lies between two circles about a centre (m)."""
+    """Return the ring between two concentric circles (m)."""
     turns = np.linspace(0, 2 * math.pi, _ROUND, endpoint=False)
     unit = np.column_stack([np.cos(turns), np.sin(turns)])
     corners = np.array(centre) + np.concatenate([outer * unit, inner * unit])
@@ -71,7 +71,7 @@ def bar(length: float, width: float) -> Shape:
 
 
 def arrow(tail: Place, head: Place, width: float) -> Shape:
-    """Return an arrow whose shaft has a width (m); one that is short is all head."""
+    """Return an arrow with a shaft of a width (m); a short arrow has only a head."""
     a, b = np.asarray(tail, dtype=float), np.asarray(head, dtype=float)
     size = float(np.hypot(*(b - a)))
     if size == 0:
@@ -87,7 +87,7 @@ def ribbon(line: Array, widths: Array) -> Shape:
     """Return a band along a line of points (m), shape (n, 2), with a width at each of them."""
     forward = np.gradient(line, axis=0)
     size = np.hypot(forward[:, 0], forward[:, 1])
-    # Where nothing moves there is no direction, and any will do.
+    # Points at rest have no direction; any is valid.
     still = size == 0
     forward[still], size[still] = (1.0, 0.0), 1.0
     across = np.column_stack([-forward[:, 1], forward[:, 0]]) / size[:, None]
@@ -98,8 +98,8 @@ def ribbon(line: Array, widths: Array) -> Shape:
 def hatched_edge(point: Array, along: Array, inward: Array, half: float, size: float) -> Shape:
     """Return the edge of a half-plane through a point, hatched on its inner side (m).
 
-    `along` and `inward` are unit vectors; the edge reaches `half` to both sides, hatches are about
-    `size` long, and stay where they are whatever the point on the edge.
+    `along` and `inward` are unit vectors; the edge extends by `half` to both sides, hatches are
+    about `size` long, at positions that do not depend on the point on the edge.
     """
     edge = convex(
         np.array(
@@ -122,7 +122,7 @@ def hatched_edge(point: Array, along: Array, inward: Array, half: float, size: f
 
 
 def _across(direction: Array) -> Array:
-    """Return the unit vector a quarter turn on."""
+    """Return the unit vector rotated by +90°."""
     size = float(np.hypot(*direction)) or 1.0
     return np.array([-direction[1], direction[0]]) / size
 

@@ -1,4 +1,4 @@
-"""Surfaces and stops: what bars the way of a chain."""
+"""Drawings of surfaces and joint stops."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.surface import Surface
+from twolink.text import printable
 from viz.commands import ROOT, flat_mesh
 from viz.framing import Box
 from viz.run import Run
@@ -24,9 +25,9 @@ One that stands behind another has the number of its line, from 1 on, at the end
 
 
 def surfaces(run: Run, box: Box, size: float, theme: Theme) -> list[bytes]:
-    """Return what draws a run's surfaces and the stops of A, with hatches of a size (m).
+    """Return the commands that draw a run's surfaces and the stops of A; hatches of a size (m).
 
-    The edges reach far beyond the box.
+    The edges extend far beyond the box.
     """
     shapes = [_edge(effect, box, size) for effect in _half_planes(run)]
     shapes += [_stop(angle, size) for angle in _stop_angles(run, "A")]
@@ -36,7 +37,7 @@ def surfaces(run: Run, box: Box, size: float, theme: Theme) -> list[bytes]:
 
 
 def surface_names(run: Run, box: Box) -> list[Label]:
-    """Return the surfaces' names, each inside near the end of its edge that is further left."""
+    """Return the labels of the surfaces, each inside near the left end of its edge."""
     labels = []
     for effect in _half_planes(run):
         point, along, inward = _frame(effect)
@@ -45,12 +46,12 @@ def surface_names(run: Run, box: Box) -> list[Label]:
         ends = point + np.outer([steps.min(), steps.max()], along)
         place = ends[np.argmin(ends[:, 0] + 1e-6 * ends[:, 1])]
         place = np.clip(place, (box.left, box.top), (box.right, box.bottom))
-        labels.append([effect.name, *place.tolist(), *inward.tolist(), "surface"])
+        labels.append([printable(effect.name), *place.tolist(), *inward.tolist(), "surface"])
     return labels
 
 
 def stops_of_elbow(run: Run, size: float, theme: Theme, path: str) -> list[bytes]:
-    """Return what draws the stops of B, at a path in the frame of link 1."""
+    """Return the commands that draw the stops of B, at a path in the frame of link 1."""
     shapes = [_stop(angle, size) for angle in _stop_angles(run, "B")]
     if not shapes:
         return []
@@ -85,7 +86,7 @@ def _edge(effect: Surface | CompliantSurface, box: Box, size: float) -> Shape:
     """Return the edge of a half-plane, hatched, across the box and beyond."""
     point, along, inward = _frame(effect)
     middle = np.array([(box.left + box.right) / 2, (box.top + box.bottom) / 2])
-    # Hatches stand at whole multiples of their distance from the point that the effect names.
+    # Hatches are at integer multiples of their spacing from the effect's point.
     nearest = round(float((middle - point) @ along) / size) * size
     return hatched_edge(point + nearest * along, along, inward, 4 * box.size, size)
 

@@ -1,15 +1,16 @@
-"""The colours of a picture, for light and for dark surroundings."""
+"""Colour themes of pictures, light and dark."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
 from twolink.errors import PictureError
+from twolink.text import choice
 
 
 @dataclass(frozen=True)
 class Theme:
-    """Colours as "#rrggbb"; those of links, runs and energies differ in hue and in lightness."""
+    """Colours as "#rrggbb"; links, runs and energies differ in hue and lightness."""
 
     name: str
     background: str
@@ -68,7 +69,7 @@ THEMES = {theme.name: theme for theme in (LIGHT, DARK)}
 
 
 def recoloured(theme: Theme, into: Theme) -> dict[str, str]:
-    """Return for each colour of a theme the one that has its place in another."""
+    """Return the mapping of a theme's colours to those of another."""
     found: dict[str, str] = {}
     for field in fields(theme):
         if field.name != "name":
@@ -79,7 +80,7 @@ def recoloured(theme: Theme, into: Theme) -> dict[str, str]:
 
 
 def theme_named(name: str) -> Theme:
-    """Return a theme by its name; raises `PictureError` for names of none."""
+    """Return a theme by name. Raises `PictureError` for an unknown name."""
     if name not in THEMES:
-        raise PictureError(f"theme is '{name}'; allowed are {', '.join(THEMES)}")
+        raise PictureError(choice("theme", name, THEMES))
     return THEMES[name]

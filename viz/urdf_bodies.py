@@ -1,4 +1,4 @@
-"""A URDF's own geometry, meshes and all, hung on the links that it belongs to."""
+"""The visual geometry of a URDF, including meshes, attached to the links."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from twolink.urdf import PlanarUrdf, read_planar_urdf
 from viz.commands import ROOT, in_the_plane, solid_mesh, transform
 from viz.shapes import Array
 
-# Chains whose lengths differ by less than this part are the same for a picture.
+# Relative difference of lengths below which chains are equal for a picture.
 _SAME = 1e-6
 
 
 def urdf_bodies(file: Path, chain: Chain, *, own: bool = True) -> tuple[bytes, ...]:
-    """Return the commands that hang the visual geometry of a URDF on the first run's links.
+    """Return the commands that attach the visual geometry of a URDF to the first run's links.
 
-    `own` says that the chain was read from this very file. Raises `UrdfError` for files that are no
-    planar two-link chain or whose meshes cannot be read, and `PictureError` for another chain's.
+    `own` states that the chain was read from this file. Raises `UrdfError` for files without a
+    planar two-link chain or with unreadable meshes, and `PictureError` for another chain's file.
     """
     read = read_planar_urdf(file)
     lengths = np.array([[link.length for link in read.links], [float(x) for x in chain.length]])
     if not own and np.abs(lengths[0] - lengths[1]).max() > _SAME * lengths[1].max():
         raise PictureError(
-            f"{file} has links of {lengths[0][0]:g} and {lengths[0][1]:g} m; allowed is a URDF of "
-            f"the chain that moves, with {lengths[1][0]:g} and {lengths[1][1]:g} m"
+            f"{file} must be a URDF of the simulated chain, with links of {lengths[1][0]:g} and "
+            f"{lengths[1][1]:g} m; got {lengths[0][0]:g} and {lengths[0][1]:g} m"
         )
     robot = _loaded(file)
     _check_whole(robot, file)
@@ -50,19 +50,19 @@ def urdf_bodies(file: Path, chain: Chain, *, own: bool = True) -> tuple[bytes, .
 
 
 def _loaded(file: Path) -> Any:
-    """Return the robot with its meshes, by yourdfpy; a mesh that is not there is refused."""
+    """Return the robot with its meshes, by yourdfpy. Raises `UrdfError` for a missing mesh."""
     import logging
 
     import yourdfpy
 
-    # yourdfpy calls it by this name.
+    # The parameter's name is set by yourdfpy.
     def found(fname: str) -> str:
         path = _resolved(file, fname)
         if not path.is_file():
-            raise UrdfError(f"{file}: there is no mesh {fname}; allowed is a file that exists")
+            raise UrdfError(f"{file}: mesh must be an existing file; got {fname}")
         return str(path)
 
-    # It tells its own log of what is told here as errors.
+    # yourdfpy logs the problems that are raised as errors here.
     logger = logging.getLogger("yourdfpy")
     before = logger.level
     logger.setLevel(logging.CRITICAL)
@@ -72,11 +72,11 @@ def _loaded(file: Path) -> Any:
         )
     except UrdfError:
         raise
-    # Readers of meshes raise errors of every kind.
+    # Mesh readers raise exceptions of many types.
     except Exception as error:
         said = " ".join(str(error).split()) or type(error).__name__
         raise UrdfError(
-            f"{file}: its geometry cannot be read ({said[:200]}); allowed are meshes that trimesh "
+            f"{file}: its geometry cannot be read ({said[:200]}); use meshes that trimesh "
             "reads, such as .stl, .obj and .dae"
         ) from error
     finally:
@@ -84,7 +84,7 @@ def _loaded(file: Path) -> Any:
 
 
 def _check_whole(robot: Any, file: Path) -> None:
-    """Raise `UrdfError` for a visual of which nothing was read: yourdfpy leaves it out."""
+    """Raise `UrdfError` for an empty visual, which yourdfpy ignores."""
     graph = robot.scene.graph
     drawn = [
         graph.transforms.parents[node]
@@ -95,8 +95,8 @@ def _check_whole(robot: Any, file: Path) -> None:
         wanted = sum(visual.geometry is not None for visual in link.visuals)
         if drawn.count(name) < wanted:
             raise UrdfError(
-                f"{file}: link '{name}' has a mesh in which nothing can be read; allowed are "
-                "meshes of triangles that trimesh reads, such as .stl, .obj and .dae"
+                f"{file}: link '{name}' has an empty or unreadable mesh; use triangles in a "
+                "format of trimesh, such as .stl, .obj and .dae"
             )
 
 
@@ -114,7 +114,7 @@ def _resolved(file: Path, name: str) -> Path:
 
 
 def _moved_by(robot: Any, read: PlanarUrdf) -> dict[str, int]:
-    """Return for each link how many of the moving joints carry it."""
+    """Return for each link the number of moving joints between it and the root."""
     parents = {joint.child: joint for joint in robot.robot.joints}
     found = {}
     for link in robot.link_map:

@@ -16,12 +16,13 @@ from typer.testing import CliRunner
 from tests.accuracy.test_study import END
 from twolink import lagrange
 from twolink.accuracy import enclosure as module
+from twolink.accuracy.defect_bound import COARSE_BITS, Step, comparison, grown
 from twolink.accuracy.enclosure import Interval, enclosure
 from twolink.accuracy.reference import has_events, reference
-from twolink.accuracy.witness import COARSE_BITS, Step, comparison, grown
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.cli import app
+from twolink.data import data_path
 from twolink.effects import smooth_loads
 from twolink.effects.end_drag import EndDrag
 from twolink.effects.gravity import Gravity
@@ -32,10 +33,9 @@ from twolink.effects.motor_inertia import MotorInertia
 from twolink.effects.pd_control import PdControl
 from twolink.errors import SimulationError
 from twolink.scene import Scene
-from twolink.shipped import shipped
 from twolink.simulation.motion import motion_run
 
-SCENES = shipped("scenes")
+SCENES = data_path("scenes")
 GENERAL = Scene.load(SCENES / "general.toml")
 SHORT = replace(GENERAL, duration=1.0)
 
@@ -100,10 +100,11 @@ def test_proven_to_sixty_digits():
     scene = replace(GENERAL, duration=3.0)
     found = enclosure(scene, 60, (1.5, 3.0))
     assert found.radius < 1e-60
-    vouched = reference(scene, 60, (1.5, 3.0))
-    assert all(holds(found, vouched.states[index], index) for index in (0, 1))
+    verified = reference(scene, 60, (1.5, 3.0))
+    assert all(holds(found, verified.states[index], index) for index in (0, 1))
 
 
+@pytest.mark.slow
 def test_it_contains_the_references(short):
     assert short.radius < 1e-30
     many = reference(SHORT, 60).states[0]
@@ -111,7 +112,8 @@ def test_it_contains_the_references(short):
     assert enclosure(SHORT, 20).contains(0, in_113_bits(SHORT))
 
 
-def test_what_is_ten_radii_off_is_rejected(short):
+@pytest.mark.slow
+def test_a_state_ten_radii_away_is_rejected(short):
     true = [Fraction(x) for x in reference(SHORT, 60).states[0]]
     assert short.contains(0, true)
     for index in range(4):
@@ -121,6 +123,7 @@ def test_what_is_ten_radii_off_is_rejected(short):
             assert not short.contains(0, other)
 
 
+@pytest.mark.slow
 def test_another_problem_is_rejected(short):
     """The next float64 to g, and to a start, make other motions."""
     gravity = (Gravity(math.nextafter(9.81, 10)),)
@@ -166,16 +169,16 @@ def test_it_contains_free_turning_exactly():
 def test_other_chains_and_effects(scene):
     times = (scene.duration / 3, scene.duration)
     found = enclosure(scene, 25, times)
-    vouched = reference(scene, 40, times)
+    verified = reference(scene, 40, times)
     for index in (0, 1):
-        assert found.contains(index, vouched.states[index])
+        assert found.contains(index, verified.states[index])
 
 
-def test_the_witness_is_not_trusted(monkeypatch):
-    """What heyoka says wrongly widens the interval; the truth stays in it."""
+def test_the_approximate_motion_is_not_trusted(monkeypatch):
+    """What heyoka says wrongly widens the interval; the exact motion stays in it."""
     scene = replace(SHORT, duration=0.25)
     true = reference(scene, 60).states[0]
-    right = module._witness
+    right = module._approximation
     error = arb(1e-19)
 
     def wrong(library, motion, target, now):
@@ -183,22 +186,22 @@ def test_the_witness_is_not_trusted(monkeypatch):
         q1[3] = (q1[3] + error).mid()
         return (q1, q2), length, arrived
 
-    monkeypatch.setattr(module, "_witness", wrong)
+    monkeypatch.setattr(module, "_approximation", wrong)
     found = enclosure(scene, 12)
     assert found.contains(0, true)
     assert found.radius > 1e-20
-    with pytest.raises(SimulationError, match="an enclosure to 25 digits was not found"):
+    with pytest.raises(SimulationError, match="found no enclosure to 25 digits"):
         enclosure(scene, 25)
     error = arb(0.01)
-    with pytest.raises(SimulationError, match="was not found"):
+    with pytest.raises(SimulationError, match="found no enclosure"):
         enclosure(scene, 5)
 
 
-def test_jumps_between_witnesses_are_counted(monkeypatch):
-    """Without gravity no push tells of a chain that is turned as a whole: the jump alone does."""
+def test_jumps_between_polynomials_are_added(monkeypatch):
+    """Without gravity no defect tells of a chain that is turned as a whole: the jump alone does."""
     scene = replace(SHORT, effects=(), u=(3.0, -2.0))
     true = reference(scene, 40).states[0]
-    right = module._witness
+    right = module._approximation
     turned = arb(1e-19)
 
     def wrong(library, motion, target, now):
@@ -207,7 +210,7 @@ def test_jumps_between_witnesses_are_counted(monkeypatch):
             q1[0], q2[0] = (q1[0] + turned).mid(), (q2[0] + turned).mid()
         return (q1, q2), length, arrived
 
-    monkeypatch.setattr(module, "_witness", wrong)
+    monkeypatch.setattr(module, "_approximation", wrong)
     found = enclosure(scene, 12)
     assert found.steps > 3
     assert found.contains(0, true)
@@ -215,33 +218,33 @@ def test_jumps_between_witnesses_are_counted(monkeypatch):
 
 
 def a_step(scene, seed, terms):
-    """Return a step of a witness that is near a motion, and off by its few terms."""
+    """Return a step of a polynomial that is near a motion, and off by its few terms."""
     numbers = random.Random(seed)
     q = tuple(
         [a, b, *(numbers.uniform(-3, 3) for _ in range(4))]
         for a, b in zip(scene.q, scene.u, strict=True)
     )
     coefficients = tuple([arb(c) for c in row] for row in q)
-    chain = scene.equipped.convert(arb)
+    chain = scene.moving_chain.convert(arb)
     return q, Step(flint, chain, scene.effects, coefficients, arb(0.25), arb(0.05), 120, terms)
 
 
 @pytest.mark.parametrize("terms", [2, 4, 40])
 @pytest.mark.parametrize("scene", [SHORT, EVERYTHING], ids=["bars", "everything"])
-def test_the_push_is_bounded_and_nearly_reached(scene, terms):
+def test_the_defect_is_bounded_tightly(scene, terms):
     q, step = a_step(scene, 1, terms)
     cap = flint.ctx.cap
     with flint.ctx.workprec(120):
         flint.ctx.cap = terms
-        bounds = [float(bound) for bound in step._push()]
+        bounds = [float(bound) for bound in step._defect()]
         flint.ctx.cap = cap
     largest = [0.0, 0.0]
     for s in np.linspace(0.0, 0.05, 201):
         at, u, du = (
             tuple(float(np.polynomial.Polynomial(row).deriv(n)(s)) for row in q) for n in range(3)
         )
-        loads = smooth_loads(scene.effects, scene.equipped, at, u, 0.25 + s)
-        D: Pair = lagrange.inverse_dynamics(scene.equipped, at, u, du, loads)
+        loads = smooth_loads(scene.effects, scene.moving_chain, at, u, 0.25 + s)
+        D: Pair = lagrange.inverse_dynamics(scene.moving_chain, at, u, du, loads)
         largest = [max(a, abs(b)) for a, b in zip(largest, D, strict=True)]
     for bound, seen in zip(bounds, largest, strict=True):
         assert seen <= bound
@@ -254,14 +257,14 @@ def test_the_jacobian_over_a_box_is_bounded(scene):
     middle, t = [*scene.q, *scene.u], 0.3
     with flint.ctx.workprec(COARSE_BITS):
         box = [arb(x, wide) for x in middle]
-        chain = scene.equipped.convert(arb)
+        chain = scene.moving_chain.convert(arb)
         B = [
             [float(e) for e in row] for row in comparison(flint, chain, scene.effects, box, arb(t))
         ]
 
     def rates(*x):
-        loads = smooth_loads(scene.effects, scene.equipped, x[:2], x[2:], mpmath.mpf(t))
-        return lagrange.forward_dynamics(scene.equipped, x[:2], x[2:], loads)
+        loads = smooth_loads(scene.effects, scene.moving_chain, x[:2], x[2:], mpmath.mpf(t))
+        return lagrange.forward_dynamics(scene.moving_chain, x[:2], x[2:], loads)
 
     numbers = random.Random(2)
     close = 0.0
@@ -314,19 +317,24 @@ def test_intervals_are_rounded_outwards():
 @pytest.mark.parametrize(
     ("scene", "digits", "times", "sentence"),
     [
-        (Scene.load(SCENES / "stick_slip.toml"), 30, None, "motion with events was asked for"),
-        (Scene.load(SCENES / "sampled_torque.toml"), 30, None, "motion with events was asked for"),
-        (GENERAL, 0, None, "digits is 0; allowed for an enclosure is a whole number from 1 to 400"),
-        (GENERAL, 30, (11.0,), "times are 11; allowed"),
-        (replace(GENERAL, duration=200.0), 30, None, "would lose more than 400 digits until 200 s"),
+        (Scene.load(SCENES / "stick_slip.toml"), 30, None, "must have no events"),
+        (Scene.load(SCENES / "sampled_torque.toml"), 30, None, "must have no events"),
+        (GENERAL, 0, None, "digits of an enclosure must be a whole number from 1 to 400; got 0"),
+        (GENERAL, 30, (11.0,), "times must increase from 0 to 10 s; got 11"),
+        (
+            replace(GENERAL, duration=200.0),
+            30,
+            None,
+            "must lose at most 400 digits; it loses more until 200 s",
+        ),
     ],
 )
-def test_what_cannot_be_had_is_one_sentence(scene, digits, times, sentence):
+def test_invalid_requests_are_rejected_with_one_sentence(scene, digits, times, sentence):
     with pytest.raises(SimulationError, match=sentence):
         enclosure(scene, digits, times)
 
 
-def test_without_python_flint_it_says_what_installs_it(monkeypatch):
+def test_without_python_flint_the_message_names_the_package(monkeypatch):
     monkeypatch.setitem(sys.modules, "flint", None)
     with pytest.raises(SimulationError, match=r"pip install \"twolink\[rigour\]\""):
         enclosure(SHORT, 20)
@@ -351,12 +359,12 @@ def test_the_command_prints_and_writes_intervals(tmp_path):
 def test_the_command_refuses_events():
     result = CliRunner().invoke(app, ["reference", str(SCENES / "drop.toml"), "--rigorous"])
     assert result.exit_code == 2
-    assert "allowed are scenes without dry friction" in result.output
+    assert "must have no events: no dry friction" in result.output
 
 
 def committed():
     """Return the shipped scenes without events, and their committed references of ten seconds."""
-    for file in sorted(shipped("references").glob("*.json")):
+    for file in sorted(data_path("references").glob("*.json")):
         document = json.loads(file.read_text())
         scene = Scene.parse(document["scene"])
         states = [state for state in document["states"] if float(state["t"]) <= 10]
@@ -367,7 +375,7 @@ def committed():
 @pytest.mark.slow
 @pytest.mark.parametrize(("scene", "states"), list(committed()))
 def test_it_contains_the_committed_references(scene, states):
-    """So those are not only vouched for, but proven, to all of their digits."""
+    """So those are not only verified, but proven, to all of their digits."""
     digits = states[0]["digits"]
     found = enclosure(scene, digits, tuple(float(state["t"]) for state in states))
     assert found.radius < 10.0**-digits

@@ -10,17 +10,18 @@ from tests.accuracy.test_study import END
 from twolink.accuracy.multiprecision import precise_motion
 from twolink.accuracy.reference import MOST_DIGITS_WITH_EVENTS, reference
 from twolink.cli import app
-from twolink.effects import effects_during
+from twolink.data import data_path
+from twolink.effects import pieces_at
 from twolink.errors import SimulationError
 from twolink.scene import Scene
-from twolink.shipped import shipped
 from twolink.simulation import simulate
 
-SCENES = shipped("scenes")
+SCENES = data_path("scenes")
 GENERAL = Scene.load(SCENES / "general.toml")
-FILES = sorted(shipped("references").glob("*.json"))
+FILES = sorted(data_path("references").glob("*.json"))
 
 
+@pytest.mark.slow
 def test_sixty_digits_and_the_published_ones():
     found = reference(GENERAL, 60)
     assert found.digits == (60,)
@@ -35,6 +36,7 @@ def test_sixty_digits_and_the_published_ones():
         assert abs(Decimal(ours) - Decimal(published)) <= unit
 
 
+@pytest.mark.slow
 def test_more_digits_begin_with_the_fewer():
     short = replace(GENERAL, duration=1.0)
     few, many = reference(short, 20), reference(short, 90)
@@ -42,6 +44,7 @@ def test_more_digits_begin_with_the_fewer():
         assert abs(Decimal(less) - Decimal(more)) <= Decimal("0.5e-20")
 
 
+@pytest.mark.slow
 def test_orders_are_odd():
     """From rest at q = 0 an order that is a multiple of four sees an endless step."""
     scene = replace(Scene.load(SCENES / "free_fall.toml"), duration=0.5)
@@ -57,7 +60,8 @@ def test_it_starts_from_the_very_float64_numbers():
         assert Decimal(ours) == Decimal(given)
 
 
-def test_digits_are_vouched_for_by_agreement_alone(monkeypatch):
+@pytest.mark.slow
+def test_digits_are_verified_only_by_agreement(monkeypatch):
     """A run that errs in the 31st digit takes all digits from there on."""
     from twolink.accuracy import reference as module
 
@@ -86,7 +90,8 @@ def test_digits_are_vouched_for_by_agreement_alone(monkeypatch):
     assert min(tries[-2:]) > max(tries[:2])
 
 
-def test_across_events_it_says_how_many_digits_there_are():
+@pytest.mark.slow
+def test_across_events_the_number_of_digits_is_reported():
     scene = replace(Scene.load(SCENES / "bounce_to_rest.toml"), duration=2.0)
     found = reference(scene, MOST_DIGITS_WITH_EVENTS)
     assert 20 <= found.digits[0] <= MOST_DIGITS_WITH_EVENTS
@@ -101,7 +106,7 @@ def test_with_events_the_digits_are_those_of_sixty():
     found = reference(scene, MOST_DIGITS_WITH_EVENTS, (0.2,))
     q, u = scene.q, scene.u
     for start, end in ((0.0, 0.1), (0.1, 0.2)):
-        piece = replace(scene, q=q, u=u, effects=effects_during(scene.effects, start))
+        piece = replace(scene, q=q, u=u, effects=pieces_at(scene.effects, start))
         motion = precise_motion(piece, "momenta", 60)
         # Not 0.1 s: the difference of two float64 numbers, in all their digits.
         motion.integrator.propagate_until(
@@ -124,13 +129,13 @@ def test_with_events_more_of_the_agreement_is_held_back(monkeypatch):
 @pytest.mark.parametrize(
     ("digits", "times", "sentence"),
     [
-        (0, None, "digits is 0; allowed for this scene is a whole number from 1 to 1000"),
-        (5, (1.0, 1.0), "times are 1, 1; allowed are increasing times from 0 to 10 s"),
-        (5, (11.0,), "times are 11; allowed"),
-        (5, (), "times are none; allowed"),
+        (0, None, "digits must be a whole number from 1 to 1000; got 0"),
+        (5, (1.0, 1.0), "times must increase from 0 to 10 s; got 1, 1"),
+        (5, (11.0,), "times must increase from 0 to 10 s; got 11"),
+        (5, (), "times must increase from 0 to 10 s; got an empty list"),
     ],
 )
-def test_what_cannot_be_had_is_one_sentence(digits, times, sentence):
+def test_invalid_requests_are_rejected_with_one_sentence(digits, times, sentence):
     with pytest.raises(SimulationError, match=sentence):
         reference(GENERAL, digits, times)
 
@@ -140,7 +145,7 @@ def test_events_allow_fewer_digits():
         reference(Scene.load(SCENES / "stick_slip.toml"), 60)
 
 
-def test_the_command_writes_what_it_prints(tmp_path):
+def test_the_command_writes_the_printed_digits(tmp_path):
     arguments = ["reference", str(SCENES / "general.toml"), "--digits", "30", "--times", "0.5,1"]
     for kind in ("json", "csv"):
         file = tmp_path / f"r.{kind}"
@@ -158,9 +163,9 @@ def test_the_command_writes_what_it_prints(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["--times", "soon"], "--times is 'soon'; allowed are numbers"),
-        (["--out", "here.txt"], "--out is here.txt; allowed is a .json or .csv file"),
-        (["--digits", "2000"], "digits is 2000; allowed"),
+        (["--times", "soon"], "--times must be numbers of seconds"),
+        (["--out", "here.txt"], "--out must be a .json or .csv file; got here.txt"),
+        (["--digits", "2000"], "digits must be a whole number from 1 to 1000; got 2000"),
     ],
 )
 def test_bad_input_is_one_sentence(arguments, sentence):
@@ -178,6 +183,7 @@ def test_every_shipped_scene_has_a_reference():
     assert {file.stem for file in FILES} == {file.stem for file in SCENES.rglob("*.toml")}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_float64_results_are_as_near_to_the_references_as_they_say(file):
     scene, document = scene_of(file), json.loads(file.read_text())
@@ -194,6 +200,7 @@ def test_float64_results_are_as_near_to_the_references_as_they_say(file):
             assert error <= Decimal(trajectory.error), (name, times[index])
 
 
+@pytest.mark.slow
 def test_a_sample_is_made_again():
     """What `twolink reference … --fifths --out models/references` wrote, to its last digit."""
     (file,) = (file for file in FILES if file.stem == "free_fall")

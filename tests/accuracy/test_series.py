@@ -1,4 +1,4 @@
-"""Bounds are held against the functions themselves, by mpmath's 50 digits."""
+"""Bounds of series against mpmath's 50 digits."""
 
 import flint
 import mpmath

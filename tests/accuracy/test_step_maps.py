@@ -1,4 +1,4 @@
-"""Compiled steps against the same steps by others: SciPy's own, and those that Python steps."""
+"""Compiled steps against SciPy's steps and against steps in Python."""
 
 import numpy as np
 import pytest
@@ -11,14 +11,14 @@ from twolink.accuracy.step_maps import (
     scipy_tableau,
     step_map,
 )
+from twolink.data import data_path
 from twolink.errors import SimulationError
 from twolink.scene import Scene
-from twolink.shipped import shipped
 from twolink.simulation.smooth.fixed_step import FIXED_STEP
 from twolink.simulation.smooth.numeric import _rates
 from twolink.simulation.smooth.tableaus import GAUSS_LEGENDRE, RK4
 
-SWINGS = Scene.load(shipped("scenes") / "small_swings.toml")
+SWINGS = Scene.load(data_path("scenes") / "small_swings.toml")
 STATES = many_starts(SWINGS, 5, spread=0.3, seed=7)
 STATES[2:] += 0.2
 IMPLICIT = {
@@ -33,7 +33,7 @@ ROUNDING = np.spacing(1.0)
 
 def stepped(steps: int, step) -> np.ndarray:
     """Return the states after so many steps, one start after the other."""
-    rates = _rates(SWINGS.equipped, SWINGS.effects, "momenta")
+    rates = _rates(SWINGS.moving_chain, SWINGS.effects, "momenta")
     found = []
     for start in STATES.T:
         x = start

@@ -169,19 +169,19 @@ def grazed(dice: Dice, pose: Pose, smooth: list[Any], duration: float) -> list[A
         return []
     name = dice.pick(POINTS)
     last = tuple(path[-1][:2]), tuple(path[-1][2:4])
-    point = getattr(scene.equipped, name)
-    vx, vy = kinematics.velocity(scene.equipped, *last, point)
+    point = getattr(scene.moving_chain, name)
+    vx, vy = kinematics.velocity(scene.moving_chain, *last, point)
     if math.hypot(vx, vy) < 1e-6:
         return []
     normal = (float(-vy / math.hypot(vx, vy)), float(vx / math.hypot(vx, vy)))
-    ax, ay = kinematics.acceleration(scene.equipped, *last, tuple(path[-1][4:]), point)
+    ax, ay = kinematics.acceleration(scene.moving_chain, *last, tuple(path[-1][4:]), point)
     if normal[0] * ax + normal[1] * ay < 0:
         normal = -normal[0], -normal[1]
-    x, y = kinematics.position(scene.equipped, last[0], point)
+    x, y = kinematics.position(scene.moving_chain, last[0], point)
     off = dice.pick((0.0, 0.0, 1.0, -1.0)) * 10.0 ** dice.between(-12, -4)
     place = float(x - off * normal[0]), float(y - off * normal[1])
     bound = normal[0] * place[0] + normal[1] * place[1]
-    gap = Way(name, normal).coordinate(scene.equipped, np.array(path)[:, :2].T) - bound
+    gap = Way(name, normal).coordinate(scene.moving_chain, np.array(path)[:, :2].T) - bound
     if gap[0] < 0:
         return []
     friction, e = _friction(dice), _restitution(dice)
@@ -200,8 +200,12 @@ def _path(scene: Scene, until: float, steps: int = 400) -> list[Any]:
 
     def rates(t: float, x: Any) -> Any:
         q, u = (x[0], x[1]), (x[2], x[3])
-        loads = tuple(y for effect in scene.effects for y in effect.loads(scene.equipped, q, u, t))
-        return np.array([*u, *lagrange.forward_dynamics(scene.equipped, q, u, loads)], dtype=float)
+        loads = tuple(
+            y for effect in scene.effects for y in effect.loads(scene.moving_chain, q, u, t)
+        )
+        return np.array(
+            [*u, *lagrange.forward_dynamics(scene.moving_chain, q, u, loads)], dtype=float
+        )
 
     x, found = np.array([*scene.q, *scene.u]), []
     for number in range(steps):

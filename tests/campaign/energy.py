@@ -8,6 +8,7 @@ import numpy as np
 
 from tests.campaign.seen import CUSHION, Seen
 from twolink import kinematics, lagrange
+from twolink.effects import ConservativeEffect
 
 # Of these none gives energy for ever: each has a potential, takes energy, or does no work.
 _PASSIVE = (
@@ -62,4 +63,4 @@ def _potential(effect: Any, chain: Any, q: Any) -> Any:
     if name == "PdControl":
         (p1, p2), (x1, x2) = effect.proportional, effect.target
         return (p1 * (x1 - q[0]) ** 2 + p2 * (x2 - (q[1] - q[0])) ** 2) / 2
-    return effect.potential_energy(chain, q) if hasattr(effect, "potential_energy") else 0.0
+    return effect.potential_energy(chain, q) if isinstance(effect, ConservativeEffect) else 0.0

@@ -13,7 +13,7 @@ import numpy as np
 
 from tests.campaign.elements import CUSHION, FRICTION, OBSTACLE, Element, elements
 from twolink import lagrange
-from twolink.effects import breaks
+from twolink.effects import discontinuities
 from twolink.effects.end_force import EndForce
 
 RESTING = ("STICKS", "PRESSED_FORWARD", "PRESSED_BACKWARD")
@@ -35,7 +35,7 @@ class Seen:
 
     def __init__(self, trajectory: Any) -> None:
         self.trajectory = trajectory
-        self.scene, self.chain = trajectory.scene, trajectory.scene.equipped
+        self.scene, self.chain = trajectory.scene, trajectory.scene.moving_chain
         self.elements = elements(self.scene)
         self.slack = max(float(trajectory.accuracy), 1e-12)
         end = float(trajectory.t[-1])
@@ -52,7 +52,7 @@ class Seen:
         run = self.trajectory
         found = [x for event in run.events for x in (event.time, event.entered)]
         found += [impact.time for impact in run.impacts]
-        found += [t for t in breaks(self.scene.effects) if 0 < t < run.t[-1]]
+        found += [t for t in discontinuities(self.scene.effects) if 0 < t < run.t[-1]]
         return np.unique(np.array([0.0, *found], dtype=float))
 
     def _dense_times(self) -> Any:

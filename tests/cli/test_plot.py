@@ -1,4 +1,4 @@
-"""`twolink plot`: which files it writes, what it says, and what it refuses."""
+"""`twolink plot`: files, messages and errors."""
 
 import subprocess
 import sys
@@ -9,10 +9,10 @@ from typer.testing import CliRunner
 from twolink.chain import Chain
 from twolink.cli import app
 from twolink.cli.plot import OF_MOTION
-from twolink.shipped import shipped
+from twolink.data import data_path
 
-SLIDING = shipped("scenes/slide_and_stop.toml")
-FREE_FALL = shipped("scenes/free_fall.toml")
+SLIDING = data_path("scenes/slide_and_stop.toml")
+FREE_FALL = data_path("scenes/free_fall.toml")
 FEW = ("--samples", "101", "--states", "50")
 
 START = {".svg": b"<?xml", ".png": b"\x89PNG"}
@@ -22,6 +22,7 @@ def plot(*arguments):
     return CliRunner().invoke(app, ["plot", *map(str, arguments)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".svg", ".png"])
 @pytest.mark.parametrize("kind", [*OF_MOTION, "verification"])
 def test_each_kind_is_written_as_each_kind_of_file(tmp_path, kind, suffix):
@@ -33,6 +34,7 @@ def test_each_kind_is_written_as_each_kind_of_file(tmp_path, kind, suffix):
     assert list(tmp_path.iterdir()) == [file]
 
 
+@pytest.mark.slow
 def test_all_kinds_have_a_file_each(tmp_path):
     result = plot(SLIDING, "--kind", "all", "--out", tmp_path / "slide.svg", *FEW)
     assert result.exit_code == 0, result.output
@@ -40,7 +42,8 @@ def test_all_kinds_have_a_file_each(tmp_path):
     assert {file.name for file in tmp_path.iterdir()} == names
 
 
-def test_of_a_smooth_motion_all_is_without_contact_and_it_is_said(tmp_path):
+@pytest.mark.slow
+def test_all_plots_of_a_smooth_motion_omit_contact_with_a_message(tmp_path):
     result = plot(FREE_FALL, "--kind", "all", "--out", tmp_path / "fall.png", *FEW)
     assert result.exit_code == 0, result.output
     assert not (tmp_path / "fall-contact.png").exists()
@@ -48,6 +51,7 @@ def test_of_a_smooth_motion_all_is_without_contact_and_it_is_said(tmp_path):
     assert "No plot of contact: the scene has no friction and no obstacle." in result.stdout
 
 
+@pytest.mark.slow
 def test_a_saved_trajectory_is_plotted_as_its_scene_is(tmp_path):
     """But for what lies between samples, of which a smooth motion's angles show nothing."""
     saved = tmp_path / "fall.npz"
@@ -69,6 +73,7 @@ def test_a_urdf_is_verified(tmp_path):
     assert (tmp_path / "v.svg").exists()
 
 
+@pytest.mark.slow
 def test_the_same_command_writes_the_same_bytes(tmp_path):
     """In two processes, whose hashes differ."""
     for name in ("one", "two"):
@@ -82,7 +87,7 @@ def test_the_same_command_writes_the_same_bytes(tmp_path):
     assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
 
 
-def test_a_motion_that_is_not_known_to_the_end_ends_with_1(tmp_path, monkeypatch):
+def test_a_motion_not_known_to_its_end_exits_with_1(tmp_path, monkeypatch):
     from dataclasses import replace
 
     from twolink import simulation
@@ -103,18 +108,18 @@ def test_a_motion_that_is_not_known_to_the_end_ends_with_1(tmp_path, monkeypatch
 @pytest.mark.parametrize(
     ("source", "options", "said"),
     [
-        (FREE_FALL, {"--kind": "spiral"}, "--kind is spiral; allowed are angles, phase, path"),
-        (FREE_FALL, {"--theme": "sepia"}, "--theme is sepia; allowed are light, dark"),
-        (FREE_FALL, {"--out": "plot.pdf"}, "plot.pdf; allowed is a .svg or .png file"),
-        (FREE_FALL, {"--out": "nowhere/plot.svg"}, "in a folder that can be written to"),
-        (FREE_FALL, {"--states": "0"}, "--states is 0; allowed is a positive whole number"),
-        (FREE_FALL, {"--seed": "-1"}, "--seed is -1; allowed is zero or a positive"),
-        (FREE_FALL, {"--samples": "1"}, "samples is 1; allowed is 2 or more"),
-        (FREE_FALL, {"--kind": "contact"}, "has no friction and no obstacle; allowed is"),
-        ("motion.xlsx", {}, "the suffix is '.xlsx'; allowed is a scene (.toml) or a trajectory"),
+        (FREE_FALL, {"--kind": "spiral"}, "--kind must be one of angles, phase, path"),
+        (FREE_FALL, {"--theme": "sepia"}, "--theme must be one of light, dark; got 'sepia'"),
+        (FREE_FALL, {"--out": "plot.pdf"}, "--out must be a .svg or .png file; got"),
+        (FREE_FALL, {"--out": "nowhere/plot.svg"}, "its folder does not exist"),
+        (FREE_FALL, {"--states": "0"}, "--states must be a positive whole number; got 0"),
+        (FREE_FALL, {"--seed": "-1"}, "--seed must be zero or a positive whole number; got -1"),
+        (FREE_FALL, {"--samples": "1"}, "--samples must be 2 or more; got 1"),
+        (FREE_FALL, {"--kind": "contact"}, "must have friction or an obstacle"),
+        ("motion.xlsx", {}, "must be a scene (.toml) or a trajectory"),
         ("missing.toml", {}, "missing.toml: there is no file of this name"),
         ("missing.npz", {}, "missing.npz: "),
-        (shipped("twolink.urdf"), {}, "is a URDF and --kind is angles; allowed is verification"),
+        (data_path("twolink.urdf"), {}, "--kind must be verification for a URDF; got angles"),
         (
             "missing.urdf",
             {"--kind": "verification"},
@@ -122,7 +127,7 @@ def test_a_motion_that_is_not_known_to_the_end_ends_with_1(tmp_path, monkeypatch
         ),
     ],
 )
-def test_what_is_not_allowed_is_refused_in_one_sentence(tmp_path, source, options, said):
+def test_invalid_options_are_rejected_with_one_sentence(tmp_path, source, options, said):
     given = {"--kind": "angles", "--out": "plot.svg"} | options
     given["--out"] = tmp_path / given["--out"]
     result = plot(source, *(word for pair in given.items() for word in pair))

@@ -1,5 +1,7 @@
 """States of contact elements: what each says of motion, and the words for it."""
 
+import pickle
+
 import pytest
 
 from twolink.contact.states import ContactState, EventKind, pressed, slipping
@@ -38,3 +40,8 @@ def test_states_are_found_by_their_direction(direction):
 def test_no_two_members_share_their_words(kind):
     """An enumeration makes members of equal values one and the same."""
     assert len(set(kind.__members__)) == len({member.value for member in kind})
+
+
+@pytest.mark.parametrize("member", [*ContactState, *EventKind], ids=lambda member: member.name)
+def test_a_member_is_found_by_its_identity_also_after_pickling(member):
+    assert {member: "found"}[pickle.loads(pickle.dumps(member))] == "found"

@@ -46,11 +46,11 @@ def test_without_friction_it_is_the_normal_force_alone():
 
 @pytest.mark.parametrize("friction", [-0.1, math.nan, math.inf])
 def test_bad_friction_is_refused(friction):
-    with pytest.raises(ParameterError, match=r"friction is .*; allowed is zero or a positive"):
+    with pytest.raises(ParameterError, match=r"friction must be zero or positive and finite; got"):
         EndForce(1.0, friction)
 
 
 @pytest.mark.parametrize("sliding", [0, 2, "left"])
 def test_bad_direction_is_refused(sliding):
-    with pytest.raises(ParameterError, match=r"sliding is .*; allowed is \+1 or -1"):
+    with pytest.raises(ParameterError, match=r"sliding must be (\+1 or -1|a number)"):
         EndForce(1.0, 0.5, sliding)

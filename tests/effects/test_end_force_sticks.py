@@ -74,7 +74,7 @@ def test_where_the_direction_is_known_there_are_no_modes():
 
 
 def test_static_friction_below_the_kinetic_is_refused():
-    with pytest.raises(ParameterError, match=r"static is 0.1; allowed is the friction 0.5 or more"):
+    with pytest.raises(ParameterError, match=r"static must be finite .* 0.5; got 0.1"):
         EndForce(-1.0, 0.5, static=0.1)
 
 

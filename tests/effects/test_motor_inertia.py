@@ -53,7 +53,7 @@ def test_pinocchio_with_rotors_as_bodies(formulation, random):
         G[joints[k], k] = 1.0
         G[motors[k], k] = MOTORS.ratio[k]
     S = np.array([[1.0, 0.0], [1.0, 1.0]])  # u = S θ̇
-    chain = MOTORS.equipped(GENERAL)
+    chain = MOTORS.with_rotors(GENERAL)
     for _ in range(200):
         q, u, du = random.uniform(-3, 3, (3, 2))
         theta, speed, rate = (np.linalg.solve(S, x) for x in (q, u, du))
@@ -74,7 +74,7 @@ def test_an_armature_is_a_rotor_that_is_not_carried(random):
     )
     data = model.createData()
     S = np.array([[1.0, 0.0], [1.0, 1.0]])
-    chain = motors.equipped(GENERAL)
+    chain = motors.with_rotors(GENERAL)
     for _ in range(20):
         q = random.uniform(-3, 3, 2)
         M = S.T @ np.array(lagrange.mass_matrix(chain, tuple(q))) @ S
@@ -82,6 +82,7 @@ def test_an_armature_is_a_rotor_that_is_not_carried(random):
         np.testing.assert_allclose(M, expected, rtol=1e-13, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_the_determinant_and_the_energy_are_those_of_the_mass_matrix():
     """By SymPy, for two rotors of any turning on any chain."""
     symbols = sympy.symbols("m1 m2 L1 L2 I1 I2 J1 J2", positive=True)
@@ -133,7 +134,7 @@ def test_dfkis_mass_matrix():
     about_joint, J, n = (0.0318872, 0.0508698), 6.2872e-5, 6.0
     central = tuple(np.array(about_joint) - np.array(m) * np.array(r) ** 2)
     chain = Chain(m, L, ((r[0], 0.0), (r[1], 0.0)), central)
-    chain = MotorInertia((J, J), (n, -n)).equipped(chain)
+    chain = MotorInertia((J, J), (n, -n)).with_rotors(chain)
     elbow = 0.7
     coupling = m[1] * L[0] * r[1] * math.cos(elbow)
     own = about_joint[0] + about_joint[1] + m[1] * L[0] ** 2 + 2 * coupling
@@ -147,17 +148,20 @@ def test_dfkis_mass_matrix():
 
 
 def test_rotors_without_inertia_are_none_and_urdfs_have_none():
-    assert MotorInertia((0.0, 0.0)).equipped(GENERAL) == GENERAL
-    with pytest.raises(ParameterError, match="a URDF of a chain with 2 rotors"):
-        MOTORS.equipped(GENERAL).to_urdf()
+    assert MotorInertia((0.0, 0.0)).with_rotors(GENERAL) == GENERAL
+    with pytest.raises(ParameterError, match="a chain must have no rotors for a URDF"):
+        MOTORS.with_rotors(GENERAL).to_urdf()
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"inertia": (-0.1, 0.0)}, "motor inertia at A is -0.1"),
-        ({"inertia": (0.1, math.nan)}, "motor inertia at B is nan"),
-        ({"inertia": (0.1, 0.1), "ratio": (math.inf, 1.0)}, "gear ratio at A is inf"),
+        ({"inertia": (-0.1, 0.0)}, "motor inertia at A must be zero or .*; got -0.1"),
+        ({"inertia": (0.1, math.nan)}, "motor inertia at B must be zero or .*; got nan"),
+        (
+            {"inertia": (0.1, 0.1), "ratio": (math.inf, 1.0)},
+            "gear ratio at A must be finite; got inf",
+        ),
     ],
 )
 def test_bad_motors_are_refused(options, words):

@@ -7,11 +7,11 @@ import pytest
 
 from twolink import lagrange
 from twolink.chain import Chain
+from twolink.data import data_path
 from twolink.effects.gravity import Gravity
 from twolink.effects.surface import Surface
 from twolink.loads import Force
 from twolink.scene import Scene
-from twolink.shipped import shipped
 from twolink.simulation import simulate
 
 BARS = Chain.uniform_bars()
@@ -101,7 +101,7 @@ def test_the_threshold_of_wedging(share):
 
 
 def test_the_shipped_scene_shows_it():
-    trajectory = simulate(Scene.load(shipped("scenes") / "painleve.toml"))
+    trajectory = simulate(Scene.load(data_path("scenes") / "painleve.toml"))
     assert trajectory.met
     assert trajectory.impacts[0].time == 0
     assert trajectory.impacts[0].speeds[0] == 0

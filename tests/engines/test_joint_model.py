@@ -1,4 +1,4 @@
-"""What engines are told of a scene: gathered, and refused where they have no such thing."""
+"""Joint models of scenes: collected effects, and errors for unsupported ones."""
 
 from dataclasses import replace
 
@@ -46,7 +46,7 @@ def torques_in_joints(model, theta, speed, t):
     return found
 
 
-def test_what_is_gathered_is_what_the_effects_do():
+def test_the_joint_model_has_the_torques_of_the_effects():
     scene, t = replace(SCENE, effects=EFFECTS), 0.7
     model = joint_model(scene)
     loads = smooth_loads(EFFECTS[2:], GENERAL, scene.q, scene.u, t)
@@ -83,7 +83,7 @@ def test_rotors_become_armature_or_part_of_link_2(motors):
     assert not model.chain.rotors
     (M11, M12), (M21, M22) = JOINTS.joint_matrix(lagrange.mass_matrix(model.chain, scene.q))
     J1, J2 = model.armature
-    wanted = JOINTS.joint_matrix(lagrange.mass_matrix(scene.equipped, scene.q))
+    wanted = JOINTS.joint_matrix(lagrange.mass_matrix(scene.moving_chain, scene.q))
     found = [M11 + J1, M12, M21, M22 + J2]
     assert found == pytest.approx([*wanted[0], *wanted[1]], rel=1e-14)
 
@@ -97,9 +97,9 @@ def test_a_rotor_that_is_carried_and_geared_has_no_place():
 @pytest.mark.parametrize(
     ("effect", "sentence"),
     [
-        (EndDrag(1.0), "E cannot express the scene: end_drag is not among"),
+        (EndDrag(1.0), "E cannot express the scene: end_drag is neither gravity nor"),
         (JointFriction((1.0, 1.0)), "E cannot express joint_friction: it creeps"),
-        (JointDamping((1.0, 0.0)), "E cannot express a joint's damping: it has no such thing"),
+        (JointDamping((1.0, 0.0)), "E cannot express a joint's damping: it has no such element"),
         (PdControl((0, 0), (0, 0), (-1.0, 0)), "E cannot express a joint's damping"),
     ],
 )

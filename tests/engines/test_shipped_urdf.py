@@ -10,14 +10,14 @@ import pytest
 
 from twolink import kinematics
 from twolink.chain import Chain
-from twolink.shipped import shipped
+from twolink.data import data_path
 
-PATH = str(shipped("twolink.urdf"))
+PATH = str(data_path("twolink.urdf"))
 ANGLES = np.array([0.3, -0.7])
 COUPLING = np.cos(ANGLES[1]) / 2
 MASS_MATRIX = np.array([[5 / 3 + 2 * COUPLING, 1 / 3 + COUPLING], [1 / 3 + COUPLING, 1 / 3]])
 END = kinematics.position(Chain.uniform_bars(), (0.3, 0.3 - 0.7), Chain.uniform_bars().D)
-# The source's x and y (downward) in a world with z up.
+# The chain's x and y (downward) in a world with z up.
 END_IN_WORLD = np.array([END[0], 0.0, -END[1]])
 
 

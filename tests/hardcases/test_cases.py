@@ -3,10 +3,10 @@
 import pytest
 
 from twolink.hardcases.catalogue import CASES
-from twolink.hardcases.on_input import OnInput
+from twolink.hardcases.input_trial import InputTrial
+from twolink.hardcases.parallel import parallel_scoreboard
 from twolink.hardcases.record import FORMULATIONS, Column, Mark
 from twolink.hardcases.run import OURS, failed_by_us, outcome
-from twolink.hardcases.spreading import spread_scoreboard
 
 LONG = {
     "natural-start",
@@ -27,7 +27,7 @@ LONG = {
 
 
 def is_quick(case):
-    in_a_process_of_its_own = isinstance(case.trial, OnInput) and case.trial.hostile
+    in_a_process_of_its_own = isinstance(case.trial, InputTrial) and case.trial.hostile
     return case.name not in LONG and not in_a_process_of_its_own
 
 
@@ -40,6 +40,6 @@ def test_every_formulation_passes(case):
 
 @pytest.mark.slow
 def test_every_formulation_passes_every_case():
-    board = spread_scoreboard(CASES, OURS)
+    board = parallel_scoreboard(CASES, OURS)
     assert set(board) == {case.name for case in CASES}
     assert failed_by_us(board) == [], [board[name] for name, _ in failed_by_us(board)]

@@ -1,7 +1,8 @@
-"""The hundred digits are right: against mpmath, SymPy's Lagrangian equations, and closed forms."""
+"""The hundred digits against mpmath, SymPy's Lagrangian equations, and closed forms."""
 
 import math
 from decimal import Decimal
+from functools import cache
 
 import mpmath
 import pytest
@@ -36,6 +37,7 @@ def test_cosine_and_sine(x):
             assert abs(as_mpf(found) - true) <= mpmath.mpf(10) ** -98 * max(abs(true), 1e-30)
 
 
+@cache
 def lagrangian():
     """Return M and C u − Q by SymPy, from the energies: a text that is nobody else's."""
     names = "m1 m2 L1 a1 b1 a2 b2 I1 I2 gx gy tau1 tau2 u1 u2"
@@ -61,7 +63,6 @@ def lagrangian():
     return sp.lambdify((*symbols, q1, q2), (M[0, 0], M[0, 1], M[1, 1], *rest), modules="mpmath")
 
 
-LAGRANGIAN = lagrangian()
 GRAVITY = (0.7, 9.81)
 
 
@@ -69,7 +70,7 @@ def by_sympy(chain: Chain, q, u, torque):
     (a1, b1), (a2, b2) = chain.centre
     numbers = (chain.m1, chain.m2, chain.L1, a1, b1, a2, b2, chain.I_C1, chain.I_C2)
     values = (*numbers, *GRAVITY, *torque, *u, *q)
-    M11, M12, M22, h1, h2 = LAGRANGIAN(*map(mpmath.mpf, values))
+    M11, M12, M22, h1, h2 = lagrangian()(*map(mpmath.mpf, values))
     det = M11 * M22 - M12 * M12
     return (-M22 * h1 + M12 * h2) / det, (-M11 * h2 + M12 * h1) / det
 
@@ -94,7 +95,7 @@ def test_momentum_rates_are_those_of_the_accelerations():
         speeds = as_mpf(u1), as_mpf(u2)
         numbers = (chain.m1, chain.m2, chain.L1, 0.75, 0.0, 0.25, 0.0, chain.I_C1, chain.I_C2)
         values = (*numbers, *GRAVITY, 0.3, -0.7, *speeds, *q)
-        M11, M12, M22, *_ = LAGRANGIAN(*map(mpmath.mpf, values))
+        M11, M12, M22, *_ = lagrangian()(*map(mpmath.mpf, values))
         assert abs(M11 * speeds[0] + M12 * speeds[1] - p[0]) < mpmath.mpf(10) ** -90
         assert abs(M12 * speeds[0] + M22 * speeds[1] - p[1]) < mpmath.mpf(10) ** -90
         # The sum of both rates is the moment about A of all that acts: no M enters.

@@ -1,4 +1,4 @@
-"""The runner: whatever a case does, its cell says so, and the others are run."""
+"""The runner reports every outcome of a case and continues with the others."""
 
 import dataclasses
 import json
@@ -7,12 +7,12 @@ import warnings
 
 import pytest
 
-from twolink.engines.peers import PEERS, peer_named
+from twolink.engines.registry import ENGINES, engine_named
 from twolink.errors import EngineError, SimulationError
 from twolink.hardcases.catalogue import CASES, case_named
-from twolink.hardcases.in_motion import Answer, InMotion
-from twolink.hardcases.record import FORMULATIONS, Case, Column, Finding, Mark
+from twolink.hardcases.record import FORMULATIONS, Case, Column, Mark, Result
 from twolink.hardcases.run import columns, document, failed_by_us, outcome, scoreboard
+from twolink.hardcases.trajectory_trial import Answer, TrajectoryTrial
 
 
 class Trial:
@@ -30,7 +30,7 @@ def case(does, seconds=60.0):
 
 
 def refuse(check):
-    raise SimulationError("it is so; allowed is otherwise")
+    raise SimulationError("it must be so; got another")
 
 
 def crash(check):
@@ -39,7 +39,7 @@ def crash(check):
 
 def warn(check):
     warnings.warn("overflow", RuntimeWarning, stacklevel=1)
-    return Finding(0.0)
+    return Result(0.0)
 
 
 def hang(check):
@@ -51,9 +51,9 @@ def hang(check):
 @pytest.mark.parametrize(
     ("does", "mark", "said"),
     [
-        (lambda check: Finding(0.1), Mark.PASS, ""),
-        (lambda check: Finding(20.0, said="far"), Mark.SILENT, "far"),
-        (refuse, Mark.REFUSED, "it is so; allowed is otherwise"),
+        (lambda check: Result(0.1), Mark.PASS, ""),
+        (lambda check: Result(20.0, said="far"), Mark.SILENT, "far"),
+        (refuse, Mark.REFUSED, "it must be so; got another"),
         (crash, Mark.CRASH, "ZeroDivisionError: division by zero"),
         (warn, Mark.CRASH, "RuntimeWarning: overflow"),
         (hang, Mark.HANG, "stopped after 0.2 s"),
@@ -83,17 +83,17 @@ def test_the_scoreboard_goes_on_after_a_failure():
 def test_columns():
     names = [column.name for column in columns()]
     assert tuple(names[:3]) == FORMULATIONS
-    assert set(names[3:]) == {peer.name for peer in PEERS if not peer.missing()}
+    assert set(names[3:]) == {engine.name for engine in ENGINES if not engine.missing()}
     assert [column.name for column in columns(["KANE", "heyoka"])] == ["kane", "heyoka"]
     assert [column.name for column in columns(["pinocchio"])] == ["SciPy over Pinocchio"]
-    with pytest.raises(EngineError, match="engine is 'ode'; allowed are momenta, lagrange, kane, "):
+    with pytest.raises(EngineError, match="engine must be one of momenta, lagrange, kane, "):
         columns(["ode"])
-    with pytest.raises(EngineError, match="engine is 's'; allowed are"):
+    with pytest.raises(EngineError, match=r"engine must be one of .*; got 's'"):
         columns(["s"])
 
 
-def test_a_peer_that_cannot_express_a_scene_is_not_run():
-    heyoka = peer_named("heyoka")
+def test_an_engine_that_cannot_express_a_scene_is_not_run():
+    heyoka = engine_named("heyoka")
     found = outcome(case_named("zeno"), Column(heyoka.name, heyoka))
     assert found.mark is Mark.CANNOT
     assert "joint_stop" in found.said
@@ -101,9 +101,10 @@ def test_a_peer_that_cannot_express_a_scene_is_not_run():
     assert (found.mark, found.said) == (Mark.CANNOT, "scene files are this library's own")
 
 
-def test_a_peer_is_run_in_a_process_of_its_own():
+@pytest.mark.slow
+def test_an_engine_runs_in_a_separate_process():
     """heyoka alone, from the natural start, at a tolerance for which it takes an order of 8."""
-    heyoka = peer_named("heyoka")
+    heyoka = engine_named("heyoka")
     column = Column(heyoka.name, heyoka)
     found = outcome(case_named("natural-start"), column)
     assert found.mark is Mark.SILENT
@@ -111,18 +112,18 @@ def test_a_peer_is_run_in_a_process_of_its_own():
     assert outcome(case_named("point-masses"), column).mark is Mark.PASS
 
 
-def test_a_peers_silence_about_what_is_no_number():
+def test_an_engine_that_returns_nan_silently():
     """Pinocchio answers a NaN with NaNs: not refused, but no finite answer either."""
-    pinocchio = peer_named("SciPy over Pinocchio")
+    pinocchio = engine_named("SciPy over Pinocchio")
     found = outcome(case_named("nan-angle"), Column(pinocchio.name, pinocchio))
     assert found.mark is Mark.MISSED
-    assert "it is taken, and the answer is [nan, nan]" in found.said
+    assert "it is accepted; the answer is [nan, nan]" in found.said
     found = outcome(case_named("urdf-truncated"), Column(pinocchio.name, pinocchio))
     assert found.mark is Mark.PASS
 
 
-def test_what_is_not_whole_is_no_answer():
-    trial = next(case.trial for case in CASES if isinstance(case.trial, InMotion))
+def test_an_incomplete_answer_is_rejected():
+    trial = next(case.trial for case in CASES if isinstance(case.trial, TrajectoryTrial))
     answer = Answer(trial.scene, *(trial_array() for _ in range(3)), accuracy=1e-9)
     assert not answer.finite
 

@@ -14,7 +14,8 @@ from tests.urdf.drawing import arm, at, joint
 from tests.verification.chains import GENERAL
 from twolink.chain import Chain, Rotor
 from twolink.cli import app
-from twolink.effects import EFFECTS, effect_class
+from twolink.data import data_path
+from twolink.effects import EFFECTS, Effect, effect_class
 from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
@@ -24,7 +25,6 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.effects.pd_control import PdControl
 from twolink.errors import ParameterError, SceneError
 from twolink.scene import LARGEST_FILE, Scene, scene_model
-from twolink.shipped import shipped
 
 TEXT = """
 title = "A test"
@@ -41,7 +41,7 @@ g = 9.81
 coefficient = [0.1, 0.0]
 """
 
-SCENES = sorted(shipped("scenes").rglob("*.toml"))
+SCENES = sorted(data_path("scenes").rglob("*.toml"))
 
 
 def test_a_scene_holds_what_its_file_says():
@@ -112,15 +112,15 @@ def test_a_scene_may_ask_for_nothing_of_its_urdf(tmp_path):
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ('effects = ["limit"]', "is 'limit'; allowed is 'damping', 'friction' or 'limits'"),
-        ("effects = [1]", "is 1; allowed is 'damping', 'friction' or 'limits'"),
-        ('effects = "damping"', "chain.effects is 'damping'; allowed is a list"),
+        ('effects = ["limit"]', "must be 'damping', 'friction' or 'limits'; got 'limit'"),
+        ("effects = [1]", "must be 'damping', 'friction' or 'limits'; got 1"),
+        ('effects = "damping"', "chain.effects must be a list; got 'damping'"),
         (
             'effects = ["damping", "limits", "damping"]',
-            "chain.effects is ('damping', 'limits', 'damping'); allowed is each word at most once",
+            "chain.effects must be a list of words, each at most once; got ('damping', 'limits', ",
         ),
         ('effects = ["friction"]', "joints 'shoulder', 'elbow' have no friction"),
-        ('effects = ["damping"]\nmass = [1.0, 1.0]', "chain has both urdf and mass; allowed is"),
+        ('effects = ["damping"]\nmass = [1.0, 1.0]', "must have urdf or mass, not both"),
     ],
 )
 def test_what_cannot_be_asked_of_a_urdf_is_refused(tmp_path, more, words):
@@ -152,33 +152,49 @@ def test_any_chain_may_be_given():
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("g = 9.81", "h = 9.81", "key 'effects.gravity.h' is unknown"),
-        ("g = 9.81", 'g = "9.81"', "effects.gravity.g is '9.81'; allowed is a valid number"),
-        ("g = 9.81", "g = nan", "effects.gravity.g is nan; allowed is a finite number"),
-        ("g = 9.81", "g = true", "effects.gravity.g is True"),
-        ("effects.gravity", "effects.gravitas", "effect 'gravitas' is unknown; allowed are"),
-        ("duration = 3.0", "duration = -3.0", "run.duration is -3.0; allowed is greater than 0"),
-        ("duration = 3.0", "duration = inf", "run.duration is inf"),
+        ("g = 9.81", "h = 9.81", "a key of effects.gravity must be one of g, direction; got 'h'"),
+        ("g = 9.81", 'g = "9.81"', "effects.gravity.g must be a valid number; got '9.81'"),
+        ("g = 9.81", "g = nan", "effects.gravity.g must be a finite number; got nan"),
+        ("g = 9.81", "g = true", "effects.gravity.g must be a valid number; got True"),
+        ("effects.gravity", "effects.gravitas", "got 'gravitas' (did you mean 'gravity'?)"),
+        ("duration = 3.0", "duration = -3.0", "run.duration must be greater than 0; got -3.0"),
+        ("duration = 3.0", "duration = inf", "run.duration must be a finite number; got inf"),
         ("duration = 3.0", "", "key 'run.duration' is missing"),
-        ("duration = 3.0", 'duration = 3.0\nmethod = "euler"', "run.method is 'euler'; allowed is"),
-        ("duration = 3.0", "duration = 3.0\naccuracy = 0.0", "run.accuracy is 0.0"),
-        ("[1.0, 2]", "[1.0]", "chain.mass is (1.0,); allowed are two numbers"),
-        ("[1.0, 2]", "[1.0, 2, 3]", "chain.mass is (1.0, 2, 3); allowed are two numbers"),
-        ("[1.0, 2]", "[0.0, 2]", "link 1: mass is 0.0; allowed is a positive"),
+        ("duration = 3.0", 'duration = 3.0\nmethod = "euler"', "; got 'euler'"),
+        (
+            "duration = 3.0",
+            "duration = 3.0\naccuracy = 0.0",
+            "run.accuracy must be greater than 0; got 0.0",
+        ),
+        ("[1.0, 2]", "[1.0]", "chain.mass must be two numbers; got (1.0,)"),
+        ("[1.0, 2]", "[1.0, 2, 3]", "chain.mass must be two numbers; got (1.0, 2, 3)"),
+        ("[1.0, 2]", "[0.0, 2]", "link 1: mass must be a positive"),
         ("mass = [1.0, 2]", "", "chain.mass is missing"),
-        ("mass = [1.0, 2]", 'mass = [1.0, 2]\nurdf = "a"', "chain has both urdf and length, mass"),
-        ("[start]", "inertia = [0.1, 0.1]\n[start]", "chain has only one of centre and inertia"),
-        ("[start]", 'effects = ["damping"]\n[start]', "('damping',) and there is no chain.urdf"),
-        ("[start]", "effects = []\n[start]", "chain.effects is () and there is no chain.urdf"),
-        ("[start]", "[start", "this is not TOML"),
+        (
+            "mass = [1.0, 2]",
+            'mass = [1.0, 2]\nurdf = "a"',
+            "chain must have urdf or length, mass, not both",
+        ),
+        ("[start]", "inertia = [0.1, 0.1]\n[start]", "chain must have both of centre and inertia"),
+        ("[start]", 'effects = ["damping"]\n[start]', "got ('damping',) and no chain.urdf"),
+        ("[start]", "effects = []\n[start]", "got () and no chain.urdf"),
+        ("[start]", "[start", "a scene file must be TOML; got another text"),
         ("[start]", "[begin]", "key 'start' is missing"),
-        ("[start]", "colour = 1\n[start]", "key 'chain.colour' is unknown"),
-        ("[0.1, 0.0]", "[-0.1, 0.0]", "joint damping at A is -0.1"),
-        ("[effects.gravity]", "[effects]\norder = 1\n[effects.gravity]", "effects.order is 1"),
+        (
+            "[start]",
+            "colour = 1\n[start]",
+            "a key of chain must be one of mass, length, centre, inertia, joint_sign, ",
+        ),
+        ("[0.1, 0.0]", "[-0.1, 0.0]", "joint damping at A must be zero or positive"),
+        (
+            "[effects.gravity]",
+            "[effects]\norder = 1\n[effects.gravity]",
+            "effects.order must be a list; got 1",
+        ),
         (
             "[effects.gravity]",
             '[effects]\norder = ["gravity"]\n[effects.gravity]',
-            "effects.order is ('gravity',); allowed is each effect's name as often as it is given",
+            "effects.order must name each effect as often as it is given; got ('gravity',)",
         ),
     ],
 )
@@ -195,11 +211,11 @@ def test_a_bad_scene_is_refused_in_one_sentence(old, new, words):
 def test_files_that_cannot_be_read_are_refused(tmp_path):
     with pytest.raises(SceneError, match="no file of this name"):
         Scene.load(tmp_path / "none.toml")
-    with pytest.raises(SceneError, match="this is no plain file"):
+    with pytest.raises(SceneError, match=r"got a (folder|device|pipe)"):
         Scene.load(tmp_path)
     latin = tmp_path / "latin.toml"
     latin.write_bytes(b'title = "\xe4"')
-    with pytest.raises(SceneError, match="cannot be read"):
+    with pytest.raises(SceneError, match="byte 9 is not UTF-8"):
         Scene.load(latin)
 
 
@@ -231,7 +247,7 @@ def test_the_command_lists_scenes_and_prints_the_schema():
 @pytest.mark.parametrize("effects", ["1", '"gravity"', "[{}]"])
 def test_effects_that_are_no_table_are_refused(effects):
     plain = TEXT.partition("[effects")[0]
-    with pytest.raises(SceneError, match=r"scene\.toml: effects.* is .*; allowed is"):
+    with pytest.raises(SceneError, match=r"scene\.toml: effects.* must be .*; got"):
         Scene.parse(f"effects = {effects}\n{plain}", source="scene.toml")
 
 
@@ -264,6 +280,7 @@ def test_every_effect_reads_back_from_toml(name):
     reads_back()
 
 
+@pytest.mark.slow
 @given(scenes())
 def test_effects_in_any_order_read_back_from_toml(scene):
     assert_it_reads_back(scene)
@@ -332,7 +349,7 @@ def test_numpys_floats_are_written_as_numbers():
 
 
 @dataclass(frozen=True)
-class Wind:
+class Wind(Effect):
     """An effect of a user's own."""
 
     force: float
@@ -348,21 +365,18 @@ class Heavier(Gravity):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"effects": (Wind(1.0),)}, "effect Wind is not one of scene files; allowed are gravity,"),
-        ({"effects": (Heavier(),)}, "effect Heavier is not one of scene files; allowed are"),
+        ({"effects": (Wind(1.0),)}, "must be among gravity, "),
+        ({"effects": (Heavier(),)}, "got an effect of type Heavier"),
         (
-            {"effects": (Gravity(np.float32(9.81)),)},
-            "effects.gravity.g is np.float32(9.81); allowed are numbers, words, true, false",
+            {"effects": (Gravity(np.longdouble(9)),)},
+            "must be a number, a word, true, false, or a tuple; got np.longdouble(",
         ),
-        ({"q": [0.1, 0.2]}, "start.q is [0.1, 0.2]; allowed are numbers, words"),
-        ({"q": np.eye(2)}, "start.q is array([[1., 0.], [0., 1.]]); allowed are numbers"),
-        ({"duration": 2**60 + 1}, "reads back otherwise; allowed are numbers that float64 can"),
-        ({"method": "euler"}, "run.method is 'euler'; allowed is"),
-        ({"title": None}, "title is None; allowed are numbers, words"),
-        ({"title": "\ud800"}, "reads back otherwise; allowed are numbers that float64 can hold"),
+        ({"duration": 2**60 + 1}, "must be held by float64 and its words by UTF-8"),
+        ({"method": "euler"}, "; got 'euler'"),
+        ({"title": "\ud800"}, "must be held by float64 and its words by UTF-8"),
         (
             {"chain": replace(GENERAL, rotors=(Rotor(0.1, (1.0, 0.0)),))},
-            "the chain has 1 rotors; allowed are none, and motor_inertia among the effects",
+            "the chain must have no rotors to be written, as motor_inertia among the effects adds",
         ),
     ],
 )
@@ -376,11 +390,11 @@ def test_what_no_scene_file_can_say_is_refused(change, words):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"q": (math.inf, 0.0)}, "start: q is (inf, 0.0); allowed are finite numbers"),
-        ({"u": (math.nan, 0.0)}, "start: u is (nan, 0.0); allowed are finite numbers"),
-        ({"duration": -1.0}, "run: duration is -1.0; allowed is a positive number"),
-        ({"duration": math.nan}, "run: duration is nan; allowed is a positive number"),
-        ({"accuracy": 0.0}, "run: accuracy is 0.0; allowed is a positive number"),
+        ({"q": (math.inf, 0.0)}, "start: q must be finite numbers; got (inf, 0.0)"),
+        ({"u": (math.nan, 0.0)}, "start: u must be finite numbers; got (nan, 0.0)"),
+        ({"duration": -1.0}, "run: duration must be positive and finite; got -1.0"),
+        ({"duration": math.nan}, "run: duration must be positive and finite; got nan"),
+        ({"accuracy": 0.0}, "run: accuracy must be positive and finite; got 0.0"),
     ],
 )
 def test_a_scene_that_is_no_motion_is_refused(change, words):
@@ -392,20 +406,20 @@ def test_a_scene_that_is_no_motion_is_refused(change, words):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: Gravity(math.inf), "gravity: g is inf; allowed is a finite number"),
+        (lambda: Gravity(math.inf), "gravity: g must be a finite number; got inf"),
         (
             lambda: JointSpring((math.nan, 0.0)),
-            "joint spring: stiffness is (nan, 0.0); allowed are finite numbers",
+            "joint spring: stiffness must be finite numbers; got (nan, 0.0)",
         ),
         (
             lambda: JointTorque((math.inf, 0.0)),
-            "joint torque: torque is (inf, 0.0); allowed are finite numbers",
+            "joint torque: torque must be finite numbers; got (inf, 0.0)",
         ),
         (
             lambda: PdControl((0.0, 0.0), (1.0, math.nan)),
-            "PD control: proportional is (1.0, nan); allowed are finite numbers",
+            "PD control: proportional must be finite numbers; got (1.0, nan)",
         ),
-        (lambda: EndForce(math.nan), "end force: normal is nan; allowed is a finite number"),
+        (lambda: EndForce(math.nan), "end force: normal must be a finite number; got nan"),
     ],
 )
 def test_effects_of_what_is_not_finite_are_refused(make, words):
@@ -420,14 +434,14 @@ DOTS = ".".join(["a"] * 100_000)
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("x = " + "[" * 100_000, "this is nested too deeply"),
-        ("x = " + "[" * 50 + "]" * 50, "this is nested too deeply"),
+        ("x = " + "[" * 100_000, "tables must not be nested deeper"),
+        ("x = " + "[" * 50 + "]" * 50, "tables must not be nested deeper"),
         # tomllib alone would take memory by the square of the number of names.
-        (f"{DOTS} = 1", "this is nested too deeply"),
-        (f"[{DOTS}]", "this is nested too deeply"),
-        ("x = " + "9" * 5000, "this is not TOML (Exceeds the limit"),
+        (f"{DOTS} = 1", "tables must not be nested deeper"),
+        (f"[{DOTS}]", "tables must not be nested deeper"),
+        ("x = " + "9" * 5000, "a scene file must be TOML; got another text (Exceeds the limit"),
         (TEXT.replace("9.81", "0x" + "f" * 9000), "an integer of thousands of digits"),
-        (TEXT.replace("9.81", "[" + "1, " * 9000 + "]"), "effects.gravity.g is (1, 1, 1"),
+        (TEXT.replace("9.81", "[" + "1, " * 9000 + "]"), "must be a valid number; got (1, 1, 1"),
     ],
     ids=["lists", "fifty lists", "dots", "dots of a table", "digits", "hexadecimal", "entries"],
 )
@@ -449,10 +463,17 @@ def test_numbers_with_many_dots_are_no_deep_nesting():
 def test_files_without_end_or_too_large_are_refused(tmp_path):
     large = tmp_path / "large.toml"
     large.write_bytes(b"#" * (LARGEST_FILE + 1))
-    with pytest.raises(SceneError, match="is larger than 4 MB; allowed is a smaller file"):
+    with pytest.raises(SceneError, match="must be at most 4 MB; got a larger file"):
         Scene.load(large)
-    with pytest.raises(SceneError, match="this is no plain file"):
+    with pytest.raises(SceneError, match=r"got a (folder|device|pipe)"):
         Scene.load("/dev/zero")
-    with pytest.raises(SceneError, match=r"File name too long|no file of this name") as caught:
+    with pytest.raises(SceneError, match="is a name that is too long") as caught:
         Scene.load("x" * 10_000)
     assert len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize("many", [np.array([1.0, 2.0]), 1 + 0j])
+def test_chains_of_arrays_or_complex_numbers_are_for_single_evaluations_only(many):
+    chain = Chain.uniform_bars().convert(lambda x: x * many)
+    with pytest.raises(ParameterError, match="chain must be made of real numbers"):
+        Scene(chain, q=(0.0, 0.0), u=(0.0, 0.0), duration=1.0)

@@ -174,6 +174,7 @@ def check(draw, count, most_given_up):
     assert not wrong, f"{len(wrong)} of {count} differ: {wrong}; the first: {found[wrong[0]]}"
 
 
+@pytest.mark.slow
 def test_a_few_scenes_agree_with_the_judge():
     check(random_scene, 12, 1)
 

@@ -30,6 +30,7 @@ def test_the_start_caps_them_where_nothing_varies():
     assert taylor.default_longest_step(scene(())) == 4.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-9])
 def test_a_torque_that_begins_softly(accuracy):
     """At low orders, too, the accuracy that is claimed is kept: against SciPy's, step by step."""

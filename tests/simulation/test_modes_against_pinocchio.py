@@ -12,7 +12,7 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
-from twolink.engines.pinocchio import Pinocchio
+from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.loads import Force
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -28,6 +28,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formulation", ["lagrange", "kane"])
 @pytest.mark.parametrize("name", CASES)
 def test_pinocchio_misses_just_what_acts(name, formulation):

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from twolink.data import data_path
+from twolink.effects import ContactEffect
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.end_drag import EndDrag
 from twolink.effects.end_force import EndForce
@@ -22,12 +24,11 @@ from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 from twolink.optional import heyoka
 from twolink.scene import Scene
-from twolink.shipped import shipped
 from twolink.simulation.effects_cost import effects_cost
 from twolink.simulation.motion import motion_run
 from twolink.simulation.smooth.taylor import taylor_run
 
-FALL = Scene.load(shipped("scenes") / "free_fall.toml")
+FALL = Scene.load(data_path("scenes") / "free_fall.toml")
 
 EFFECTS = (
     EndForce(-3.0, 0.4, sliding=1),
@@ -90,7 +91,7 @@ def test_an_effect_that_is_left_out_leaves_nothing(effect):
     assert motion_run(with_it, (0.0, 0.1), formulation="momenta").operations > 25
     left_out = replace(with_it, effects=with_it.effects[:1])
     assert motion_run(left_out, (0.0, 0.1), formulation="momenta").operations == 25
-    if not hasattr(effect, "nonsmooth") or not effect.nonsmooth(FALL.chain):
+    if not isinstance(effect, ContactEffect) or not effect.contact_elements(FALL.chain):
         cost = effects_cost(with_it)
         assert cost.without[type(effect).__name__].operations == 25
 
@@ -100,6 +101,7 @@ def test_a_smooth_scene_has_no_events():
     assert run.events == run.log == ()
 
 
+@pytest.mark.slow
 def test_only_what_is_named_is_imported():
     """No module of modes, impacts or events for a smooth scene; each effect's own module alone."""
     program = (
@@ -111,7 +113,7 @@ def test_only_what_is_named_is_imported():
     )
 
     def loaded(name: str) -> set[str]:
-        file = shipped("scenes") / name
+        file = data_path("scenes") / name
         run = subprocess.run(
             [sys.executable, "-c", program, str(file)],
             capture_output=True, text=True, check=True, cwd=Path(__file__).parent,
@@ -121,9 +123,13 @@ def test_only_what_is_named_is_imported():
     solver = {"modes", "course", "events", "striking", "watching", "compiled_mode"}
     smooth = loaded("free_fall.toml")
     assert not smooth & {f"twolink.simulation.{name}" for name in solver}
-    assert {m for m in smooth if m.startswith("twolink.effects.")} == {"twolink.effects.gravity"}
+    assert {m for m in smooth if m.startswith("twolink.effects.")} == {
+        "twolink.effects.effect",
+        "twolink.effects.gravity",
+    }
     stops = loaded("joint_stops.toml")
     assert {m for m in stops if m.startswith("twolink.effects.")} == {
+        "twolink.effects.effect",
         "twolink.effects.gravity",
         "twolink.effects.joint_stop",
     }

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from twolink import kane
+from twolink.data import data_path
 from twolink.scene import Scene
-from twolink.shipped import shipped
 from twolink.simulation import simulate
 
 
 def published(name: str) -> Scene:
-    return Scene.load(shipped("scenes") / "published" / f"{name}.toml")
+    return Scene.load(data_path("scenes") / "published" / f"{name}.toml")
 
 
 # t: φ1, w1, φ2, w2 of DoublePendulumInitTip, Modelica Standard Library v4.0.0, DASSL at 1e-6.
@@ -72,10 +72,11 @@ REFERENCE = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formulation", ["momenta", "lagrange", "kane"])
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-9, 1e-13])
 def test_the_reference_point(formulation, accuracy):
-    scene = Scene.load(shipped("scenes") / "general.toml")
+    scene = Scene.load(data_path("scenes") / "general.toml")
     trajectory = simulate(scene, accuracy=accuracy, formulation=formulation)
     assert trajectory.error <= accuracy
     state = [*trajectory.q[:, -1], *trajectory.u[:, -1]]
@@ -139,7 +140,7 @@ STATES = ((0.3, -0.7, 0.5, 1.1), (2.1, 0.4, -1.3, 0.2), (-1.0, 2.5, 0.0, 3.0))
 @pytest.mark.parametrize("name", ["acrobot", "dfki"])
 def test_parameter_sets_in_use(name, state):
     if name == "acrobot":
-        scene = Scene.load(shipped("scenes") / "acrobot.toml")
+        scene = Scene.load(data_path("scenes") / "acrobot.toml")
         m, l1, r = (1.0, 1.0), 1.0, (0.5, 1.0)
         about_joints, J, n = (0.083 + 0.25, 0.33 + 1.0), 0.0, 0.0
         damping, coulomb = (0.1, 0.1), (0.0, 0.0)
@@ -170,7 +171,7 @@ def test_parameter_sets_in_use(name, state):
     expected = np.linalg.solve(M, weights - coriolis - resistance)
     # Angles from down, counted as the absolute ones are from the x-axis to y: q = φ + π/2.
     q, u = (a + np.pi / 2, a + b + np.pi / 2), (da, da + db)
-    chain = scene.equipped
+    chain = scene.moving_chain
     loads = tuple(load for effect in scene.effects for load in effect.loads(chain, q, u))
     du1, du2 = kane.forward_dynamics(chain, q, u, loads)
     assert (du1, du2 - du1) == pytest.approx(tuple(expected), rel=1e-11)

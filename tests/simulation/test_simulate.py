@@ -6,20 +6,21 @@ import pytest
 
 from tests.verification.chains import GENERAL
 from twolink.chain import Chain
+from twolink.data import data_path
+from twolink.effects import Effect
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
 from twolink.errors import SimulationError
 from twolink.scene import METHODS, Scene
-from twolink.shipped import shipped
 from twolink.simulation import simulate
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.fixed_step import FIXED_STEP
 from twolink.simulation.smooth.numeric import SCIPY, numeric_run
 from twolink.simulation.smooth.taylor import taylor_run
 
-FALL = Scene.load(shipped("scenes") / "free_fall.toml")
+FALL = Scene.load(data_path("scenes") / "free_fall.toml")
 SHORT = Scene(chain=GENERAL, q=(0.3, -0.4), u=(1.1, -0.7), duration=1.0, effects=(Gravity(),))
 TIMES = np.linspace(0, 1, 11)
 
@@ -45,6 +46,7 @@ def test_taylor_is_right_to_rounding(formulation, precision, truth):
         assert error_of(run, truth) < 1e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formulation", EQUATIONS)
 @pytest.mark.parametrize("method", FIXED_STEP)
 def test_fixed_step_methods_have_their_order(method, formulation, truth):
@@ -67,6 +69,7 @@ def test_scipys_methods_reach_the_same_trajectory(method, formulation, truth):
     assert error_of(run, truth) < 2e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_meets_what_is_asked(method, truth):
     accuracy = 1e-3 if method == "semi-implicit-euler" else 1e-6
@@ -76,6 +79,7 @@ def test_every_method_meets_what_is_asked(method, truth):
     assert error_of(trajectory, truth) <= accuracy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formulation", EQUATIONS)
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-9, 1e-12])
 def test_the_natural_start_is_right_at_every_accuracy(formulation, accuracy):
@@ -115,6 +119,7 @@ def test_asked_accuracy_is_honoured(case, random):
         assert trajectory.error <= accuracy
 
 
+@pytest.mark.slow
 def test_what_cannot_be_met_is_said():
     trajectory = simulate(FALL, accuracy=1e-17)
     assert trajectory.precision == "quadruple"
@@ -123,6 +128,7 @@ def test_what_cannot_be_met_is_said():
     assert "holds until 0 s" in trajectory.notes[0]
 
 
+@pytest.mark.slow
 def test_coarse_methods_say_how_far_they_hold():
     trajectory = simulate(replace(FALL, duration=1.0), accuracy=1e-9, method="semi-implicit-euler")
     assert 0 <= trajectory.holds_until < 1.0
@@ -165,7 +171,7 @@ def test_what_is_not_named_is_not_compiled():
     assert again.operations == plain
 
 
-class Wind:
+class Wind(Effect):
     """An effect of a user's own: a constant force on D."""
 
     def loads(self, chain, q, u, t=0.0):
@@ -184,11 +190,12 @@ def test_an_effect_of_ones_own_acts():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"accuracy": 0.0}, "accuracy is 0.0"),
-        ({"accuracy": math.nan}, "accuracy is nan"),
-        ({"method": "euler"}, "method is 'euler'; allowed are taylor"),
-        ({"formulation": "newton"}, "formulation is 'newton'; allowed are momenta"),
-        ({"samples": 1}, "samples is 1"),
+        ({"accuracy": 0.0}, "accuracy must be positive and finite; got 0.0"),
+        ({"accuracy": math.nan}, "accuracy must be positive and finite; got nan"),
+        ({"method": "euler"}, "method must be one of taylor"),
+        ({"method": "DOP85"}, r"got 'DOP85' \(did you mean 'DOP853'\?\)"),
+        ({"formulation": "newton"}, "formulation must be one of momenta"),
+        ({"samples": 1}, "samples must be 2 or more; got 1"),
     ],
 )
 def test_bad_wishes_are_refused(options, words):
@@ -198,7 +205,7 @@ def test_bad_wishes_are_refused(options, words):
 
 @pytest.mark.parametrize("times", [[-0.1], [1.1], [math.nan]])
 def test_times_outside_the_run_are_refused(times):
-    with pytest.raises(SimulationError, match="allowed is 0 to 1 s"):
+    with pytest.raises(SimulationError, match="times must be 0 to 1 s; got"):
         simulate(SHORT).at(times)
 
 

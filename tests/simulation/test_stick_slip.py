@@ -9,13 +9,13 @@ import pytest
 from tests.verification.chains import GENERAL
 from twolink.chain import Chain
 from twolink.coordinates import JointConvention
+from twolink.data import data_path
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_torque import JointTorque
-from twolink.engines.pinocchio import Pinocchio
+from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.errors import ParameterError, SimulationError
 from twolink.scene import Scene
-from twolink.shipped import shipped
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.run import hybrid_run
 from twolink.urdf import parse_planar_urdf
@@ -29,7 +29,7 @@ def directions(event):
     return tuple(state.direction for state in event.mode.states)
 
 
-STICK_SLIP = Scene.load(shipped("scenes") / "stick_slip.toml")
+STICK_SLIP = Scene.load(data_path("scenes") / "stick_slip.toml")
 
 
 def scene(friction, *effects, chain=BALANCED, q=(0.0, 0.0), u=(0.0, 0.0), duration=5.0):
@@ -133,6 +133,7 @@ def test_pinocchio_finds_the_laws_of_friction_along_the_trajectory():
                 assert torques[joint, number] == pytest.approx(expected, abs=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-10, 1e-14])
 def test_accuracy_is_honoured_across_events(accuracy):
     trajectory = simulate(STICK_SLIP, accuracy=accuracy, samples=101)
@@ -154,6 +155,7 @@ def test_dense_output_reaches_over_events():
     assert np.abs(u - exact.u.astype(float)).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_a_general_chain_comes_to_rest(random):
     for _ in range(3):
         q, u = random.uniform(-3, 3, (2, 2)).tolist()
@@ -171,7 +173,7 @@ def test_a_general_chain_comes_to_rest(random):
 
 
 def test_what_cannot_find_events_is_refused():
-    with pytest.raises(SimulationError, match="method is 'DOP853' and the scene has dry friction"):
+    with pytest.raises(SimulationError, match=r"method must be taylor.*; got 'DOP853'"):
         simulate(STICK_SLIP, method="DOP853")
 
 
@@ -192,10 +194,10 @@ def test_two_frictions_are_refused():
 @pytest.mark.parametrize(
     ("kinetic", "static", "words"),
     [
-        ((-1.0, 0.0), None, "joint friction at A is -1.0; allowed is zero or a positive"),
-        ((1.0, math.nan), None, "joint friction at B is nan"),
-        ((1.0, 1.0), (0.5, 1.0), "static joint friction at A is 0.5; allowed is the kinetic 1.0"),
-        ((1.0, 1.0), (1.0, math.inf), "static joint friction at B is inf"),
+        ((-1.0, 0.0), None, "joint friction at A must be zero or .*; got -1.0"),
+        ((1.0, math.nan), None, "joint friction at B must be zero .*; got nan"),
+        ((1.0, 1.0), (0.5, 1.0), "static joint friction at A must be .* 1.0 N m; got 0.5"),
+        ((1.0, 1.0), (1.0, math.inf), "static joint friction at B must be finite .*; got inf"),
     ],
 )
 def test_bad_friction_is_refused(kinetic, static, words):

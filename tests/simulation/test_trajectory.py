@@ -16,7 +16,8 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
-from twolink.errors import SimulationError
+from twolink.effects.pd_control import PdControl
+from twolink.errors import SimulationError, TooMuchError
 from twolink.kinematics import velocity
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -96,9 +97,9 @@ def test_works_of_two_effects_of_one_kind_are_kept_apart():
 
 def test_methods_without_polynomials_have_samples_alone():
     trajectory = simulate(SCENE, accuracy=1e-3, method="rk4")
-    with pytest.raises(SimulationError, match="known at its samples alone"):
+    with pytest.raises(SimulationError, match="known only at its samples"):
         trajectory.at(0.5)
-    with pytest.raises(SimulationError, match="known at its samples alone"):
+    with pytest.raises(SimulationError, match="known only at its samples"):
         trajectory.work()
 
 
@@ -119,3 +120,27 @@ def test_each_effect_has_a_cost():
     for step in cost.without.values():
         assert 0 < step.operations < cost.whole.operations
         assert step.seconds > 0
+
+
+@pytest.mark.parametrize("samples", [2, 11, 501])
+@pytest.mark.parametrize(
+    "effects",
+    [
+        (Gravity(), JointDamping((0.05, 0.05))),
+        (Gravity(), PdControl((0.5, 0.5), (1e4, 1e4), (1.0, 1.0))),
+    ],
+    ids=["fast", "stiff"],
+)
+def test_work_does_not_depend_on_the_spacing_of_samples(effects, samples):
+    """Between two of them the chain may turn a hundred times."""
+    scene = Scene(Chain.uniform_bars(), (0.0, 0.0), (60.0, -90.0), 2.0, effects)
+    trajectory = simulate(scene, samples=samples)
+    given, T = sum(trajectory.work().values()), trajectory.kinetic_energy
+    assert abs(given - (T - T[0])).max() <= 2e-12 * T.max()
+
+
+def test_work_of_a_run_of_too_many_steps_is_refused(monkeypatch):
+    monkeypatch.setattr("twolink.simulation.trajectory._BYTES_OF_A_NODE", 1e9)
+    scene = Scene(Chain.uniform_bars(), (0.0, 0.0), (0.0, 0.0), 1.0, (Gravity(),))
+    with pytest.raises(TooMuchError, match=r"the work would take about .* of memory; the limit is"):
+        simulate(scene, samples=2).work()

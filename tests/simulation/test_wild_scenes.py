@@ -82,6 +82,7 @@ def test_friction_of_a_joint_never_has_positive_power():
     assert np.diff(trajectory(name).work()["JointFriction"]).max() <= 1e-12
 
 
+@pytest.mark.slow
 def test_after_the_last_bounce_a_contact_slides_as_its_mode_says():
     name = "friction_drives_after_zeno"
     assert_is_right(name, "direction", "friction drives", "Coulomb's law", "rest", "energy", "work")
@@ -113,6 +114,7 @@ def test_saturated_friction_opposes_the_speed_that_there_is():
     assert_is_right(name, "equations of motion", "work")
 
 
+@pytest.mark.slow
 def test_every_contact_of_an_accumulation_point_is_found():
     """Where a stop and a floor bounce to rest together, neither is passed."""
     name = "missed_impact"
@@ -125,6 +127,7 @@ def test_every_contact_of_an_accumulation_point_is_found():
         assert abs(gap(name, element)[-1]) <= trajectory(name).accuracy
 
 
+@pytest.mark.slow
 def test_two_points_of_a_link_come_to_rest_on_one_floor():
     name = "two_points_come_to_rest"
     assert_is_right(name, "penetration", "impulse", "restitution", "jump", "rest", "work")
@@ -146,6 +149,7 @@ def test_two_points_rest_on_a_surface_under_joint_friction():
         assert abs(gap(name, element)[-1]) <= trajectory(name).accuracy
 
 
+@pytest.mark.slow
 def test_two_compliant_surfaces_and_a_rubbing_end_are_followed_to_the_end():
     name = "two_cushions_and_end_force"
     assert_is_right(name, "compliant law", "passed through a cushion", "pull", "Coulomb's law")
@@ -168,6 +172,7 @@ def test_a_jammed_contact_is_resolved_by_an_impact_or_explained():
     assert run.events[-1].mode["D on surface"].name in RESTING
 
 
+@pytest.mark.slow
 def test_a_slide_that_jams_violates_no_law_of_contact():
     name = "jammed_on_arrival"
     assert trajectory(name).met
@@ -190,6 +195,7 @@ def test_an_elbow_that_bounces_to_rest_under_control_meets_its_accuracy():
     assert run.holds_until == run.scene.duration == 3.0
 
 
+@pytest.mark.slow
 def test_the_reported_error_is_not_below_the_true_one():
     scene = load("error_underestimated")
     coarse = simulate(scene, accuracy=1e-6)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from tests.urdf.robots import PLAIN, Messy, edited, messy_robots, without
 from tests.urdf.test_reading import ELBOW_AXIS, ELBOW_ORIGIN, names, refusal
 from twolink import ParameterError
-from twolink.shipped import shipped
+from twolink.data import data_path
 from twolink.urdf import PlanarUrdf, parse_planar_urdf, read_planar_urdf
 
 SHOULDER_AXIS = '<axis xyz="0 1 0"/>'
@@ -36,7 +36,7 @@ def only(sentences: tuple[str, ...], *words: str) -> None:
 
 
 def test_the_shipped_chain_is_exact():
-    urdf = read_planar_urdf(shipped("twolink.urdf"))
+    urdf = read_planar_urdf(data_path("twolink.urdf"))
     assert [(k.mass, k.length, k.centre, k.inertia) for k in urdf.links] == [
         (1.0, 1.0, (0.5, 0.0), 1 / 12)
     ] * 2
@@ -46,7 +46,7 @@ def test_the_shipped_chain_is_exact():
     assert urdf.axes == ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
     assert urdf.gravity == 9.81
     assert (urdf.tip, urdf.tip_position) == ("D", (1.0, 0.0, 0.0))
-    assert urdf.assumptions == ()
+    assert urdf.notes == ()
 
 
 def test_the_plain_robot():
@@ -56,7 +56,7 @@ def test_the_plain_robot():
     assert (upper.mass, upper.length, upper.centre, upper.inertia) == (2.0, 1.0, (0.4, 0.1), 0.3)
     assert (lower.mass, lower.length, lower.centre, lower.inertia) == (1.5, 0.6, (0.25, 0.0), 0.2)
     assert urdf.joint_names == ("shoulder", "elbow")
-    assert urdf.assumptions == ()
+    assert urdf.notes == ()
 
 
 def test_joints_are_ordered_from_the_base_not_as_written():
@@ -131,7 +131,7 @@ def test_offsets_of_a_chain_that_hangs_at_zero():
     assert urdf.origin == (1.0, 2.0, 3.0)
     assert urdf.links[0].centre == pytest.approx((0.4, 0.1), abs=1e-15)
     assert urdf.links[1].length == pytest.approx(0.6, abs=1e-15)
-    assert urdf.assumptions == parse_planar_urdf(PLAIN).assumptions
+    assert urdf.notes == parse_planar_urdf(PLAIN).notes
 
 
 @pytest.mark.parametrize("turn", range(8))
@@ -207,25 +207,25 @@ class TestTip:
         urdf = parse_planar_urdf(edited(self.TWO), tip="aside")
         assert (urdf.tip, urdf.tip_position) == ("aside", (0.6, 7.0, 0.0))
         assert urdf.links[1].length == 0.6
-        assert urdf.assumptions == ()
+        assert urdf.notes == ()
 
     def test_the_frame_d(self):
         text = edited(self.TWO).replace('"tool"', '"D"')
         urdf = parse_planar_urdf(text)
-        assert (urdf.tip, urdf.links[1].length, urdf.assumptions) == ("D", 0.6, ())
+        assert (urdf.tip, urdf.links[1].length, urdf.notes) == ("D", 0.6, ())
 
     def test_the_farthest_frame_in_the_plane(self):
         urdf = parse_planar_urdf(edited(self.TWO))
         assert urdf.tip == "far"
         assert urdf.links[1].length == pytest.approx(math.hypot(0.9, 0.5))
         assert urdf.joints.offset[1] == pytest.approx(math.atan2(0.5, 0.9))
-        only(urdf.assumptions, "'far'")
+        only(urdf.notes, "'far'")
 
     def test_twice_the_mass_centre(self):
         urdf = parse_planar_urdf(edited(*self.NONE))
         assert (urdf.tip, urdf.tip_position) == (None, (0.5, 0.0, 0.0))
         assert urdf.links[1].length == 0.5
-        only(urdf.assumptions, "'lower'", "twice")
+        only(urdf.notes, "'lower'", "twice")
 
     @pytest.mark.parametrize("yaw", [0.0, 0.1, 0.3, 0.5, 0.7, 1.1, 1.3])
     def test_a_frame_on_the_axis_is_no_tip(self, yaw):
@@ -250,14 +250,14 @@ class TestTip:
         assert (urdf.tip, urdf.links[1].length) == (None, 0.0)
         assert urdf.links[1].centre == (0.0, 0.0)
         assert urdf.joints.offset[1] == pytest.approx(0.0, abs=1e-15)
-        assert any(f"{axis}-axis" in sentence for sentence in urdf.assumptions)
+        assert any(f"{axis}-axis" in sentence for sentence in urdf.notes)
 
     def test_d_at_the_elbow(self):
         text = edited((TOOL_ORIGIN, "")).replace('"tool"', '"D"')
         urdf = parse_planar_urdf(text)
         assert (urdf.tip, urdf.links[1].length) == ("D", 0.0)
         assert urdf.links[1].centre == (0.25, 0.0)
-        only(urdf.assumptions, "x-axis")
+        only(urdf.notes, "x-axis")
 
     def test_no_such_frame(self):
         names(refusal(PLAIN, tip="hand"), "'hand'", "'lower'", "'tool'")
@@ -284,41 +284,57 @@ class TestGravity:
 
     def test_normal_to_the_plane(self):
         text = edited(*about("0 0 1"), (ELBOW_ORIGIN, '<origin xyz="0.6 0.8 0"/>'))
-        names(refusal(text), "gravity", "'shoulder'")
-        urdf = parse_planar_urdf(text, oblique_gravity=True, tip="tool")
+        urdf = parse_planar_urdf(text, tip="tool")
         assert urdf.gravity == 0.0
         assert urdf.axes[0] == pytest.approx((0.6, 0.8, 0.0))
         assert urdf.axes[2] == (0.0, 0.0, 1.0)
         assert urdf.joints.sign == (1, 1)
         assert urdf.joints.offset[0] == pytest.approx(0.0, abs=1e-15)
-        only(urdf.assumptions, "normal")
+        only(urdf.notes, "normal", "joints bear it")
+        assert urdf.gravity_note == urdf.notes[0]
 
     @pytest.mark.parametrize("roll", ["1.5707963267948966", "1.5708"])
     def test_normal_but_for_typing(self, roll):
         text = edited((SHOULDER_ORIGIN, f'<origin rpy="{roll} 0 0"/>'))
-        urdf = parse_planar_urdf(text, oblique_gravity=True, tip="tool")
+        urdf = parse_planar_urdf(text, tip="tool")
         assert (urdf.gravity, urdf.axes[0]) == (0.0, (1.0, 0.0, 0.0))
-        only(urdf.assumptions, "normal")
+        only(urdf.notes, "normal")
 
     @pytest.mark.parametrize("lean", [1.1e-5, 1e-4, 0.3, 1.3])
     def test_the_frame_is_orthonormal_however_oblique_gravity_is(self, lean):
         text = edited((SHOULDER_ORIGIN, f'<origin rpy="{math.pi / 2 - lean!r} 0 0.4"/>'))
-        axes = np.array(parse_planar_urdf(text, oblique_gravity=True).axes)
+        axes = np.array(parse_planar_urdf(text).axes)
         np.testing.assert_allclose(axes @ axes.T, np.eye(3), rtol=0, atol=1e-15)
         assert np.linalg.det(axes) == pytest.approx(1.0, abs=1e-15)
 
     def test_oblique(self):
         lean = 0.3
         text = edited((SHOULDER_ORIGIN, f'<origin rpy="{lean} 0 0"/>'))
-        names(refusal(text), "gravity", "0.3 rad", "'shoulder'", "oblique_gravity")
-        urdf = parse_planar_urdf(text, oblique_gravity=True, tip="tool")
+        urdf = parse_planar_urdf(text, tip="tool")
         assert urdf.gravity == pytest.approx(9.81 * math.cos(lean), rel=1e-15)
         assert urdf.axes[1] == pytest.approx((0.0, math.sin(lean), -math.cos(lean)), abs=1e-15)
-        only(urdf.assumptions, "0.3 rad", f"{urdf.gravity:.5g}")
+        only(urdf.notes, "0.3 rad", f"{urdf.gravity:.5g}", "the joints bear the rest")
+        assert urdf.gravity_note == urdf.notes[0]
+
+    @pytest.mark.parametrize("roll", [0.0, 0.3, 1.2, math.pi / 2])
+    def test_the_joints_bear_the_rest(self, roll):
+        """With gravity in full, Pinocchio finds the same torques as with its part in the plane."""
+        urdf = parse_planar_urdf(edited((SHOULDER_ORIGIN, f'<origin rpy="{roll!r} 0 0"/>')))
+        model, data, q = pinocchio_of(urdf, (0.3, -0.8))
+        model.gravity.linear = np.array([0.0, 0.0, -9.81])
+        in_full = pin.computeGeneralizedGravity(model, data, q)
+        model.gravity.linear = urdf.gravity * np.array(urdf.axes[1])
+        np.testing.assert_allclose(
+            in_full, pin.computeGeneralizedGravity(model, data, q), rtol=0, atol=1e-13
+        )
+
+    def test_gravity_in_the_plane_but_for_rounding_keeps_its_size(self):
+        urdf = parse_planar_urdf(edited((SHOULDER_ORIGIN, '<origin rpy="1e-13 0 0"/>')))
+        assert (urdf.gravity, urdf.gravity_note) == (9.81, "")
 
     def test_nearly_in_the_plane(self):
         text = edited((SHOULDER_ORIGIN, '<origin rpy="1e-6 0 0"/>'))
-        only(parse_planar_urdf(text, tip="tool").assumptions, "1e-06 rad")
+        only(parse_planar_urdf(text, tip="tool").notes, "1e-06 rad")
 
     @pytest.mark.parametrize("gravity", [(0, 0, math.nan), (0, math.inf, 0), (1.0, 2.0)])
     def test_not_a_vector(self, gravity):
@@ -345,7 +361,7 @@ def test_axes_that_are_parallel_but_for_typing(roll, accepted, told):
     if not accepted:
         names(refusal(text), "'shoulder'", "'elbow'", "parallel")
         return
-    sentences = parse_planar_urdf(text, tip="tool").assumptions
+    sentences = parse_planar_urdf(text, tip="tool").notes
     assert len(sentences) == told
     if told:
         only(sentences, "'shoulder'", "'elbow'", "rad")
@@ -355,14 +371,14 @@ def test_axes_that_are_parallel_but_for_typing(roll, accepted, told):
     ("edits", "words"),
     [
         pytest.param(
-            [('type="continuous"', 'type="fixed"')], ["0 joints", "two"], id="nothing moves"
+            [('type="continuous"', 'type="fixed"')], ["got 0", "two joints"], id="nothing moves"
         ),
         pytest.param(
             [('name="elbow" type="continuous"', 'name="elbow" type="fixed"')],
-            ["1 joint", "'shoulder'"],
+            ["got 1", "'shoulder'"],
             id="one joint",
         ),
-        pytest.param([('type="fixed"', 'type="continuous"')], ["3 joints", "'mount'"], id="three"),
+        pytest.param([('type="fixed"', 'type="continuous"')], ["got 3", "'mount'"], id="three"),
         pytest.param([('parent link="upper"', 'parent link="base"')], ["'elbow'"], id="branches"),
         pytest.param(
             [(ELBOW_AXIS, ELBOW_AXIS + '<mimic joint="shoulder"/>')],
@@ -378,10 +394,8 @@ def test_axes_that_are_parallel_but_for_typing(roll, accepted, told):
             for kind in ("prismatic", "floating", "planar")
         ),
         pytest.param([(ELBOW_AXIS, '<axis xyz="1 0 0"/>')], ["'elbow'", "parallel"], id="crossed"),
-        pytest.param([('xyz="1 0 0"', 'xyz="0 3 0"')], ["'elbow'", "distance"], id="no length"),
-        pytest.param(
-            [('xyz="1 0 0"', 'xyz="0 0 0"')], ["'elbow'", "distance"], id="no length at all"
-        ),
+        pytest.param([('xyz="1 0 0"', 'xyz="0 3 0"')], ["'elbow'", "apart"], id="no length"),
+        pytest.param([('xyz="1 0 0"', 'xyz="0 0 0"')], ["'elbow'", "apart"], id="no length at all"),
         pytest.param([('value="2.0"', 'value="0"')], ["'upper'", "mass"], id="massless upper"),
         pytest.param(
             [without('<inertial>\n      <origin xyz="0.25', "</inertial>")],
@@ -434,9 +448,9 @@ def test_no_inertia_about_a_is_no_harm_if_link_2_has_inertia():
 def test_damping_and_friction_are_told(dynamics):
     text = edited((ELBOW_AXIS, ELBOW_AXIS + dynamics))
     urdf = parse_planar_urdf(text, tip="tool")
-    only(urdf.assumptions, "'elbow'", "damping", "friction", "leaves")
+    only(urdf.left_out, "'elbow'", "damping", "friction", "leaves")
     still = edited((ELBOW_AXIS, ELBOW_AXIS + '<dynamics damping="0" friction="0"/>'))
-    assert parse_planar_urdf(still, tip="tool").assumptions == ()
+    assert parse_planar_urdf(still, tip="tool").left_out == ()
 
 
 # Agreement with Pinocchio and yourdfpy, on robots as awkward as URDF allows.
@@ -498,7 +512,7 @@ def read(robot: Messy) -> PlanarUrdf:
 @given(robot=messy_robots())
 def test_mass_matrix_and_gravity_agree_with_pinocchio(robot):
     urdf = read(robot)
-    assert urdf.assumptions == ()
+    assert urdf.notes == ()
     model, data, q = pinocchio_of(urdf, robot.angles)
     theirs, ours = pin.crba(model, data, q), closed_form(urdf, robot.angles)
     # Sizes of a few metres, and a link's own inertia, make up M; rounding is relative to them.

@@ -11,8 +11,13 @@ from hypothesis import strategies as st
 
 from tests.strategies import decades
 from twolink import ParameterError
-from twolink.shipped import shipped
-from twolink.urdf import LinkParameters, parse_planar_urdf, write_planar_urdf
+from twolink.data import data_path
+from twolink.urdf import (
+    JointProperties,
+    LinkParameters,
+    parse_planar_urdf,
+    write_planar_urdf,
+)
 
 BAR = LinkParameters(mass=1.0, length=1.0, centre=(0.5, 0.0), inertia=1 / 12)
 
@@ -32,7 +37,7 @@ def test_round_trip_to_the_last_bit(first, second):
     read = parse_planar_urdf(write_planar_urdf((first, second)))
     assert read.links == (first, second)
     assert (read.joints.sign, read.joints.offset) == ((1, 1), (0.0, 0.0))
-    assert read.assumptions == ()
+    assert read.notes == ()
 
 
 @given(first=links, second=links, length=st.just(0.0), centre=st.tuples(signed, signed))
@@ -58,7 +63,7 @@ def test_integers_and_numpy_numbers_are_written_as_numbers():
 
 
 def test_the_shipped_file_is_what_is_written():
-    assert shipped("twolink.urdf").read_text(encoding="utf-8") == write_planar_urdf((BAR, BAR))
+    assert data_path("twolink.urdf").read_text(encoding="utf-8") == write_planar_urdf((BAR, BAR))
 
 
 def test_every_inertia_is_physically_possible():
@@ -128,3 +133,31 @@ def test_points_have_frames():
         # World z is up, the source's y is down.
         np.testing.assert_allclose((x, -z), place, atol=1e-15)
         assert y == 0
+
+
+JOINTS = (JointProperties(0.1, 0.2, (-1.0, 0.5)), JointProperties(damping=1 / 3))
+
+
+def test_properties_of_joints_read_back():
+    text = write_planar_urdf((BAR, BAR), joints=JOINTS)
+    read = parse_planar_urdf(text)
+    assert read.links == (BAR, BAR)
+    assert (read.damping, read.friction) == ((0.1, 1 / 3), (0.2, 0.0))
+    assert read.limits == ((-1.0, 0.5), None)
+    model = pin.buildModelFromXML(text)
+    assert model.nqs.tolist() == [0, 1, 2]
+    assert model.lowerPositionLimit[0] == -1.0
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"damping": -1.0}, "damping must be zero or a positive number; got -1.0"),
+        ({"friction": math.nan}, "friction must be"),
+        ({"limits": (1.0, 1.0)}, "limits must be a lower angle below"),
+        ({"limits": (0.0, math.inf)}, "limits must be"),
+    ],
+)
+def test_properties_that_no_joint_has(wrong, words):
+    with pytest.raises(ParameterError, match=words):
+        JointProperties(**wrong)

@@ -1,4 +1,4 @@
-"""The differences at all states: their largest is the verdict's, their place the verdict's."""
+"""The differences at all states are consistent with the verdict."""
 
 from types import SimpleNamespace
 
@@ -7,16 +7,16 @@ import pytest
 
 from tests.conftest import SEED
 from twolink import kane
-from twolink.engines.pinocchio import Pinocchio
+from twolink.data import data_path
+from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.errors import ParameterError
-from twolink.shipped import shipped
 from twolink.urdf import read_planar_urdf
 from twolink.verification import verify
 from twolink.verification.differences import differences
 from twolink.verification.jointspace import Formulation
 from twolink.verification.states import random_states
 
-SHIPPED = read_planar_urdf(shipped("twolink.urdf"))
+SHIPPED = read_planar_urdf(data_path("twolink.urdf"))
 
 
 def test_the_largest_is_that_of_the_verdict():
@@ -49,5 +49,5 @@ def test_a_wrong_formula_is_beyond_the_tolerance_nearly_everywhere():
 
 
 def test_less_than_one_state_is_refused():
-    with pytest.raises(ParameterError, match="states is 0"):
+    with pytest.raises(ParameterError, match=r"states must be .*; got 0"):
         differences(SHIPPED, states=0, engine=Pinocchio(SHIPPED))

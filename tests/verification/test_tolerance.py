@@ -1,4 +1,4 @@
-"""The tolerance: what it is made of, and that it is neither vacuous nor unfair."""
+"""The tolerance: its parts, and that it is neither too large nor too small."""
 
 import math
 

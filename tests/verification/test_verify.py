@@ -4,17 +4,18 @@ from hypothesis import given, settings
 
 from tests.conftest import SEED
 from tests.strategies import chains
+from tests.verification.chains import GENERAL
 from twolink.chain import Chain
-from twolink.engines.pinocchio import Pinocchio
-from twolink.errors import ParameterError
-from twolink.shipped import shipped
+from twolink.data import data_path
+from twolink.engines.pinocchio_engine import Pinocchio
+from twolink.errors import ParameterError, UrdfError
 from twolink.urdf import parse_planar_urdf, read_planar_urdf
 from twolink.verification import verify
 from twolink.verification.jointspace import FORMULATIONS
 from twolink.verification.quantities import DYNAMICS, MOTION
 from twolink.verification.states import random_states
 
-SHIPPED = read_planar_urdf(shipped("twolink.urdf"))
+SHIPPED = read_planar_urdf(data_path("twolink.urdf"))
 
 
 def test_the_shipped_urdf_agrees_on_ten_thousand_states():
@@ -26,6 +27,7 @@ def test_the_shipped_urdf_agrees_on_ten_thousand_states():
     assert shares[-1] == pytest.approx(1)
 
 
+@pytest.mark.slow
 @given(chain=chains())
 @settings(max_examples=25)
 def test_random_chains_agree_through_a_urdf(chain):
@@ -47,6 +49,7 @@ def test_random_chains_agree_on_ten_thousand_states(random):
         assert verdict.passed, verdict.sentence
 
 
+@pytest.mark.slow
 def test_an_ill_conditioned_chain_drawn_bent_and_turning_backwards():
     """Its condition is that of the elbow angle, not of the URDF's joint angle."""
     text = Chain((1e-5, 1.0), (1.0, 1.0), ((1.0, 0.0), (1.0, 0.0)), (0.0, 0.0)).to_urdf()
@@ -109,7 +112,7 @@ def test_the_same_seed_gives_the_same_verdict():
 
 @pytest.mark.parametrize("states", [0, -5])
 def test_no_states_are_refused(states):
-    with pytest.raises(ParameterError, match="states is"):
+    with pytest.raises(ParameterError, match="states must be a whole number of 1 or more; got"):
         verify(SHIPPED, states=states)
 
 
@@ -119,3 +122,16 @@ def test_states_are_general():
         assert field.shape == (2, 10_000)
         assert np.all(field != 0)
         assert np.all(field[0] != field[1])
+
+
+def test_the_shipped_urdf_is_the_default_and_a_path_will_do(tmp_path):
+    by_default = verify(states=50, seed=SEED)
+    assert by_default.comparisons == verify(SHIPPED, states=50, seed=SEED).comparisons
+    file = tmp_path / "arm.urdf"
+    GENERAL.to_urdf(file)
+    for path in (file, str(file)):
+        verdict = verify(path, states=50, seed=SEED)
+        assert verdict.passed
+        assert verdict.urdf == str(file)
+    with pytest.raises(UrdfError, match="there is no file of this name"):
+        verify(tmp_path / "nowhere.urdf")

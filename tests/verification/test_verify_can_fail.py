@@ -14,10 +14,10 @@ from tests.mutants import Mutant, mutants
 from tests.verification.chains import GENERAL
 from twolink import kane, kinematics, lagrange
 from twolink.chain import Rotor
-from twolink.engines.pinocchio import Pinocchio
+from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.urdf import parse_planar_urdf
 from twolink.verification import verify
-from twolink.verification.jointspace import Formulation, Machine, PointMotion
+from twolink.verification.jointspace import Formulation, PlanarModel, PointMotion
 
 STATES = 5
 
@@ -114,17 +114,17 @@ def test_every_break_of_lagrange_is_seen(urdf, engine):
 
 @pytest.mark.slow
 def test_every_break_of_the_kinematics_is_seen(urdf, engine):
-    machine = Machine(GENERAL, urdf.joints, urdf.gravity)
+    model = PlanarModel(GENERAL, urdf.joints, urdf.gravity)
 
     def judge(mutant: Mutant) -> bool:
-        motion = PointMotion(machine, mutant.module)
+        motion = PointMotion(model, mutant.module)
         return verify(urdf, states=STATES, formulations={}, engine=engine, motion=motion).passed
 
     assert survivors(mutants(kinematics, skip), judge) == []
 
 
 def printed_slip(chain, q, u):
-    """The source's T2, with ω1 where ω2 is meant."""
+    """T2 as printed in the textbook, with ω1 where ω2 is meant."""
     T1, T2 = lagrange.kinetic_energies(chain, q, u)
     return T1 + T2 + chain.I_C2 * (u[0] * u[0] - u[1] * u[1]) / 2
 

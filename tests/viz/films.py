@@ -1,4 +1,4 @@
-"""Films for tests, each simulated once; and the browser that tests need, or none."""
+"""Films for tests, each simulated once, and the browser of the tests, if any."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
+from twolink.data import data_path
 from twolink.scene import Scene
-from twolink.shipped import shipped
 from twolink.simulation import Trajectory, simulate
 from viz.browser import find_browser
 from viz.film import Film
@@ -22,7 +22,7 @@ REQUIRED = "TWOLINK_REQUIRE_BROWSER"
 
 
 def scene_named(name: str, duration: float | None = None) -> Scene:
-    scene = Scene.load(shipped("scenes") / f"{name}.toml")
+    scene = Scene.load(data_path("scenes") / f"{name}.toml")
     return scene if duration is None else replace(scene, duration=duration)
 
 

@@ -1,4 +1,4 @@
-"""Browsers that are missing, hang, or die: each is ended, and leaves nothing."""
+"""Missing, hanging and crashing browsers: each is ended, without leftover files."""
 
 import os
 import signal
@@ -56,7 +56,7 @@ def gone(word):
     return True
 
 
-def test_no_browser_is_said_with_what_to_install(scratch, monkeypatch):
+def test_a_missing_browser_is_reported_with_the_package(scratch, monkeypatch):
     monkeypatch.setenv(BROWSER, "/nowhere/chromium")
     assert find_browser() is None
     with (
@@ -69,7 +69,7 @@ def test_no_browser_is_said_with_what_to_install(scratch, monkeypatch):
     assert find_browser() is None
 
 
-def test_a_browser_that_says_nothing_is_ended_with_its_children(scratch, monkeypatch):
+def test_a_silent_browser_is_ended_with_its_children(scratch, monkeypatch):
     pretender(scratch, "sleep 1000 & sleep 1000", monkeypatch)
     start = time.monotonic()
     with pytest.raises(BrowserError, match=r"no sign for 0\.5 s"), Browser(patience=0.5):
@@ -135,7 +135,7 @@ def test_a_real_browser_that_dies_or_hangs_is_cleared_away(scratch, number, word
 
 
 @pytest.mark.slow
-def test_errors_of_a_page_are_told(scratch):
+def test_errors_of_a_page_are_reported(scratch):
     need_browser()
     with Browser() as browser:
         page = browser.page(640, 480)

@@ -59,7 +59,7 @@ def test_a_film_can_begin_before_all_of_it_is_there(tmp_path):
         ({"lasting": Fraction(1, 5)}, "lasts"),
     ],
 )
-def test_what_is_not_as_asked_is_an_error(change, words):
+def test_a_film_that_differs_from_the_request_is_an_error(change, words):
     good = {
         "width": 64, "height": 48, "times": tuple(Fraction(k, 25) for k in range(COUNT)),
         "lasting": Fraction(1, 25), "pictures": ("x",) * COUNT,
@@ -69,7 +69,7 @@ def test_what_is_not_as_asked_is_an_error(change, words):
         check_decoded(Decoded(**{**good, **change}), ".mp4", (64, 48), 25.0, COUNT)
 
 
-def test_what_no_decoder_reads_is_an_error(tmp_path):
+def test_an_undecodable_film_is_an_error(tmp_path):
     (tmp_path / "film.mp4").write_bytes(b"no film")
     with pytest.raises(BrowserError, match="cannot be decoded"):
         decoded(tmp_path / "film.mp4")
@@ -92,5 +92,5 @@ def test_a_gif_counts_in_hundredths(fps):
 
 @pytest.mark.parametrize("suffix", [".mp4", ".webm"])
 def test_odd_sizes_are_refused(suffix):
-    with pytest.raises(PictureError, match="641x480; allowed are even"):
+    with pytest.raises(PictureError, match="must be even numbers of pixels"):
         check_film(suffix, 641, 480, 30.0)

@@ -21,7 +21,7 @@ def matrix(found, path):
 
 
 def corners(found, path):
-    """The corners of what is at a path, in the source's plane."""
+    """The corners of what is at a path, in the plane of motion."""
     geometry = found[path, "set_object", ""]["object"]["geometries"][0]
     points = geometry["data"]["attributes"]["position"]["array"].reshape(-1, 3)
     assert (points[:, 1] == 0).all()
@@ -29,7 +29,7 @@ def corners(found, path):
 
 
 def in_plane(pose, along):
-    """Where a point along a link's own x-axis is, in the source's plane."""
+    """Where a point along a link's own x-axis is, in the plane of motion."""
     x, y, z, _ = pose @ [along, 0, 0, 1]
     assert y == 0
     return np.array([x, -z])
@@ -52,7 +52,7 @@ def test_links_are_where_the_kinematics_puts_them_at_exact_times(fps, speed):
         assert in_plane(first, float(chain.L1)) == pytest.approx(B, abs=1e-13)
         assert in_plane(second, 0) == pytest.approx(B, abs=1e-13)
         assert in_plane(second, float(chain.L2)) == pytest.approx(D, abs=1e-13)
-        # Rotations about meshcat's y, which is the source's z.
+        # Rotations about meshcat's y, which is the chain's z.
         assert np.linalg.det(first[:3, :3]) == pytest.approx(1)
 
 
@@ -101,7 +101,7 @@ def test_the_trail_touches_the_floor_where_the_end_did():
     assert ((points[:half] + points[half:]) / 2)[:, 1].max() == pytest.approx(1.2, abs=2e-4)
 
 
-def test_a_frame_is_whole_whatever_was_shown_before():
+def test_a_frame_does_not_depend_on_previous_frames():
     """Each names the same paths, so nothing of another frame can remain."""
     film = film_of("bounce_to_rest", 2.0)
     shown = [{path.removesuffix("/<object>") for path, _, _ in commands(film.frame(k).commands)}
@@ -205,7 +205,7 @@ def test_a_contact_of_an_instant_is_marked_a_little_longer():
     assert not any(label[5] == "contact" for label in film.at(left - 0.1).words["labels"])
 
 
-def test_joint_friction_is_told_of_at_the_joints():
+def test_joint_friction_is_shown_at_the_joints():
     labels = film_of("stick_slip", 2.0).frame(20).words["labels"]
     assert {label[0] for label in labels if label[5] == "contact"} <= {"slips", "sticks"}
     assert sum(label[5] == "contact" for label in labels) == 2
@@ -275,8 +275,8 @@ def test_themes_differ_in_every_surrounding():
 @pytest.mark.parametrize(
     "rates", [{"fps": 0}, {"fps": -1}, {"fps": 1e9}, {"speed": 0}, {"speed": float("nan")}]
 )
-def test_rates_that_are_none_are_refused(rates):
-    with pytest.raises(PictureError, match="allowed is above 0"):
+def test_invalid_rates_are_rejected(rates):
+    with pytest.raises(PictureError, match="must be "):
         film_of("free_fall", 2.0, **rates)
 
 
@@ -292,5 +292,5 @@ def test_each_colour_of_a_theme_has_one_place_in_the_other():
 
 
 def test_unknown_themes_are_refused():
-    with pytest.raises(PictureError, match="'pink'; allowed are light, dark"):
+    with pytest.raises(PictureError, match="theme must be one of light, dark; got 'pink'"):
         theme_named("pink")

@@ -122,7 +122,7 @@ def test_the_port_is_free_again_afterwards():
 def test_a_port_that_is_taken_is_refused():
     async def check():
         async with served() as live:
-            with pytest.raises(PictureError, match="allowed are an address of this machine"):
+            with pytest.raises(PictureError, match="must be an address of this machine"):
                 await LiveView(live.film, port=live.port).start()
 
     asyncio.run(check())
@@ -160,6 +160,57 @@ def test_pages_from_elsewhere_are_not_answered():
             await AsyncHTTPClient(force_instance=True).fetch(HTTPRequest(live.url, headers=own))
 
     asyncio.run(check())
+
+
+def test_elsewhere_the_address_is_the_key():
+    """Listening to other machines: no page and no stream without the random word in the address."""
+
+    async def check():
+        client = AsyncHTTPClient(force_instance=True)
+        async with served(host="0.0.0.0") as live:
+            root = f"http://127.0.0.1:{live.port}/"
+            key = live.url.removeprefix(f"http://0.0.0.0:{live.port}/")
+            assert len(key) == 23
+            for path in ("", "player.js", "x" * 22 + "/", key[:-2] + "/", key.upper()):
+                assert await refused(HTTPRequest(root + path)) == 404
+            stream = f"ws://127.0.0.1:{live.port}/"
+            for path in ("stream", "x/stream"):
+                with pytest.raises(HTTPClientError) as caught:
+                    await websocket_connect(stream + path)
+                assert caught.value.code == 404
+            for part in ("", "player.js", "player.css", "viewer.js"):
+                assert (await client.fetch(root + key + part)).code == 200
+            page = await websocket_connect(stream + key + "stream")
+            PAGES.append(page)
+            assert await page.read_message()
+            # A name that somebody points here, and a page of another's.
+            foreign = {"Host": "evil.example"}
+            assert await refused(HTTPRequest(root + key, headers=foreign)) == 403
+            for headers in ({"Origin": "http://evil.example"}, foreign):
+                with pytest.raises(HTTPClientError) as caught:
+                    await websocket_connect(HTTPRequest(stream + key + "stream", headers=headers))
+                assert caught.value.code == 403
+        client.close()
+        while await page.read_message() is not None:
+            # The page's socket is closed once its last message is read.
+            pass
+
+    asyncio.run(asyncio.wait_for(check(), 20))
+
+
+def test_each_view_has_a_key_of_its_own():
+    film = film_of("drop", 1.0)
+    assert LiveView(film).url == LiveView(film).url == "http://127.0.0.1:0/"
+    assert len({LiveView(film, host="0.0.0.0").url for _ in range(20)}) == 20
+
+
+@pytest.mark.parametrize(
+    ("host", "known"),
+    [("192.0.2.1:80", True), ("[2001:db8::1]:80", True), (socket.gethostname(), True),
+     ("localhost:1", True), ("evil.example", False), ("", False), ("1.evil.example:80", False)],
+)  # fmt: skip
+def test_hosts_that_are_answered_elsewhere(host, known):
+    assert LiveView(film_of("drop", 1.0), host="0.0.0.0").knows(host) is known
 
 
 def test_two_pages_see_the_same_motion_and_both_may_steer():

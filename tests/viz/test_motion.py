@@ -44,7 +44,7 @@ def test_an_impact_between_samples_breaks_the_speeds_there(tmp_path):
     assert after[:, 0] == pytest.approx(impact.u[1], abs=0.02)
 
 
-def test_how_well_it_is_known_between_samples_is_told(tmp_path):
+def test_the_resolution_between_samples_is_reported(tmp_path):
     trajectory = trajectory_of("free_fall", 2.0, samples=101)
     loaded = kept(trajectory, tmp_path)
     times = np.linspace(0, 2, 1999)
@@ -58,7 +58,7 @@ def test_how_well_it_is_known_between_samples_is_told(tmp_path):
 
 def test_samples_too_far_apart_are_refused(tmp_path):
     coarse = trajectory_of("free_fall", 2.0, samples=11)
-    with pytest.raises(PictureError, match=r"11 samples.*allowed is 0\.5 rad"):
+    with pytest.raises(PictureError, match=r"11 samples.*at most 0\.5 rad; got"):
         states_of(kept(coarse, tmp_path))
     single = replace(coarse, t=coarse.t[:1], q=coarse.q[:, :1], u=coarse.u[:, :1], _dense=None)
     with pytest.raises(PictureError, match="1 samples"):

@@ -5,6 +5,8 @@ import zlib
 from base64 import b64decode
 from dataclasses import replace
 
+import pytest
+
 from tests.viz.films import film_of, scene_named
 from twolink.simulation import simulate
 from viz.film import Film
@@ -43,6 +45,7 @@ def test_a_page_is_one_file_that_names_no_other():
     assert page.count("<script") == page.count("</script>") == 3
 
 
+@pytest.mark.slow
 def test_ten_seconds_are_a_page_of_a_megabyte():
     assert len(player_page(film_of("free_fall", 10.0)).encode()) < 1.0e6
     # A player inside another page brings its film alone.
@@ -50,7 +53,7 @@ def test_ten_seconds_are_a_page_of_a_megabyte():
     assert len(player_head().encode()) < 0.35e6
 
 
-def test_what_is_inside_is_what_was_put_there():
+def test_the_page_contains_the_film():
     film = film_of("drop", 1.0)
     body = player_body(film)
     packed = re.search(r'application/x-twolink-film">([^<]*)<', body)

@@ -1,4 +1,4 @@
-"""The player in a real browser: what it shows, and what buttons and keys do."""
+"""The player in a real browser: contents, buttons and keys."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings by a real browser: every frame once, at its time, in the size that was asked for."""
+"""Recordings by a real browser: every frame once, at its time, in the requested size."""
 
 from __future__ import annotations
 
@@ -49,16 +49,16 @@ def test_without_a_browser_nothing_else_is_written(suffix, tmp_path, monkeypatch
 
 @pytest.mark.parametrize(
     ("name", "size", "words"),
-    [("a.avi", SIZE, "allowed are .mp4, .webm, .gif, .png, .html"),
-     ("a.mp4", (10, 10), "10x10; allowed are 160 to 7680"), ("a.mp4", (641, 480), "even")],
+    [("a.avi", SIZE, "must be one of .mp4, .webm, .gif, .png, .html"),
+     ("a.mp4", (10, 10), "must be 160 to 7680"), ("a.mp4", (641, 480), "even")],
 )  # fmt: skip
-def test_what_cannot_be_recorded_is_refused(name, size, words):
+def test_invalid_recordings_are_rejected(name, size, words):
     with pytest.raises(PictureError, match=words):
         check_recording(Path(name), size, 30.0)
 
 
 def test_a_time_outside_the_film_is_refused(tmp_path):
-    with pytest.raises(PictureError, match=r"at is 3 s; allowed is 0 to 1 s"):
+    with pytest.raises(PictureError, match=r"at must be 0 to 1 s; got 3 s"):
         record(film_of("drop", 1.0), tmp_path / "a.html", at=3.0)
 
 
@@ -134,7 +134,7 @@ def test_a_browser_that_dies_or_hangs_leaves_no_file(number, words, scratch, tmp
 
 
 @pytest.mark.slow
-def test_what_is_decoded_is_what_was_asked_for(scratch, tmp_path, monkeypatch):
+def test_the_decoded_film_is_the_requested_one(scratch, tmp_path, monkeypatch):
     """A frame that the encoder loses is noticed, and the file goes."""
     need_browser()
 

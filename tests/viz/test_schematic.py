@@ -10,7 +10,7 @@ from viz.schematic import schematic
 ROOT = Path(__file__).parent.parent.parent
 
 
-def test_it_names_what_the_source_names():
+def test_it_has_the_symbols_of_the_equations():
     axes = schematic().axes[0]
     names = {text.get_text() for text in axes.texts}
     assert {"$A$", "$B$", "$D$", "$C_1$", "$C_2$", "$q_1$", "$q_2$", "$x$", "$y$"} <= names
@@ -27,6 +27,7 @@ def test_it_draws_any_chain_where_its_points_are():
     assert ends == {(0.9, 0.0), (0.9 + 1.4, 0.0)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["svg", "png"])
 def test_it_is_written_from_the_command_line(tmp_path, kind):
     file = tmp_path / f"chain.{kind}"

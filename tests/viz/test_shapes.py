@@ -37,7 +37,7 @@ def test_an_arrow_of_no_length_is_nothing():
     assert len(arrow((1, 2), (1, 2), 0.1).faces) == 0
 
 
-def test_a_ribbon_is_as_wide_as_asked_across_its_line():
+def test_a_ribbon_has_its_width_across_the_line():
     line = np.column_stack([np.linspace(0, 1, 11), np.zeros(11)])
     widths = np.linspace(0.2, 0, 11)
     shape = ribbon(line, widths)
@@ -46,7 +46,7 @@ def test_a_ribbon_is_as_wide_as_asked_across_its_line():
     assert area(shape) == pytest.approx(0.1)
 
 
-def test_a_ribbon_of_what_stands_still_is_finite():
+def test_a_ribbon_of_a_point_at_rest_is_finite():
     assert np.isfinite(ribbon(np.zeros((5, 2)), np.ones(5)).corners).all()
 
 

@@ -1,4 +1,4 @@
-"""A URDF's own geometry: where Pinocchio puts it, in every pose."""
+"""The geometry of a URDF against Pinocchio's placements in every pose."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import pytest
 
 from tests.viz.test_film import commands, matrix
 from twolink.chain import Chain
+from twolink.data import data_path
 from twolink.effects.gravity import Gravity
 from twolink.errors import PictureError, UrdfError
 from twolink.scene import Scene
-from twolink.shipped import shipped
 from twolink.simulation import simulate
 from twolink.urdf import read_planar_urdf
 from viz.film import Film
@@ -145,7 +145,7 @@ def test_colours_are_the_file_s(robot):
 
 
 def test_the_shipped_urdf_is_drawn_along_its_bars():
-    film, _ = film_with(shipped("twolink.urdf"))
+    film, _ = film_with(data_path("twolink.urdf"))
     for body in drawn(film, 5):
         assert np.abs(body[:, 1]).max() < 0.021
 
@@ -161,21 +161,23 @@ def test_packages_around_the_file_are_searched(tmp_path):
         assert len(drawn(film_with(file)[0], 0)) == 4
 
 
-def test_a_mesh_that_is_missing_is_refused(robot):
+def test_a_missing_mesh_is_rejected(robot):
     (robot.parent / "meshes" / "part.stl").unlink()
-    with pytest.raises(UrdfError, match=r"there is no mesh package://meshes/part\.stl"):
+    with pytest.raises(
+        UrdfError, match=r"mesh must be an existing file; got package://meshes/part\.stl"
+    ):
         film_with(robot)
 
 
-def test_a_mesh_that_is_none_is_refused(robot):
+def test_an_empty_mesh_is_rejected(robot):
     (robot.parent / "meshes" / "part.stl").write_bytes(b"no mesh")
-    with pytest.raises(UrdfError, match="link 'upper' has a mesh in which nothing can be read"):
+    with pytest.raises(UrdfError, match="link 'upper' has an empty or unreadable mesh"):
         film_with(robot)
 
 
 def test_another_chain_s_urdf_is_refused(robot):
     with pytest.raises(
-        PictureError, match="allowed is a URDF of the chain that moves, with 1 and 1"
+        PictureError, match="must be a URDF of the simulated chain, with links of 1 and 1"
     ):
         urdf_bodies(robot, Chain.uniform_bars(), own=False)
-    urdf_bodies(shipped("twolink.urdf"), Chain.uniform_bars(), own=False)
+    urdf_bodies(data_path("twolink.urdf"), Chain.uniform_bars(), own=False)

@@ -1,1 +1,1 @@
-"""What accuracy costs in time: references, work-precision, drift over long times."""
+"""Accuracy: references, work-precision diagrams and long-time energy drift."""

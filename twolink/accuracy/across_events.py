@@ -1,4 +1,4 @@
-"""Errors across events, in two parts: when an event is, and what the motion is like when it is."""
+"""Errors across events: the error of event times and of the approach speed at events."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from twolink.accuracy.truth import Truth
-from twolink.accuracy.ways import Outcome
+from twolink.accuracy.method_configurations import MeasuredRun
+from twolink.accuracy.reference_trajectory import ReferenceTrajectory
 
 
 @dataclass(frozen=True)
 class EventErrors:
-    """How far the events of a run err, those of the truth counted one by one.
+    """Errors of the events of a run against the events of the reference.
 
-    `time` is the largest error of an event's time (s): it is the error of the motion divided by
-    how fast the event is approached, and the error of finding the event. `approach` is the largest
-    error of the speed at which anything is struck (rad/s or m/s), each run at its own event: so
-    it is the error of the integration alone. `matched` events of `all` were there in both.
+    `time` is the largest error of an event's time (s): the error of the motion divided by the
+    approach speed, plus the error of locating the event. `approach` is the largest error of an
+    impact's approach speed (rad/s or m/s), each run evaluated at its own event, which isolates the
+    error of integration. `matched` of the `all` events occur in both runs.
     """
 
     time: float
@@ -26,9 +26,9 @@ class EventErrors:
     all: int
 
 
-def event_errors(exact: Truth, outcome: Outcome) -> EventErrors:
-    """Return the errors of a run's events and impacts against the true ones, in their order."""
-    pairs = list(_pairs(exact, outcome))
+def event_errors(exact: ReferenceTrajectory, result: MeasuredRun) -> EventErrors:
+    """Return the errors of a run's events and impacts against the reference, in order."""
+    pairs = list(_pairs(exact, result))
     times = [abs(theirs.time - ours.time) for ours, theirs in pairs]
     speeds = [
         abs(theirs.speeds[0] - ours.speeds[0]) for ours, theirs in pairs if hasattr(ours, "speeds")
@@ -41,13 +41,13 @@ def event_errors(exact: Truth, outcome: Outcome) -> EventErrors:
     )
 
 
-def _pairs(exact: Truth, outcome: Outcome) -> Iterator[tuple[Any, Any]]:
-    """Return the events that both have, up to where one has another than the other."""
-    for ours, theirs in zip(outcome.events, exact.events, strict=False):
+def _pairs(exact: ReferenceTrajectory, result: MeasuredRun) -> Iterator[tuple[Any, Any]]:
+    """Return the pairs of equal events, up to the first pair that differs."""
+    for ours, theirs in zip(result.events, exact.events, strict=False):
         if ours.mode.kind != theirs.mode.kind:
             break
         yield ours, theirs
-    for hit, true in zip(outcome.impacts, exact.impacts, strict=False):
+    for hit, true in zip(result.impacts, exact.impacts, strict=False):
         if hit.index != true.index or hit.regime != true.regime:
             break
         yield hit, true

@@ -1,8 +1,8 @@
-"""What becomes of a conserved quantity over a long time: energy errors of each method.
+"""Long-time energy drift of each method.
 
-A Runge–Kutta method loses or gains energy at a steady rate; a symplectic one keeps it within
-bounds; a Taylor series whose steps go to rounding leaves it to chance, so that its error grows
-with the square root of time. All are run from the same starts, and the powers of time measured.
+The energy error of a Runge–Kutta method grows linearly with time; that of a symplectic method stays
+bounded; that of a Taylor series accurate to round-off is a random walk, which grows with the square
+root of time. All methods run from the same initial states, and the exponents are measured.
 """
 
 from __future__ import annotations
@@ -18,27 +18,32 @@ from typing import Any
 import numpy as np
 
 from twolink import lagrange
-from twolink.accuracy.growth import Array, Binned, Growth, binned, growth
+from twolink.accuracy.divergence import Divergence, divergence
+from twolink.accuracy.error_growth import Array, Binned, ErrorGrowth, binned, fit_growth
 from twolink.accuracy.long_runs import LONG_METHODS, LongMethod, many_starts, prepared
-from twolink.accuracy.parting import Parting, parting
+from twolink.effects import ConservativeEffect, RotorEffect, potential_energy
+from twolink.environment import package_versions, this_machine
 from twolink.errors import SimulationError
-from twolink.provenance import package_versions, this_machine
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import MomentumEquations
 from twolink.simulation.smooth.taylor import taylor_run
+from twolink.text import choice
 
-# Errors are looked at over so many decades of time, and powers fitted over the last of them.
+# Number of decades of time with measured errors; exponents are fitted over the last of them.
+# Effects that conserve energy: those with a potential, and those that only add inertia.
+CONSERVING = (ConservativeEffect, RotorEffect)
+
 _DECADES, _FITTED_DECADES = 5, 3
 _SAMPLES_A_DECADE = 80
 _LEAST_SECONDS = 100.0
 
-# Before so many radii of convergence, errors that swing to and fro hide those that last.
+# Before this number of radii of convergence, oscillating errors hide the secular ones.
 _SETTLED = 100.0
 
-# Implicit stages are solved when one more iteration moves no state by so many roundings.
+# Implicit stages are solved when one more iteration changes no state by this many roundings.
 _FINISHED = 1.0
 
-# Angles of neighbouring starts (rad): so far apart that their rounding differs from the first step.
+# Spread of the initial angles (rad), large enough that rounding differs from the first step.
 _SPREAD, _SEED = 1e-3, 1937
 
 # A step at full order is the radius of convergence over e² (Jorba and Zou, 2005, section 3.2).
@@ -50,17 +55,17 @@ _VISITED = 256
 class Drift:
     """The energy error of one method over time.
 
-    `errors` are its root mean square over the starts, at `times` (s), as a share of the greatest
-    kinetic energy; both are of shape (bins,). `step` is in s, the mean one for Taylor series;
-    `iterations` are those of implicit equations in each step, and one more would move no state by
-    more than `unfinished`, in roundings. `growth` is the power of time that was measured, None
-    where there is none. `farthest` is the largest angle seen (rad), the run itself took `seconds`,
-    and `failure` says why it is not to be trusted.
+    `errors` are its root mean square over the initial states, at `times` (s), relative to the
+    greatest kinetic energy; both have shape (bins,). `step` is in s, the mean for Taylor series;
+    `iterations` is the number of stage iterations per step, and one more would change no state by
+    more than `unfinished` roundings. `growth` is the measured power of time, or None. `farthest` is
+    the largest angle (rad), `seconds` the time of the run, and `failure` the reason why the result
+    is not valid.
     """
 
     method: LongMethod
     measured: Binned
-    growth: Growth | None
+    growth: ErrorGrowth | None
     step: float
     iterations: int
     unfinished: float
@@ -75,12 +80,12 @@ class Drift:
 
     @property
     def errors(self) -> Array:
-        """The root mean square of the energy errors, as shares of the greatest kinetic energy."""
+        """The root mean square of the energy errors, relative to the greatest kinetic energy."""
         return self.measured.rms
 
     @property
     def as_expected(self) -> bool:
-        """Whether the measured power is nearer to what is expected than to the next of 0, ½, 1."""
+        """Whether the measured exponent is nearest to the expected one of 0, ½ and 1."""
         return self.growth is not None and abs(self.growth.exponent - self.method.expected) < 0.25
 
 
@@ -88,37 +93,37 @@ class Drift:
 class DriftStudy:
     """The energy errors of several methods on one scene, over `seconds` of its motion.
 
-    `kinetic_energy` (J) is the greatest of the scene's own run, and `radius` (s) that at which the
-    series of the motion converges, on the mean; `parting` tells whether the motion is regular.
+    `kinetic_energy` (J) is the maximum of the scene's own run, and `radius` (s) the mean radius of
+    convergence of the motion's Taylor series; `divergence` states whether the motion is regular.
     """
 
     scene: Scene
     seconds: float
     kinetic_energy: float
     radius: float
-    parting: Parting
+    divergence: Divergence
     drifts: tuple[Drift, ...]
 
     @property
     def unexpected(self) -> tuple[str, ...]:
-        """A sentence for each method that does not do what is expected of it."""
+        """A sentence for each method whose measured exponent is not the expected one."""
         return tuple(_sentence(drift) for drift in self.drifts if not drift.as_expected)
 
     @property
     def farthest(self) -> float:
-        """The largest angle (rad) of all runs."""
+        """The largest angle (rad) in all runs."""
         return max((drift.farthest for drift in self.drifts), default=0.0)
 
     def document(self) -> dict[str, Any]:
-        """Return all of it as plain data, for other programs."""
+        """Return the study as JSON-compatible data."""
         return {
             "scene": self.scene.title,
             "duration_s": self.seconds,
             "greatest_kinetic_energy_J": self.kinetic_energy,
             "radius_of_convergence_s": self.radius,
-            "neighbours_part_by": self.parting.factor,
-            "neighbours_part_in_s": self.parting.seconds,
-            "chaotic": self.parting.chaotic,
+            "divergence_factor": self.divergence.factor,
+            "divergence_seconds": self.divergence.seconds,
+            "chaotic": self.divergence.chaotic,
             "starts": {"spread_rad": _SPREAD, "seed": _SEED},
             "energy_error": "root mean square over the starts, per greatest kinetic energy",
             "machine": this_machine(),
@@ -128,7 +133,7 @@ class DriftStudy:
         }
 
     def csv(self) -> str:
-        """Return the errors as comma-separated values, a line for each method and time."""
+        """Return the errors as comma-separated values, one line per method and time."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(["method", "family", "order", "step_s", "time_s", "energy_error"])
@@ -145,7 +150,7 @@ def _sentence(drift: Drift) -> str:
     if drift.failure:
         return f"{name}: {drift.failure}."
     if drift.growth is None:
-        return f"{name}: too few of its errors were seen for a power of time to be fitted."
+        return f"{name}: too few errors for fitting a power of time."
     return (
         f"{name}: a power of {expected:g} is expected and {drift.growth.rounded} ± "
         f"{drift.growth.uncertainty:.2f} was measured."
@@ -183,21 +188,21 @@ def energy_drift(
     methods: tuple[str, ...] = (),
     progress: Callable[[str, float], None] | None = None,
 ) -> DriftStudy:
-    """Return the energy errors of the named methods (all, if none is named) over a long time (s).
+    """Return the energy errors of the named methods (default: all) over a long time (s).
 
-    Raises `SimulationError` for a scene in which energy is not conserved, for a method that is
-    none of `LONG_METHODS`, and for too short a time.
+    Raises `SimulationError` for a scene that does not conserve energy, for a method that is not in
+    `LONG_METHODS`, and for too short a time.
     """
     chosen = _chosen(methods)
     _check(scene, seconds)
     own = taylor_run(
         scene, np.linspace(0, scene.duration, _VISITED), formulation="momenta", optimised=True
     )
-    equations, chain = MomentumEquations(), scene.equipped.convert(float)
+    equations, chain = MomentumEquations(), scene.moving_chain.convert(float)
     visited = np.array([*own.q, *equations.from_speeds(chain, tuple(own.q), tuple(own.u))])
     kinetic = float(np.max(lagrange.kinetic_energy(chain, tuple(own.q), tuple(own.u))))
     if kinetic == 0:
-        raise SimulationError("the chain stays at rest; allowed is a scene in which it moves")
+        raise SimulationError("the chain must move; it stays at rest in this scene")
     radius = _RADIUS_IN_STEPS * scene.duration / own.steps
     asked = _Asked(scene, seconds, radius, kinetic, visited)
     drifts = []
@@ -209,12 +214,12 @@ def energy_drift(
 
         told(0.0)
         drifts.append(_drift(asked, method, told))
-    return DriftStudy(scene, seconds, kinetic, radius, parting(scene, radius), tuple(drifts))
+    return DriftStudy(scene, seconds, kinetic, radius, divergence(scene, radius), tuple(drifts))
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """What all methods share: the scene, how long (s), its scales, and states that it visits."""
+    """Data shared by all methods: the scene, the duration (s), scales, and visited states."""
 
     scene: Scene
     seconds: float
@@ -224,7 +229,7 @@ class _Asked:
 
     @property
     def times(self) -> Array:
-        """The times (s) at which errors are looked at."""
+        """The times (s) at which errors are measured."""
         count = _SAMPLES_A_DECADE * _DECADES + 1
         return self.seconds * np.logspace(-_DECADES, 0, count)
 
@@ -233,42 +238,33 @@ def _chosen(names: tuple[str, ...]) -> tuple[LongMethod, ...]:
     known = {method.name: method for method in LONG_METHODS}
     for name in names:
         if name not in known:
-            raise SimulationError(f"method is '{name}'; allowed are {', '.join(known)}")
+            raise SimulationError(choice("method", name, known))
     return tuple(known[name] for name in names) if names else LONG_METHODS
 
 
 def _check(scene: Scene, seconds: float) -> None:
     if not _LEAST_SECONDS <= seconds < math.inf:
-        raise SimulationError(
-            f"the time is {seconds:g} s; allowed are {_LEAST_SECONDS:g} s or more"
-        )
-    wrong = [type(effect).__name__ for effect in scene.effects if not _keeps_energy(effect)]
+        raise SimulationError(f"the time must be at least {_LEAST_SECONDS:g} s; got {seconds:g} s")
+    wrong = [
+        type(effect).__name__ for effect in scene.effects if not isinstance(effect, CONSERVING)
+    ]
     if wrong:
         raise SimulationError(
-            f"the scene has {' and '.join(wrong)}; allowed are scenes that conserve energy, whose "
-            "effects are all gravity, joint_spring or motor_inertia"
+            "the scene must conserve energy, with no effects except gravity, joint_spring and "
+            f"motor_inertia; got {' and '.join(wrong)}"
         )
-
-
-def _keeps_energy(effect: Any) -> bool:
-    """Return whether an effect has a potential energy, or only adds to what moves."""
-    smooth = not hasattr(effect, "nonsmooth") and not hasattr(effect, "breaks")
-    return smooth and (hasattr(effect, "potential_energy") or hasattr(effect, "equipped"))
 
 
 def total_energy(scene: Scene, states: Array) -> Any:
     """Return T + V (J) of states (q1, q2, p1, p2), shape (4, n), in long double.
 
-    The chain is that of the runs: its float64 numbers, exactly.
+    The chain's parameters are the exact float64 numbers of the runs.
     """
-    chain = scene.equipped.convert(float).convert(np.longdouble)
+    chain = scene.moving_chain.convert(float).convert(np.longdouble)
     q1, q2, p1, p2 = states.astype(np.longdouble)
     u = MomentumEquations().to_speeds(chain, (q1, q2), (p1, p2))
-    energy = lagrange.kinetic_energy(chain, (q1, q2), u)
-    for effect in scene.effects:
-        if hasattr(effect, "potential_energy"):
-            energy = energy + effect.potential_energy(chain, (q1, q2))
-    return energy
+    T = lagrange.kinetic_energy(chain, (q1, q2), u)
+    return T + potential_energy(scene.effects, chain, (q1, q2))
 
 
 def _drift(asked: _Asked, method: LongMethod, told: Callable[[float], None]) -> Drift:
@@ -286,7 +282,7 @@ def _drift(asked: _Asked, method: LongMethod, told: Callable[[float], None]) -> 
     failure, farthest = "", 0.0
     for time, states in run.stream(asked.times):
         if not np.isfinite(states).all():
-            failure = f"it leaves the numbers before {time:.3g} s"
+            failure = f"its state is not finite before {time:.3g} s"
             break
         seen.append(time)
         errors.append(np.asarray(total_energy(asked.scene, states) - first, dtype=float))
@@ -295,14 +291,14 @@ def _drift(asked: _Asked, method: LongMethod, told: Callable[[float], None]) -> 
     seconds = perf_counter() - begin
     unfinished = math.inf if failure else run.unfinished(states)
     if not failure and unfinished > _FINISHED:
-        failure = f"its stages are {unfinished:.2g} roundings from being solved at the end"
+        failure = f"its stages are unconverged by {unfinished:.2g} roundings at the end"
     shares = np.array(errors).reshape(-1, method.starts) / asked.kinetic_energy
     measured = binned(np.array(seen), shares)
     start = max(asked.seconds / 10**_FITTED_DECADES, _SETTLED * asked.radius)
     return Drift(
         method=method,
         measured=measured,
-        growth=None if failure else growth(measured, start=start),
+        growth=None if failure else fit_growth(measured, start=start),
         step=run.step(),
         iterations=run.iterations,
         unfinished=unfinished,

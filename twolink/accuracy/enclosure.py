@@ -1,18 +1,19 @@
-"""Rigorous enclosures: intervals that provably contain the true motion of a smooth scene.
+"""Rigorous enclosures: intervals that provably contain the exact motion of a smooth scene.
 
-heyoka proposes and ball arithmetic proves. A motion in some hundred digits, by the momenta's
-equations, gives a polynomial for each step of each angle. These are the witnesses, and where they
-come from is of no account: `twolink.accuracy.witness` says what is proven of each, by running the
-text of `twolink.lagrange` on balls. At the end of a step its bounds on |x − y|, and the jump to the
-next witness, which is computed in balls too, are where the next step's bounds begin. The bounds
-grow by the sizes of the Jacobian's entries, without their signs, so much faster than errors do: 36
-digits in ten seconds where errors lose five. Digits are cheap: so many more are computed.
+heyoka computes an approximate motion, and ball arithmetic proves a bound on its error. The
+approximate motion has about a hundred digits, uses the equations in momenta, and gives a polynomial
+for each angle and step. The proof makes no assumption about these polynomials:
+`twolink.accuracy.defect_bound` bounds the defect of each by evaluating the formulas of
+`twolink.lagrange` on balls. The initial bounds of a step are the final bounds on |x − y| of the
+step before plus the jump between both polynomials, computed in balls. The bounds grow with the
+absolute values of the Jacobian's entries, much faster than errors do: by 36 digits in ten seconds
+where errors lose five. The approximate motion is computed with this number of additional digits.
 
-The bound is a proof if python-flint's balls contain what they are said to contain (Arb's outward
-rounding) and Python computes integers rightly. The problem it answers is Lagrange's text with the
-scene's float64 numbers taken exactly, as effects hand them over (a unit vector that gravity makes
-of its direction, say, is one of float64). That inverse and forward dynamics are the same equations
-is shown in symbols by the tests. heyoka, and rounding in whatever it does, are not trusted.
+The proof relies on the inclusion property of python-flint's balls (Arb's outward rounding) and on
+Python's integers. The equations are the Lagrange formulation with the exact float64 parameters of
+the scene, as effects provide them (for example, the float64 unit vector of gravity). The tests
+show symbolically that inverse and forward dynamics are the same equations. The proof does not
+rely on heyoka or its rounding.
 """
 
 from __future__ import annotations
@@ -23,13 +24,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from fractions import Fraction
+from threading import RLock
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from twolink.accuracy.multiprecision import PreciseMotion, precise_motion
-from twolink.accuracy.reference import asked_times, exact_inputs, has_events
-from twolink.accuracy.witness import (
+from twolink.accuracy.defect_bound import (
     COARSE_BITS,
     DISC,
     Step,
@@ -37,33 +37,42 @@ from twolink.accuracy.witness import (
     comparison,
     grown,
 )
+from twolink.accuracy.multiprecision import PreciseMotion, precise_motion
+from twolink.accuracy.reference import asked_times, exact_inputs, has_events
+from twolink.environment import package_versions
 from twolink.errors import SimulationError
+from twolink.inputs import as_count
+from twolink.interruptible import side_by_side
+from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.optional import flint
-from twolink.provenance import package_versions
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
 
-# What is proven is proven while it is narrower than this (rad, rad/s).
+# Largest width for which a bound is proven (rad, rad/s).
 _TUBE = 2.0**-24
 
-# More digits than this to lose would take hours.
+# A larger loss of digits would take hours.
 MOST_LOST = 400
 
-# Digits beyond those asked for and those to be lost, at first and for each new try.
+# Digits beyond the requested and the lost ones, at first and for each retry.
 _GUARD, _MOST_TRIES = 8, 3
 
-# Bits in balls beyond those of the witness, so that the proof adds little to its errors.
+# python-flint has one precision of balls and one length of series for all threads, so proofs in
+# several threads take turns.
+_ONE_AT_A_TIME = RLock()
+
+# Bits of balls beyond those of the approximate motion, so that the proof adds little error.
 _MORE_BITS = 64
 
 
 class Interval(NamedTuple):
-    """All numbers within `radius` of `centre`, two decimal numbers that are meant exactly."""
+    """All numbers within `radius` of `centre`, both exact decimal numbers."""
 
     centre: str
     radius: str
 
     def __contains__(self, number: object) -> bool:
-        """Return whether a float, an integer, a Fraction, a Decimal or a decimal lies in it."""
+        """Return whether it contains a float, integer, Fraction, Decimal or decimal string."""
         exact: Any = number
         distance = abs(Fraction(exact) - Fraction(self.centre))
         return distance <= Fraction(self.radius)
@@ -77,9 +86,9 @@ State = tuple[Interval, Interval, Interval, Interval]
 
 @dataclass(frozen=True)
 class Enclosure:
-    """Intervals that contain the true q1, q2 (rad), u1, u2 (rad/s) of a scene, at times (s).
+    """Intervals that contain the exact q1, q2 (rad), u1, u2 (rad/s) of a scene, at times (s).
 
-    The witness was computed in so many `bits`, by `steps` of an `order`.
+    The approximate motion has precision `bits` and consists of `steps` of order `order`.
     """
 
     scene: Scene
@@ -91,24 +100,24 @@ class Enclosure:
 
     @property
     def how(self) -> str:
-        """One line on the proof."""
+        """A one-line description of the proof."""
         return (
-            f"proven by ball arithmetic, beside a motion in {self.bits} bits (momenta, order "
+            f"proven by ball arithmetic, around a motion in {self.bits} bits (momenta, order "
             f"{self.order}, {self.steps} steps)"
         )
 
     def worth(self, index: int) -> str:
-        """Return in words how good the state at a time is."""
+        """Return a description of the accuracy of the state at a time."""
         radius = max(float(interval.radius) for interval in self.states[index])
         return f"within {radius:.3g}"
 
     def document(self) -> dict[str, Any]:
-        """Return it as plain data, with the scene and its start as exact numbers."""
+        """Return it as JSON-compatible data, with scene and initial state as exact numbers."""
         names = ("q1", "q2", "u1", "u2")
         return {
             **exact_inputs(self.scene),
-            "witness": {"equations": "momenta", "bits": self.bits, "order": self.order},
-            "proof": "inverse dynamics of the witness in balls; a comparison theorem for the rest",
+            "approximate_motion": {"equations": "momenta", "bits": self.bits, "order": self.order},
+            "proof": "defect of the approximate motion in balls; comparison theorem for the error",
             "versions": package_versions("python-flint", "heyoka"),
             "states": [
                 {"t": repr(time)}
@@ -118,7 +127,7 @@ class Enclosure:
         }
 
     def csv(self) -> str:
-        """Return centres and radii as comma-separated values, a line for each time."""
+        """Return centres and radii as comma-separated values, one line per time."""
         names = [f"{name}{kind}" for name in ("q1", "q2", "u1", "u2") for kind in ("", "_radius")]
         rows = [
             [repr(time), *(number for interval in state for number in interval)]
@@ -132,9 +141,9 @@ class Enclosure:
         return max(float(interval.radius) for state in self.states for interval in state)
 
     def contains(self, index: int, state: Any) -> bool:
-        """Return whether q1, q2, u1, u2 may be the state at a time: whether all are inside.
+        """Return whether the intervals at a time contain q1, q2, u1, u2.
 
-        Numbers may be floats, which are taken exactly, decimal numbers, or Fractions.
+        Numbers may be floats (taken exactly), decimal numbers or Fractions.
         """
         return all(x in interval for x, interval in zip(state, self.states[index], strict=True))
 
@@ -144,34 +153,37 @@ def enclosure(
     digits: int = 30,
     times: tuple[float, ...] | None = None,
     progress: Callable[[str, float], None] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Enclosure:
-    """Return intervals that contain a scene's states at times (s), of radii below 10^−digits.
+    """Return intervals that contain a scene's states at times (s), with radii below 10^−digits.
 
-    Times are increasing, within the run; its end alone, if none are given. Raises
-    `SimulationError` where python-flint or heyoka is missing, for scenes with events, and where
-    more digits would be lost on the way than can be computed in reasonable time.
+    Times must increase, within the run; the default is its end. Proofs in several threads take
+    turns. Raises `SimulationError` if python-flint or heyoka is missing, for scenes with events,
+    and if the motion loses more digits than can be computed in reasonable time, and `TooMuchError`
+    if the proof exceeds the `limits`.
     """
     asked = asked_times(scene, times)
+    digits = as_count("digits", digits)
     if has_events(scene):
         raise SimulationError(
-            "a rigorous enclosure of a motion with events was asked for; allowed are scenes "
-            "without dry friction, obstacles, and torques in pieces"
+            "the scene of a rigorous enclosure must have no events: no dry friction, obstacles or "
+            "piecewise torques"
         )
     if not 1 <= digits <= MOST_LOST:
         raise SimulationError(
-            f"digits is {digits}; allowed for an enclosure is a whole number from 1 to {MOST_LOST}"
+            f"digits of an enclosure must be a whole number from 1 to {MOST_LOST}; got {digits}"
         )
-    tell = progress or (lambda what, share: None)
+    report = progress or (lambda stage, share: None)
     loss = _expected_loss(scene, asked[-1])
     if loss > MOST_LOST:
         raise SimulationError(
-            f"the enclosure would lose more than {MOST_LOST} digits until {asked[-1]:g} s; allowed "
-            "are times until which it loses fewer"
+            f"the enclosure must lose at most {MOST_LOST} digits; it loses more until "
+            f"{asked[-1]:g} s, so use shorter times"
         )
     own = digits + math.ceil(loss) + _GUARD
     for _ in range(_MOST_TRIES):
         try:
-            found = _proven(scene, asked, own, lambda share: tell("proving", share))
+            found = _in_a_thread(scene, asked, own, report, limits)
         except TubeLeftError:
             own += digits + math.ceil(loss / 4)
             continue
@@ -179,68 +191,87 @@ def enclosure(
             return found
         own += math.ceil(math.log10(found.radius) + digits) + _GUARD
     raise SimulationError(
-        f"an enclosure to {digits} digits was not found; allowed are motions for which "
-        f"{own} digits in each step suffice"
+        f"found no enclosure to {digits} digits; {own} digits in each step do not suffice for this "
+        "motion"
     )
 
 
-def _proven(
-    scene: Scene, asked: tuple[float, ...], digits: int, tell: Callable[[float], None]
+def _in_a_thread(
+    scene: Scene,
+    asked: tuple[float, ...],
+    digits: int,
+    report: Callable[[str, float], None],
+    limits: Limits,
 ) -> Enclosure:
-    """Return the enclosure that a witness of so many digits leads to."""
+    """Return the enclosure around an approximate motion; an interrupt ends it at once."""
+
+    def proven(go_on: Callable[[], None]) -> Enclosure:
+        def told(share: float) -> None:
+            go_on()
+            report("proving", share)
+
+        return _proven(scene, asked, digits, limits.timed(f"a proof in {digits} digits", told))
+
+    (found,) = side_by_side(proven)
+    return found
+
+
+def _proven(
+    scene: Scene, asked: tuple[float, ...], digits: int, report: Callable[[float], None]
+) -> Enclosure:
+    """Return the enclosure around an approximate motion of the given number of digits."""
     library = flint()
     arb = library.arb
     motion = precise_motion(scene, "momenta", digits)
     terms = max(math.ceil((digits + _GUARD) / math.log10(DISC)), motion.integrator.order + 2)
     steps, states = 0, []
     with _balls(library, motion.bits + _MORE_BITS, terms):
-        chain = scene.equipped.convert(arb)
+        chain = scene.moving_chain.convert(arb)
         tube, now = arb(_TUBE), arb(0)
         bounds = [arb(0)] * 4
         end = [arb(x) for x in (*scene.q, *scene.u)]
         for target in asked:
             arrived = target == 0
             while not arrived:
-                q, length, arrived = _witness(library, motion, target, now)
+                q, length, arrived = _approximation(library, motion, target, now)
                 step = Step(library, chain, scene.effects, q, now, length, library.ctx.prec, terms)
                 jump = [abs(x - y).upper() for x, y in zip(step.state(0), end, strict=True)]
                 bounds = step.after([x + y for x, y in zip(bounds, jump, strict=True)], tube)
                 end = step.state(length)
                 now = arb(target) if arrived else now + length
                 steps += 1
-                tell(float(now.mid()) / asked[-1])
+                report(float(now.mid()) / asked[-1])
             states.append(tuple(map(_interval, end, bounds)))
     found: Any = tuple(states)
     return Enclosure(scene, asked, found, motion.bits, motion.integrator.order, steps)
 
 
-def _witness(
+def _approximation(
     library: Any, motion: PreciseMotion, target: float, now: Any
 ) -> tuple[tuple[list[Any], list[Any]], Any, bool]:
-    """Take a step towards a time (s); return q̂1 and q̂2, its length, and whether it is there."""
+    """Take a step towards a time (s); return q̂1, q̂2, its length, and whether it ends there."""
     integrator, arb = motion.integrator, library.arb
     left = motion.number(target) - integrator.time
     last = left <= motion.longest_step
     longest = left if last else motion.longest_step
-    outcome, length = integrator.step(max_delta_t=longest, write_tc=True)
-    motion.check(outcome)
+    length = motion.step(longest)
     arrived = bool(last and length == left)
-    # Whatever a decimal is rounded to, the witness is the number that comes of it.
+    # Rounding of decimals is harmless: the polynomial is defined by the rounded numbers.
     q1, q2 = ([arb(str(c)).mid() for c in row] for row in integrator.tc[:2])
     return (q1, q2), (arb(target) - now if arrived else arb(str(length)).mid()), arrived
 
 
 def _expected_loss(scene: Scene, until: float) -> float:
-    """Return how many digits the bounds will lose until a time (s), by a run in float64."""
+    """Estimate the digits that the bounds lose until a time (s), by a run in float64."""
     library = flint()
     arb = library.arb
     if until == 0:
         return 0.0
     times = np.linspace(0.0, until, max(50, math.ceil(20 * until)))
     run = motion_run(scene, times, formulation="momenta")
-    chain = scene.equipped.convert(arb)
+    chain = scene.moving_chain.convert(arb)
     bounds, zero, loss = [arb(1)] * 4, [arb(0)] * 4, 0.0
-    with library.ctx.workprec(COARSE_BITS):
+    with _ONE_AT_A_TIME, library.ctx.workprec(COARSE_BITS):
         for time, *state in zip(times[:-1], *run.q, *run.u, strict=False):
             box = [arb(float(x)) for x in state]
             B = comparison(library, chain, scene.effects, box, arb(float(time)))
@@ -253,9 +284,9 @@ def _expected_loss(scene: Scene, until: float) -> float:
 
 @contextmanager
 def _balls(library: Any, bits: int, terms: int) -> Iterator[None]:
-    """Compute in balls of so many bits, and in series of so many terms; leave all as it was."""
-    cap = library.ctx.cap
-    with library.ctx.workprec(bits):
+    """Set the bits of balls and the terms of series within the block, then restore them."""
+    with _ONE_AT_A_TIME, library.ctx.workprec(bits):
+        cap = library.ctx.cap
         library.ctx.cap = terms
         try:
             yield
@@ -264,11 +295,11 @@ def _balls(library: Any, bits: int, terms: int) -> Iterator[None]:
 
 
 def _interval(ball: Any, bound: Any) -> Interval:
-    """Return an interval of decimal numbers that contains all that is within a bound of a ball."""
+    """Return a decimal interval that contains all numbers within a bound of a ball."""
     middle, width = _exact(ball.mid()), _exact(ball.rad()) + _exact(bound.upper())
     if width == 0:
         return Interval(_decimal(middle), "0")
-    # A digit beyond the first of the radius; what that rounds away, the radius takes up.
+    # One digit beyond the first of the radius; the radius absorbs this rounding.
     places = max(0, 1 - math.floor(_log10(width)))
     centre = Fraction(round(middle * 10**places), 10**places)
     width += abs(middle - centre)
@@ -278,7 +309,7 @@ def _interval(ball: Any, bound: Any) -> Interval:
 
 
 def _exact(ball: Any) -> Fraction:
-    """Return a ball without width as the rational that it is."""
+    """Return an exact ball as a rational."""
     mantissa, exponent = (int(part) for part in ball.man_exp())
     return Fraction(mantissa) * Fraction(2) ** exponent
 

@@ -1,4 +1,4 @@
-"""Long runs of many starts at once: each method as a stream of states at rising times."""
+"""Long runs of many initial states at once: each method as a stream of states over time."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from twolink.simulation.smooth.equations import MomentumEquations
 from twolink.simulation.smooth.tableaus import GAUSS_LEGENDRE, RK4, Tableau
 from twolink.simulation.smooth.taylor import FULL_ORDERS, default_longest_step, step_tolerance
 
-# As many starts as the widest registers hold numbers of float64.
+# Number of float64 values in the widest SIMD registers.
 LANES = 8
 
 
 @dataclass(frozen=True)
 class LongMethod:
-    """A method, and what is expected of its energy error: the power of time that it grows with.
+    """A method and the expected exponent of its energy error over time.
 
-    `share` is its step as a part of the radius at which the motion's series converges, 0 for
-    Taylor series, which find their own. Shares are such that no method errs like another.
-    `fixed` is what is stepped, or the name of a tableau of SciPy's.
+    `share` is its step relative to the radius of convergence of the motion's series, 0 for Taylor
+    series, which choose their own. Shares are chosen so that the errors of methods are distinct.
+    `fixed` is the fixed-step method, or the name of a SciPy tableau.
     """
 
     name: str
@@ -50,9 +50,9 @@ class LongMethod:
 class LongRun:
     """A method that is ready to run from states (4, n).
 
-    `stream` yields times (s) and states (4, n) near to the times it is given, `step` tells the
-    step (s), the mean one of Taylor series so far. Implicit equations are iterated `iterations`
-    times in a step, and `unfinished` tells by how many roundings one more would move states.
+    `stream` yields times (s) and states (4, n) close to the given times; `step` returns the step
+    (s), for Taylor series the mean so far. Implicit equations are iterated `iterations` times per
+    step, and `unfinished` returns the change of states by one more iteration, in roundings.
     """
 
     stream: Callable[[Array], Iterator[tuple[float, Array]]]
@@ -62,8 +62,8 @@ class LongRun:
 
 
 # Symplectic methods conserve an energy near to the true one, over times exponentially long in 1/h
-# (Hairer, Lubich and Wanner, Geometric Numerical Integration, 2006, section IX.8), others lose or
-# gain it at a constant rate. Rounding that is random moves it as a random walk (Brouwer, On the
+# (Hairer, Lubich and Wanner, Geometric Numerical Integration, 2006, section IX.8); with others it
+# drifts at a constant rate. Random rounding gives a random walk (Brouwer, On the
 # accumulation of errors in numerical integration, 1937).
 _BOUNDED, _RANDOM_WALK, _LINEAR = 0.0, 0.5, 1.0
 _FULL = FULL_ORDERS["double"]
@@ -85,9 +85,9 @@ LONG_METHODS = (
 def prepared(method: LongMethod, scene: Scene, radius: float, states: Array) -> LongRun:
     """Return a method, compiled and ready to run from states (q1, q2, p1, p2) of shape (4, n).
 
-    `radius` (s) is that at which the motion's series converges. Of `states` the first
-    `method.starts` are starts; all are such as the motion visits, at which implicit equations are
-    to be solved to rounding. Raises `SimulationError` where they cannot be.
+    `radius` (s) is the radius of convergence of the motion's series. The first `method.starts` of
+    `states` are initial states; all of them are visited by the motion, and implicit equations are
+    solved to rounding there. Raises `SimulationError` if they do not converge.
     """
     starts = np.array(states[:, : method.starts], order="C")
     if method.fixed is None:
@@ -97,7 +97,7 @@ def prepared(method: LongMethod, scene: Scene, radius: float, states: Array) -> 
 
 
 def _legible(h: float) -> float:
-    """Return a step with two digits."""
+    """Return a step rounded to two digits."""
     return float(f"{h:.1e}")
 
 
@@ -127,12 +127,12 @@ def _map_stream(steps: StepMap, starts: Array) -> Callable[[Array], Iterator[tup
 
 
 def _by_series(scene: Scene, order: int, starts: Array) -> LongRun:
-    """As `simulation.smooth.taylor` runs one start, with the same tolerance and cap, for many.
+    """Run many initial states as `simulation.smooth.taylor` runs one, with its tolerance and cap.
 
-    Where one cannot be followed, none of its batch is a number from there on.
+    If the integration of one fails, its whole batch is NaN from there on.
     """
     hy = heyoka()
-    equations, chain = MomentumEquations(), scene.equipped.convert(float)
+    equations, chain = MomentumEquations(), scene.moving_chain.convert(float)
     q1, q2, p1, p2 = hy.make_vars("q1", "q2", "p1", "p2")
     dq, dp = equations.rates(chain, scene.effects, (q1, q2), (p1, p2), 0.0)
     system = list(zip((q1, q2, p1, p2), (*dq, *dp), strict=True))
@@ -159,18 +159,19 @@ def _by_series(scene: Scene, order: int, starts: Array) -> LongRun:
 
 @dataclass
 class _Taken:
-    """How many steps all starts together have taken, and over which time (s)."""
+    """The number of steps of all initial states together and the time (s) they cover."""
 
     steps: int = 0
     time: float = 0.0
 
 
 def many_starts(scene: Scene, count: int, *, spread: float, seed: int) -> Any:
-    """Return states (q1, q2, p1, p2), shape (4, n), about a scene's start.
+    """Return states (q1, q2, p1, p2), shape (4, n), around a scene's initial state.
 
-    Angles are scattered normally by `spread` (rad), speeds are the scene's; the first is its own.
+    Angles have normal deviations of `spread` (rad), speeds are the scene's; the first state is
+    exact.
     """
-    equations, chain = MomentumEquations(), scene.equipped.convert(float)
+    equations, chain = MomentumEquations(), scene.moving_chain.convert(float)
     scatter = spread * np.random.default_rng(seed).standard_normal((2, count))
     scatter[:, 0] = 0.0
     q = np.array(scene.q, dtype=float)[:, None] + scatter

@@ -1,4 +1,4 @@
-"""A scene's motion in as many digits as are asked for: heyoka's integrator, ready to start."""
+"""A scene's motion in multiple precision: heyoka's integrator at the initial state."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from twolink.simulation.smooth.taylor import default_longest_step
 
 @dataclass(frozen=True)
 class PreciseMotion:
-    """An integrator in `bits`, at a scene's start, by one set of equations.
+    """An integrator with `bits` of precision, at a scene's initial state, for one formulation.
 
-    `number` makes numbers of its precision; `chain` is the scene's, in them; no step is to be
-    longer than `longest_step` (s).
+    `number` creates numbers of its precision; `chain` is the scene's in such numbers; steps must
+    not exceed `longest_step` (s).
     """
 
     integrator: Any
@@ -31,32 +31,46 @@ class PreciseMotion:
     longest_step: Any
 
     def speeds(self) -> tuple[Any, Any, Any, Any]:
-        """Return q1, q2 (rad), u1, u2 (rad/s) where the integrator is now."""
+        """Return the integrator's present q1, q2 (rad), u1, u2 (rad/s)."""
         now = tuple(self.integrator.state)
         u1, u2 = self.equations.to_speeds(self.chain, now[:2], now[2:])
         return now[0], now[1], u1, u2
 
+    def step(self, longest: Any) -> Any:
+        """Take a step that is no longer than the given time (s), and return its length (s).
+
+        Other threads run meanwhile, as they do not in heyoka's own `step`. The Taylor coefficients
+        of the step are in the integrator.
+        """
+        beyond = self.integrator.time + 2 * longest
+        outcome, _, own_length, *_ = self.integrator.propagate_until(
+            beyond, max_delta_t=longest, max_steps=1, write_tc=True
+        )
+        self.check(outcome)
+        # heyoka counts no step that was cut.
+        return own_length if own_length > 0 else longest
+
     def check(self, outcome: Any) -> None:
-        """Raise `SimulationError` unless a step, or a run of steps, went well."""
-        fine = (heyoka().taylor_outcome.success, heyoka().taylor_outcome.time_limit)
-        if outcome not in fine:
+        """Raise `SimulationError` unless a step, or a run of steps, succeeded."""
+        outcomes = heyoka().taylor_outcome
+        if outcome not in (outcomes.success, outcomes.time_limit, outcomes.step_limit):
             raise SimulationError(
-                f"the motion could not be followed beyond {float(self.integrator.time):.6g} s "
-                f"({outcome.name}); allowed are scenes whose motion stays finite"
+                f"the motion must stay finite; the integration failed at "
+                f"{float(self.integrator.time):.6g} s ({outcome.name})"
             )
 
 
 def precise_motion(scene: Scene, equations: str, digits: int) -> PreciseMotion:
-    """Return a scene's start in multiple precision, each step to be taken to so many digits."""
+    """Return an integrator at a scene's initial state with steps accurate to `digits` digits."""
     hy = heyoka()
-    # Some bits more, for the rounding of a step's sums.
+    # Additional bits for the rounding of a step's sums.
     bits = math.ceil(digits * math.log2(10)) + 16
 
     def number(value: Any) -> Any:
         return hy.real(value, bits)
 
     form = EQUATIONS[equations]
-    chain = scene.equipped.convert(number)
+    chain = scene.moving_chain.convert(number)
     variables = hy.make_vars("q1", "q2", "x1", "x2")
     first, second = form.rates(chain, scene.effects, variables[:2], variables[2:], hy.time)
     q, u = tuple(map(number, scene.q)), tuple(map(number, scene.u))
@@ -72,10 +86,10 @@ def precise_motion(scene: Scene, equations: str, digits: int) -> PreciseMotion:
 
 
 def _tolerance(digits: int) -> float:
-    """Return the digits of a step's tolerance for which heyoka takes an odd order.
+    """Return the digits of a step's tolerance for which heyoka uses an odd order.
 
-    It is the lowest odd order that brings a step to so many digits; why odd, and how heyoka
-    chooses, `twolink.simulation.smooth.taylor` says.
+    It is the lowest odd order with the given digits per step; `twolink.simulation.smooth.taylor`
+    explains heyoka's choice and the reason for odd orders.
     """
     order = math.ceil(digits * math.log(10) / 2 + 1) | 1
     return (2 * (order - 1) - 0.4) / math.log(10)

@@ -1,15 +1,13 @@
-"""References: the state of a scene at chosen times, with as many right digits as are asked for.
+"""References: the state of a scene at given times, with a requested number of correct digits.
 
-Two runs vouch for a reference. They differ in precision, in the order of their Taylor series and in
-the equations they are written with, so what they have in common beyond chance is the scene. The
-second is the better one by several digits: their difference is the error of the first, and the
-second is the one that is kept.
+Two runs verify a reference. They differ in precision, in the order of their Taylor series and in
+the formulation, so that they share only the scene. The second is more accurate by several digits:
+their difference is the error of the first, and the second is the result.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from itertools import pairwise
@@ -18,27 +16,30 @@ from typing import Any
 import numpy as np
 
 from twolink.accuracy.multiprecision import precise_motion
-from twolink.effects import breaks
+from twolink.effects import discontinuities
+from twolink.environment import package_versions
 from twolink.errors import SimulationError
-from twolink.provenance import package_versions
+from twolink.inputs import as_count, as_times
+from twolink.interruptible import side_by_side
+from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
 from twolink.simulation.motion import has_modes, motion_run
 
-# Motions with events are followed in 113 bits, which have 34 digits; some are lost on the way.
+# Motions with events use 113 bits, which have 34 digits; some are lost during the run.
 MOST_DIGITS_WITH_EVENTS = 28
 MOST_DIGITS = 1000
 
-# Digits that each run carries beyond those asked for, at first: what a motion of some ten seconds
-# amplifies. The second carries more, so that it can judge the first.
+# Initial number of digits of each run beyond the requested ones, for the error growth of a motion
+# of about ten seconds. The second has more, so that their difference is the error of the first.
 _FIRST_GUARD, _SECOND_GUARD = 8, 14
 
-# Motions that amplify more than this many repetitions make up for are left with fewer digits.
+# Number of repetitions with more digits; motions with larger error growth have fewer digits.
 _MOST_TRIES = 4
 
-# Digits of their agreement that are not vouched for. Of two runs of which one is better by six
-# digits, the difference is the error of the other, of which the first digit may be near to 10. With
-# events both err by the rounding of 113 bits, which grows in the same direction: so two that err
-# alike may agree too well, by three digits in one case of a thousand.
+# Digits of agreement that are discarded. If one of two runs is better by six digits, the difference
+# is the error of the other, whose leading digit may be near 10. With events both errors are the
+# rounding of 113 bits, which grows in the same direction: two such runs may agree by chance, by
+# three digits in one case of a thousand.
 _MARGIN, _MARGIN_WITH_EVENTS = 1, 3
 
 State = tuple[str, str, str, str]
@@ -46,7 +47,7 @@ State = tuple[str, str, str, str]
 
 @dataclass(frozen=True)
 class ReferenceRun:
-    """One of the runs that vouch: its equations, bits, the order of its series, and its steps."""
+    """One of the two runs: its formulation, bits, the order of its series, and its steps."""
 
     equations: str
     bits: int
@@ -54,7 +55,7 @@ class ReferenceRun:
     steps: int
 
 
-# A run, and its states at the times asked for: q1, q2, u1, u2 in each.
+# A run and its states q1, q2, u1, u2 at the requested times.
 _Run = tuple[ReferenceRun, list[tuple[Decimal, ...]]]
 
 
@@ -62,8 +63,8 @@ _Run = tuple[ReferenceRun, list[tuple[Decimal, ...]]]
 class Reference:
     """The states of a scene at times (s), as decimal numbers.
 
-    Each state is q1, q2 (rad), u1, u2 (rad/s), rounded to as many digits after the decimal point as
-    `digits` says for its time; all of them are right, but for the rounding of the last.
+    Each state is q1, q2 (rad), u1, u2 (rad/s), rounded to the number of decimal places in `digits`
+    for its time; all digits are correct, except for rounding of the last.
     """
 
     scene: Scene
@@ -74,19 +75,19 @@ class Reference:
 
     @property
     def how(self) -> str:
-        """One line on who vouches."""
+        """A one-line description of the two runs."""
         one, other = (f"{run.equations} (order {run.order}, {run.bits} bits)" for run in self.runs)
-        return f"vouched for by {one} and {other}"
+        return f"verified by {one} and {other}"
 
     def worth(self, index: int) -> str:
-        """Return in words how good the state at a time is."""
+        """Return a description of the accuracy of the state at a time."""
         return f"{self.digits[index]} digits"
 
     def document(self) -> dict[str, Any]:
-        """Return it as plain data, with the scene and its start as exact numbers."""
+        """Return it as JSON-compatible data, with scene and initial state as exact numbers."""
         return {
             **exact_inputs(self.scene),
-            "vouched_for_by": [
+            "verified_by": [
                 {"equations": run.equations, "bits": run.bits, "order": run.order}
                 for run in self.runs
             ],
@@ -98,7 +99,7 @@ class Reference:
         }
 
     def csv(self) -> str:
-        """Return the states as comma-separated values, a line for each time."""
+        """Return the states as comma-separated values, one line per time."""
         rows = (",".join(map(str, row)) for row in self._rows())
         return "\n".join(["t,digits,q1,q2,u1,u2", *rows]) + "\n"
 
@@ -108,7 +109,7 @@ class Reference:
 
 
 def exact_inputs(scene: Scene) -> dict[str, Any]:
-    """Return a scene and its start as exact numbers, with units, as plain data."""
+    """Return a scene and its initial state as exact numbers with units, JSON-compatible."""
     start = zip(("q1", "q2", "u1", "u2"), (*scene.q, *scene.u), strict=True)
     return {
         "title": scene.title,
@@ -127,25 +128,28 @@ def reference(
     digits: int = 60,
     times: tuple[float, ...] | None = None,
     progress: Callable[[str, float], None] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Reference:
-    """Return the states of a scene at times (s) with so many right digits after the decimal point.
+    """Return the states of a scene at times (s) with `digits` correct decimal places.
 
-    Times are increasing, within the run; its end alone, if none are given. Where a motion amplifies
-    more than was expected, both runs are repeated with more digits, a few times. A motion with
-    events is known to as many digits as 113 bits allow. The result says how many digits it has.
-    Raises `SimulationError` for what cannot be had.
+    Times must increase, within the run; the default is its end. If a motion amplifies errors more
+    than expected, both runs are repeated with more digits, a few times. A motion with events is
+    limited to the digits of 113 bits. The result states its number of digits. Raises
+    `SimulationError` for invalid digits or times and for a failed run, and `TooMuchError` for one
+    that would exceed the `limits`.
     """
+    digits = as_count("digits", digits)
     asked = asked_times(scene, times)
     _check(scene, digits)
     grid = asked if asked[0] == 0 else (0.0, *asked)
-    tell = progress or (lambda what, share: None)
+    report = progress or (lambda stage, share: None)
     if has_events(scene):
-        first, second = _by_events(scene, grid, tell)
-        return _vouched(scene, asked, grid, first, second, digits)
+        first, second = _by_events(scene, grid, report, limits)
+        return _verified(scene, asked, grid, first, second, digits)
     extra = 0
     for _ in range(_MOST_TRIES):
-        first, second = _side_by_side(scene, grid, digits + extra, tell)
-        found = _vouched(scene, asked, grid, first, second, digits)
+        first, second = _side_by_side(scene, grid, digits + extra, report, limits)
+        found = _verified(scene, asked, grid, first, second, digits)
         short = digits - min(found.digits)
         if short <= 0:
             break
@@ -154,46 +158,54 @@ def reference(
 
 
 def _side_by_side(
-    scene: Scene, grid: tuple[float, ...], digits: int, tell: Callable[[str, float], None]
+    scene: Scene,
+    grid: tuple[float, ...],
+    digits: int,
+    report: Callable[[str, float], None],
+    limits: Limits,
 ) -> tuple[_Run, _Run]:
-    """Return two runs with digits to spare, each in a thread: heyoka computes in both at once."""
+    """Return two runs with additional digits, in parallel threads."""
     done = {"lagrange": 0.0, "momenta": 0.0}
 
-    def run(equations: str, guard: int) -> _Run:
-        def told(share: float) -> None:
-            done[equations] = share
-            tell(f"{digits} digits and some to spare, twice", sum(done.values()) / 2)
+    def run(equations: str, guard: int) -> Callable[[Callable[[], None]], _Run]:
+        def followed(go_on: Callable[[], None]) -> _Run:
+            def told(share: float) -> None:
+                go_on()
+                done[equations] = share
+                report(f"two runs in more than {digits} digits", sum(done.values()) / 2)
 
-        return _precise(scene, grid, equations, digits + guard, told)
+            timed = limits.timed(f"a reference of {digits} digits", told)
+            return _precise(scene, grid, equations, digits + guard, timed)
 
-    with ThreadPoolExecutor(2) as threads:
-        first = threads.submit(run, "lagrange", _FIRST_GUARD)
-        second = threads.submit(run, "momenta", _SECOND_GUARD)
-        return first.result(), second.result()
+        return followed
+
+    first, second = side_by_side(run("lagrange", _FIRST_GUARD), run("momenta", _SECOND_GUARD))
+    return first, second
 
 
 def has_events(scene: Scene) -> bool:
-    """Return whether anything in a scene begins or ends: a mode, or a piece of a torque."""
-    return has_modes(scene) or bool(breaks(scene.effects))
+    """Return whether a scene has events: changes of mode or discontinuities of a torque."""
+    return has_modes(scene) or bool(discontinuities(scene.effects))
 
 
 def most_digits(scene: Scene) -> int:
-    """Return how many digits may be asked for."""
+    """Return the largest number of digits for a scene."""
     return MOST_DIGITS_WITH_EVENTS if has_events(scene) else MOST_DIGITS
 
 
 def asked_times(scene: Scene, times: tuple[float, ...] | None) -> tuple[float, ...]:
-    """Return the times (s) that are asked for: the end of the run, if none are given.
+    """Return the requested times (s), by default the end of the run.
 
-    Raises `SimulationError` unless they increase, within the run.
+    Raises `SimulationError` unless they increase within the run.
     """
     if times is None:
         return (scene.duration,)
+    times = tuple(as_times(times).tolist())
     rising = all(a < b for a, b in pairwise(times))
     if not times or not rising or not all(0 <= t <= scene.duration for t in times):
         raise SimulationError(
-            f"times are {', '.join(f'{t:g}' for t in times) or 'none'}; allowed are increasing "
-            f"times from 0 to {scene.duration:g} s"
+            f"times must increase from 0 to {scene.duration:g} s; got "
+            f"{', '.join(f'{t:g}' for t in times) or 'an empty list'}"
         )
     return tuple(float(t) for t in times)
 
@@ -202,9 +214,7 @@ def _check(scene: Scene, digits: int) -> None:
     most = most_digits(scene)
     if not 1 <= digits <= most:
         why = ", since its motion has events" if most == MOST_DIGITS_WITH_EVENTS else ""
-        raise SimulationError(
-            f"digits is {digits}; allowed for this scene is a whole number from 1 to {most}{why}"
-        )
+        raise SimulationError(f"digits must be a whole number from 1 to {most}{why}; got {digits}")
 
 
 def _precise(
@@ -212,27 +222,34 @@ def _precise(
     grid: tuple[float, ...],
     equations: str,
     digits: int,
-    tell: Callable[[float], None],
+    report: Callable[[float], None],
 ) -> _Run:
-    """Return a run by Taylor series in multiple precision, each of its steps to so many digits."""
+    """Return a run by Taylor series in multiple precision, with `digits` digits in each step."""
     motion = precise_motion(scene, equations, digits)
     integrator, steps = motion.integrator, 0
     states = []
+
+    def each_step(stepped: Any) -> bool:
+        report(float(stepped.time) / (grid[-1] or 1.0))
+        return True
+
     for time in grid:
         outcome, _, _, taken, *_ = integrator.propagate_until(
-            motion.number(time), max_delta_t=motion.longest_step
+            motion.number(time), max_delta_t=motion.longest_step, callback=each_step
         )
         motion.check(outcome)
         steps += taken
         states.append(_decimals(motion.speeds()))
-        tell(time / grid[-1])
     return ReferenceRun(equations, motion.bits, integrator.order, steps), states
 
 
 def _by_events(
-    scene: Scene, grid: tuple[float, ...], tell: Callable[[str, float], None]
+    scene: Scene,
+    grid: tuple[float, ...],
+    report: Callable[[str, float], None],
+    limits: Limits,
 ) -> tuple[_Run, _Run]:
-    """Return two runs in 113 bits, at different orders and by different equations."""
+    """Return two runs in 113 bits with different orders and formulations."""
 
     def followed(equations: str, order: int, told: Callable[[float], None]) -> _Run:
         run = motion_run(
@@ -241,15 +258,14 @@ def _by_events(
             formulation=equations,
             precision="quadruple",
             order=order,
-            progress=told,
+            progress=limits.timed(f"the motion over {scene.duration:g} s in 113 bits", told),
         )
         states = [_decimals(state) for state in zip(*run.q, *run.u, strict=True)]
         return ReferenceRun(equations, 113, run.order, run.steps), states
 
-    # One after the other: they share the integrators of the modes.
     return (
-        followed("lagrange", 37, lambda share: tell("113 bits, order 37", share / 2)),
-        followed("kane", 41, lambda share: tell("113 bits, order 41", (1 + share) / 2)),
+        followed("lagrange", 37, lambda share: report("113 bits, order 37", share / 2)),
+        followed("kane", 41, lambda share: report("113 bits, order 41", (1 + share) / 2)),
     )
 
 
@@ -257,7 +273,7 @@ def _decimals(values: Any) -> tuple[Decimal, ...]:
     return tuple(Decimal(str(value)) for value in values)
 
 
-def _vouched(
+def _verified(
     scene: Scene,
     asked: tuple[float, ...],
     grid: tuple[float, ...],
@@ -265,7 +281,7 @@ def _vouched(
     second: _Run,
     digits: int,
 ) -> Reference:
-    """Return the second run's states, each to the digits in which the first agrees."""
+    """Return the second run's states, each rounded to the digits that agree with the first."""
     margin = _MARGIN_WITH_EVENTS if has_events(scene) else _MARGIN
     states, right = [], []
     for time, coarse, fine in zip(grid, first[1], second[1], strict=True):
@@ -279,7 +295,7 @@ def _vouched(
 
 
 def _agreement(coarse: tuple[Decimal, ...], fine: tuple[Decimal, ...]) -> int:
-    """Return to how many digits after the decimal point two states agree."""
+    """Return the number of decimal places in which two states agree."""
     with localcontext() as context:
         context.prec = 2 * MOST_DIGITS
         apart = max(abs(a - b) for a, b in zip(coarse, fine, strict=True))

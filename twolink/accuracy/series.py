@@ -1,15 +1,15 @@
-"""Power series in balls: a kind of number with which a text of equations bounds itself.
+"""Power series in balls: a scalar type with rigorous bounds on truncated terms.
 
-A `Series` stands for a function that is analytic on a disc |t| ≤ ρ about 0, of which two things are
-known. `terms` are balls that contain its first coefficients, in the arithmetic of python-flint,
-which rounds every operation outwards. `norm` is a ball that contains an upper bound on
-‖a‖ = Σ |a_i| ρ^i over all its coefficients, also those that were cut off. By ‖a + b‖ ≤ ‖a‖ + ‖b‖,
+A `Series` represents a function that is analytic on a disc |t| ≤ ρ about 0. `terms` are balls that
+contain its first coefficients, in the arithmetic of python-flint, which rounds every operation
+outwards. `norm` is a ball that contains an upper bound on ‖a‖ = Σ |a_i| ρ^i over all its
+coefficients, including truncated ones. By ‖a + b‖ ≤ ‖a‖ + ‖b‖,
 ‖a b‖ ≤ ‖a‖ ‖b‖ and, with r = ‖a − a_0‖, ‖sin a‖ ≤ cosh r + sinh r = exp r (expand sin(a_0 + x) by
-its addition theorem) each operation finds the norm of its result, whatever ρ is. So what was cut
-off at a time |t| ≤ h < ρ is at most Σ_{i≥n} |a_i| h^i ≤ ‖a‖ (h/ρ)^n, by Cauchy's estimate.
+its addition theorem) each operation computes the norm of its result for any ρ. The truncated
+terms at a time |t| ≤ h < ρ are at most Σ_{i≥n} |a_i| h^i ≤ ‖a‖ (h/ρ)^n, by Cauchy's estimate.
 
-The formulas of this project run on a Series as on any number, by `twolink.arithmetic`. With two
-terms, (x, 1), the second of the result is the derivative.
+The formulas of this project accept a Series like any scalar, by `twolink.arithmetic`. With the two
+terms (x, 1) the second term of the result is the derivative.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Series:
     __slots__ = ("_sine_and_cosine", "norm", "terms")
 
     def __init__(self, terms: Any, norm: Any) -> None:
-        """Take python-flint's `arb_series` and `arb`."""
+        """Store python-flint's `arb_series` and `arb`."""
         self.terms, self.norm = terms, norm
         self._sine_and_cosine: tuple[Series, Series] | None = None
 
@@ -50,7 +50,7 @@ class Series:
     __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Series:
-        """Divide by a number, or by a series: ‖1/b‖ ≤ 1/(|b_0| − ‖b − b_0‖) where that is > 0."""
+        """Divide by a number or a series: ‖1/b‖ ≤ 1/(|b_0| − ‖b − b_0‖) if positive."""
         if not isinstance(other, Series):
             return Series(self.terms / other, self.norm / abs(other))
         first = other.terms[0]
@@ -62,7 +62,7 @@ class Series:
         return Series(self.terms * 0 + other, abs(other)) / self
 
     def sine_and_cosine(self) -> tuple[Series, Series]:
-        """Return both, which cost little more than one; they are kept for the next who asks."""
+        """Return sine and cosine, computed together and cached."""
         if self._sine_and_cosine is None:
             sine, cosine = self.terms.sin_cos()
             norm = self._beyond_the_first().exp()
@@ -85,10 +85,10 @@ def cos(x: Series) -> Series:
 
 
 def _parts(other: Any) -> tuple[Any, Any]:
-    """Return the terms and the norm of a series, or of a number, which is a series of one term."""
+    """Return the terms and the norm of a series, or of a number as a series of one term."""
     return (other.terms, other.norm) if isinstance(other, Series) else (other, abs(other))
 
 
 def _least(ball: Any) -> Any:
-    """Return the smallest size of a number in a ball, exactly or below it."""
+    """Return a lower bound on the absolute value of the numbers in a ball."""
     return ball.abs_lower()

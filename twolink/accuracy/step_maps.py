@@ -1,14 +1,13 @@
-"""One step of a method as a compiled map of the state: x to Φ(x), many starts at once.
+"""One step of a method as a compiled map of the state, x to Φ(x), for many initial states at once.
 
-A method that Python steps takes minutes for a million steps. Here the step itself is written on
-heyoka's expressions, by the same tableaus as `twolink.simulation.smooth.fixed_step`, several steps
-after each other, and compiled as one function of the state (q, p). So it serves equations without
-time.
+A million steps in Python take minutes. Here several successive steps are written with heyoka's
+expressions, by the same tableaus as `twolink.simulation.smooth.fixed_step`, and compiled as one
+function of the state (q, p). The equations must be autonomous.
 
-A compiled step knows no "until it has converged". Implicit stages are iterated a fixed number of
-times, so many that one more changes nothing: `StageIteration` counts them along the motion. Stages
-that are left unfinished would make a drift of their own (Hairer, McLachlan and Razakarivony,
-Achieving Brouwer's law with implicit Runge–Kutta methods, 2008).
+A compiled step has no convergence loop. Implicit stages are iterated a fixed number of times, large
+enough that one more iteration changes nothing: `StageIteration` determines it along the motion.
+Unconverged stages would cause an energy drift (Hairer, McLachlan and Razakarivony, Achieving
+Brouwer's law with implicit Runge–Kutta methods, 2008).
 """
 
 from __future__ import annotations
@@ -31,13 +30,13 @@ Variables = list[Any]
 Rates = Callable[[Variables], Variables]
 
 _MOST_ITERATIONS = 60
-# Compiling takes as long as evaluating so many rates is written out.
+# Compile time is proportional to the number of unrolled evaluations of the rates.
 _RATES_IN_A_MAP = 48
 
 
 @dataclass(frozen=True)
 class SemiImplicitEuler:
-    """The symplectic Euler method: p by its rate at the old q and the new p, then q by its own.
+    """The symplectic Euler method: p by its rate at the old q and the new p, then q.
 
     Hairer, Lubich and Wanner, Geometric Numerical Integration (2006), section VI.3, theorem 3.3.
     """
@@ -47,7 +46,7 @@ FixedMethod = Tableau | SemiImplicitEuler
 
 
 def scipy_tableau(name: str) -> Tableau:
-    """Return the tableau of SciPy's RK45 or DOP853, as it advances (without its error estimate)."""
+    """Return the tableau of SciPy's RK45 or DOP853 without the error estimate."""
     from scipy import integrate
 
     method: Any = getattr(integrate, name)
@@ -59,9 +58,9 @@ def scipy_tableau(name: str) -> Tableau:
 
 @dataclass(frozen=True)
 class StepMap:
-    """So many steps of a method, of h (s) each, as one compiled function.
+    """A number of steps of a method, of h (s) each, as one compiled function.
 
-    `iterations` is how often implicit equations are iterated in each step, 0 for explicit methods.
+    `iterations` is the number of iterations of implicit equations per step, 0 for explicit methods.
     """
 
     h: float
@@ -70,7 +69,7 @@ class StepMap:
     compiled: Callable[..., Any]
 
     def advance(self, states: Array, calls: int) -> Array:
-        """Return states (q1, q2, p1, p2), of shape (4, n), after so many calls of the map."""
+        """Return states (q1, q2, p1, p2), of shape (4, n), after `calls` calls of the map."""
         here, there = np.array(states, order="C"), np.empty_like(states, order="C")
         for _ in range(calls):
             self.compiled(inputs=here, outputs=there)
@@ -88,8 +87,8 @@ def step_map(
 ) -> StepMap:
     """Return the map of a method with step h (s) on a scene's equations in (q, p).
 
-    It takes so many steps at once, by default as many as are compiled soon. Raises
-    `SimulationError` where heyoka is not installed.
+    It takes a number of steps at once; the default limits the compile time. Raises
+    `SimulationError` if heyoka is not installed.
     """
     hy, variables, rates = _system(scene)
     stages = 1 if isinstance(method, SemiImplicitEuler) else len(method.b)
@@ -101,9 +100,9 @@ def step_map(
 
 
 class StageIteration:
-    """The fixed-point iteration of an implicit method's stages, on its own.
+    """The fixed-point iteration of an implicit method's stages.
 
-    `needed` counts how many iterations states need, `change` tells what one more would do.
+    `needed` counts the iterations for given states, `change` the effect of one more.
     """
 
     def __init__(self, scene: Scene, method: FixedMethod, h: float) -> None:
@@ -118,9 +117,9 @@ class StageIteration:
         self._first = hy.cfunc(_flat(guess), variables)
 
     def needed(self, states: Array) -> int:
-        """Return after how many iterations the slopes of none of the states (4, n) change.
+        """Return the number of iterations after which the slopes of all states (4, n) are constant.
 
-        What change is left is that of rounding: it no longer shrinks. Raises `SimulationError` if
+        The remaining change is rounding, which no longer shrinks. Raises `SimulationError` if
         the iteration does not converge.
         """
         smallest = np.inf
@@ -132,20 +131,19 @@ class StageIteration:
             smallest = min(smallest, change)
         raise SimulationError(
             f"an implicit step of {self._h:.3g} s does not converge in {_MOST_ITERATIONS} "
-            "iterations; allowed is a shorter step"
+            "iterations; use a shorter step"
         )
 
     def change(self, states: Array, iterations: int) -> float:
-        """Return by how much one more iteration would move states (4, n): the greatest of all.
+        """Return the largest change of states (4, n) by one more iteration.
 
-        It is counted in roundings: the distance from 1 to the next number, times the largest
-        variable.
+        Its unit is a rounding: the distance from 1 to the next number, times the largest variable.
         """
         change = next(c for n, (c, _) in enumerate(self._changes(states)) if n == iterations)
         return self._h * change / float(np.spacing(1.0) * np.abs(states).max())
 
     def _changes(self, states: Array) -> Iterator[tuple[float, float]]:
-        """Return the greatest change of a slope, and the greatest slope, at each iteration."""
+        """Return the largest change of a slope and the largest slope at each iteration."""
         guess = self._first(states)
         for _ in range(_MOST_ITERATIONS):
             found = self._once(np.concatenate([states, guess]))
@@ -156,7 +154,7 @@ class StageIteration:
 def _system(scene: Scene) -> tuple[Any, Variables, Rates]:
     """Return heyoka, the variables q1, q2, p1, p2, and their rates as expressions."""
     hy = heyoka()
-    equations, chain = MomentumEquations(), scene.equipped.convert(float)
+    equations, chain = MomentumEquations(), scene.moving_chain.convert(float)
 
     def rates(x: Variables) -> Variables:
         dq, dp = equations.rates(chain, scene.effects, (x[0], x[1]), (x[2], x[3]), 0.0)
@@ -178,7 +176,7 @@ def _step(method: FixedMethod, rates: Rates, x: Variables, h: float, iterations:
 
 
 def _guess(method: FixedMethod, rates: Rates, x: Variables) -> list[Variables]:
-    """Return the slopes that an implicit method starts from: those at the step's beginning."""
+    """Return the initial guess of an implicit method: the slopes at the step's start."""
     count = 1 if isinstance(method, SemiImplicitEuler) else len(method.b)
     return [rates(x)] * count
 
@@ -186,7 +184,7 @@ def _guess(method: FixedMethod, rates: Rates, x: Variables) -> list[Variables]:
 def _improved(
     method: FixedMethod, rates: Rates, x: Variables, h: float, stages: list[Variables]
 ) -> list[Variables]:
-    """Return the slopes of an implicit method, iterated once."""
+    """Return the slopes of an implicit method after one iteration."""
     if isinstance(method, SemiImplicitEuler):
         new = _moved(x, h, (1.0,), stages)
         return [rates([x[0], x[1], new[2], new[3]])]
@@ -194,7 +192,7 @@ def _improved(
 
 
 def _moved(x: Variables, h: float, factors: Sequence[float], slopes: list[Variables]) -> Variables:
-    """Return x + h Σ factor · slope; what is added is summed first, so that it rounds once."""
+    """Return x + h Σ factor · slope; the increment is summed first, so that x rounds once."""
     used = [(f, slope) for f, slope in zip(factors, slopes, strict=False) if f]
     if not used:
         return x

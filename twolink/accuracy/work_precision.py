@@ -1,4 +1,4 @@
-"""Work against precision: what each way costs at each of its settings, measured side by side."""
+"""Work-precision measurements: error and cost of each configuration at each setting."""
 
 from __future__ import annotations
 
@@ -12,43 +12,48 @@ from typing import Any
 import numpy as np
 
 from twolink.accuracy.across_events import EventErrors, event_errors
-from twolink.accuracy.truth import Truth, judging_times, largest_difference, truth
-from twolink.accuracy.ways import Way
+from twolink.accuracy.method_configurations import MethodConfiguration
+from twolink.accuracy.reference_trajectory import (
+    ReferenceTrajectory,
+    comparison_times,
+    largest_difference,
+    reference_trajectory,
+)
 from twolink.scene import Scene
 from twolink.simulation.motion import has_modes
 
-# Every point is timed so often, if the budget allows.
+# Number of timings of every point, if the budget allows.
 _ROUNDS = 5
 
-# The share of the budget for climbing the ladders; the rest is for timing again.
-_CLIMBING = 0.6
+# The share of the budget for the sweeps; the rest is for repeated timing.
+_SWEEPING = 0.6
 
-# A timing whose slowest repeat takes this many times its fastest is not to be trusted.
+# Largest ratio of slowest to fastest repeat for a reliable time.
 UNREPEATABLE = 2.0
 
-# The knob has run into rounding when so many finer settings in a row were no better; an error of
-# a good part of a radian is no sign of it, only of a setting that is far too coarse.
+# The sweep ends after this number of finer settings without improvement (round-off); errors of a
+# large part of a radian do not count, since they only show that a setting is too coarse.
 _NO_BETTER = 2
 _RESOLVED = 0.1
 
 
 @dataclass(frozen=True)
 class Point:
-    """One way at one setting: how far it errs, and what that costs.
+    """Error and cost of one configuration at one setting.
 
     `error` is the global error (rad, rad/s), `seconds` the median of the repeated runs and
-    `spread` the slowest of them over the fastest, both without `compile_seconds`. `events` has the
-    errors of events apart, where there are any. Where the way `failed`, that is the sentence, and
-    error and time are NaN.
+    `spread` the ratio of slowest to fastest, both without `compile_seconds`. `events` has the
+    errors of events, if there are any. If the run failed, `failed` is the reason, and error and
+    time are NaN.
     """
 
     engine: str
-    way: str
+    configuration: str
     method: str
     equations: str
     precision: str
     order: int | None
-    knob: str
+    parameter: str
     setting: float
     error: float
     seconds: float
@@ -64,26 +69,26 @@ class Point:
 
     @property
     def repeatable(self) -> bool:
-        """Whether the time can be trusted."""
+        """Whether the time is reproducible."""
         return self.repeats > 1 and self.spread < UNREPEATABLE
 
 
 @dataclass(frozen=True)
 class WorkPrecision:
-    """All points of a scene, what judged them, and what was not tried and why."""
+    """All points of a scene, the reference of their errors, and the reasons for omissions."""
 
     scene: Scene
     points: tuple[Point, ...]
-    truth: Truth
+    reference: ReferenceTrajectory
     judged_at: str
     left_out: tuple[str, ...] = ()
 
 
 @dataclass
-class _Rung:
-    """A setting of a way while it is measured."""
+class _Measurement:
+    """A setting of a configuration during its measurement."""
 
-    way: Way
+    configuration: MethodConfiguration
     setting: float
     error: float = math.nan
     compile_seconds: float = 0.0
@@ -96,39 +101,39 @@ class _Rung:
     failed: str = ""
     warnings: tuple[str, ...] = ()
 
-    def run(self, times: Any, exact: Truth) -> None:
-        """Run once more; what the first run tells is kept, and a failure too."""
+    def run(self, times: Any, exact: ReferenceTrajectory) -> None:
+        """Run once more; error and cost of the first run, or its failure, are kept."""
         start = perf_counter()
         try:
             with np.errstate(all="ignore"):
-                outcome = self.way.run(self.setting, times)
-            error = largest_difference(exact, outcome.q, outcome.u)
-        except Exception as problem:  # whatever others' engines raise is a result
+                result = self.configuration.run(self.setting, times)
+            error = largest_difference(exact, result.q, result.u)
+        except Exception as problem:  # any exception of an external engine is a result
             self.failed = f"{type(problem).__name__}: {problem}".splitlines()[0]
             self.spent += perf_counter() - start
             return
-        self.spent += perf_counter() - start - outcome.compile_seconds
+        self.spent += perf_counter() - start - result.compile_seconds
         if not math.isfinite(error):
-            self.failed = "left the numbers: a state is not finite"
+            self.failed = "a state is not finite"
             return
-        self.error, self.steps, self.evaluations = error, outcome.steps, outcome.evaluations
-        self.operations, self.warnings = outcome.operations, outcome.warnings
+        self.error, self.steps, self.evaluations = error, result.steps, result.evaluations
+        self.operations, self.warnings = result.operations, result.warnings
         if exact.events or exact.impacts:
-            self.events = event_errors(exact, outcome)
-        self.compile_seconds = max(self.compile_seconds, outcome.compile_seconds)
-        self.seconds.append(outcome.seconds)
+            self.events = event_errors(exact, result)
+        self.compile_seconds = max(self.compile_seconds, result.compile_seconds)
+        self.seconds.append(result.seconds)
 
     def point(self) -> Point:
-        way, taken = self.way, self.seconds
+        configuration, taken = self.configuration, self.seconds
         fine = not self.failed
         return Point(
-            engine=way.engine,
-            way=way.name,
-            method=way.method,
-            equations=way.equations,
-            precision=way.precision,
-            order=way.order,
-            knob=way.knob,
+            engine=configuration.engine,
+            configuration=configuration.name,
+            method=configuration.method,
+            equations=configuration.equations,
+            precision=configuration.precision,
+            order=configuration.order,
+            parameter=configuration.parameter,
             setting=self.setting,
             error=self.error if fine else math.nan,
             seconds=statistics.median(taken) if fine else math.nan,
@@ -146,89 +151,101 @@ class _Rung:
 
 def work_precision(
     scene: Scene,
-    ways: tuple[Way, ...],
+    configurations: tuple[MethodConfiguration, ...],
     *,
     budget: float = 20.0,
     left_out: tuple[str, ...] = (),
     progress: Callable[[str, float], None] | None = None,
 ) -> WorkPrecision:
-    """Return error and cost of every way at its settings, from coarse to fine.
+    """Return error and cost of every configuration at its settings, from coarse to fine.
 
-    Each way climbs until finer settings are no better, until it has failed twice in a row, or until
-    its share of `budget` (s) is spent. Then all points are timed again in turn, so that whatever
-    else the machine does hits all alike. `progress` is told what goes on and which share is done.
+    The sweep of a configuration ends when finer settings are no better, after two failures in a
+    row, or when its share of `budget` (s) is spent. Then all points are timed again in turn, so
+    that other load affects all alike. `progress` is called with a description and the completed
+    fraction.
     """
-    times = judging_times(scene)
-    tell = progress or (lambda what, share: None)
-    tell("the reference", 0.0)
-    exact = truth(scene, times)
-    rungs: list[_Rung] = []
+    times = comparison_times(scene)
+    report = progress or (lambda stage, share: None)
+    report("the reference", 0.0)
+    exact = reference_trajectory(scene, times)
+    measurements: list[_Measurement] = []
     stopped = list(left_out)
-    left = _CLIMBING * budget
-    for number, way in enumerate(ways):
-        tell(way.name, _CLIMBING * number / len(ways))
-        # What one way does not use is there for those that follow.
-        climbed, ended_early = _climb(way, times, exact, left / (len(ways) - number))
-        left -= sum(rung.spent for rung in climbed)
-        rungs.extend(climbed)
+    left = _SWEEPING * budget
+    for number, configuration in enumerate(configurations):
+        report(configuration.name, _SWEEPING * number / len(configurations))
+        # Unused time is available to the configurations that follow.
+        measured, ended_early = _sweep(
+            configuration, times, exact, left / (len(configurations) - number)
+        )
+        left -= sum(measurement.spent for measurement in measured)
+        measurements.extend(measured)
         if ended_early:
             stopped.append(ended_early)
-    _repeat(rungs, times, exact, (1 - _CLIMBING) * budget, tell)
+    _repeat(measurements, times, exact, (1 - _SWEEPING) * budget, report)
     return WorkPrecision(
         scene=scene,
-        points=tuple(rung.point() for rung in rungs),
-        truth=exact,
+        points=tuple(measurement.point() for measurement in measurements),
+        reference=exact,
         judged_at=f"{len(times)} samples" if has_modes(scene) else "the end",
         left_out=tuple(stopped),
     )
 
 
-def _climb(way: Way, times: Any, exact: Truth, seconds: float) -> tuple[list[_Rung], str]:
-    """Return the settings that were reached, and why finer ones were not, if time ran out."""
-    rungs: list[_Rung] = []
-    # What a way needs once, imports and models, is not charged to its first setting.
-    _Rung(way, way.ladder[0]).run(times, exact)
-    for setting in way.ladder:
-        spent = sum(rung.spent for rung in rungs)
-        if rungs and spent + 2 * rungs[-1].spent > seconds:
-            return rungs, (
-                f"{way.name}: the budget ended at {way.knob} {rungs[-1].setting:.3g}; finer ones "
-                "were not tried"
+def _sweep(
+    configuration: MethodConfiguration, times: Any, exact: ReferenceTrajectory, seconds: float
+) -> tuple[list[_Measurement], str]:
+    """Return the measured settings, and the reason why finer ones are missing, if time ran out."""
+    measurements: list[_Measurement] = []
+    # One-time costs, imports and models, are not charged to the first setting.
+    _Measurement(configuration, configuration.sweep[0]).run(times, exact)
+    for setting in configuration.sweep:
+        spent = sum(measurement.spent for measurement in measurements)
+        if measurements and spent + 2 * measurements[-1].spent > seconds:
+            return measurements, (
+                f"{configuration.name}: the budget ended at {configuration.parameter} "
+                f"{measurements[-1].setting:.3g}; finer ones were not tried"
             )
-        rung = _Rung(way, setting)
-        # The first run warms up: caches, and what is compiled for this setting.
-        rung.run(times, exact)
-        if not rung.failed and rung.seconds[0] < seconds / 20:
-            rung.seconds.clear()
-            rung.run(times, exact)
-        rungs.append(rung)
-        if _at_its_best(rungs):
+        measurement = _Measurement(configuration, setting)
+        # The first run is a warm-up of caches and of code compiled for this setting.
+        measurement.run(times, exact)
+        if not measurement.failed and measurement.seconds[0] < seconds / 20:
+            measurement.seconds.clear()
+            measurement.run(times, exact)
+        measurements.append(measurement)
+        if _at_its_best(measurements):
             break
-    return rungs, ""
+    return measurements, ""
 
 
-def _at_its_best(rungs: list[_Rung]) -> bool:
-    """Return whether finer settings are of no use: no better for long, or failures alone."""
-    before, late = rungs[:-_NO_BETTER], rungs[-_NO_BETTER:]
-    best = min((rung.error for rung in before if not rung.failed), default=math.inf)
-    return best < _RESOLVED and all(rung.failed or rung.error >= best for rung in late)
+def _at_its_best(measurements: list[_Measurement]) -> bool:
+    """Return whether finer settings no longer improve the error, or only fail."""
+    before, late = measurements[:-_NO_BETTER], measurements[-_NO_BETTER:]
+    best = min(
+        (measurement.error for measurement in before if not measurement.failed), default=math.inf
+    )
+    return best < _RESOLVED and all(
+        measurement.failed or measurement.error >= best for measurement in late
+    )
 
 
 def _repeat(
-    rungs: list[_Rung],
+    measurements: list[_Measurement],
     times: Any,
-    exact: Truth,
+    exact: ReferenceTrajectory,
     budget: float,
-    tell: Callable[[str, float], None],
+    report: Callable[[str, float], None],
 ) -> None:
-    """Time all points again in turn, those first that take least, as long as the budget lasts."""
+    """Repeat the timing of all points in turn, shortest first, until the budget is spent."""
     start = perf_counter()
-    timed = sorted((rung for rung in rungs if not rung.failed), key=lambda rung: rung.seconds[0])
+    timed = sorted(
+        (measurement for measurement in measurements if not measurement.failed),
+        key=lambda measurement: measurement.seconds[0],
+    )
     for repeat in range(1, _ROUNDS):
-        for rung in timed:
+        for measurement in timed:
             spent = perf_counter() - start
-            if spent + rung.seconds[0] > budget * repeat / (_ROUNDS - 1):
+            if spent + measurement.seconds[0] > budget * repeat / (_ROUNDS - 1):
                 break
-            done = _CLIMBING + (1 - _CLIMBING) * spent / budget
-            tell(f"timing again, {repeat} of {_ROUNDS - 1}", done)
-            rung.run(times, exact)
+            done = _SWEEPING + (1 - _SWEEPING) * spent / budget
+            report(f"timing again, {repeat} of {_ROUNDS - 1}", done)
+            measurement.run(times, exact)

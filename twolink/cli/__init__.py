@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
 from io import TextIOWrapper
+from typing import Annotated
 
 import typer
 
@@ -11,17 +14,20 @@ from twolink.cli.accuracy import accuracy
 from twolink.cli.drift import drift
 from twolink.cli.hardcases import hardcases
 from twolink.cli.plot import plot
+from twolink.cli.program import Program
 from twolink.cli.record import record
 from twolink.cli.reference import reference
 from twolink.cli.report import report
 from twolink.cli.scenes import scenes
 from twolink.cli.simulate import simulate
+from twolink.cli.terminal import FAILED, say, warn
+from twolink.cli.urdf import app as urdf
 from twolink.cli.verify import verify
 from twolink.cli.view import view
 
 app = typer.Typer(
+    cls=Program,
     help="The reference suite for the planar two-link chain (double pendulum).",
-    no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -43,12 +49,54 @@ COMMANDS = (
 
 for command in COMMANDS:
     app.command()(command)
+app.add_typer(urdf, name="urdf")
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        say(f"twolink {version('twolink')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version, and exit."
+        ),
+    ] = False,
+) -> None:
+    """Take the options of the program itself."""
 
 
 def main() -> None:
     """Run the command line."""
+    try:
+        _run()
+    except KeyboardInterrupt:
+        # Before a command has begun; what comes later is `Program`'s.
+        sys.exit(128 + signal.SIGINT)
+
+
+def _run() -> None:
+    closed = _open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         # A terminal without Greek letters shows question marks, not a traceback.
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")
+    if "stdout" in closed:
+        warn("twolink: the standard output is closed")
+        sys.exit(FAILED)
     app()
+
+
+def _open_closed_streams() -> list[str]:
+    """Open streams that are closed on nothing, lest the next file that is opened be one of them."""
+    closed = [name for name in ("stdin", "stdout", "stderr") if getattr(sys, name) is None]
+    for name in closed:
+        stream = open(os.devnull, "r" if name == "stdin" else "w", encoding="utf-8")  # noqa: SIM115
+        setattr(sys, name, stream)
+    return closed

@@ -10,26 +10,25 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from twolink.cli.studies import bar_of, names_in, write_study
-from twolink.cli.terminal import check_folder, console, refuse
-from twolink.errors import TwolinkError
+from twolink.cli.terminal import check_folder, console, refuse, styled
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from twolink.accuracy.study import Study, WaySummary
+    from twolink.accuracy.study import ConfigurationSummary, Study
 
 
 def accuracy(
-    scene: Annotated[Path, typer.Argument(help="A scene file (TOML); see `twolink scenes`.")],
+    scene: Annotated[Path, typer.Argument(help="A scene: its name, or a TOML file.")],
     methods: Annotated[
         str, typer.Option(help="These methods alone, separated by commas. Default: all.")
     ] = "",
-    peers: Annotated[
-        bool, typer.Option("--peers", help="Measure other engines too, if they are installed.")
+    engines: Annotated[
+        bool, typer.Option("--engines", help="Measure other engines too, if they are installed.")
     ] = False,
     budget: Annotated[
         float | None,
-        typer.Option(help="Time (s) for the runs that are measured. Default: 15, with peers 75."),
+        typer.Option(help="Time (s) for the runs that are measured. Default: 15, with engines 75."),
     ] = None,
     out: Annotated[
         Path | None,
@@ -45,18 +44,15 @@ def accuracy(
     from twolink.scene import Scene
 
     if budget is None:
-        budget = 75.0 if peers else 15.0
+        budget = 75.0 if engines else 15.0
     if not 0 < budget < math.inf:
-        refuse(f"--budget is {budget:g}; allowed is a positive number of seconds")
+        refuse(f"--budget must be a positive number of seconds; got {budget:g}")
     check_folder("--out", out)
-    try:
-        loaded = Scene.load(scene)
-        with bar_of("measuring") as told:
-            found = study(
-                loaded, methods=names_in(methods), peers=peers, budget=budget, progress=told
-            )
-    except TwolinkError as error:
-        refuse(str(error))
+    loaded = Scene.load(scene)
+    with bar_of("measuring") as told:
+        found = study(
+            loaded, methods=names_in(methods), engines=engines, budget=budget, progress=told
+        )
     _print(console(), found)
     if out is not None:
         from viz.plots.work_precision import work_precision_plot
@@ -69,25 +65,27 @@ def _print(page: Console, found: Study) -> None:
     from rich.table import Table
 
     measured = found.work_precision
-    page.print(f"[bold]{measured.scene.title}[/], {measured.scene.duration:g} s")
-    page.print(f"errors at {measured.judged_at}, judged by {measured.truth.source}\n")
+    page.print(styled((measured.scene.title, "bold"), f", {measured.scene.duration:g} s"))
+    page.print(f"errors at {measured.judged_at}, measured against {measured.reference.source}\n")
     table = Table(title="What a digit costs", title_justify="left", box=box.SIMPLE_HEAD)
-    for name in ("digits", "cheapest way", "setting", "time", "the next digit takes"):
+    for name in ("digits", "cheapest configuration", "setting", "time", "the next digit takes"):
         table.add_column(name, justify="right" if name in ("digits", "time") else "left")
     for point, group in groupby(found.choices, key=lambda choice: choice.point):
         own = list(group)
         digits, further = [choice.digits for choice in own], own[0].next_digit
         table.add_row(
             str(digits[0]) if len(digits) == 1 else f"{digits[0]} to {digits[-1]}",
-            point.way,
-            f"{point.knob} {point.setting:.3g}",
+            point.configuration,
+            f"{point.parameter} {point.setting:.3g}",
             _marked(point.seconds, point.repeatable),
             "—" if further is None else f"× {further:.2f}",
         )
     page.print(table)
-    page.print(_ways_table(found.ways))
+    page.print(_configurations_table(found.configurations))
     page.print("± marks times whose slowest repeat took twice the fastest, or that stand alone.")
-    if any(line.seconds is None and line.why_no_time != "never" for line in found.ways):
+    if any(
+        line.seconds is None and line.why_no_time != "not reached" for line in found.configurations
+    ):
         page.print("By chance: one setting errs so little, and the next finer one does not.")
     page.print()
     if any(point.events for point in found.points):
@@ -100,20 +98,20 @@ def _print(page: Console, found: Study) -> None:
     page.print(found.recommendation, style="bold green", soft_wrap=True)
 
 
-def _ways_table(ways: tuple[WaySummary, ...]) -> Any:
+def _configurations_table(configurations: tuple[ConfigurationSummary, ...]) -> Any:
     from rich import box
     from rich.table import Table
 
     from twolink.accuracy.study import COMPARED_AT
 
-    title = f"Every way, at an error of {COMPARED_AT:g}"
+    title = f"Every configuration, at an error of {COMPARED_AT:g}"
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("way", no_wrap=True)
+    table.add_column("configuration", no_wrap=True)
     for name in ("time", "ratio", "least error", "order", "measured", "failed"):
         table.add_column(name, justify="right")
-    for line in ways:
+    for line in configurations:
         table.add_row(
-            line.way,
+            line.configuration,
             line.why_no_time if line.seconds is None else _marked(line.seconds, line.repeatable),
             "" if line.ratio is None else f"{line.ratio:.3g}",
             f"{line.best:.1e}",
@@ -130,7 +128,7 @@ def _events_table(found: Study) -> Any:
     from rich.table import Table
 
     table = Table(title="Across events", title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("way", no_wrap=True)
+    table.add_column("configuration", no_wrap=True)
     for name in ("setting", "time of events", "speed at impacts", "at the samples", "events"):
         table.add_column(name, justify="right")
     for point in found.points:
@@ -138,8 +136,8 @@ def _events_table(found: Study) -> Any:
             continue
         apart = point.events
         table.add_row(
-            point.way,
-            f"{point.knob} {point.setting:.3g}",
+            point.configuration,
+            f"{point.parameter} {point.setting:.3g}",
             _above_rounding(apart.time) + " s",
             _above_rounding(apart.approach),
             f"{point.error:.1e}",
@@ -154,7 +152,7 @@ def _above_rounding(error: float) -> str:
 
 
 def _floor_sentences(found: Study) -> list[str]:
-    floor = found.floor
+    floor = found.roundoff_floor
     growth = f"by {floor.growth:.2g} digits a second" if floor.growth > 0.005 else "hardly"
     sentences = [
         f"Double precision ends at an error of {floor.error:.1e}; rounding grows {growth}."

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from twolink.cli.studies import bar_of, names_in, write_study
-from twolink.cli.terminal import check_folder, console, refuse
-from twolink.errors import TwolinkError
+from twolink.cli.terminal import check_folder, console, styled
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -22,7 +21,9 @@ _MANY_TURNS = 63.0
 
 
 def drift(
-    scene: Annotated[Path, typer.Argument(help="A scene file (TOML) that conserves energy.")],
+    scene: Annotated[
+        Path, typer.Argument(help="A scene that conserves energy: its name, or a TOML file.")
+    ],
     seconds: Annotated[float, typer.Option(help="How long to follow the motion (s).")] = 1e5,
     methods: Annotated[
         str, typer.Option(help="These methods alone, separated by commas. Default: all.")
@@ -41,12 +42,9 @@ def drift(
     from twolink.scene import Scene
 
     check_folder("--out", out)
-    try:
-        loaded = Scene.load(scene)
-        with bar_of("following") as told:
-            found = energy_drift(loaded, seconds=seconds, methods=names_in(methods), progress=told)
-    except TwolinkError as error:
-        refuse(str(error))
+    loaded = Scene.load(scene)
+    with bar_of("following") as told:
+        found = energy_drift(loaded, seconds=seconds, methods=names_in(methods), progress=told)
     _print(console(), found)
     if out is not None:
         from viz.plots.drift import drift_plot
@@ -55,7 +53,7 @@ def drift(
 
 
 def _print(page: Console, found: DriftStudy) -> None:
-    page.print(f"[bold]{found.scene.title}[/], {found.seconds:g} s")
+    page.print(styled((found.scene.title, "bold"), f", {found.seconds:g} s"))
     page.print(
         "energy errors are root mean squares over neighbouring starts, as shares of the greatest "
         f"kinetic energy, {found.kinetic_energy:.3g} J\n",
@@ -80,8 +78,8 @@ def _print(page: Console, found: DriftStudy) -> None:
 
 def _about_the_motion(found: DriftStudy) -> Iterator[str]:
     """Return what the motion is like, in sentences: it decides what powers of time can tell."""
-    apart = found.parting
-    by = f"neighbours part by a factor of {apart.factor:.1g} in {apart.seconds:.3g} s"
+    apart = found.divergence
+    by = f"nearby starts separate by a factor of {apart.factor:.1g} in {apart.seconds:.3g} s"
     if apart.chaotic:
         yield (
             f"The motion is chaotic: {by}. Where a step is long for its swiftest moments energy "

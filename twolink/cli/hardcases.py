@@ -12,12 +12,11 @@ from twolink.cli.terminal import (
     WIDE,
     check_target,
     console,
-    ended_by_signals,
     progress_bar,
     refuse,
+    say,
     write_json,
 )
-from twolink.errors import TwolinkError
 
 if TYPE_CHECKING:
     from twolink.hardcases import Case, Column, Outcome
@@ -37,8 +36,8 @@ _STYLES = {
 _WIDE = 124
 
 _FAIR = (
-    "Peers run by their best method at a fine setting, and are held to 1e-6, or to what their "
-    "tolerance grows to; --json keeps what they said, and the call."
+    "External engines run with their best method at a fine setting; their bound is 1e-6 or the "
+    "growth of their tolerance; --json saves their messages and calls."
 )
 
 
@@ -50,7 +49,7 @@ def hardcases(
         list[str] | None,
         typer.Option(
             "--engine",
-            help="Only this column: momenta, lagrange, kane, or a peer by the beginning of its "
+            help="Only this column: momenta, lagrange, kane, or an engine by the beginning of its "
             "name; may be given often. Default: all that are installed.",
         ),
     ] = None,
@@ -63,7 +62,7 @@ def hardcases(
         Path | None, typer.Option("--json", help="Write the scoreboard to this file as JSON.")
     ] = None,
 ) -> None:
-    """Run the hard cases on this library, and on its peers.
+    """Run the hard cases on this library and on external engines.
 
     Rows are cases, columns are engines. Exit code 0: this library passes all. 1: it does not.
     2: the input was refused.
@@ -72,17 +71,14 @@ def hardcases(
     from twolink.hardcases.catalogue import CASES, case_named, explained
     from twolink.hardcases.run import OURS, columns, document, failed_by_us
 
-    try:
-        if explain is not None:
-            chosen = CASES if explain == "all" else (case_named(explain),)
-            typer.echo("\n".join(explained(one) for one in chosen), nl=False)
-            return
-        if ours and engine:
-            refuse("both --ours and --engine are given; allowed is one of them")
-        cases = CASES if case is None else tuple(case_named(name) for name in case)
-        chosen_columns = OURS if ours else columns(engine)
-    except TwolinkError as error:
-        refuse(str(error))
+    if explain is not None:
+        chosen = CASES if explain == "all" else (case_named(explain),)
+        say("\n".join(explained(one) for one in chosen), end="")
+        return
+    if ours and engine:
+        refuse("both --ours and --engine are given; must be one of them")
+    cases = CASES if case is None else tuple(case_named(name) for name in case)
+    chosen_columns = OURS if ours else columns(engine)
     board = _run(cases, chosen_columns)
     _print_board(cases, chosen_columns, board)
     if json_file is not None:
@@ -93,17 +89,17 @@ def hardcases(
 
 def _run(cases: tuple[Case, ...], chosen: tuple[Column, ...]) -> dict[str, dict[str, Outcome]]:
     """Run all cases under a progress bar that says which one is on its way."""
+    from twolink.hardcases.parallel import parallel_scoreboard
     from twolink.hardcases.run import scoreboard
-    from twolink.hardcases.spreading import spread_scoreboard
 
-    with progress_bar() as bar, ended_by_signals():
+    with progress_bar() as bar:
         task = bar.add_task("hard cases", total=len(cases))
 
         def told(done: int, running: tuple[str, ...]) -> None:
             bar.update(task, description=", ".join(running), completed=done)
 
         if len(cases) > 1:
-            return spread_scoreboard(cases, chosen, told)
+            return parallel_scoreboard(cases, chosen, told)
         told(0, (cases[0].name,))
         return scoreboard(cases, chosen)
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from twolink.cli.terminal import FAILED, check_target, progress_bar, refuse
-from twolink.errors import ParameterError, TwolinkError
+from twolink.cli.limits import Force, limits_of
+from twolink.cli.terminal import FAILED, check_target, progress_bar, refuse, say, warn
+from twolink.errors import ParameterError
+from twolink.text import choice
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,8 +32,8 @@ def plot(
         Path,
         typer.Argument(
             metavar="SCENE|TRAJECTORY",
-            help="A scene file (TOML), or a trajectory that `twolink simulate --out` wrote; a "
-            "URDF for --kind verification.",
+            help="A scene (its name or TOML file), or a trajectory that `twolink simulate --out` "
+            "wrote; a URDF for --kind verification.",
         ),
     ],
     kind: Annotated[str, typer.Option(help=f"What to plot: {', '.join(KINDS)}.")],
@@ -46,30 +49,38 @@ def plot(
         int, typer.Option(help="How many random states a verification compares at.")
     ] = 10_000,
     seed: Annotated[int, typer.Option(help="Seed of these states.")] = 1,
+    force: Force = False,
 ) -> None:
     """Plot a motion, its energies and its contacts, or how well the formulations agree.
 
     Exit code 0: the plots are written. 1: they are, and the motion is accurate only up to the time
     that is printed. 2: the input was refused.
     """
+    source = _source(source)
     _check(source, kind, out, theme, states, seed)
-    try:
-        with progress_bar() as bar:
-            trajectory = None if kind == "verification" else _trajectory(source, samples, bar)
-            drawn = _drawn(source, trajectory, kind, theme, states, seed, bar)
-            written = _write(drawn, out, kind)
-    except TwolinkError as error:
-        refuse(str(error))
-    except OSError as error:
-        refuse(f"--out is {out} and cannot be written ({error}); allowed is a file that can be")
+    if samples < 2:
+        refuse(f"--samples must be 2 or more; got {samples}")
+    with progress_bar() as bar:
+        trajectory = None
+        if kind != "verification":
+            trajectory = _trajectory(source, samples, bar, force)
+        drawn = _drawn(source, trajectory, kind, theme, states, seed, bar, force)
+        written = _write(drawn, out, kind)
     for path in written:
-        typer.echo(f"{path}")
+        say(path)
     if kind == "all" and "contact" not in drawn:
-        typer.echo("No plot of contact: the scene has no friction and no obstacle.")
+        say("No plot of contact: the scene has no friction and no obstacle.")
     for note in () if trajectory is None else trajectory.notes:
-        typer.echo(note, err=True)
+        warn(note)
     if trajectory is not None and not trajectory.met:
         raise typer.Exit(FAILED)
+
+
+def _source(named: Path) -> Path:
+    """Return the file that is plotted: that of a shipped scene for its name."""
+    from twolink.scene import scene_file
+
+    return scene_file(named)
 
 
 def _check(source: Path, kind: str, out: Path, theme: str, states: int, seed: int) -> None:
@@ -77,27 +88,24 @@ def _check(source: Path, kind: str, out: Path, theme: str, states: int, seed: in
     from viz.themes import THEMES
 
     if kind not in KINDS:
-        refuse(f"--kind is {kind}; allowed are {', '.join(KINDS)}")
+        refuse(choice("--kind", kind, KINDS))
     if theme not in THEMES:
-        refuse(f"--theme is {theme}; allowed are {', '.join(THEMES)}")
+        refuse(choice("--theme", theme, THEMES))
     check_target("--out", out, _FILES)
     if states < 1:
-        refuse(f"--states is {states}; allowed is a positive whole number")
+        refuse(f"--states must be a positive whole number; got {states}")
     if seed < 0:
-        refuse(f"--seed is {seed}; allowed is zero or a positive whole number")
+        refuse(f"--seed must be zero or a positive whole number; got {seed}")
     if source.suffix == ".urdf" and kind != "verification":
-        refuse(
-            f"{source} is a URDF and --kind is {kind}; allowed is verification, or a scene or "
-            "trajectory instead"
-        )
+        refuse(f"--kind must be verification for a URDF; got {kind} for {source}")
     if source.suffix not in (".toml", ".urdf", *_TRAJECTORIES):
         refuse(
-            f"{source}: the suffix is '{source.suffix}'; allowed is a scene (.toml) or a "
-            f"trajectory ({', '.join(_TRAJECTORIES)})"
+            f"{source}: must be a scene (.toml) or a trajectory ({', '.join(_TRAJECTORIES)}); got "
+            f"the suffix '{source.suffix}'"
         )
 
 
-def _trajectory(source: Path, samples: int, bar: Progress) -> Trajectory:
+def _trajectory(source: Path, samples: int, bar: Progress, force: bool) -> Trajectory:
     """Return the trajectory in a file, or of the scene in it."""
     from twolink.scene import Scene
     from twolink.simulation import Trajectory, simulate
@@ -108,6 +116,7 @@ def _trajectory(source: Path, samples: int, bar: Progress) -> Trajectory:
     return simulate(
         Scene.load(source),
         samples=samples,
+        limits=limits_of(force),
         progress=lambda what, share: bar.update(
             task, description=f"simulating, {what}", completed=share
         ),
@@ -122,6 +131,7 @@ def _drawn(
     states: int,
     seed: int,
     bar: Progress,
+    force: bool,
 ) -> dict[str, Figure]:
     """Return the figures of a kind, or of all that there are, by the names of their kinds."""
     found: dict[str, Figure] = {}
@@ -135,7 +145,7 @@ def _drawn(
                 found[name] = plots[name](trajectory, theme)
             bar.advance(task)
     if kind in ("verification", "all"):
-        found["verification"] = _verification(_urdf(source), theme, states, seed, bar)
+        found["verification"] = _verification(_urdf(source), theme, states, seed, bar, force)
     return found
 
 
@@ -161,14 +171,21 @@ def _urdf(source: Path) -> PlanarUrdf:
     return parse_planar_urdf(scene.chain.to_urdf())
 
 
-def _verification(urdf: PlanarUrdf, theme: str, states: int, seed: int, bar: Progress) -> Figure:
+def _verification(
+    urdf: PlanarUrdf, theme: str, states: int, seed: int, bar: Progress, force: bool
+) -> Figure:
     """Return the plot of the differences on a URDF."""
     from twolink.verification.differences import differences
     from viz.plots.verification import verification
 
     task = bar.add_task(f"comparing at {states} states", total=1.0)
     found = differences(
-        urdf, states=states, seed=seed, progress=lambda share: bar.update(task, completed=share)
+        urdf,
+        states=states,
+        seed=seed,
+        progress=limits_of(force).timed(
+            f"comparing at {states} states", lambda share: bar.update(task, completed=share)
+        ),
     )
     return verification(found, theme)
 
@@ -180,8 +197,8 @@ def _write(drawn: dict[str, Figure], out: Path, kind: str) -> list[Path]:
     paths = []
     for name, made in drawn.items():
         path = out.with_stem(f"{out.stem}-{name}") if kind == "all" else out
-        if path.is_dir():
-            raise ParameterError(f"{path} is a folder; allowed is a file")
+        if os.path.isdir(path):
+            raise ParameterError(f"{path}: must be a file; got a folder")
         save(made, path)
         paths.append(path)
     return paths

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from twolink.cli.limits import Force, limits_of
 from twolink.cli.terminal import (
     FAILED,
     check_folder,
@@ -16,10 +18,11 @@ from twolink.cli.terminal import (
     console,
     progress_bar,
     refuse,
+    styled,
     write_json,
 )
-from twolink.errors import TwolinkError
-from twolink.files import written_whole
+from twolink.files import atomic_write
+from twolink.text import quoted
 
 if TYPE_CHECKING:
     from twolink.accuracy.enclosure import Enclosure
@@ -33,7 +36,7 @@ _COMPUTED, _PROVEN = 60, 30
 
 
 def reference(
-    scenes: Annotated[list[Path], typer.Argument(help="Scene files (TOML); see `twolink scenes`.")],
+    scenes: Annotated[list[Path], typer.Argument(help="Scenes: their names, or TOML files.")],
     digits: Annotated[
         int | None,
         typer.Option(help="Right digits after the decimal point. Default: 60; 30 with --rigorous."),
@@ -53,20 +56,21 @@ def reference(
             help="Write a .json or .csv file; for several scenes a folder, in which each has both."
         ),
     ] = None,
+    force: Force = False,
 ) -> None:
-    """Compute a motion to any number of digits, vouched for by two runs that differ.
+    """Compute a motion to any number of digits, verified by two runs that differ.
 
     They differ in precision, order and equations. Where a motion has events, 113 bits give fewer
     digits: as many as are asked for, up to 28. With --rigorous, intervals are given instead that
     provably contain a smooth motion, by ball arithmetic. Exit code 0: all digits are there. 1:
     fewer, as printed. 2: the input was refused.
     """
-    several = len(scenes) > 1 or (out is not None and out.is_dir())
+    several = len(scenes) > 1 or (out is not None and os.path.isdir(out))
     if several:
         check_folder("--out", out)
     else:
         check_target("--out", out, _KINDS)
-    asked = _Asked(digits, _times(times), fifths, several)
+    asked = _Asked(digits, _times(times), fifths, several, force)
     complete = True
     for file in scenes:
         found = asked.enclosed(file) if rigorous else asked.computed(file)
@@ -86,6 +90,7 @@ class _Asked:
     times: tuple[float, ...] | None
     fifths: bool
     several: bool
+    force: bool
 
     def computed(self, file: Path) -> Reference:
         """Return a scene's reference, or refuse."""
@@ -115,23 +120,21 @@ class _Asked:
     def _found(self, file: Path, compute: Any, wanted: Callable[[Scene], int]) -> Any:
         from twolink.scene import Scene
 
-        try:
-            scene = Scene.load(file)
-            times = self.times
-            if self.fifths:
-                times = tuple(scene.duration * part / 5 for part in range(1, 6))
-            with progress_bar() as bar:
-                task = bar.add_task("computing", total=1.0)
-                return compute(
-                    scene,
-                    wanted(scene),
-                    times,
-                    progress=lambda what, share: bar.update(
-                        task, description=f"{file.stem}: {what}", completed=share
-                    ),
-                )
-        except TwolinkError as error:
-            refuse(str(error))
+        scene = Scene.load(file)
+        times = self.times
+        if self.fifths:
+            times = tuple(scene.duration * part / 5 for part in range(1, 6))
+        with progress_bar() as bar:
+            task = bar.add_task("computing", total=1.0)
+            return compute(
+                scene,
+                wanted(scene),
+                times,
+                limits=limits_of(self.force),
+                progress=lambda what, share: bar.update(
+                    task, description=f"{file.stem}: {what}", completed=share
+                ),
+            )
 
 
 def _times(text: str) -> tuple[float, ...] | None:
@@ -140,12 +143,12 @@ def _times(text: str) -> tuple[float, ...] | None:
     try:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
-        refuse(f"--times is '{text}'; allowed are numbers of seconds, separated by commas")
+        refuse(f"--times must be numbers of seconds, separated by commas; got {quoted(text)}")
 
 
 def _print(found: Reference | Enclosure) -> None:
     page = console()
-    page.print(f"[bold]{found.scene.title}[/]")
+    page.print(styled((found.scene.title, "bold")))
     page.print(found.how, soft_wrap=True)
     for index, (time, state) in enumerate(zip(found.times, found.states, strict=True)):
         page.print(f"\n  t = {time!r} s, {found.worth(index)}")
@@ -167,5 +170,5 @@ def _write(found: Reference | Enclosure, out: Path, stem: str | None) -> None:
         if target.suffix == ".json":
             write_json(target, found.document())
         else:
-            with written_whole(target) as file:
+            with atomic_write(target) as file:
                 file.write_text(found.csv(), encoding="utf-8")

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from twolink.cli.terminal import FAILED, check_folder, console, progress_bar, refuse
-from twolink.errors import TwolinkError
 
 if TYPE_CHECKING:
     from twolink.scene import Scene
@@ -27,7 +26,7 @@ _DEFAULT = ("drop.toml", "free_fall.toml")
 def report(
     scenes: Annotated[
         list[Path] | None,
-        typer.Argument(help="Scene files (TOML). Default: the source's drop, and its free fall."),
+        typer.Argument(help="Scenes: names or TOML files. Default: drop and free_fall."),
     ] = None,
     out: Annotated[Path, typer.Option(help="The folder for index.html.")] = Path("report"),
     states: Annotated[int, typer.Option(help="How many random states to verify at.")] = 10_000,
@@ -45,11 +44,8 @@ def report(
     """
     check_folder("--out", out)
     if states < 1:
-        refuse(f"--states is {states}; allowed is a positive whole number")
-    try:
-        verdicts = _made(scenes or [], out, states, full)
-    except TwolinkError as error:
-        refuse(str(error))
+        refuse(f"--states must be a positive whole number; got {states}")
+    verdicts = _made(scenes or [], out, states, full)
     page = console()
     for passed, sentence in verdicts:
         page.print(sentence, style="bold green" if passed else "bold red", soft_wrap=True)
@@ -60,8 +56,8 @@ def report(
 
 def _made(files: list[Path], out: Path, states: int, full: bool) -> list[tuple[bool, str]]:
     """Write the page; return each verdict: whether what was checked agrees, and its sentence."""
+    from twolink.data import data_path
     from twolink.scene import Scene
-    from twolink.shipped import shipped
     from twolink.urdf import read_planar_urdf
     from twolink.verification import verify
     from viz.page import player_head
@@ -69,13 +65,15 @@ def _made(files: list[Path], out: Path, states: int, full: bool) -> list[tuple[b
     from viz.report import sections as made
 
     # All is read before any work is done.
-    loaded = [Scene.load(file) for file in files or [shipped("scenes") / name for name in _DEFAULT]]
+    loaded = [
+        Scene.load(file) for file in files or [data_path("scenes") / name for name in _DEFAULT]
+    ]
     stages = 2 + len(loaded) + full
     with progress_bar() as bar:
         stage = _Stages(bar, stages)
         with stage("verifying the shipped URDF") as tell:
             verdict = verify(
-                read_planar_urdf(shipped("twolink.urdf")), states=states, progress=tell
+                read_planar_urdf(data_path("twolink.urdf")), states=states, progress=tell
             )
         parts: list[Section] = [made.verification(verdict)]
         verdicts = [(verdict.passed, verdict.sentence)]
@@ -139,13 +137,13 @@ def _scene(scene: Scene, budget: float, tell: Callable[[float], None]) -> Sectio
 def _hard_cases(tell: Callable[[float, str], None]) -> tuple[Section, tuple[bool, str]]:
     """Return the section of the hard cases, and their verdict."""
     from twolink.hardcases.catalogue import CASES
+    from twolink.hardcases.parallel import parallel_scoreboard
     from twolink.hardcases.run import columns, verdict
-    from twolink.hardcases.spreading import spread_scoreboard
     from viz.report.scoreboard import hard_cases
 
     def told(done: int, running: tuple[str, ...]) -> None:
         tell(done / len(CASES), ", ".join(running))
 
     chosen = columns()
-    board = spread_scoreboard(CASES, chosen, told)
+    board = parallel_scoreboard(CASES, chosen, told)
     return hard_cases(CASES, chosen, board), verdict(board)

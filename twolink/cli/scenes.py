@@ -8,20 +8,22 @@ from typing import Annotated
 
 import typer
 
+from twolink.cli.terminal import say
+
 
 def scenes(
     schema: Annotated[
         bool, typer.Option("--schema", help="Print the JSON schema of scene files, for editors.")
     ] = False,
 ) -> None:
-    """List the scenes that come along, or print the schema."""
-    from twolink.scene import Scene, scene_model
-    from twolink.shipped import shipped
+    """List the shipped scenes by name, or print the schema."""
+    from twolink.scene import Scene, scene_model, scene_names
 
     if schema:
-        typer.echo(json.dumps(scene_model().model_json_schema(), indent=2))
+        say(json.dumps(scene_model().model_json_schema(), indent=2))
         return
-    for file in sorted(shipped("scenes").rglob("*.toml")):
-        typer.echo(f"{file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file}")
+    here = Path.cwd()
+    for name, file in scene_names().items():
         scene = Scene.load(file)
-        typer.echo(f"    {scene.title}: {scene.shows}")
+        say(f"{name}: {scene.title}: {scene.shows}")
+        say(f"    {file.relative_to(here) if file.is_relative_to(here) else file}")

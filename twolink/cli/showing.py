@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -9,12 +10,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from twolink.cli.limits import limits_of
 from twolink.cli.terminal import progress_bar, refuse
 from twolink.errors import SceneError
+from twolink.text import choice
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
+    from twolink.limits import Limits
     from twolink.scene import Scene
     from twolink.simulation import Trajectory
     from viz.film import Film
@@ -23,7 +27,8 @@ if TYPE_CHECKING:
 Motion = Annotated[
     Path,
     typer.Argument(
-        metavar="SCENE|TRAJECTORY", help="A scene (TOML), or a trajectory (.npz, .csv, .parquet)."
+        metavar="SCENE|TRAJECTORY",
+        help="A scene (name or TOML file), or a trajectory (.npz, .csv, .parquet).",
     ),
 ]
 Ghosts = Annotated[
@@ -46,7 +51,11 @@ _FORMULATIONS = ("momenta", "lagrange", "kane")
 _PINOCCHIO = "pinocchio"
 
 # The tolerance of SciPy's steps where Pinocchio moves the chain: near the finest it accepts.
-_PEER_TOLERANCE = 1e-13
+_ENGINE_TOLERANCE = 1e-13
+
+
+# Memory (bytes) of a frame's pose, and of a point between two frames; these points per second.
+BYTES_OF_A_POSE, _TRAIL_RATE = 200, 120
 
 
 class ThemeName(StrEnum):
@@ -68,48 +77,73 @@ def film_of(
     fps: float,
     speed: float,
     theme: str,
+    force: bool = False,
+    frame_bytes: int = BYTES_OF_A_POSE,
 ) -> Film:
     """Return the film of a scene or trajectory, with ghosts beside it.
 
-    Simulates what must be, with a progress bar. Raises `TwolinkError` for what cannot be shown.
+    `frame_bytes` is the memory that a frame will take. Simulates what must be, with a progress bar.
+    Raises `TwolinkError` for what cannot be shown.
     """
-    from viz.film import Film
+    from twolink.scene import scene_file
+    from viz.film import Film, check_rates
     from viz.run import Run
     from viz.themes import theme_named
     from viz.urdf_bodies import urdf_bodies
 
+    motion = scene_file(motion)
     colours = theme_named(theme)
+    check_rates(fps, speed)
     with progress_bar() as bar:
-        first = _trajectory(motion, bar)
+        limits = limits_of(force)
+        first = _trajectory(motion, bar, limits)
+        _check_frames(first.scene.duration, fps, speed, frame_bytes, limits)
         runs = [Run(f"{motion.stem}, {first.formulation}", first)]
         for ghost in ghosts:
-            runs.append(_ghost(ghost, first, speed / fps, bar))
+            runs.append(_ghost(ghost, first, speed / fps, bar, limits))
         if nearby is not None:
             scene = replace(first.scene, q=(first.scene.q[0] + nearby, first.scene.q[1]))
-            runs.append(Run(f"q1 {nearby:+g} rad", _simulated(scene, bar, "the start nearby")))
+            runs.append(
+                Run(f"q1 {nearby:+g} rad", _simulated(scene, bar, "the start nearby", limits))
+            )
     file = urdf or _urdf_of(motion)
     bodies = urdf_bodies(file, first.chain, own=urdf is None) if file else ()
     return Film(tuple(runs), fps=fps, speed=speed, theme=colours, bodies=bodies)
 
 
-def _ghost(ghost: str, first: Trajectory, step: float, bar: Progress) -> Run:
+def _check_frames(
+    duration: float, fps: float, speed: float, frame_bytes: int, limits: Limits
+) -> None:
+    """Refuse more frames, or more of the motion between two of them, than memory can hold."""
+    limits.check_memory(
+        f"{duration:g} s at {fps:g} frames a second and a speed of {speed:g}",
+        frame_bytes * duration * fps / speed + BYTES_OF_A_POSE * _TRAIL_RATE / fps,
+    )
+
+
+def _ghost(ghost: str, first: Trajectory, step: float, bar: Progress, limits: Limits) -> Run:
     """Return the run that a word or a file names."""
+    from twolink.scene import scene_file
     from viz.run import Run
 
     if ghost in _FORMULATIONS:
-        return Run(ghost, _simulated(first.scene, bar, ghost, formulation=ghost))
+        return Run(ghost, _simulated(first.scene, bar, ghost, limits, formulation=ghost))
     if ghost == _PINOCCHIO:
         return Run("Pinocchio, by SciPy's DOP853", _by_pinocchio(first, step))
-    file = Path(ghost)
-    if not file.exists():
+    file = scene_file(ghost)
+    # Of a name that no file can have, a path would raise an error.
+    if not os.path.exists(file):
         refuse(
-            f"--ghost is '{ghost}'; allowed are the path of a scene or a trajectory, "
-            f"{', '.join(_FORMULATIONS)} and {_PINOCCHIO}"
+            choice(
+                "--ghost, unless it is the path of a scene or a trajectory,",
+                ghost,
+                (*_FORMULATIONS, _PINOCCHIO),
+            )
         )
-    return Run(file.stem, _trajectory(file, bar))
+    return Run(file.stem, _trajectory(file, bar, limits))
 
 
-def _trajectory(file: Path, bar: Progress) -> Trajectory:
+def _trajectory(file: Path, bar: Progress, limits: Limits) -> Trajectory:
     """Return the trajectory in a file, or of the scene in it."""
     from twolink.scene import Scene
     from twolink.simulation import Trajectory
@@ -118,17 +152,22 @@ def _trajectory(file: Path, bar: Progress) -> Trajectory:
         return Trajectory.load(file)
     if file.suffix == ".urdf":
         raise SceneError(
-            f"{file}: a URDF says how a chain is made and not how it moves; allowed is a scene "
-            'file with urdf = "…" in [chain]'
+            f"{file}: must be a scene or a trajectory; got a URDF, which has no motion (a scene "
+            'file takes it as urdf = "…" in [chain])'
         )
-    return _simulated(Scene.load(file), bar, file.stem)
+    return _simulated(Scene.load(file), bar, file.stem, limits)
 
 
-def _simulated(scene: Scene, bar: Progress, what: str, **asked: Any) -> Trajectory:
+def _simulated(scene: Scene, bar: Progress, what: str, limits: Limits, **asked: Any) -> Trajectory:
     from twolink.simulation import simulate
 
     task = bar.add_task(f"simulating {what}", total=1.0)
-    found = simulate(scene, progress=lambda run, share: bar.update(task, completed=share), **asked)
+    found = simulate(
+        scene,
+        limits=limits,
+        progress=lambda run, share: bar.update(task, completed=share),
+        **asked,
+    )
     bar.update(task, completed=1.0)
     return found
 
@@ -140,7 +179,7 @@ def _by_pinocchio(first: Trajectory, step: float) -> Trajectory:
     import numpy as np
 
     from twolink.engines.scipy_pinocchio import ScipyOverPinocchio
-    from twolink.simulation.trajectory import Statistics
+    from twolink.simulation.run import Statistics
 
     scene = first.scene
     # At frames its states are its own, and not what lies between two samples.
@@ -148,7 +187,7 @@ def _by_pinocchio(first: Trajectory, step: float) -> Trajectory:
     frames = np.arange(math.floor(scene.duration / step * (1 + 1e-12)) + 1) * step
     between = (frames[:, None] + step * np.arange(finer) / finer).ravel()
     times = np.union1d(between[between < scene.duration], [0.0, scene.duration])
-    run = ScipyOverPinocchio().prepared(scene, "DOP853")(_PEER_TOLERANCE, times)
+    run = ScipyOverPinocchio().prepared(scene, "DOP853")(_ENGINE_TOLERANCE, times)
     return replace(
         first,
         t=times,

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from twolink.cli.terminal import FAILED, check_target, console, fail, progress_bar, refuse
-from twolink.errors import IntegrationError, TwolinkError
+from twolink.cli.limits import Force, limits_of
+from twolink.cli.terminal import FAILED, check_target, console, progress_bar
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -22,7 +22,7 @@ _LOG_LINES = 40
 
 
 def simulate(
-    scene: Annotated[Path, typer.Argument(help="A scene file (TOML); see `twolink scenes`.")],
+    scene: Annotated[Path, typer.Argument(help="A scene: its name, or a TOML file.")],
     accuracy: Annotated[
         float | None,
         typer.Option(help="Global error allowed in q (rad) and u (rad/s). Default: the scene's."),
@@ -44,6 +44,7 @@ def simulate(
             "--effects-cost", help="Print what each effect adds to a step's cost, and nothing else."
         ),
     ] = False,
+    force: Force = False,
 ) -> None:
     """Simulate a scene to a measured accuracy.
 
@@ -55,32 +56,28 @@ def simulate(
     from twolink.simulation import simulate as run
     from twolink.simulation.storage import check_kind
 
-    try:
-        if out is not None:
-            check_kind(out)
-        if effects_cost:
-            _print_effects_cost(Scene.load(scene), formulation)
-            return
-        loaded = Scene.load(scene)
-        with progress_bar() as bar:
-            task = bar.add_task("simulating", total=1.0)
-            trajectory = run(
-                loaded,
-                accuracy=accuracy,
-                method=method,
-                formulation=formulation,
-                samples=samples,
-                progress=lambda what, share: bar.update(
-                    task, description=f"simulating, {what}", completed=share
-                ),
-            )
-    except IntegrationError as error:
-        fail(str(error))
-    except TwolinkError as error:
-        refuse(str(error))
+    if out is not None:
+        check_kind(out)
+    if effects_cost:
+        _print_effects_cost(Scene.load(scene), formulation)
+        return
+    loaded = Scene.load(scene)
+    with progress_bar() as bar:
+        task = bar.add_task("simulating", total=1.0)
+        trajectory = run(
+            loaded,
+            accuracy=accuracy,
+            method=method,
+            formulation=formulation,
+            samples=samples,
+            limits=limits_of(force),
+            progress=lambda what, share: bar.update(
+                task, description=f"simulating, {what}", completed=share
+            ),
+        )
     _print_trajectory(trajectory)
     if out is not None:
-        _save(trajectory, out)
+        trajectory.save(out)
     if not trajectory.met:
         raise typer.Exit(FAILED)
 
@@ -136,21 +133,18 @@ def _print_trajectory(trajectory: Trajectory) -> None:
         "q at the end": f"{q[0]}, {q[1]} rad",
         "u at the end": f"{u[0]}, {u[1]} rad/s",
     }
+    for name, pair, unit in (("θ", trajectory.theta, "rad"), ("ω", trajectory.omega, "rad/s")):
+        if pair is not None:
+            one, two = (f"{x + 0.0:.{decimals}f}" for x in pair[:, -1])
+            rows[f"{name} at the end"] = f"{one}, {two} {unit}"
     for name, value in rows.items():
         table.add_row(name, value)
     page = console()
     page.print(table)
     _print_log(page, trajectory)
     for note in trajectory.notes:
-        page.print(note, style="bold red", soft_wrap=True)
-
-
-def _save(trajectory: Trajectory, path: Path) -> None:
-    """Write a trajectory to a file, or say why that is not possible."""
-    try:
-        trajectory.save(path)
-    except TwolinkError as error:
-        refuse(str(error))
+        style = None if note in scene.notes else "bold red"
+        page.print(note, style=style, soft_wrap=True)
 
 
 def _print_log(page: Console, trajectory: Trajectory) -> None:

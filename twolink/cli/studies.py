@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from twolink.cli.terminal import progress_bar, write_json
-from twolink.files import written_whole
+from twolink.files import atomic_write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,7 +43,7 @@ def write_study(folder: Path, name: str, found: Study, figure: Figure) -> None:
 
     folder.mkdir(parents=True, exist_ok=True)
     write_json(folder / f"{name}.json", found.document())
-    with written_whole(folder / f"{name}.csv") as file:
+    with atomic_write(folder / f"{name}.csv") as file:
         file.write_text(found.csv(), encoding="utf-8")
     for suffix in ("svg", "png"):
         save(figure, folder / f"{name}.{suffix}")

@@ -1,24 +1,27 @@
-"""What every command shares: refusals, exit codes, tables' widths, files written whole."""
+"""What every command shares: the one way to the terminal, refusals, targets, progress, JSON."""
 
 from __future__ import annotations
 
 import json
 import math
 import os
-import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
-from twolink.files import written_whole
+from twolink.errors import FileError
+from twolink.files import atomic_write, check_writable
+from twolink.text import one_line, printable
 
 if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.progress import Progress
+    from rich.console import Console, ConsoleOptions, RenderableType
+    from rich.progress import Progress, Task
+    from rich.segment import Segment
+    from rich.text import Text
 
 FAILED, BAD_INPUT = 1, 2
 
@@ -26,16 +29,48 @@ FAILED, BAD_INPUT = 1, 2
 WIDE = 104
 
 
+def say(text: object, *, end: str = "\n") -> None:
+    """Write text to the standard output, with escapes in place of control characters.
+
+    Raises `FileError` where it cannot be written.
+    """
+    with _to_stdout():
+        typer.echo(printable(text), nl=False)
+        typer.echo(end, nl=False)
+
+
+def warn(text: object) -> None:
+    """Write one line to the standard error; where it is closed or full nothing can be said."""
+    with suppress(OSError, ValueError):
+        typer.echo(one_line(text, 2000), err=True)
+
+
 def refuse(sentence: str) -> NoReturn:
-    """Say in one sentence what was received and what is allowed, and end with exit code 2."""
-    typer.echo(f"twolink: {sentence}", err=True)
+    """Say in one sentence what was received and what it must be, and end with exit code 2."""
+    warn(f"twolink: {one_line(sentence)}")
     raise typer.Exit(BAD_INPUT)
 
 
 def fail(sentence: str) -> NoReturn:
-    """Print in one sentence why a command that was called rightly failed, and exit with code 1."""
-    typer.echo(f"twolink: {sentence}", err=True)
+    """Say in one sentence why a command that was called rightly failed; end with exit code 1."""
+    warn(f"twolink: {one_line(sentence)}")
     raise typer.Exit(FAILED)
+
+
+@contextmanager
+def _to_stdout() -> Iterator[None]:
+    """Raise `FileError` where the standard output is closed or full."""
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        reason = (isinstance(error, OSError) and error.strerror) or error
+        raise FileError(f"the standard output cannot be written to ({reason})") from error
+
+
+def flush() -> None:
+    """Write out all that was printed; raises `FileError` where that is not possible."""
+    with _to_stdout():
+        sys.stdout.flush()
 
 
 def check_target(option: str, path: Path | None, suffixes: tuple[str, ...] = ()) -> None:
@@ -43,66 +78,106 @@ def check_target(option: str, path: Path | None, suffixes: tuple[str, ...] = ())
     if path is None:
         return
     kind = f"a {' or '.join(suffixes)} file" if suffixes else "a file"
-    wrong_kind = bool(suffixes) and path.suffix not in suffixes
-    if wrong_kind or path.is_dir() or not os.access(path.parent, os.W_OK):
-        refuse(f"{option} is {path}; allowed is {kind} in a folder that can be written to")
+    if suffixes and path.suffix not in suffixes:
+        refuse(f"{option} must be {kind}; got {one_line(path, 300)}")
+    try:
+        check_writable(path)
+    except FileError as error:
+        refuse(f"{option}: {error}")
 
 
 def check_folder(option: str, path: Path | None) -> None:
     """Refuse a folder that could not be written to in the end, before any work is done."""
     if path is None:
         return
-    nearest = next(place for place in (path, *path.absolute().parents) if place.exists())
-    if not nearest.is_dir() or not os.access(nearest, os.W_OK):
-        refuse(f"{option} is {path}; allowed is a folder that can be written to or made")
+    try:
+        nearest = next(place for place in (path, *path.absolute().parents) if place.exists())
+        fit = nearest.is_dir() and os.access(nearest, os.W_OK)
+    except OSError:
+        fit = False
+    if not fit:
+        refuse(
+            f"{option} must be a folder that can be written to or made; got {one_line(path, 300)}"
+        )
 
 
 def console(wide: int = WIDE) -> Console:
-    """Return where tables go: as wide as the terminal is, or as `wide` as the widest table."""
-    from rich.console import Console
+    """Return where tables go: as wide as the terminal is, or as `wide` as the widest table.
 
-    return Console(width=None if sys.stdout.isatty() else wide, highlight=False)
+    Text is text on it: nothing in a string is read as markup or as an emoji's name, and control
+    characters come out as escapes.
+    """
+    return _page(width=None if sys.stdout.isatty() else wide)
+
+
+def _page(**options: Any) -> Console:
+    from rich.console import Console
+    from rich.segment import Segment
+
+    class Page(Console):
+        """A console that prints all text as it is."""
+
+        def render_str(self, text: str, **how: Any) -> Text:
+            return super().render_str(printable(text), **how)
+
+        def render(
+            self, renderable: RenderableType, options: ConsoleOptions | None = None
+        ) -> Iterable[Segment]:
+            for segment in super().render(renderable, options):
+                if segment.control:
+                    yield segment
+                else:
+                    yield Segment(printable(segment.text), segment.style)
+
+        def print(self, *objects: Any, **how: Any) -> None:
+            with _to_stdout():
+                super().print(*objects, **how)
+
+        def on_broken_pipe(self) -> None:
+            raise BrokenPipeError("its reader is gone")
+
+    return Page(highlight=False, markup=False, emoji=False, **options)
+
+
+def styled(*parts: str | tuple[str, str]) -> Text:
+    """Return text of parts, each plain or with its style."""
+    from rich.text import Text
+
+    pairs = ((part, "") if isinstance(part, str) else part for part in parts)
+    return Text.assemble(*((printable(words), style) for words, style in pairs))
 
 
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
     """Show a bar on the terminal, if there is one, and leave nothing of it behind."""
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    errors = Console(stderr=True)
+    class Description(TextColumn):
+        """What is going on, as text."""
+
+        def render(self, task: Task) -> Text:
+            return styled(task.description)
+
+    columns = (Description(""), BarColumn(), TimeElapsedColumn())
+    errors = _page(stderr=True)
     # Without a terminal an empty line would be left.
     nobody = not errors.is_terminal
     with Progress(*columns, console=errors, transient=True, disable=nobody) as bar:
         yield bar
 
 
-@contextmanager
-def ended_by_signals() -> Iterator[None]:
-    """Let SIGTERM end the work within as Ctrl-C does: with everything put away."""
-
-    def end(number: int, frame: object) -> None:
-        raise SystemExit(128 + number)
-
-    before = signal.signal(signal.SIGTERM, end)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
 def write_json(path: Path, document: Any) -> None:
     """Write a document whole or not at all; NaN and infinities become words."""
-    text = json.dumps(_as_json(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    with written_whole(path) as file:
-        file.write_text(text, encoding="utf-8")
+    text = json.dumps(as_json(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    with atomic_write(path) as file:
+        # Of a file name that is not UTF-8, an escape is left.
+        file.write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
-def _as_json(value: Any) -> Any:
+def as_json(value: Any) -> Any:
     """Return a value with NaN and infinities as words, since JSON has no numbers for them."""
     if isinstance(value, dict):
-        return {key: _as_json(entry) for key, entry in value.items()}
+        return {key: as_json(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_as_json(entry) for entry in value]
+        return [as_json(entry) for entry in value]
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value

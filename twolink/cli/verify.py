@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from twolink.cli.limits import Force, limits_of
 from twolink.cli.terminal import (
     FAILED,
     WIDE,
@@ -17,11 +18,13 @@ from twolink.cli.terminal import (
     console,
     progress_bar,
     refuse,
+    styled,
     write_json,
 )
-from twolink.errors import TwolinkError
 
 if TYPE_CHECKING:
+    from rich.text import Text
+
     from twolink.verification import Comparison, Verdict
 
 
@@ -45,13 +48,6 @@ def verify(
     tip: Annotated[
         str | None, typer.Option(help="The URDF's link to take as the free end D.")
     ] = None,
-    oblique_gravity: Annotated[
-        bool,
-        typer.Option(
-            "--oblique-gravity",
-            help="Allow a plane of motion that is not vertical; gravity's part in it acts.",
-        ),
-    ] = False,
     contact: Annotated[
         bool,
         typer.Option(
@@ -62,6 +58,7 @@ def verify(
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the verdict to this file as JSON.")
     ] = None,
+    force: Force = False,
 ) -> None:
     """Check Kane's and Lagrange's equations against Pinocchio.
 
@@ -69,14 +66,11 @@ def verify(
     Lagrange. Exit code 0: all agree. 1: some do not. 2: the input was refused.
     """
     if states < 1:
-        refuse(f"--states is {states}; allowed is a positive whole number")
+        refuse(f"--states must be a positive whole number; got {states}")
     if seed < 0:
-        refuse(f"--seed is {seed}; allowed is zero or a positive whole number")
+        refuse(f"--seed must be zero or a positive whole number; got {seed}")
     check_target("--json", json_file)
-    try:
-        verdict = _verdict(urdf, states, seed, formulation, tip, oblique_gravity, contact)
-    except TwolinkError as error:
-        refuse(str(error))
+    verdict = _verdict(urdf, states, seed, formulation, tip, contact, force)
     _print_verdict(verdict, contact)
     if json_file is not None:
         write_json(json_file, _document(verdict))
@@ -90,18 +84,16 @@ def _verdict(
     seed: int,
     formulation: FormulationName | None,
     tip: str | None,
-    oblique_gravity: bool,
     contact: bool,
+    force: bool,
 ) -> Verdict:
     """Run the verification under a progress bar."""
-    from twolink.shipped import shipped
+    from twolink.data import data_path
     from twolink.urdf import read_planar_urdf
     from twolink.verification.jointspace import FORMULATIONS
 
     compare = _comparing(contact)
-    read = read_planar_urdf(
-        urdf or shipped("twolink.urdf"), tip=tip, oblique_gravity=oblique_gravity
-    )
+    read = read_planar_urdf(urdf or data_path("twolink.urdf"), tip=tip)
     names = list(FORMULATIONS) if formulation is None else [formulation.value]
     with progress_bar() as bar:
         task = bar.add_task(f"comparing at {states} states", total=1.0)
@@ -110,7 +102,9 @@ def _verdict(
             states=states,
             seed=seed,
             formulations={name: FORMULATIONS[name] for name in names},
-            progress=lambda share: bar.update(task, completed=share),
+            progress=limits_of(force).timed(
+                f"comparing at {states} states", lambda share: bar.update(task, completed=share)
+            ),
         )
 
 
@@ -136,8 +130,8 @@ def _print_verdict(verdict: Verdict, contact: bool) -> None:
     if motion:
         page.print(_table("Motion of the points", motion, wide))
     page.print(
-        "d/n: the largest difference is d units in the last place of what was summed;\n"
-        "in that state two correct computations may differ by n.\n"
+        "d/n: worst difference d and tolerance n at that state, both in units\n"
+        "in the last place. Agreement means d ≤ n.\n"
     )
     for assumption in verdict.assumptions:
         page.print(assumption)
@@ -181,13 +175,13 @@ def _table(title: str, comparisons: list[Comparison], wide: bool) -> Any:
     return table
 
 
-def _cell(comparison: Comparison) -> str:
-    mark = "[green]✓[/]" if comparison.passed else "[bold red]✗[/]"
+def _cell(comparison: Comparison) -> Text:
+    mark = ("✓", "green") if comparison.passed else ("✗", "bold red")
     # Never longer than "<0.01", so that the mark is never cut off.
     units = f"{comparison.units:.2g}" if comparison.units < 100 else f"{comparison.units:.0e}"
     if 0 < comparison.units < 0.01:
         units = "<0.01"
-    return f"{units}/{comparison.allowed_units:.0f} {mark}"
+    return styled(f"{units}/{comparison.allowed_units:.0f} ", mark)
 
 
 def _document(verdict: Verdict) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from twolink.cli.limits import Force
 from twolink.cli.showing import (
     Ghosts,
     Motion,
@@ -17,8 +18,7 @@ from twolink.cli.showing import (
     ThemeName,
     film_of,
 )
-from twolink.cli.terminal import ended_by_signals, refuse
-from twolink.errors import TwolinkError
+from twolink.cli.terminal import flush, refuse, say, warn
 
 if TYPE_CHECKING:
     from viz.film import Film
@@ -43,6 +43,7 @@ def view(
         str, typer.Option(help="Where to listen. Default: to this machine alone.")
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="The port to listen at. Default: any free one.")] = 0,
+    force: Force = False,
 ) -> None:
     """Show a motion live in the browser, through meshcat's viewer.
 
@@ -50,16 +51,12 @@ def view(
     All pages that are open show the same. Ctrl-C ends it.
     """
     if not 0 <= port <= 65535:
-        refuse(f"--port is {port}; allowed is 0 to 65535")
-    try:
-        with ended_by_signals():
-            film = film_of(
-                motion, ghosts=ghost or [], nearby=nearby, urdf=urdf, fps=_FPS, speed=speed,
-                theme=theme,
-            )  # fmt: skip
-        asyncio.run(_served(film, host, port, opened=browser))
-    except TwolinkError as error:
-        refuse(str(error))
+        refuse(f"--port must be 0 to 65535; got {port}")
+    film = film_of(
+        motion, ghosts=ghost or [], nearby=nearby, urdf=urdf, fps=_FPS, speed=speed,
+        theme=theme, force=force,
+    )  # fmt: skip
+    asyncio.run(_served(film, host, port, opened=browser))
 
 
 async def _served(film: Film, host: str, port: int, *, opened: bool) -> None:
@@ -74,12 +71,12 @@ async def _served(film: Film, host: str, port: int, *, opened: bool) -> None:
         loop.add_signal_handler(number, playing.cancel)
     try:
         if host not in _LOOPBACK:
-            typer.echo(
-                f"Listening at {host}: whoever can reach this machine there can watch the motion, "
-                "and play, pause and seek it; nothing is encrypted, and nobody is asked who he is.",
-                err=True,
+            warn(
+                f"Listening at {host}: anyone who has this address and can reach this machine can "
+                "watch the motion, and play, pause and seek it; there is no encryption."
             )
-        typer.echo(f"{live.url}\nCtrl-C ends it.")
+        say(f"{live.url}\nCtrl-C ends it.")
+        flush()
         if opened:
             import webbrowser
 

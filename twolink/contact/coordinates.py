@@ -1,8 +1,8 @@
-"""Directions of motion: ways to move that friction resists and obstacles bar.
+"""Constraint coordinates: the motions that friction resists and contacts limit.
 
-A direction is known by the load that does unit work along it. Each formulation maps that load to
-generalized forces, and by the principle of virtual work these are also the direction's Jacobian:
-its speed is that row times u. So a constraint enters each formulation as a load does.
+A coordinate is defined by the load that does unit work along it. Each formulation maps this load to
+generalized forces, which by the principle of virtual work are also the Jacobian row of the
+coordinate: its speed is the row times u. A constraint thus enters each formulation as a load does.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ PointName = Literal["B", "C1", "C2", "D"]
 
 
 class ConstraintCoordinate(Protocol):
-    """A way to move: its coordinate, how fast it changes, and the load that works along it."""
+    """A scalar function of q (rad or m) with its rate and the load that does work along it."""
 
     def coordinate(self, chain: Chain, q: Pair) -> Scalar:
-        """Return how far the chain is along this direction (rad or m)."""
+        """Return the value (rad or m)."""
 
     def speed(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
         """Return the coordinate's rate (rad/s or m/s)."""
@@ -31,12 +31,12 @@ class ConstraintCoordinate(Protocol):
         """Return the coordinate's second derivative when du = 0 (rad/s² or m/s²)."""
 
     def unit_loads(self, chain: Chain) -> Loads:
-        """Return the loads that do the work of 1 N m a radian, or 1 N a metre, along it."""
+        """Return the loads that do 1 J of work per radian or metre of the coordinate."""
 
 
 @dataclass(frozen=True)
 class JointCoordinate:
-    """The turning of the joint A or B; `sense` is +1 or −1, as its angle grows or falls."""
+    """The angle of the joint A or B times `sense`, +1 or −1."""
 
     joint: Literal["A", "B"]
     sense: int = 1
@@ -50,7 +50,7 @@ class JointCoordinate:
         return self._of(u)
 
     def bias(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
-        """Return 0: an angle's second derivative is all in du."""
+        """Return 0: the second derivative of an angle is linear in du."""
         return 0
 
     def unit_loads(self, chain: Chain) -> Loads:
@@ -64,7 +64,7 @@ class JointCoordinate:
 
 @dataclass(frozen=True)
 class PointCoordinate:
-    """The motion of a named point along a unit vector (x, y)."""
+    """The position of a named point along a unit vector (x, y)."""
 
     point: PointName
     vector: tuple[float, float]

@@ -1,31 +1,31 @@
-"""The elasto-plastic law of contact: a ball and a surface of which one yields.
+"""The elasto-plastic contact law of a ball and a surface, one of which yields.
 
 Three phases, as in D. B. Marghitu and J. Zhao, Impact of a multiple pendulum with a non-linear
 contact force, Mathematics 8(8), 1202, 2020: elastic compression, elasto-plastic compression, and
-elastic restitution from the deepest point to a depth that stays. With 1/E* = Σ (1 − ν²)/E of both
-bodies, R the ball's radius, S_y and ν those of the body that yields first, δ the depth:
+elastic restitution from the deepest point to a residual depth. With 1/E* = Σ (1 − ν²)/E of both
+bodies, the radius R of the ball, S_y and ν of the body that yields first, and the depth δ:
 
-- C = 1.295 exp(0.736 ν) and δ_y = (π C S_y / 2 E*)² R, the depth at which something yields, where
-  the force is F_y = 4/3 E* √R δ_y^{3/2} (R. L. Jackson and I. Green, A finite element study of
-  elasto-plastic hemispherical contact against a rigid flat, Journal of Tribology 127, 343, 2005).
+- C = 1.295 exp(0.736 ν) and the yield depth δ_y = (π C S_y / 2 E*)² R, where the force is
+  F_y = 4/3 E* √R δ_y^{3/2} (R. L. Jackson and I. Green, A finite element study of elasto-plastic
+  hemispherical contact against a rigid flat, Journal of Tribology 127, 343, 2005).
 - Compression, with x = δ/δ_y: F = F_y x^{3/2}, Hertz's, up to x = 1.9, and from there
   F/F_y = exp(−x^{5/12}/4) x^{3/2} + 4 H_G/(C S_y) (1 − exp(−x^{5/9}/25)) x (the same).
 - The mean pressure of full flow H_G/S_y = 2.84 − 0.92 (1 − cos(π a/R)) (R. L. Jackson,
   V. Krithivasan and W. E. Wilson, The pressure to cause complete contact between elastic-plastic
   sinusoidal surfaces, Journal of Engineering Tribology 222, 857, 2008), on a disk of the radius
   a = (π C S_y / 2 E*) R √(x (x/1.9)^B), B = 0.14 exp(23 S_y/E*) (Jackson and Green).
-- What stays, from the deepest δ_m, with y = δ_m/δ_y:
+- The residual depth after a largest depth δ_m, with y = δ_m/δ_y:
   δ_r/δ_m = 1.02 (1 − ((y + 5.9)/6.9)^{−0.54}) (R. L. Jackson, I. Chusoipin and I. Green, A finite
   element study of the residual stress and deformation in hemispherical contacts, Journal of
-  Tribology 127, 484, 2005). It is 0 at y = 1: what has not yielded keeps no dent.
+  Tribology 127, 484, 2005). It is 0 at y = 1: without yielding there is no dent.
 - Restitution: F = F(δ_m) ((δ − δ_r)/(δ_m − δ_r))^{3/2}, Hertz's law with the radius that makes the
   force continuous (R. L. Jackson, I. Green and D. B. Marghitu, Predicting the coefficient of
   restitution of impacting elastic-perfectly plastic spheres, Nonlinear Dynamics 60, 217, 2010).
 
-The published fits of compression do not quite join: at x = 1.9 the force jumps, by 7.5 % for ν = 0,
-0.5 % for ν = 0.3 and −3.4 % for ν = 0.5. That is an event, and nothing is smoothed. All else is
-continuous. Between x = 1 and x = 1.9 compression is Hertz's and restitution is not, so the energy
-that is lost begins at zero, too.
+The published fits of compression are discontinuous at x = 1.9: the force jumps by 7.5 % for ν = 0,
+0.5 % for ν = 0.3 and −3.4 % for ν = 0.5. The jump is an event and is not smoothed. Elsewhere the
+force is continuous. Between x = 1 and x = 1.9 compression follows Hertz's law and restitution does
+not, so that the dissipated energy grows from zero.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ from twolink.arithmetic import Scalar, cos, exp, sqrt
 from twolink.contact.force_laws import Branch, Hertz, Phase, PlasticState
 from twolink.errors import SimulationError
 
-# Up to so many depths of yield compression follows Hertz's law.
+# Compression follows Hertz's law up to this multiple of the yield depth.
 _HERTZ_UP_TO = 1.9
 
 
 @dataclass(frozen=True)
 class Material:
-    """What the law is made of: E* (Pa), the ball's radius (m), S_y (Pa) and ν of what yields."""
+    """The parameters: E* (Pa), radius of the ball (m), S_y (Pa) and ν of the yielding body."""
 
     modulus: float
     radius: float
@@ -53,12 +53,12 @@ class Material:
 
     @cached_property
     def factor(self) -> float:
-        """C: the mean pressure at which something yields is 2/3 C S_y."""
+        """C: the mean pressure at first yield is 2/3 C S_y."""
         return 1.295 * math.exp(0.736 * self.poisson)
 
     @cached_property
     def slope(self) -> float:
-        """π C S_y / 2 E*, the radius of contact by the ball's when something yields."""
+        """π C S_y / 2 E*, the ratio of contact radius to ball radius at first yield."""
         return math.pi * self.factor * self.strength / (2 * self.modulus)
 
     @cached_property
@@ -78,17 +78,17 @@ class Material:
 
     @cached_property
     def flow_depth(self) -> float:
-        """1.9 δ_y (m), from where compression is no longer Hertz's."""
+        """1.9 δ_y (m), the end of Hertzian compression."""
         return _HERTZ_UP_TO * self.yield_depth
 
     def contact_radius(self, depth: Scalar) -> Scalar:
-        """Return a/R at a depth (m) at which the material flows."""
+        """Return a/R at a depth (m) beyond `flow_depth`."""
         x = depth / self.yield_depth
         B = 0.14 * math.exp(23 * self.strength / self.modulus)
         return self.slope * (1 / _HERTZ_UP_TO) ** (B / 2) * x ** ((1 + B) / 2)
 
     def flow_force(self, depth: Scalar) -> Scalar:
-        """Return Jackson and Green's force (N) at a depth (m) at which the material flows."""
+        """Return Jackson and Green's force (N) at a depth (m) beyond `flow_depth`."""
         x = depth / self.yield_depth
         hardness = 2.84 - 0.92 * (1 - cos(math.pi * self.contact_radius(depth)))
         elastic = exp(-(x ** (5 / 12)) / 4) * x**1.5
@@ -96,20 +96,20 @@ class Material:
         return self.yield_force * (elastic + plastic)
 
     def compression(self, depth: Scalar) -> Scalar:
-        """Return the force (N) of a first compression to a depth (m), of a plain number."""
+        """Return the force (N) of a first compression to a depth (m), a plain number."""
         if depth < self.flow_depth:
             return self.stiffness * depth * sqrt(depth)
         return self.flow_force(depth)
 
     def residual(self, deepest: Scalar) -> Scalar:
-        """Return the depth (m) that stays of a deepest depth (m) of δ_y or more."""
+        """Return the residual depth (m) after a largest depth (m) of at least δ_y."""
         y = deepest / self.yield_depth
         return 1.02 * deepest * (1 - ((y + 5.9) / 6.9) ** -0.54)
 
 
 @dataclass(frozen=True)
 class Flow:
-    """Jackson and Green's compression, of a material that flows."""
+    """Jackson and Green's compression beyond Hertz's range."""
 
     material: Material
     rooted = True
@@ -120,26 +120,26 @@ class Flow:
         return self.material.flow_force(root * root)
 
     def stored(self, depth: Scalar, root: Scalar) -> Scalar:
-        """Return the energy (J) that is given back: what restitution from here does."""
+        """Return the energy (J) that restitution from this depth returns."""
         given = self.force(depth, root, 0)
         return 2 * given * (depth - self.material.residual(depth)) / 5
 
 
 @dataclass(frozen=True)
 class ElastoPlastic:
-    """How the law depends on what has been: the branches of a material's law.
+    """The history dependence of the elasto-plastic law.
 
-    A whole surface is Hertz's until it is pressed deeper than δ_y. From then on it springs back,
-    wherever the point turns, along a curve that ends in a dent; pressed again it follows the same
-    curve up to where it turned, and from there the first compression. The dent is there for the
-    point that lies in it: one that has come out, above the surface that was, meets a whole surface
-    again when it comes back, since it comes back to another place.
+    An undamaged surface follows Hertz's law down to δ_y. Beyond it, restitution from the largest
+    depth follows a curve that ends in a dent. A point that presses again follows the same curve
+    down to the largest depth, and from there the first compression. A point that has left the
+    dent, above the undamaged surface, meets an undamaged surface when it returns, because it
+    returns to another place.
     """
 
     material: Material
 
     def branch(self, dent: PlasticState) -> Branch:
-        """Return the part of the law that holds for a dent."""
+        """Return the branch of the law for a dent."""
         material = self.material
         if dent.is_kept:
             springs_back = dent.phase is Phase.SPRINGS_BACK
@@ -154,11 +154,11 @@ class ElastoPlastic:
         return Branch(hertz, reach=math.sqrt(material.yield_depth))
 
     def pressed(self, dent: PlasticState) -> PlasticState:
-        """Return the dent when it is touched."""
+        """Return the dent after a point touches it."""
         return replace(dent, phase=Phase.PRESSED_AGAIN) if dent.is_kept else dent
 
     def reached(self, dent: PlasticState) -> PlasticState:
-        """Return the dent when the point goes on deeper than ever."""
+        """Return the dent when the point exceeds its largest depth."""
         if dent.phase is Phase.WHOLE or (
             dent.is_kept and bool(dent.deepest < self.material.flow_depth)
         ):
@@ -166,9 +166,9 @@ class ElastoPlastic:
         return PlasticState(Phase.FLOWS)
 
     def turned(self, dent: PlasticState, depth: Scalar) -> PlasticState:
-        """Return the dent when the point turns at a depth (m) below the whole surface.
+        """Return the dent when the point turns at a depth (m) below the undamaged surface.
 
-        Raises `SimulationError` where the published fits no longer describe a dent.
+        Raises `SimulationError` where the published fits do not describe a dent.
         """
         if dent.phase is Phase.SPRINGS_BACK:
             return replace(dent, phase=Phase.PRESSED_AGAIN)
@@ -177,9 +177,9 @@ class ElastoPlastic:
         residual = self.material.residual(depth)
         if not (residual < depth and self.material.contact_radius(depth) < 1):
             raise SimulationError(
-                f"a ball of the radius {self.material.radius:.6g} m is pressed {float(depth):.3g} m"
-                " deep, where the elasto-plastic law no longer describes its dent; allowed are "
-                "impacts whose contact is narrower than the ball"
+                f"a ball of radius {self.material.radius:.6g} m is pressed {float(depth):.3g} m "
+                "deep, beyond the range of the elasto-plastic law: the contact radius must be "
+                "smaller than the radius of the ball"
             )
         spring = depth - residual
         stiffness = self.material.compression(depth) / (spring * sqrt(spring))

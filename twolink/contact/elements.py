@@ -1,8 +1,8 @@
-"""Elements of a nonsmooth scene: dry friction, rigid contact and compliant contact.
+"""Contact elements: dry friction, rigid contact and compliant contact.
 
-An effect that is not smooth returns its elements, and the simulation makes modes of them, with
-exact events in between. Each class brings the constraint rows of its states, the forces that are
-known in them, and the events that end them; nothing else distinguishes the classes.
+A `ContactEffect` returns its elements; the simulation combines their states into modes, separated
+by exact events. Each class defines the constraints of its states, the forces that are known in
+them, and the events that end them.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class ElementTerms(NamedTuple):
 
 
 class Constraint(NamedTuple):
-    """row · du + bias = 0, kept up by a multiple of the generalized force `force`."""
+    """The constraint row · du + bias = 0, enforced by a multiple of the load `force` (N m)."""
 
     row: Pair
     bias: Scalar
@@ -62,7 +62,7 @@ class ContactElement(ABC):
 
     @property
     def principal(self) -> ConstraintCoordinate:
-        """The coordinate that names the element's place: the normal, or else the tangent."""
+        """The coordinate that names the element: the normal if there is one, else the tangent."""
         coordinate = self.normal or self.tangent
         assert coordinate is not None
         return coordinate
@@ -84,11 +84,11 @@ class ContactElement(ABC):
 
     @property
     def hysteresis(self) -> Hysteresis | None:
-        """The rule by which a force law depends on the past, if it does."""
+        """The history dependence of the force law, or None."""
         return None
 
     def branch(self, plastic: PlasticState | None) -> Branch:
-        """Return the part of a compliant law that holds for a state of the surface."""
+        """Return the branch of a compliant law for a state of the surface."""
         law, memory = self.compliant, self.hysteresis
         assert law is not None
         return Branch(law) if memory is None or plastic is None else memory.branch(plastic)
@@ -99,14 +99,14 @@ class ContactElement(ABC):
 
     @abstractmethod
     def options(self, touching: bool, direction: int) -> tuple[ContactState, ...]:
-        """Return the states that are possible, the most restful first.
+        """Return the possible states, sticking first.
 
         `direction` is the sign of the sliding speed, 0 at rest.
         """
 
     @abstractmethod
     def constraints(self, state: ContactState, terms: ElementTerms) -> tuple[Constraint, ...]:
-        """Return the constraints that a state keeps up."""
+        """Return the constraints that a state enforces."""
 
     @abstractmethod
     def applied(self, state: ContactState, terms: ElementTerms) -> tuple[Pair, ...]:
@@ -137,7 +137,7 @@ class ContactElement(ABC):
         return tuple(found)
 
     def holds(self, state: ContactState) -> tuple[ConstraintCoordinate, ...]:
-        """Return the coordinates whose speed is zero in a state because the element keeps it so."""
+        """Return the coordinates whose speed the element holds at zero in a state."""
         return ()
 
 
@@ -174,11 +174,11 @@ class DryFriction(ContactElement):
         return bool(self.static > self.kinetic)
 
     def limits(self, normal_force: Scalar) -> Pair:
-        """Return the kinetic and the static limit: they do not depend on any normal force."""
+        """Return the kinetic and the static limit, which do not depend on a normal force."""
         return self.kinetic, self.static
 
     def options(self, touching: bool, direction: int) -> tuple[ContactState, ...]:
-        """Return the states that are possible, the most restful first."""
+        """Return the possible states, sticking first."""
         return (slipping(direction),) if direction else _AT_REST
 
     def constraints(self, state: ContactState, terms: ElementTerms) -> tuple[Constraint, ...]:
@@ -204,7 +204,7 @@ class DryFriction(ContactElement):
         return ContactForces(0, multipliers[0] if multipliers else self._known(state))
 
     def holds(self, state: ContactState) -> tuple[ConstraintCoordinate, ...]:
-        """Return the tangent where the element sticks."""
+        """Return the tangent if the element sticks."""
         return (self.tangent,) if state is ContactState.STICKS else ()
 
     def _known(self, state: ContactState) -> Scalar:
@@ -232,13 +232,13 @@ class _Contact(ContactElement):
         return self.kinetic * normal_force, self.static * normal_force
 
     def _friction(self, state: ContactState) -> Scalar:
-        """Return T/N where a state fixes it, else 0."""
+        """Return T/N of a state that determines it, else 0."""
         if not state.direction:
             return 0
         return -state.direction * (self.static if state.pressed else self.kinetic)
 
     def holds(self, state: ContactState) -> tuple[ConstraintCoordinate, ...]:
-        """Return the coordinates along which a state keeps the point at rest."""
+        """Return the coordinates whose speed the element holds at zero in a state."""
         if state is ContactState.STICKS and self.tangent is not None:
             return (self.normal, self.tangent) if self.rigid else (self.tangent,)
         return (self.normal,) if self.rigid and state is not ContactState.OPEN else ()
@@ -246,10 +246,10 @@ class _Contact(ContactElement):
 
 @dataclass(frozen=True)
 class RigidContact(_Contact):
-    """A bound that a coordinate (rad or m) may not fall below.
+    """A unilateral constraint: a coordinate (rad or m) must not be below `bound`.
 
-    `restitution` is e of an impact and `law` the law of restitution. A rough contact has a
-    `tangent`, the direction of sliding along it, and friction coefficients μ.
+    `restitution` is the coefficient e and `law` the impact law. A rough contact has a `tangent`,
+    the direction of sliding, and friction coefficients μ.
     """
 
     restitution: Scalar
@@ -260,7 +260,7 @@ class RigidContact(_Contact):
     rigid = True
 
     def options(self, touching: bool, direction: int) -> tuple[ContactState, ...]:
-        """Return the states that are possible, the most restful first."""
+        """Return the possible states, sticking first."""
         if not touching:
             return (ContactState.OPEN,)
         if self.tangent is None:
@@ -270,7 +270,7 @@ class RigidContact(_Contact):
         return (*_AT_REST, ContactState.CLOSED, ContactState.OPEN)
 
     def constraints(self, state: ContactState, terms: ElementTerms) -> tuple[Constraint, ...]:
-        """Return the constraint along the normal, whose force has the friction of a slide."""
+        """Return the constraint along the normal; its force includes the friction of a slide."""
         if state is ContactState.OPEN:
             return ()
         row, bias = terms.normal  # type: ignore[misc]
@@ -283,7 +283,7 @@ class RigidContact(_Contact):
         return (Constraint(row, bias, (row[0] + s * along[0], row[1] + s * along[1])),)
 
     def applied(self, state: ContactState, terms: ElementTerms) -> tuple[Pair, ...]:
-        """Return nothing: every force of a rigid contact keeps up a constraint."""
+        """Return no force: every force of a rigid contact enforces a constraint."""
         return ()
 
     def forces(
@@ -300,16 +300,16 @@ class RigidContact(_Contact):
     def events(
         self, state: ContactState, plastic: PlasticState | None = None
     ) -> tuple[tuple[EventKind, int], ...]:
-        """Return the events of a contact, and the lock of a rough slide."""
+        """Return the events of a contact, and the jamming of a rough slide."""
         jams = ((EventKind.JAMS, 0),) if state.slips else ()
         return (*super().events(state, plastic), *jams)
 
 
 @dataclass(frozen=True)
 class CompliantContact(_Contact):
-    """A bound beyond which a compliant `law` pushes back.
+    """A compliant surface: `law` gives the normal force of a coordinate (rad or m) below `bound`.
 
-    With a `memory` the law depends on the past, and `law` is that of the undamaged surface.
+    With `memory` the law depends on the history, and `law` is that of the undamaged surface.
     """
 
     law: ContactLaw
@@ -325,11 +325,11 @@ class CompliantContact(_Contact):
 
     @property
     def hysteresis(self) -> Hysteresis | None:
-        """The rule by which the force law depends on the past, if it does."""
+        """The history dependence of the force law, or None."""
         return self.memory
 
     def options(self, touching: bool, direction: int) -> tuple[ContactState, ...]:
-        """Return the states that are possible, the most restful first."""
+        """Return the possible states, sticking first."""
         if not touching:
             return (ContactState.OPEN,)
         if self.tangent is None:
@@ -344,7 +344,7 @@ class CompliantContact(_Contact):
         return (Constraint(along, bias, along),)
 
     def applied(self, state: ContactState, terms: ElementTerms) -> tuple[Pair, ...]:
-        """Return the normal force of the law, and friction where it is known."""
+        """Return the normal force of the law, and the friction force if the state determines it."""
         if state is ContactState.OPEN:
             return ()
         assert terms.normal is not None
@@ -365,7 +365,7 @@ class CompliantContact(_Contact):
     def events(
         self, state: ContactState, plastic: PlasticState | None = None
     ) -> tuple[tuple[EventKind, int], ...]:
-        """Return the events of a contact, and those at which another branch of the law begins."""
+        """Return the events of a contact, and those that end a branch of the law."""
         found = list(super().events(state, plastic))
         if state is ContactState.OPEN:
             kept = plastic is not None and plastic.is_kept

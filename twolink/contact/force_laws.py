@@ -1,7 +1,7 @@
-"""Laws of compliant contact: the normal force of a depth, and of the rate at which it grows.
+"""Laws of compliant contact: the normal force as a function of depth and depth rate.
 
-A depth is handed in with its square root, which is the variable of its own that Hertz's law asks
-for: (depth)^{3/2} has no Taylor series where depth begins, root³ has.
+A law takes a depth and its square root. The root is a variable of the integration for Hertz's law:
+δ^{3/2} has no Taylor series at δ = 0, while (√δ)³ has one.
 """
 
 from __future__ import annotations
@@ -14,31 +14,31 @@ from twolink.arithmetic import Scalar
 
 
 class ContactLaw(Protocol):
-    """A law of compliant contact; `rooted` says that it takes the root of the depth.
+    """A law of compliant contact; `rooted` says that the force depends on the root of the depth.
 
-    What is no longer pressed springs back at once, or by so much of its depth in a second as
-    `relaxation` says (1/s), where that is not None.
+    A surface that is released springs back at once if `relaxation` is None, else exponentially at
+    this rate (1/s).
     """
 
     rooted: bool
 
     @property
     def relaxation(self) -> float | None:
-        """How fast (1/s) the surface springs back by itself, or None: at once."""
+        """The rate (1/s) at which a released surface springs back, or None for at once."""
 
     def force(self, depth: Scalar, root: Scalar, rate: Scalar) -> Scalar:
         """Return the normal force (N) at a depth (m), its root (m^½) and its rate (m/s)."""
 
     def stored(self, depth: Scalar, root: Scalar) -> Scalar:
-        """Return the energy (J) that is stored at a depth, and given back."""
+        """Return the recoverable energy (J) at a depth."""
 
 
 @dataclass(frozen=True)
 class KelvinVoigt:
     """A spring beside a damper: k δ + c dδ/dt, with k in N/m and c in N s/m.
 
-    The surface has no mass. When nothing presses it any more it follows k δ + c dδ/dt = 0, so it
-    springs back as exp(−k t/c), and what comes down again meets it where it then is.
+    The surface has no mass. Once released it follows k δ + c dδ/dt = 0: it springs back as
+    exp(−k t/c), and a point that returns meets it at its current depth.
     """
 
     stiffness: float
@@ -84,7 +84,7 @@ class Hertz:
 class HuntCrossley:
     """Hertz's law with loss: K δ^{3/2} (1 + a dδ/dt), with a in s/m.
 
-    For slow impacts e = 1 − 2/3 a v, v the speed of approach (K. H. Hunt and F. R. E. Crossley,
+    For slow impacts e = 1 − 2/3 a v with the speed of approach v (K. H. Hunt and F. R. E. Crossley,
     Journal of Applied Mechanics 42, 1975).
     """
 
@@ -103,7 +103,7 @@ class HuntCrossley:
 
 
 class Phase(Enum):
-    """The branch of its law on which a surface is; the value is its behaviour."""
+    """The branch of the force law that a surface is on; the value is its description."""
 
     WHOLE = "elastic"
     YIELDS = "yields"
@@ -115,10 +115,10 @@ class Phase(Enum):
 
 @dataclass(frozen=True)
 class PlasticState:
-    """The memory of a surface: its phase, and the dent that it has kept.
+    """The history of a surface: its phase and its dent.
 
-    A dent's surface is `residual` (m) below the one that was, and is pressed with the `stiffness`
-    (N/m^{3/2}) of Hertz's law until it is `deepest` (m) below it, as deep as it has been.
+    The surface of a dent is `residual` (m) below the undamaged one and follows Hertz's law with
+    `stiffness` (N/m^{3/2}) down to `deepest` (m), the largest depth so far.
     """
 
     phase: Phase
@@ -128,12 +128,12 @@ class PlasticState:
 
     @property
     def is_kept(self) -> bool:
-        """Whether there is a dent, so that its numbers count."""
+        """Whether there is a dent."""
         return self.phase in (Phase.SPRINGS_BACK, Phase.PRESSED_AGAIN)
 
     @property
     def numbers(self) -> tuple[Scalar, ...]:
-        """The numbers in which dents differ; none if there is no dent."""
+        """The parameters of the dent; empty if there is none."""
         return (self.stiffness, self.residual, self.deepest) if self.is_kept else ()
 
     def with_numbers(self, numbers: tuple[Scalar, ...]) -> PlasticState:
@@ -143,11 +143,11 @@ class PlasticState:
 
 @dataclass(frozen=True)
 class Branch:
-    """The part of a law that holds now: from which depth, up to which, and until what turns.
+    """A branch of a law, and the conditions that end it.
 
-    The `law` takes the depth below `residual` (m). It holds until the root of that depth rises to
-    `reach` (m^½), if to any, or until the rate of the depth falls to `rate` (m/s) where `turning`
-    is 1, and rises to it where `turning` is −1: at the rate 0 the point turns.
+    The `law` takes the depth below `residual` (m). The branch ends when the root of that depth
+    rises to `reach` (m^½), unless that is None, or when the depth rate falls to `rate` (m/s) for
+    `turning` = 1, or rises to it for `turning` = −1.
     """
 
     law: ContactLaw
@@ -158,19 +158,19 @@ class Branch:
 
 
 class Hysteresis(Protocol):
-    """How a law depends on what has been: on a dent, which is changed where a branch ends."""
+    """The history dependence of a law: its branch for a dent, and the dent after each event."""
 
     def branch(self, dent: PlasticState) -> Branch:
-        """Return the part of the law that holds for a dent."""
+        """Return the branch of the law for a dent."""
 
     def pressed(self, dent: PlasticState) -> PlasticState:
-        """Return the dent when it is touched."""
+        """Return the dent after a point touches it."""
 
     def reached(self, dent: PlasticState) -> PlasticState:
-        """Return the dent when its branch has come to its reach."""
+        """Return the dent after its branch has ended at its reach."""
 
     def turned(self, dent: PlasticState, depth: Scalar) -> PlasticState:
-        """Return the dent when the point turns at a depth (m) below the whole surface."""
+        """Return the dent after its branch has ended by the depth rate, at a depth (m)."""
 
 
 @dataclass(frozen=True)

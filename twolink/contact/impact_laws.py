@@ -1,20 +1,21 @@
 """Rigid impact of one point with friction, in the space of impulses (Routh's construction).
 
-While a point is struck nothing moves, and velocities change linearly with the normal impulse p:
+During an impact positions are constant, and velocities are linear in the normal impulse p:
 
     dv_n/dp = G_nn + s G_nt,    dv_t/dp = G_nt + s G_tt,
 
-where G = J M⁻¹ Jᵀ and s = dΛ_t/dp is −μ or +μ while the point slides forward or backward, and what
-keeps v_t at 0 while it sticks. A slide that comes to rest sticks if friction can hold it, and else
-reverses. So there are at most two phases, and every law of restitution ends them in closed form:
-Poisson's when the impulse of restitution is e times that of compression, Stronge's when the normal
-force has given back e² of the work it has taken, `newton-routh` when v_n is −e times what it was
-(W. J. Stronge, Impact Mechanics, 2000, chapters 3 and 5).
+with G = J M⁻¹ Jᵀ. The ratio s = dΛ_t/dp is −μ or +μ while the point slides forward or backward,
+and the value that keeps v_t = 0 while it sticks. A slide that comes to rest sticks if friction can
+hold it, and reverses otherwise. So there are at most two phases, and each law of restitution
+determines their end in closed form: Poisson's where the impulse of restitution is e times that of
+compression, Stronge's where the normal force has returned e² of the work it has absorbed,
+`newton-routh` where v_n is −e times its initial value (W. J. Stronge, Impact Mechanics, 2000,
+chapters 3 and 5).
 
-`newton` is the older rule that books give under this name (T. R. Kane and D. A. Levinson, Dynamics,
-1985): it asks v_n to become −e times what it was, and Coulomb's law of the impulse as a whole. The
-point sticks if that impulse is in the cone, and else slides to the end as it does then. With
-friction it can create energy. Numbers may be of any real kind.
+`newton` is the textbook rule of this name (T. R. Kane and D. A. Levinson, Dynamics, 1985): v_n
+becomes −e times its initial value, and the total impulse obeys Coulomb's law. The point sticks if
+that impulse is inside the friction cone; otherwise it slides at the end. With friction this rule
+can create energy. Numbers may be of any real kind.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ class _Phase(NamedTuple):
 
 
 def smooth_impulse(normal_speed: Scalar, response: Scalar, restitution: Scalar) -> Impulse:
-    """Return the impulse without friction: then all three laws are one."""
+    """Return the impulse without friction, for which all laws agree."""
     return Impulse(-(1 + restitution) * normal_speed / response, 0 * normal_speed, "frictionless")
 
 
@@ -66,9 +67,8 @@ def guided_impulse(
 ) -> Impulse:
     """Return the impulse on a point that can move along one line only: v_t = `lever` · v_n.
 
-    Any point of link 1 is such. It slides in while it is compressed, and out, against friction the
-    other way, while the impulse is given back. Where μ |lever| ≥ 1 friction wedges it, and it
-    stays.
+    Points of link 1 are of this kind. The point slides one way during compression and the other
+    way during restitution. With μ |lever| ≥ 1 friction wedges it, and it does not rebound.
     """
     slip = friction * abs(lever)
     inward, outward = response * (1 + slip), response * (1 - slip)
@@ -77,7 +77,7 @@ def guided_impulse(
     if outward <= 0 or restitution == 0:
         return Impulse(compression, brake * compression, "sticks")
     if law == "newton":
-        # Coulomb's law of the impulse as a whole, as the point slides at the end.
+        # Coulomb's law for the total impulse, with the direction of sliding at the end.
         whole = -(1 + restitution) * normal_speed / outward
         return Impulse(whole, -brake * whole, "slides back")
     given_back = {
@@ -98,11 +98,10 @@ def rough_impulse(
     law: str,
     determinant: Scalar | None = None,
 ) -> Impulse:
-    """Return the impulse on a point that comes in at `normal_speed` ≤ 0 (m/s).
+    """Return the impulse on a point that approaches at `normal_speed` ≤ 0 (m/s).
 
-    `determinant` is that of G, where it is known better than as a difference: (det J)²/det M.
-
-    At 0, which an impact without collision has (Painlevé), friction alone drives the compression.
+    At 0, in an impact without collision (Painlevé), friction alone drives the compression.
+    `determinant` is det G = (det J)²/det M, which the caller may know without cancellation.
     """
     G = response
     det = G.nn * G.tt - G.nt * G.nt if determinant is None else determinant
@@ -114,7 +113,7 @@ def rough_impulse(
 
 
 def _summed(phases: tuple[_Phase, _Phase], regime: tuple[str, str], p: Scalar) -> Impulse:
-    """Return the normal impulse p with the tangential impulse that goes with it."""
+    """Return the impulse with normal part p and the tangential part that the phases give."""
     first, second = phases
     early = p if first.length is None or p <= first.length else first.length
     tangential = first.s * early + second.s * (p - early)
@@ -125,7 +124,7 @@ def _summed(phases: tuple[_Phase, _Phase], regime: tuple[str, str], p: Scalar) -
 def _newtons_impulse(
     v_n: Scalar, v_t: Scalar, G: Response, det: Scalar, mu: Scalar, e: Scalar
 ) -> Impulse:
-    """Return the impulse after which v_n is −e v_n, by Coulomb's law of the whole impulse."""
+    """Return the impulse that reverses v_n to −e v_n, with Coulomb's law for the total impulse."""
     needed = -(1 + e) * v_n
     # Sticking: both velocities are known, and so are both impulses.
     normal, tangential = (G.tt * needed + G.nt * v_t) / det, (-G.nn * v_t - G.nt * needed) / det
@@ -139,7 +138,7 @@ def _newtons_impulse(
             if sigma * (v_t + G.nt * normal + G.tt * tangential) >= 0:
                 back = v_t != 0 and (v_t > 0) != (sigma > 0)
                 return Impulse(normal, tangential, "slides back" if back else "slides")
-    # Only where the surface wedges the point is no impulse left: there it goes by its phases.
+    # If the surface wedges the point no such impulse exists; integrate the phases instead.
     phases, regime = _phases(v_t, G, det, mu)
     return _summed(phases, regime, _newtons_end(phases, v_n, e))
 
@@ -147,7 +146,7 @@ def _newtons_impulse(
 def _phases(
     v_t: Scalar, G: Response, det: Scalar, mu: Scalar
 ) -> tuple[tuple[_Phase, _Phase], tuple[str, str]]:
-    """Return the two phases of an impact; the first has the length `None` if it has no end."""
+    """Return the two phases of an impact; the first has length None if it does not end."""
     after, then = _from_rest(G, det, mu)
     if v_t == 0:
         # At rest from the start: the first phase is empty.
@@ -162,7 +161,7 @@ def _phases(
 
 
 def _from_rest(G: Response, det: Scalar, mu: Scalar) -> tuple[_Phase, str]:
-    """Return the phase that follows when the point has come to rest along the surface."""
+    """Return the phase after the point has come to rest along the surface."""
     if abs(G.nt) <= mu * G.tt:
         s = -G.nt / G.tt
         # Near a straight pose G.nn + s G.nt is a small difference.
@@ -178,7 +177,7 @@ def _speed(phases: tuple[_Phase, _Phase], v0: Scalar) -> tuple[Scalar, Scalar]:
 
 
 def _impulse_to(phases: tuple[_Phase, _Phase], v0: Scalar, v: Scalar) -> Scalar:
-    """Return the impulse p at which the normal speed, rising at last, comes to v ≥ 0."""
+    """Return the impulse p at which the normal speed rises to v ≥ 0."""
     first, _ = phases
     if first.normal_slope > 0:
         p = (v - v0) / first.normal_slope
@@ -197,12 +196,12 @@ def _poissons_end(phases: tuple[_Phase, _Phase], v0: Scalar, e: Scalar) -> Scala
 
 
 def _stronges_end(phases: tuple[_Phase, _Phase], v0: Scalar, e: Scalar) -> Scalar:
-    """Return p where ∫ v_n dp from the end of compression is −e² times that up to it."""
+    """Return p where ∫ v_n dp from the end of compression is −e² times that before it."""
     first, second = phases
     p_c = _impulse_to(phases, v0, 0 * v0)
     k1, k2 = first.normal_slope, second.normal_slope
     if k1 > 0 and (first.length is None or p_c <= first.length):
-        # Compression takes k1 p_c²/2, and restitution may last into the second phase.
+        # Compression absorbs k1 p_c²/2, and restitution may last into the second phase.
         given_back = e * e * k1 * p_c * p_c / 2
         q = e * p_c
         if first.length is None or p_c + q <= first.length:

@@ -8,8 +8,8 @@ from enum import Enum
 class ContactState(Enum):
     """State of a dry friction or a contact; the value is its description.
 
-    A *pressed* element does not move either, because other constraints hold it: its friction is
-    saturated at the static limit, against the motion that it would begin.
+    A *pressed* element is at rest because other constraints hold it: its friction is saturated at
+    the static limit, against the motion that it would begin.
     """
 
     FORWARD = "slips forward"
@@ -28,10 +28,13 @@ class ContactState(Enum):
     """Whether the element is at rest with saturated friction."""
 
     def __init__(self, description: str) -> None:
-        """Set what follows from the name: these are read very often."""
+        """Precompute the attributes, which are read in inner loops."""
         self.direction = 1 if "forward" in description else -1 if "backward" in description else 0
         self.slips = description.startswith("slips")
         self.pressed = "pressed" in description
+
+    # A member is the only one of its name: tuples of states are the keys of caches.
+    __hash__ = object.__hash__
 
 
 def slipping(direction: int) -> ContactState:
@@ -40,12 +43,12 @@ def slipping(direction: int) -> ContactState:
 
 
 def pressed(direction: int) -> ContactState:
-    """Return the state of an element whose friction is saturated against a direction, +1 or −1."""
+    """Return the state with friction saturated against a direction, +1 or −1."""
     return ContactState.PRESSED_FORWARD if direction > 0 else ContactState.PRESSED_BACKWARD
 
 
 class EventKind(Enum):
-    """Meaning of the fall of an event function through zero."""
+    """The meaning of an event function that falls through zero."""
 
     HITS = "a contact is made"
     LEAVES = "a contact no longer pushes"
@@ -55,3 +58,5 @@ class EventKind(Enum):
     REACHES = "a branch of a force law ends at its depth"
     TURNS = "a branch of a force law ends at the rate of its depth"
     CLEARS = "a dent is left behind"
+
+    __hash__ = object.__hash__

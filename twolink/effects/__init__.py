@@ -1,34 +1,76 @@
-"""Effects: what may act on a chain, one effect a file; scene parameters in, loads out.
+"""Effects on a chain, one in each file, and their base classes.
 
-An effect is a small frozen object. Its `loads(chain, q, u, t)` says where on the chain which force
-or torque acts in that state; `potential_energy(chain, q)` is there when it has one. An effect
-that is not wanted is left out: there is no switch, and nothing to switch off.
-
-An effect that is not smooth also has `nonsmooth(chain)`, the dry friction and the obstacles that a
-simulation makes modes of, and may have `smooth_loads`, what remains of its loads beside them. One
-that adds to what moves has `equipped(chain)`, the chain with its rotors. One that is smooth piece
-by piece has `breaks`, the times between them, and `during(t)`, the smooth effect from t on.
+An effect that a scene omits is not imported, evaluated or compiled. `twolink.effects.effect`
+has the base classes for effects of your own.
 """
 
 from __future__ import annotations
 
 import importlib
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
-from twolink.arithmetic import Pair, Scalar
-from twolink.chain import Chain
-from twolink.contact.elements import ContactElement
-from twolink.loads import Loads
+from twolink.effects.effect import (
+    ConservativeEffect,
+    ContactEffect,
+    Effect,
+    ParametricEffect,
+    PiecewiseEffect,
+    RotorEffect,
+    contact_elements,
+    discontinuities,
+    pieces_at,
+    potential_energy,
+    smooth_loads,
+    with_rotors,
+)
+
+if TYPE_CHECKING:
+    from twolink.effects.compliant_surface import CompliantSurface
+    from twolink.effects.end_drag import EndDrag
+    from twolink.effects.end_force import EndForce
+    from twolink.effects.gravity import Gravity
+    from twolink.effects.joint_damping import JointDamping
+    from twolink.effects.joint_friction import JointFriction
+    from twolink.effects.joint_spring import JointSpring
+    from twolink.effects.joint_stop import JointStop
+    from twolink.effects.joint_torque import JointTorque
+    from twolink.effects.motor_inertia import MotorInertia
+    from twolink.effects.pd_control import PdControl
+    from twolink.effects.sampled_torque import SampledTorque
+    from twolink.effects.surface import Surface
+
+__all__ = [
+    "EFFECTS",
+    "CompliantSurface",
+    "ConservativeEffect",
+    "ContactEffect",
+    "Effect",
+    "EndDrag",
+    "EndForce",
+    "Gravity",
+    "JointDamping",
+    "JointFriction",
+    "JointSpring",
+    "JointStop",
+    "JointTorque",
+    "MotorInertia",
+    "ParametricEffect",
+    "PdControl",
+    "PiecewiseEffect",
+    "RotorEffect",
+    "SampledTorque",
+    "Surface",
+    "contact_elements",
+    "discontinuities",
+    "effect_class",
+    "pieces_at",
+    "potential_energy",
+    "smooth_loads",
+    "with_rotors",
+]
 
 
-class Effect(Protocol):
-    """Anything that yields loads in a state; numbers may be of any kind."""
-
-    def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
-        """Return what acts at angles q (rad), speeds u (rad/s) and time t (s)."""
-
-
-# The name in a scene file, and the home of its class. A home is imported when a scene names it.
+# Name in a scene file, and module and name of its class; modules are imported on demand.
 EFFECTS = {
     "gravity": ("twolink.effects.gravity", "Gravity"),
     "end_force": ("twolink.effects.end_force", "EndForce"),
@@ -46,40 +88,28 @@ EFFECTS = {
 }
 
 
+def __getattr__(name: str) -> Any:
+    """Return the class of an effect, imported on first access."""
+    for home, class_name in EFFECTS.values():
+        if class_name == name:
+            return getattr(importlib.import_module(home), name)
+    raise AttributeError(f"module 'twolink.effects' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """Return the public names, including those not imported yet."""
+    return sorted({*globals(), *__all__})
+
+
+def is_registered(effect: Any) -> bool:
+    """Return whether an object is an effect of this library, which cannot change."""
+    return (type(effect).__module__, type(effect).__name__) in _HOMES
+
+
+_HOMES = frozenset(EFFECTS.values())
+
+
 def effect_class(name: str) -> Any:
     """Return the class of a named effect."""
     home, class_name = EFFECTS[name]
     return getattr(importlib.import_module(home), class_name)
-
-
-def nonsmooth(effects: tuple[Effect, ...], chain: Chain) -> tuple[ContactElement, ...]:
-    """Return the dry friction and the obstacles of all effects, in their order."""
-    return tuple(
-        element
-        for effect in effects
-        if hasattr(effect, "nonsmooth")
-        for element in effect.nonsmooth(chain)
-    )
-
-
-def breaks(effects: tuple[Effect, ...]) -> tuple[float, ...]:
-    """Return the rising times (s) at which any of the effects is not smooth."""
-    return tuple(sorted({t for effect in effects for t in getattr(effect, "breaks", ())}))
-
-
-def effects_during(effects: tuple[Effect, ...], t: float) -> tuple[Effect, ...]:
-    """Return the effects that act from a time (s) on, until the next break."""
-    return tuple(effect.during(t) if hasattr(effect, "during") else effect for effect in effects)
-
-
-def smooth_loads(
-    effects: tuple[Effect, ...], chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0
-) -> Loads:
-    """Return the loads of all effects, but for those of dry friction and obstacles."""
-    return tuple(load for effect in effects for load in _smooth_loads_of(effect)(chain, q, u, t))
-
-
-def _smooth_loads_of(effect: Any) -> Any:
-    if hasattr(effect, "smooth_loads"):
-        return effect.smooth_loads
-    return (lambda *_: ()) if hasattr(effect, "nonsmooth") else effect.loads

@@ -1,4 +1,4 @@
-"""A compliant surface: a half-plane that pushes back the points that press into it."""
+"""A compliant surface: a half-plane with a normal force law for points that penetrate it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ from twolink.contact.force_laws import (
     KelvinVoigt,
     NoPull,
 )
+from twolink.effects.effect import ContactEffect
 from twolink.errors import ParameterError
+from twolink.inputs import take_fields
 from twolink.loads import Loads
 
 _LAWS = ("kelvin-voigt", "hertz", "hunt-crossley", "elasto-plastic")
@@ -30,16 +32,16 @@ _MATERIAL = ("radius", "modulus", "poisson")
 
 
 @dataclass(frozen=True)
-class CompliantSurface:
+class CompliantSurface(ContactEffect):
     """A half-plane through `point` (m) with an outward `normal`, pressed by the points `on`.
 
     `law` is `kelvin-voigt`, with `stiffness` in N/m and `loss` in N s/m (a damper); `hertz`, with
     `stiffness` in N/m^{3/2}; `hunt-crossley`, with the same and `loss` in s/m; or `elasto-plastic`.
-    What presses is a ball: its `radius` (m), and `modulus` E (Pa) and `poisson` ν of the ball and
-    of the surface may stand for the stiffness of all laws but the first, K = 4/3 E* √R with
+    The indenter is a ball: its `radius` (m), and `modulus` E (Pa) and `poisson` ν of the ball and
+    of the surface may replace the stiffness of all laws but the first, K = 4/3 E* √R with
     1/E* = Σ (1 − ν²)/E. The last needs them, and the yield `strength` (Pa) of both. `friction` is
     Coulomb's μ while a point slides and `static` the one while it sticks. No law pulls: with `loss`
-    the force is zero where it would be negative.
+    a negative force is replaced by zero.
     """
 
     point: tuple[float, float]
@@ -57,54 +59,55 @@ class CompliantSurface:
     strength: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what has no side, pulls, drives, or is no material."""
+        """Require a non-zero normal, points, valid coefficients and a complete material."""
+        take_fields(self, self.name if isinstance(self.name, str) else "compliant surface")
         if not all(math.isfinite(x) for x in (*self.point, *self.normal)):
-            self._refuse("point and normal", (self.point, self.normal), "numbers")
+            self._refuse("point and normal", (self.point, self.normal), "finite numbers")
         if math.hypot(*self.normal) == 0:
             self._refuse("normal", self.normal, "two numbers, not both zero")
         if self.law not in _LAWS:
-            self._refuse("law", self.law, ", ".join(_LAWS))
+            self._refuse("law", self.law, f"one of {', '.join(_LAWS)}")
         self._check_material()
         lossy = self.law in _WITH_LOSS
         if not 0 <= self.loss < math.inf or (not lossy and self.loss != 0):
-            self._refuse("loss", self.loss, "zero or a positive number" if lossy else "zero")
+            self._refuse("loss", self.loss, "zero or positive and finite" if lossy else "zero")
         if not self.on or len(set(self.on)) < len(self.on) or not set(self.on) <= set(_POINTS):
-            self._refuse("on", self.on, f"one or more of {', '.join(_POINTS)}")
+            self._refuse("on", self.on, f"one or more of {', '.join(_POINTS)}, each once")
         if not 0 <= self.friction < math.inf:
-            self._refuse("friction", self.friction, "zero or a positive number")
+            self._refuse("friction", self.friction, "zero or positive and finite")
         if self.static is not None and not self.friction <= self.static < math.inf:
-            self._refuse("static", self.static, f"the friction {self.friction!r} or more")
+            required = f"finite and not below the friction {self.friction!r}"
+            self._refuse("static", self.static, required)
 
     def _check_material(self) -> None:
-        """Refuse a stiffness, or the material of a ball, that is not there or is none."""
+        """Require a positive stiffness, or the complete material of a ball."""
         yields = self.law == "elasto-plastic"
         wanted = (*_MATERIAL, "strength") if yields else _MATERIAL
         given = [name for name in (*_MATERIAL, "strength") if getattr(self, name) is not None]
         if not given and not yields:
             if self.stiffness is None or not 0 < self.stiffness < math.inf:
-                self._refuse("stiffness", self.stiffness, "a positive number")
+                self._refuse("stiffness", self.stiffness, "a positive finite number")
             return
         if self.stiffness is not None or self.law not in _OF_BALLS or set(given) != set(wanted):
             both = ["stiffness"] if self.stiffness is not None else []
-            allowed = f"{', '.join(wanted)} of a ball"
+            required = f"{', '.join(wanted)} of a ball"
             if not yields:
-                allowed = "stiffness" + (f", or {allowed}" if self.law in _OF_BALLS else "")
-            received = " and ".join([*both, *given]) or "nothing"
-            self._refuse(f"what is given of {self.law}", received, allowed)
+                required = "stiffness" + (f", or {required}" if self.law in _OF_BALLS else "")
+            received = " and ".join([*both, *given]) or "none"
+            self._refuse(f"the parameters of {self.law}", received, required)
         if not 0 < self._radius < math.inf:
-            self._refuse("radius", self.radius, "a positive number")
+            self._refuse("radius", self.radius, "a positive finite number")
         for name in ("modulus", "strength")[: 1 + yields]:
             if not all(0 < x < math.inf for x in getattr(self, name)):
-                self._refuse(name, getattr(self, name), "two positive numbers")
+                self._refuse(name, getattr(self, name), "two positive finite numbers")
         assert self.poisson is not None
         if not all(-1 < nu <= 0.5 for nu in self.poisson):
             self._refuse("poisson", self.poisson, "two numbers above -1 and up to 0.5")
         if yields and self._material.poisson < 0:
-            allowed = "zero or more for the body that yields"
-            self._refuse("poisson", self.poisson, allowed)
+            self._refuse("poisson", self.poisson, "zero or positive for the body that yields")
 
-    def _refuse(self, what: str, value: object, allowed: str) -> None:
-        raise ParameterError(f"{self.name}: {what} is {value!r}; allowed is {allowed}")
+    def _refuse(self, parameter: str, value: object, required: str) -> None:
+        raise ParameterError(f"{self.name}: {parameter} must be {required}; got {value!r}")
 
     @property
     def _radius(self) -> float:
@@ -121,14 +124,14 @@ class CompliantSurface:
 
     @property
     def _stiffness(self) -> float:
-        """The stiffness that is given, or Hertz's of the ball."""
+        """The given stiffness, or the Hertzian one of the ball."""
         if self.stiffness is not None:
             return self.stiffness
         return 4 / 3 * self._modulus * math.sqrt(self._radius)
 
     @property
     def _material(self) -> Material:
-        """What yields: the body of the lesser C S_y, as Jackson and Green have it."""
+        """The yielding body: the one of lesser C S_y (Jackson and Green)."""
         assert self.poisson is not None
         assert self.strength is not None
         bodies = [
@@ -137,8 +140,8 @@ class CompliantSurface:
         ]
         return min(bodies, key=lambda body: body.slope)
 
-    def nonsmooth(self, chain: Chain) -> tuple[CompliantContact, ...]:
-        """Return a cushion for each point, rough if there is friction."""
+    def contact_elements(self, chain: Chain) -> tuple[CompliantContact, ...]:
+        """Return a compliant contact for each point, rough if there is friction."""
         size = math.hypot(*self.normal)
         x, y = self.normal[0] / size, self.normal[1] / size
         static = self.friction if self.static is None else self.static
@@ -159,7 +162,7 @@ class CompliantSurface:
 
     @property
     def _law(self) -> tuple[ContactLaw, Hysteresis | None]:
-        """The law of the whole surface, and what becomes of it where it yields."""
+        """The law of the undamaged surface, and its history dependence."""
         if self.law == "kelvin-voigt":
             return KelvinVoigt(self._stiffness, self.loss), None
         if self.law == "hunt-crossley":
@@ -168,6 +171,10 @@ class CompliantSurface:
         memory = ElastoPlastic(self._material) if self.law == "elasto-plastic" else None
         return Hertz(self._stiffness), memory
 
+    def smooth_loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+        """Return no load: all forces depend on the mode."""
+        return ()
+
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
-        """Return nothing: what a cushion gives depends on its mode, touched or free."""
+        """Return no load: the force depends on the mode."""
         return ()

@@ -1,34 +1,38 @@
-"""Gravity: G_1 = m1 g **j** at C1 and G_2 = m2 g **j** at C2 (source, section 6.1)."""
+"""Gravity: G_1 = m1 g **j** at C1 and G_2 = m2 g **j** at C2 (section 6.1 of the derivation)."""
 
 import math
 from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
+from twolink.effects.effect import ConservativeEffect
 from twolink.errors import ParameterError
-from twolink.finite import check_finite
+from twolink.inputs import take_fields
 from twolink.kinematics import position
 from twolink.loads import Force, Loads
+from twolink.validation import check_finite
 
 
 @dataclass(frozen=True)
-class Gravity:
+class Gravity(ConservativeEffect):
     """Uniform gravity of size g (m/s²) along `direction` (x, y); by default y, downward."""
 
     g: float = 9.81
     direction: tuple[float, float] = (0.0, 1.0)
 
     def __post_init__(self) -> None:
-        """Refuse a size that is not finite, and a direction that is none."""
+        """Require a finite size and a non-zero direction."""
+        take_fields(self, "gravity")
         check_finite("gravity", g=self.g)
         if not 0 < math.hypot(*self.direction) < math.inf:
             raise ParameterError(
-                f"gravity's direction is {self.direction!r}; allowed are two numbers, not both zero"
+                "gravity: direction must be two finite numbers, not both zero; got"
+                f" {self.direction!r}"
             )
 
     @property
     def acceleration(self) -> Pair:
-        """The components of g along x and y (m/s²); 0 where there is none."""
+        """The components of g along x and y (m/s²)."""
         size = math.hypot(*self.direction)
         x, y = self.direction
         return x / size * self.g if x else 0, y / size * self.g if y else 0

@@ -4,23 +4,26 @@ from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
+from twolink.effects.effect import Effect
 from twolink.errors import ParameterError
+from twolink.inputs import take_fields
 from twolink.loads import Loads, motor_loads
 
 
 @dataclass(frozen=True)
-class JointDamping:
+class JointDamping(Effect):
     """Damping of the joints A and B (N m s/rad), zero or positive."""
 
     coefficient: tuple[float, float]
 
     def __post_init__(self) -> None:
-        """Refuse damping that drives."""
+        """Require non-negative coefficients."""
+        take_fields(self, "joint damping")
         for joint, value in zip("AB", self.coefficient, strict=True):
             if isinstance(value, (int, float)) and not 0 <= value < float("inf"):
                 raise ParameterError(
-                    f"joint damping at {joint} is {value!r}; allowed is zero or a positive number "
-                    "of N m s/rad"
+                    f"joint damping at {joint} must be zero or positive and finite; got {value!r}"
+                    " N m s/rad"
                 )
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:

@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
-from twolink.finite import check_finite
+from twolink.effects.effect import ConservativeEffect
+from twolink.inputs import take_fields
 from twolink.loads import Loads, motor_loads
+from twolink.validation import check_finite
 
 
 @dataclass(frozen=True)
-class JointSpring:
+class JointSpring(ConservativeEffect):
     """Springs of the joints A and B: stiffness (N m/rad) and the angles of rest (rad).
 
     The spring at A is at rest at q1 = rest[0], the one at B at q2 − q1 = rest[1].
@@ -19,7 +21,8 @@ class JointSpring:
     rest: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Refuse numbers that are not finite."""
+        """Require finite numbers."""
+        take_fields(self, "joint spring")
         check_finite("joint spring", stiffness=self.stiffness, rest=self.rest)
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:

@@ -4,15 +4,17 @@ from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar, sin
 from twolink.chain import Chain
-from twolink.finite import check_finite
+from twolink.effects.effect import Effect
+from twolink.inputs import take_fields
 from twolink.loads import Loads, motor_loads
+from twolink.validation import check_finite
 
 
 @dataclass(frozen=True)
-class JointTorque:
+class JointTorque(Effect):
     """Torques of the motors at A and B (N m): `torque` + `amplitude` sin(`frequency` t + `phase`).
 
-    `frequency` is in rad/s and `phase` in rad; without amplitude no sine is taken.
+    `frequency` is in rad/s and `phase` in rad; with zero amplitude the sine is not evaluated.
     """
 
     torque: tuple[float, float] = (0.0, 0.0)
@@ -21,7 +23,8 @@ class JointTorque:
     phase: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Refuse numbers that are not finite."""
+        """Require finite numbers."""
+        take_fields(self, "joint torque")
         check_finite("joint torque", **vars(self))
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:

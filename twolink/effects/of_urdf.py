@@ -1,8 +1,8 @@
-"""What a URDF says of its joints, as effects: damping, friction, and limits as stops.
+"""Properties of a URDF's joints as effects: damping, friction, and limits as stops.
 
-It acts where it is asked for, and only there. A URDF counts joint angles θ, and stops count q1 and
-q2 − q1; about an axis of the other sign a lower limit is an upper stop. Damping and friction
-resist either way of turning alike.
+The properties act only in scenes that request them. A URDF counts joint angles θ, and stops count
+q1 and q2 − q1; about an axis of the other sign a lower limit is an upper stop. Damping and friction
+resist both directions alike.
 """
 
 from __future__ import annotations
@@ -12,17 +12,18 @@ from typing import Any
 
 from twolink.effects import Effect, effect_class
 from twolink.errors import ParameterError, UrdfError
+from twolink.text import quoted
 from twolink.urdf.planar import JOINT_PROPERTIES, PlanarUrdf
-from twolink.urdf.reading import Limits, listed, naming, quoted
+from twolink.urdf.reading import Limits, listed, naming
 
 
 def effects_of(read: PlanarUrdf, names: Iterable[str]) -> tuple[Effect, ...]:
-    """Return the effects that are asked for of what was read from a URDF, in the names' order.
+    """Return the named effects of a URDF's joints, in the order of `names`.
 
-    `names` are of "damping", "friction" and "limits", each at most once; where the file has no
-    value but zero there is no effect. A URDF knows one friction, which is kinetic and static, and
-    no rebound from limits. Raises `ParameterError` for other names, and `UrdfError` if the file
-    has nothing of what is asked for, or values that no joint can have.
+    `names` are "damping", "friction" and "limits", each at most once; a property that is zero or
+    absent for both joints gives no effect. A URDF has one friction, which is kinetic and static,
+    and no rebound from limits. Raises `ParameterError` for other names, and `UrdfError` if the file
+    has none of the named properties, or invalid values.
     """
     asked = tuple(names)
     _check_names(asked)
@@ -36,22 +37,22 @@ def effects_of(read: PlanarUrdf, names: Iterable[str]) -> tuple[Effect, ...]:
 def _check_names(asked: tuple[str, ...]) -> None:
     if len(set(asked)) < len(asked) or not set(asked) <= set(JOINT_PROPERTIES):
         raise ParameterError(
-            f"effects of a URDF are asked for by {asked!r}; allowed are"
-            f" {', '.join(JOINT_PROPERTIES)}, each at most once"
+            f"effects of a URDF must be of {', '.join(JOINT_PROPERTIES)}, each at most once; got"
+            f" {asked!r}"
         )
 
 
 def _has(read: PlanarUrdf, name: str) -> bool:
-    """Return whether one of the joints has more than zero or nothing of a property."""
+    """Return whether a property is non-zero for at least one joint."""
     return any(getattr(read, name))
 
 
 def _nothing_found(read: PlanarUrdf, asked: tuple[str, ...]) -> str:
-    """Return the sentence that what is asked for is not there, and what is."""
+    """Return the sentence that the file has none of the named properties."""
     there = ", ".join(name for name in JOINT_PROPERTIES if _has(read, name))
     return (
-        f"joints {listed(read.joint_names)} have no {' or '.join(asked)} that could act; allowed is"
-        f" {f'what they have, {there}' if there else 'to ask for no effects, as they have none'}"
+        f"joints {listed(read.joint_names)} have no {' or '.join(asked)}; effects must be of"
+        f" {there or 'none, as the joints have none'}"
     )
 
 
@@ -66,12 +67,12 @@ def _friction(read: PlanarUrdf) -> Iterable[Effect]:
 
 
 def _check_resistance(read: PlanarUrdf, name: str, unit: str) -> None:
-    """Refuse resistance that drives, by the name of its joint."""
+    """Raise `UrdfError` for a negative value, by the name of its joint."""
     for joint, value in zip(read.joint_names, getattr(read, name), strict=True):
         if value < 0:
             raise UrdfError(
-                f"joint {quoted(joint)}: {name} is {value!r}; allowed is zero or a positive number"
-                f" of {unit}"
+                f"joint {quoted(joint)}: {name} must be zero or positive to act; got {value!r}"
+                f" {unit}"
             )
 
 
@@ -82,7 +83,7 @@ def _stops(read: PlanarUrdf) -> Iterable[Effect]:
         if limits is not None:
             sign, offset = read.joints.sign[index], read.joints.offset[index]
             lower, upper = _turned(limits, sign, offset)
-            # Asked of the stops, because an offset can round two angles to one.
+            # Compared as stops, because an offset can round two angles to equal values.
             if not lower < upper:
                 raise UrdfError(_no_room(name, limits))
             yield effect_class("joint_stop")(joint, lower, upper)
@@ -98,8 +99,8 @@ def _no_room(name: str, limits: Limits) -> str:
     """Return the sentence that a joint is locked, or has its limits the wrong way round."""
     lower, upper = limits
     return (
-        f"joint {quoted(name)}: its limits, 0 where absent, are lower {lower!r} and upper {upper!r}"
-        " rad, and leave it no room; allowed is lower below upper"
+        f"joint {quoted(name)}: the lower limit must be below the upper one to act as stops; got"
+        f" lower {lower!r} and upper {upper!r} rad, 0 where absent"
     )
 
 

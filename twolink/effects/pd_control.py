@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
-from twolink.finite import check_finite
+from twolink.effects.effect import Effect
+from twolink.inputs import take_fields
 from twolink.loads import Loads, motor_loads
+from twolink.validation import check_finite
 
 
 @dataclass(frozen=True)
-class PdControl:
+class PdControl(Effect):
     """Motors at A and B that drive the joint angles q1 and q2 − q1 to a target (rad).
 
     `proportional` in N m/rad, `derivative` in N m s/rad.
@@ -20,7 +22,8 @@ class PdControl:
     derivative: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Refuse numbers that are not finite."""
+        """Require finite numbers."""
+        take_fields(self, "PD control")
         check_finite("PD control", **vars(self))
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:

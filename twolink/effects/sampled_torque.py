@@ -1,4 +1,4 @@
-"""Motor torques that were sampled, with an interpolation that is chosen and not guessed."""
+"""Sampled motor torques, with an explicit interpolation."""
 
 from __future__ import annotations
 
@@ -11,14 +11,16 @@ from numpy.typing import NDArray
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
+from twolink.effects.effect import ParametricEffect, PiecewiseEffect
 from twolink.errors import ParameterError
+from twolink.inputs import take_fields
 from twolink.loads import Loads, motor_loads
 
 _FEWEST = {"hold": 1, "linear": 2, "cubic": 4}
 
 
 @dataclass(frozen=True)
-class PolynomialTorque:
+class PolynomialTorque(ParametricEffect):
     """Torques that are polynomials in t − `start` (s): `coefficients` of A and of B (N m/sᵏ)."""
 
     start: Scalar
@@ -26,7 +28,7 @@ class PolynomialTorque:
 
     @property
     def numbers(self) -> tuple[Scalar, ...]:
-        """All numbers in it, in an order of their own: those of pieces differ, and nothing else."""
+        """The start and all coefficients, in a fixed order; pieces differ only in these numbers."""
         return (self.start, *self.coefficients[0], *self.coefficients[1])
 
     def with_numbers(self, numbers: tuple[Scalar, ...]) -> PolynomialTorque:
@@ -49,13 +51,13 @@ def _horner(coefficients: tuple[Scalar, ...], x: Scalar) -> Scalar:
 
 
 @dataclass(frozen=True)
-class SampledTorque:
+class SampledTorque(PiecewiseEffect):
     """Torques of the motors at A and B (N m), sampled at rising `times` (s).
 
     Between samples they are interpolated: `hold` keeps a sample until the next, `linear` draws
     straight lines, `cubic` a spline that is twice differentiable (not-a-knot at its ends). Before
-    the first sample and after the last they stay as there. The motion is followed from sample to
-    sample, so no step reaches over a kink or a jump.
+    the first sample and after the last they are constant. The motion is integrated from sample to
+    sample, so no step crosses a kink or a jump.
     """
 
     times: tuple[float, ...]
@@ -65,42 +67,45 @@ class SampledTorque:
     _pieces: Any = field(default=None, repr=False, compare=False, init=False)
 
     def __post_init__(self) -> None:
-        """Refuse samples that are too few, out of order, or of unequal number."""
+        """Require enough samples, increasing times, and equal numbers of entries."""
+        take_fields(self, "sampled torque")
         if self.interpolation not in _FEWEST:
             raise ParameterError(
-                f"sampled torque: interpolation is {self.interpolation!r}; allowed are "
-                f"{', '.join(_FEWEST)}"
+                f"sampled torque: interpolation must be one of {', '.join(_FEWEST)}; got"
+                f" {self.interpolation!r}"
             )
         fewest = _FEWEST[self.interpolation]
         if len(self.times) < fewest:
             raise ParameterError(
-                f"sampled torque: there are {len(self.times)} times; allowed for "
-                f"{self.interpolation} are {fewest} or more"
+                f"sampled torque: times must have {fewest} or more entries for"
+                f" {self.interpolation}; got {len(self.times)}"
             )
         for name, values in (("times", self.times), ("A", self.A), ("B", self.B)):
             if len(values) != len(self.times):
                 raise ParameterError(
-                    f"sampled torque: {name} has {len(values)} entries; allowed are as many as "
-                    f"times, {len(self.times)}"
+                    f"sampled torque: {name} must have as many entries as times,"
+                    f" {len(self.times)}; got {len(values)}"
                 )
             if not all(abs(value) < float("inf") for value in values):
                 wrong = next(value for value in values if not abs(value) < float("inf"))
-                raise ParameterError(f"sampled torque: {name} has {wrong!r}; allowed are numbers")
+                raise ParameterError(
+                    f"sampled torque: {name} must be finite numbers; got {wrong!r}"
+                )
         for earlier, later in pairwise(self.times):
             if not earlier < later:
                 raise ParameterError(
-                    f"sampled torque: after {earlier!r} s comes {later!r}; allowed are rising times"
+                    f"sampled torque: times must increase; got {later!r} s after {earlier!r} s"
                 )
         pieces = _coefficients(self, self.A), _coefficients(self, self.B)
         object.__setattr__(self, "_pieces", pieces)
 
     @property
-    def breaks(self) -> tuple[float, ...]:
+    def discontinuities(self) -> tuple[float, ...]:
         """The times (s) at which the torques are not smooth."""
         return self.times
 
-    def during(self, t: float) -> PolynomialTorque:
-        """Return the torques of the piece that begins at, or reaches over, a time (s)."""
+    def piece_at(self, t: float) -> PolynomialTorque:
+        """Return the torques of the piece that contains a time (s), or begins there."""
         piece = int(np.searchsorted(self.times, t, side="right"))
         start = self.times[max(piece - 1, 0)]
         A, B = (tuple(rows[piece].tolist()) for rows in self._pieces)
@@ -116,7 +121,7 @@ class SampledTorque:
 
 def _coefficients(sampled: SampledTorque, values: tuple[float, ...]) -> NDArray[np.float64]:
     """Return the coefficients of each piece, lowest first: before the samples, between, after."""
-    times, samples = np.array(sampled.times), np.array(values)
+    times, samples = np.array(sampled.times, dtype=float), np.array(values, dtype=float)
     if sampled.interpolation == "hold":
         return np.concatenate([samples[:1], samples])[:, None]
     if sampled.interpolation == "linear":

@@ -11,21 +11,23 @@ from twolink.chain import Chain
 from twolink.contact.coordinates import PointCoordinate, PointName
 from twolink.contact.elements import RigidContact
 from twolink.contact.impact_laws import LAWS
+from twolink.effects.effect import ContactEffect
 from twolink.errors import ParameterError
+from twolink.inputs import take_fields
 from twolink.loads import Loads
 
 
 @dataclass(frozen=True)
-class Surface:
+class Surface(ContactEffect):
     """A half-plane through `point` (m), on whose side of the outward `normal` the chain may be.
 
-    It bars the points `on` (of B, C1, C2 and D). `restitution` is e of the law of restitution
+    It limits the points `on` (of B, C1, C2 and D). `restitution` is e of the law of restitution
     `law`; `friction` is Coulomb's μ while a point slides and `static` the one while it sticks (the
     same unless given). In an impact friction is that of sliding. `name` is for the log.
 
-    Rigid contact has no motion where the chain is stretched or folded towards a point that the
+    Rigid contact admits no motion if the chain is stretched or folded towards a point that the
     surface or its friction holds while the links turn: no finite impulse stops them. A simulation
-    ends there and says so.
+    ends there with this reason.
     """
 
     point: tuple[float, float]
@@ -38,38 +40,42 @@ class Surface:
     name: str = "surface"
 
     def __post_init__(self) -> None:
-        """Refuse surfaces without a side, restitution that gives, and friction that drives."""
+        """Require a non-zero normal, 0 ≤ e ≤ 1 and 0 ≤ μ ≤ static μ."""
+        take_fields(self, self.name if isinstance(self.name, str) else "surface")
         if not all(math.isfinite(x) for x in (*self.point, *self.normal)):
             raise ParameterError(
-                f"{self.name}: point is {self.point!r}, normal is {self.normal!r}; "
-                "allowed are numbers"
+                f"{self.name}: point and normal must be finite numbers; got point {self.point!r}"
+                f" and normal {self.normal!r}"
             )
         if math.hypot(*self.normal) == 0:
             raise ParameterError(
-                f"{self.name}: normal is {self.normal!r}; allowed are two numbers, not both zero"
+                f"{self.name}: normal must be two numbers, not both zero; got {self.normal!r}"
             )
         if not self.on or len(set(self.on)) < len(self.on) or not set(self.on) <= set(_POINTS):
             raise ParameterError(
-                f"{self.name}: on is {self.on!r}; allowed are one or more of {', '.join(_POINTS)}"
+                f"{self.name}: on must be one or more of {', '.join(_POINTS)}, each once; got"
+                f" {self.on!r}"
             )
         if not 0 <= self.restitution <= 1:
             raise ParameterError(
-                f"{self.name}: restitution is {self.restitution!r}; allowed is 0 to 1"
+                f"{self.name}: restitution must be 0 to 1; got {self.restitution!r}"
             )
         if self.law not in LAWS:
-            raise ParameterError(f"{self.name}: law is {self.law!r}; allowed are {', '.join(LAWS)}")
+            raise ParameterError(
+                f"{self.name}: law must be one of {', '.join(LAWS)}; got {self.law!r}"
+            )
         if not 0 <= self.friction < math.inf:
             raise ParameterError(
-                f"{self.name}: friction is {self.friction!r}; allowed is zero or a positive number"
+                f"{self.name}: friction must be zero or positive and finite; got {self.friction!r}"
             )
         if self.static is not None and not self.friction <= self.static < math.inf:
             raise ParameterError(
-                f"{self.name}: static is {self.static!r}; allowed is the friction "
-                f"{self.friction!r} or more"
+                f"{self.name}: static must be finite and not below the friction {self.friction!r};"
+                f" got {self.static!r}"
             )
 
-    def nonsmooth(self, chain: Chain) -> tuple[RigidContact, ...]:
-        """Return an obstacle for each point, rough if there is friction.
+    def contact_elements(self, chain: Chain) -> tuple[RigidContact, ...]:
+        """Return a rigid contact for each point, rough if there is friction.
 
         The tangent is a quarter turn from the normal: along x on a floor, whose normal is −y.
         """
@@ -90,8 +96,12 @@ class Surface:
             for point in self.on
         )
 
+    def smooth_loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+        """Return no load: all forces depend on the mode."""
+        return ()
+
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
-        """Return nothing: what a surface gives bars the way, and is no function of state."""
+        """Return no load: the constraint force of a surface is not a function of the state."""
         return ()
 
 

@@ -1,4 +1,4 @@
-"""Other people's dynamics behind one protocol, one engine a file."""
+"""Adapters for external dynamics engines: one protocol, one engine per file."""
 
 from twolink.engines.protocol import Engine
 

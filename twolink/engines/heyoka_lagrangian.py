@@ -1,4 +1,4 @@
-"""heyoka used plainly: its own `lagrangian()`, its own choice of order and step."""
+"""heyoka with its own `lagrangian()` and its own choice of order and step."""
 
 from __future__ import annotations
 
@@ -10,35 +10,36 @@ import numpy as np
 
 from twolink.arithmetic import Pair
 from twolink.engines.joint_model import JointModel, joint_model
-from twolink.engines.peer import Peer, PeerMethod, PeerRun, Prepared
 from twolink.engines.protocol import Array
+from twolink.engines.simulation_engine import EngineMethod, EngineRun, Prepared, SimulationEngine
 from twolink.errors import EngineError
 from twolink.optional import heyoka
 from twolink.scene import Scene
 
-_EVENTS = "heyoka has events, and the motion between and after them would be this library's own"
+_EVENTS = "heyoka detects events, but the motion between and after them would be this library's"
 _REASONS = dict.fromkeys(
     ("joint_friction", "joint_stop", "surface", "compliant_surface", "end_force"), _EVENTS
 ) | {
     "end_drag": "its dissipation function depends on speeds alone",
-    "samples": "its series have no kinks; runs from sample to sample would have to be written anew",
+    "samples": "its series are smooth; runs from sample to sample would have to be added",
 }
 _EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "drive"})
 
 
-class HeyokaLagrangian(Peer):
-    """heyoka's `taylor_adaptive` on its `lagrangian()`; see `twolink.engines.peer.Peer`.
+class HeyokaLagrangian(SimulationEngine):
+    """heyoka's `taylor_adaptive` on its `lagrangian()`; see `SimulationEngine`.
 
-    The knob is the tolerance of a step, which sets the order too. `taylor` is heyoka as it comes;
-    `taylor, odd order` takes the next finer tolerance that has an odd order. From rest at the
-    horizontal only every fourth coefficient of a series in t is there. An order that ends on two
-    missing ones, a multiple of four, sees no reason for a short step, and goes to the end in one.
+    The parameter is the tolerance of a step, which also sets the order. `taylor` is heyoka's
+    default; `taylor, odd order` takes the next finer tolerance with an odd order. From rest at the
+    horizontal only every fourth coefficient of the series in t is non-zero. If the last two
+    coefficients vanish, as for an order that is a multiple of four, the step size is unlimited and
+    one step goes to the end.
     """
 
     name = "heyoka"
     methods = (
-        PeerMethod("taylor", None, "tolerance"),
-        PeerMethod("taylor, odd order", None, "tolerance"),
+        EngineMethod("taylor", None, "tolerance"),
+        EngineMethod("taylor, odd order", None, "tolerance"),
     )
     packages = (("heyoka", "heyoka"),)
     extra = None
@@ -46,11 +47,11 @@ class HeyokaLagrangian(Peer):
     reasons = _REASONS
 
     def _prepared(self, scene: Scene, method: str) -> Prepared:
-        """Return what runs a scene; it is compiled once for each tolerance."""
+        """Return a function that runs a scene, compiled once for each tolerance."""
         model = joint_model(scene)
         compiled: dict[float, tuple[Any, float]] = {}
 
-        def run(tolerance: float, times: Array) -> PeerRun:
+        def run(tolerance: float, times: Array) -> EngineRun:
             if method != "taylor":
                 tolerance = _of_odd_order(tolerance)
             if tolerance not in compiled:
@@ -62,9 +63,9 @@ class HeyokaLagrangian(Peer):
             outcome, _, _, steps, _, states = integrator.propagate_grid(times)
             seconds = perf_counter() - begin
             if outcome != heyoka().taylor_outcome.time_limit:
-                raise EngineError(f"heyoka gives up at {integrator.time:.6g} s: {outcome.name}")
+                raise EngineError(f"heyoka stopped at {integrator.time:.6g} s: {outcome.name}")
             found = np.array(states).T
-            return PeerRun(found[:2], found[2:], seconds, setup, None, int(steps))
+            return EngineRun(found[:2], found[2:], seconds, setup, None, int(steps))
 
         return run
 
@@ -74,14 +75,14 @@ class HeyokaLagrangian(Peer):
 
 
 def _compiled(model: JointModel, tolerance: float) -> tuple[Any, float]:
-    """Return an integrator, and how long its making took (s)."""
+    """Return an integrator and its build time (s)."""
     begin = perf_counter()
     integrator = heyoka().taylor_adaptive(_equations(model)[1], [0.0] * 4, tol=tolerance)
     return integrator, perf_counter() - begin
 
 
 def _equations(model: JointModel) -> tuple[list[Any], Any]:
-    """Return heyoka's variables, and its Euler–Lagrange equations of the energies."""
+    """Return heyoka's variables and its Euler–Lagrange equations of the energies."""
     hy = heyoka()
     q1, q2, v1, v2 = variables = hy.make_vars("q1", "q2", "v1", "v2")
     T, V, D = _kinetic_energy(hy, model, variables), _potential_of_gravity(hy, model, q1, q2), 0.0
@@ -101,7 +102,7 @@ def _equations(model: JointModel) -> tuple[list[Any], Any]:
 
 
 def _kinetic_energy(hy: Any, model: JointModel, variables: list[Any]) -> Any:
-    """Return T (J) of both links; a centre on the axis adds no sine, as nobody would write it."""
+    """Return T (J) of both links; a mass centre on the axis adds no sine term."""
     q1, q2, v1, v2 = variables
     chain = model.chain
     (a1, b1), (a2, b2) = chain.centre
@@ -114,7 +115,7 @@ def _kinetic_energy(hy: Any, model: JointModel, variables: list[Any]) -> Any:
 
 
 def _potential_of_gravity(hy: Any, model: JointModel, q1: Any, q2: Any) -> Any:
-    """Return V (J) of gravity: each link's angle with the moment of all that it carries."""
+    """Return V (J) of gravity: each link's angle with the mass moment that it carries."""
     chain, (gx, gy), V = model.chain, model.gravity, 0.0
     (a1, b1), (a2, b2) = chain.centre
     along = (chain.m1 * a1 + chain.m2 * chain.L1, chain.m2 * a2)
@@ -136,9 +137,9 @@ def _accelerations(model: JointModel) -> tuple[float, float]:
 
 
 def _of_odd_order(tolerance: float) -> float:
-    """Return a tolerance that is not coarser, for which heyoka takes an odd order.
+    """Return a tolerance, equal or finer, for which heyoka uses an odd order.
 
-    It takes the smallest order p ≥ 1 − log(tolerance)/2; the tolerance returned is well inside.
+    heyoka uses the smallest order p ≥ 1 − log(tolerance)/2; the result is well inside its interval.
     """
     order = math.ceil(1 - math.log(tolerance) / 2)
     return tolerance if order % 2 else math.exp(-2 * order + 0.4)

@@ -1,7 +1,7 @@
-"""A scene in the words that engines have: a chain, gravity, and what acts in its joints.
+"""A scene in the terms that engines support: a chain, gravity and joint elements.
 
-Engines know joint angles, and per joint a spring, a damper, a torque and an armature. Effects that
-are made of these are gathered; a PD controller is a spring and a damper too.
+Engines have joint angles and, per joint, a spring, a damper, a torque and an armature. Effects
+composed of these are collected; a PD controller is a spring and a damper.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.coordinates import JointConvention
-from twolink.effects import EFFECTS
+from twolink.effects import EFFECTS, RotorEffect
 from twolink.engines.protocol import Array
 from twolink.errors import EngineError
 from twolink.scene import Scene
@@ -38,9 +38,9 @@ _GATHERED = {
 
 @dataclass(frozen=True)
 class Wave:
-    """A torque `amplitude` sin(`frequency` t + `phase`) in a joint: 0 is A, 1 is B.
+    """A torque `amplitude` sin(`frequency` t + `phase`) in joint 0 (A) or 1 (B).
 
-    In N m, rad/s and rad.
+    Units: N m, rad/s and rad.
     """
 
     joint: int
@@ -51,9 +51,9 @@ class Wave:
 
 @dataclass(frozen=True)
 class Samples:
-    """Torques in the joints A and B at rising `times` (s), and what is between: `values` in N m.
+    """Sampled torques in the joints A and B: `values` (N m) at increasing `times` (s).
 
-    `interpolation` is "hold", "linear" or "cubic", as scene files have it.
+    `interpolation` is "hold", "linear" or "cubic", as in scene files.
     """
 
     times: tuple[float, ...]
@@ -79,11 +79,11 @@ class Samples:
 
 @dataclass(frozen=True)
 class JointModel:
-    """A chain of floats without rotors, its start, and what acts, in pairs for the joints A and B.
+    """A chain of floats without rotors, its initial state, gravity and elements of joints A and B.
 
-    `q` (rad) and `u` (rad/s) are absolute. `gravity` is along x and y (m/s²). In a joint act
-    `torque` − `stiffness` (θ − `rest`) − `damping` θ̇ (N m, N m/rad, rad, N m s/rad), the waves, and
-    what the samples say; `armature` is added to the joint's inertia (kg m²).
+    `q` (rad) and `u` (rad/s) are absolute. `gravity` is along x and y (m/s²). The joint torque is
+    `torque` − `stiffness` (θ − `rest`) − `damping` θ̇ (N m, N m/rad, rad, N m s/rad) plus the waves
+    and the samples; `armature` is added to the joint's inertia (kg m²).
     """
 
     chain: Chain
@@ -100,7 +100,7 @@ class JointModel:
 
     @property
     def uses(self) -> frozenset[str]:
-        """The names of the fields that are not zero, and of "drive" where damping drives."""
+        """The names of the non-zero fields, with "drive" if damping is negative."""
         names = ("torque", "stiffness", "damping", "armature", "waves", "samples")
         drive = {"drive"} if min(self.damping) < 0 else set()
         return frozenset(name for name in names if any(getattr(self, name))) | drive
@@ -112,29 +112,29 @@ class JointModel:
 
     @property
     def theta(self) -> Numbers:
-        """The joint angles of the start (rad)."""
+        """The initial joint angles (rad)."""
         return JOINTS.joint_angles(self.q)
 
     @property
     def theta_speed(self) -> Numbers:
-        """The joint speeds of the start (rad/s)."""
+        """The initial joint speeds (rad/s)."""
         return JOINTS.joint_speeds(self.u)
 
     @property
     def size(self) -> float:
-        """The size of gravity (m/s²)."""
+        """The magnitude of gravity (m/s²)."""
         return float((self.gravity[0] ** 2 + self.gravity[1] ** 2) ** 0.5)
 
     @property
     def gravity_in_space(self) -> tuple[float, float, float]:
-        """Gravity in the world of the URDF, with z up (m/s²)."""
+        """Gravity in the URDF's world frame, z up (m/s²)."""
         return (self.gravity[0], 0.0, -self.gravity[1])
 
 
 def at_state(chain: Chain, q: Pair, u: Pair, gravity: Pair, torque: Pair) -> JointModel:
     """Return the model of a chain in a state (rad, rad/s) under gravity (m/s²) and torques (N m).
 
-    Raises `EngineError` for rotors that no engine has.
+    Raises `EngineError` for rotors that engines do not support.
     """
     plain, armature = without_rotors(chain)
     return JointModel(
@@ -143,24 +143,24 @@ def at_state(chain: Chain, q: Pair, u: Pair, gravity: Pair, torque: Pair) -> Joi
 
 
 def joint_model(scene: Scene) -> JointModel:
-    """Return the model of a scene. Raises `EngineError` for an effect that has no place in it."""
-    chain, armature = without_rotors(scene.equipped)
+    """Return the model of a scene. Raises `EngineError` for an unsupported effect."""
+    chain, armature = without_rotors(scene.moving_chain)
     model = JointModel(chain, _floats(scene.q), _floats(scene.u), armature=armature)
     for effect in scene.effects:
         name = effect_name(effect)
         if name in _GATHERED:
             model = _with(model, name, effect)
-        elif not hasattr(effect, "equipped"):
-            raise EngineError(f"{name} is not among gravity and what acts in joints")
+        elif not isinstance(effect, RotorEffect):
+            raise EngineError(f"{name} is neither gravity nor a joint element")
     return model
 
 
 def why_not(
     scene: Scene, engine: str, expresses: frozenset[str], reasons: Mapping[str, str]
 ) -> str | None:
-    """Return why an engine that `expresses` these fields cannot express a scene; None if it can.
+    """Return why an engine that `expresses` these fields cannot express a scene, or None.
 
-    `reasons` are the engine's own, by the name of an effect or of a field.
+    `reasons` are the engine's reasons by the name of an effect or a field.
     """
     for effect in scene.effects:
         name = effect_name(effect)
@@ -171,7 +171,7 @@ def why_not(
     except EngineError as error:
         return f"{engine} cannot express the scene: {error}"
     for use in sorted(uses - expresses):
-        reason = reasons.get(use, "it has no such thing")
+        reason = reasons.get(use, "it has no such element")
         return f"{engine} cannot express {_WORDS[use]}: {reason}"
     return None
 
@@ -183,21 +183,21 @@ _WORDS = {
     "armature": "a rotor's inertia",
     "waves": "a torque that varies with time",
     "samples": "a sampled torque",
-    "drive": "damping that drives",
+    "drive": "negative damping",
 }
 
 
 def effect_name(effect: Any) -> str:
-    """Return an effect's name in scene files, or its class's where it has none."""
+    """Return an effect's name in scene files, or the name of its class."""
     home = type(effect).__module__, type(effect).__name__
     return next((name for name, known in EFFECTS.items() if known == home), home[1])
 
 
 def without_rotors(chain: Chain) -> tuple[Chain, Numbers]:
-    """Return a chain's links in floats, and the armature of its joints (kg m²).
+    """Return a chain's links in floats and the armature of its joints (kg m²).
 
-    A rotor that turns as θ1 or as θ2 does is armature, one that turns as link 2 is part of it.
-    Raises `EngineError` for others: there is no place where engines could have them.
+    A rotor with the speed of θ1 or θ2 becomes armature, one with the speed of link 2 is added to
+    link 2. Raises `EngineError` for other rotors, which engines do not support.
     """
     first, second, carried = 0.0, 0.0, 0.0
     for inertia, (w1, w2) in chain.rotors:
@@ -209,8 +209,8 @@ def without_rotors(chain: Chain) -> tuple[Chain, Numbers]:
             second += float(inertia * w2 * w2)
         else:
             raise EngineError(
-                "an armature leaves out that link 1 carries the rotor of B along; allowed are "
-                "carried = false, or a ratio of 1"
+                "an armature leaves out that link 1 carries the rotor of B along; carried must be "
+                "false or the ratio 1"
             )
     plain = replace(chain, rotors=()).convert(float)
     if carried:
@@ -241,12 +241,12 @@ def _with(model: JointModel, name: str, effect: Any) -> JointModel:
 
 
 def _with_spring(model: JointModel, stiffness: Pair, rest: Pair) -> JointModel:
-    """Return the model with a spring more in each joint: two springs are one, at rest between."""
+    """Return the model with one more spring in each joint; parallel springs are combined."""
     total = _sum(model.stiffness, stiffness)
     rests, torque = [], list(model.torque)
     for joint in (0, 1):
         moments = ((model.stiffness[joint], model.rest[joint]), (stiffness[joint], rest[joint]))
-        # One spring keeps its angle of rest to the last bit.
+        # A single spring keeps its rest angle exactly.
         alone = [angle for k, angle in moments if k]
         moment = sum(k * angle for k, angle in moments)
         if len(alone) < 2:

@@ -1,8 +1,8 @@
-"""What MuJoCo has that is nearest to friction, stops and rigid surfaces: its soft constraints.
+"""Approximate friction, stops and rigid surfaces with MuJoCo's soft constraints.
 
-A constraint is a spring and a damper in acceleration, −k x − b dx/dt, that does not pull. Here a
-touch lasts ten steps or a few times that, as short as steps can resolve, and the damping gives the
-restitution (T. Schwager and T. Pöschel, Granular Matter 9, 2007, on when such a touch ends).
+A constraint is a spring and a damper in acceleration, −k x − b dx/dt, without tension. A contact
+lasts ten steps or a few times that, the shortest that steps can resolve, and the damping sets the
+restitution (T. Schwager and T. Pöschel, Granular Matter 9, 2007, on the end of such a contact).
 """
 
 from __future__ import annotations
@@ -13,25 +13,25 @@ from typing import Any
 
 import numpy as np
 
-from twolink.engines.nearest import NearestModel, in_link
+from twolink.engines.approximation import ApproximateModel, in_link
 from twolink.errors import EngineError
 
 CHANGES = {
-    "joint_friction": "MuJoCo's frictionloss, which creeps where it should stick",
+    "joint_friction": "MuJoCo's frictionloss, which creeps instead of sticking",
     "joint_stop": "MuJoCo's joint limits, springs with dampers for the restitution",
     "surface": "MuJoCo's contacts, springs with dampers for the restitution, and soft friction",
 }
 
-# The radius (m) of the balls that touch surfaces for points.
+# The radius (m) of the balls that represent contact points.
 _BALL = 1e-3
 _STEPS_OF_TOUCH = 10
-# A fortieth of the speed rebounds then, at least: more damping would ask for longer touches.
+# At least a fortieth of the speed rebounds: more damping would need longer contacts.
 _MOST_DAMPED = 3.0
-# An impedance near 1: a constraint gives little way to what it holds.
+# An impedance near 1: a constraint yields little under load.
 _IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
 
-def built(mujoco: Any, model: NearestModel) -> Any:
+def built(mujoco: Any, model: ApproximateModel) -> Any:
     """Return MuJoCo's model with balls on the links, planes, joint limits and friction."""
     try:
         spec = mujoco.MjSpec.from_string(model.smooth.chain.to_urdf())
@@ -43,7 +43,7 @@ def built(mujoco: Any, model: NearestModel) -> Any:
                 _add_ball(mujoco, spec, model, name, index)
         robot = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
-        raise EngineError(f"MuJoCo refuses the scene: {error}") from error
+        raise EngineError(f"MuJoCo rejects the scene: {error}") from error
     robot.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     for stop in model.stops:
         robot.jnt_limited[stop.joint] = True
@@ -55,8 +55,8 @@ def built(mujoco: Any, model: NearestModel) -> Any:
     return robot
 
 
-def tune(mujoco: Any, robot: Any, model: NearestModel, step: float) -> None:
-    """Make constraints as stiff as a step (s) can resolve."""
+def tune(mujoco: Any, robot: Any, model: ApproximateModel, step: float) -> None:
+    """Set constraints to the largest stiffness that a step (s) can resolve."""
     for stop in model.stops:
         robot.jnt_solref[stop.joint] = _reference(stop.restitution, step)
     for index, plane in enumerate(model.planes):
@@ -64,16 +64,16 @@ def tune(mujoco: Any, robot: Any, model: NearestModel, step: float) -> None:
 
 
 def _reference(restitution: float, step: float) -> tuple[float, float]:
-    """Return −k (1/s²) and −b (1/s), as MuJoCo takes them."""
+    """Return −k (1/s²) and −b (1/s), in MuJoCo's convention."""
     ratio = _damping_ratio(restitution)
-    # A damper takes no more than half of the speed in a step, or the step would not be stable.
+    # For stability a damper must not remove more than half of the speed in a step.
     frequency = min(math.pi / _STEPS_OF_TOUCH, 0.5 / (2 * ratio + 1e-300)) / step
     return -(frequency**2), -2 * ratio * frequency
 
 
 @functools.lru_cache(maxsize=64)
 def _damping_ratio(restitution: float) -> float:
-    """Return the damping ratio of a touch with a restitution, by halving."""
+    """Return the damping ratio for a given restitution, by bisection."""
     low, high = 0.0, _MOST_DAMPED
     for _ in range(60):
         middle = (low + high) / 2
@@ -82,7 +82,7 @@ def _damping_ratio(restitution: float) -> float:
 
 
 def _rebound(ratio: float) -> float:
-    """Return the restitution of a spring and a damper that part when their force is zero."""
+    """Return the restitution of a spring and damper in contact until their force is zero."""
     root = math.sqrt(abs(1 - ratio * ratio))
     if ratio < 1:
         return math.exp(-ratio / root * math.atan2(2 * ratio * root, 2 * ratio * ratio - 1))
@@ -93,8 +93,8 @@ def _plane_name(index: int) -> str:
     return f"surface {index}"
 
 
-def _add_plane(mujoco: Any, spec: Any, model: NearestModel, index: int) -> None:
-    """Add a plane, lower by a ball's radius, so that it is the balls' centres that it bars."""
+def _add_plane(mujoco: Any, spec: Any, model: ApproximateModel, index: int) -> None:
+    """Add a plane, offset by a ball's radius, so that it limits the balls' centres."""
     plane = model.planes[index]
     (x, y), (nx, ny) = plane.point, plane.normal
     up = np.array([nx, 0.0, -ny])
@@ -115,8 +115,8 @@ def _add_plane(mujoco: Any, spec: Any, model: NearestModel, index: int) -> None:
     )
 
 
-def _add_ball(mujoco: Any, spec: Any, model: NearestModel, name: str, index: int) -> None:
-    """Add a ball to a link that weighs nothing and meets one plane alone."""
+def _add_ball(mujoco: Any, spec: Any, model: ApproximateModel, name: str, index: int) -> None:
+    """Add a massless ball to a link, which collides with one plane only."""
     link, place = in_link(model.smooth.chain, name)
     spec.body(f"link{link + 1}").add_geom(
         name=f"{name} on {_plane_name(index)}",

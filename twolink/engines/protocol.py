@@ -1,4 +1,4 @@
-"""What an engine must answer, to be compared with the formulations."""
+"""The protocol of a dynamics engine that is compared with the formulations."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes in space of what an engine computes with: levers (m) and inertias (kg m²)."""
+    """Spatial sizes in an engine's computation: levers (m) and inertias (kg m²)."""
 
     radius: tuple[float, float]
     length: float
@@ -25,10 +25,10 @@ class Sizes:
 class Engine(Protocol):
     """A dynamics engine that has loaded a chain's URDF.
 
-    States come as arrays of shape (2, n) in the URDF's own joint angles θ (rad), speeds (rad/s),
-    accelerations (rad/s²) and torques (N m); answers have the states along their last axis. Points
-    are named C1, C2 and D; vectors are the x and y components in the source's frame, positions are
-    counted from A, and the potential energy (J) is zero with both mass centres level with A.
+    States are arrays of shape (2, n) in the URDF's joint angles θ (rad), speeds (rad/s),
+    accelerations (rad/s²) and torques (N m); results have the states along their last axis. Points
+    are named C1, C2 and D; vectors are x and y components in the chain's frame, positions are
+    relative to A, and the potential energy (J) is zero with both mass centres level with A.
     """
 
     @property
@@ -37,11 +37,11 @@ class Engine(Protocol):
 
     @property
     def roundings(self) -> int:
-        """The most operations on any path from a state to an answer."""
+        """The largest number of operations on any path from a state to a result."""
 
     @property
     def contact_roundings(self) -> int:
-        """The same where the forces of constraints are solved for as well."""
+        """The same, if constraint forces are solved for as well."""
 
     @property
     def sizes(self) -> Sizes:
@@ -96,17 +96,17 @@ class Engine(Protocol):
         """Return ∂(x, y)/∂θ of a point (m), shape (2, 2, n): component, coordinate, state."""
 
     def impact(self, angles: Array, speeds: Array, directions: Array, restitution: Array) -> Array:
-        """Return what an impact on D gives, and the joint speeds (rad/s) after it.
+        """Return the impulses of an impact on D and the joint speeds (rad/s) after it.
 
         It acts along `directions`, one or two unit vectors in each state, shape (k, 2, n): along
-        each the velocity of D becomes −`restitution` times what it was, shape (n,). The answer has
+        each the velocity of D is multiplied by −`restitution`, shape (n,). The result has
         shape (k + 2, n): an impulse (N s) along each direction, then both speeds.
         """
 
     def held(self, angles: Array, speeds: Array, torques: Array, directions: Array) -> Array:
-        """Return what holds D along directions, and the joint accelerations (rad/s²) meanwhile.
+        """Return the constraint forces on D along directions and the joint accelerations (rad/s²).
 
         Along each of the `directions`, shape (k, 2, n), the acceleration of D is zero, under
-        gravity and joint torques. The answer has shape (k + 2, n): a force (N) along each
+        gravity and joint torques. The result has shape (k + 2, n): a force (N) along each
         direction, then both accelerations.
         """

@@ -1,4 +1,4 @@
-"""SciPy's integrators over Pinocchio's ABA: what a user of both writes in ten lines."""
+"""SciPy's integrators with Pinocchio's ABA: the usual combination of both packages."""
 
 from __future__ import annotations
 
@@ -10,30 +10,36 @@ import numpy as np
 
 from twolink.arithmetic import Pair
 from twolink.engines.joint_model import JOINTS, JointModel, joint_model
-from twolink.engines.peer import Peer, PeerMethod, PeerRun, Prepared, heard
 from twolink.engines.protocol import Array
+from twolink.engines.simulation_engine import (
+    EngineMethod,
+    EngineRun,
+    Prepared,
+    SimulationEngine,
+    captured_warnings,
+)
 from twolink.errors import EngineError
 from twolink.scene import Scene
 
-_EVENTS = "solve_ivp integrates smooth equations; events and modes would have to be written anew"
+_EVENTS = "solve_ivp integrates smooth equations; events and modes would have to be added"
 _REASONS = dict.fromkeys(
     ("joint_friction", "joint_stop", "surface", "compliant_surface", "end_force"), _EVENTS
 )
 _EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "samples", "drive"})
 
 
-class ScipyOverPinocchio(Peer):
-    """`scipy.integrate.solve_ivp` over `pinocchio.aba`; see `twolink.engines.peer.Peer`.
+class ScipyOverPinocchio(SimulationEngine):
+    """`scipy.integrate.solve_ivp` over `pinocchio.aba`; see `SimulationEngine`.
 
-    The knob is rtol and atol both. Values between steps are SciPy's dense output.
+    The parameter is used for rtol and atol. Values between steps are SciPy's dense output.
     """
 
     name = "SciPy over Pinocchio"
     methods = (
-        PeerMethod("DOP853", 8, "tolerance"),
-        PeerMethod("RK45", 5, "tolerance"),
-        PeerMethod("Radau", 5, "tolerance"),
-        PeerMethod("LSODA", None, "tolerance"),
+        EngineMethod("DOP853", 8, "tolerance"),
+        EngineMethod("RK45", 5, "tolerance"),
+        EngineMethod("Radau", 5, "tolerance"),
+        EngineMethod("LSODA", None, "tolerance"),
     )
     packages = (("pin", "pinocchio"), ("scipy", "scipy"))
     extra = None
@@ -41,7 +47,7 @@ class ScipyOverPinocchio(Peer):
     reasons = _REASONS
 
     def _prepared(self, scene: Scene, method: str) -> Prepared:
-        """Return what runs a scene; the model is built once."""
+        """Return a function that runs a scene; the model is built once."""
         from scipy import integrate
 
         solve: Any = integrate.solve_ivp
@@ -51,19 +57,19 @@ class ScipyOverPinocchio(Peer):
         start = [*model.theta, *model.theta_speed]
         setup = perf_counter() - begin
 
-        def run(tolerance: float, times: Array) -> PeerRun:
+        def run(tolerance: float, times: Array) -> EngineRun:
             span = (float(times[0]), float(times[-1]))
-            with heard() as warnings:
+            with captured_warnings() as warnings:
                 begin = perf_counter()
                 found = solve(
                     rates, span, start, method=method, t_eval=times, rtol=tolerance, atol=tolerance
                 )
                 seconds = perf_counter() - begin
             if not found.success:
-                raise EngineError(f"SciPy's {method} gives up: {found.message}")
+                raise EngineError(f"SciPy's {method} stopped: {found.message}")
             q = np.array(JOINTS.absolute_angles((found.y[0], found.y[1])))
             u = np.array(JOINTS.absolute_speeds((found.y[2], found.y[3])))
-            return PeerRun(q, u, seconds, setup, int(found.nfev), None, tuple(warnings))
+            return EngineRun(q, u, seconds, setup, int(found.nfev), None, tuple(warnings))
 
         return run
 
@@ -96,13 +102,13 @@ def _rates(model: JointModel) -> Callable[[float, Array], Array]:
 
 
 def _robot(pinocchio: Any, model: JointModel) -> Any:
-    """Return Pinocchio's model, with an angle and not a cosine and a sine for each joint."""
+    """Return Pinocchio's model with an angle, not cosine and sine, as coordinate of each joint."""
     limits = '"revolute"><limit effort="1" velocity="1"/>'
     text = model.chain.to_urdf().replace('"continuous">', limits)
     try:
         robot = pinocchio.buildModelFromXML(text)
     except (ValueError, RuntimeError) as error:
-        raise EngineError(f"Pinocchio refuses the chain: {error}") from error
+        raise EngineError(f"Pinocchio rejects the chain: {error}") from error
     robot.gravity.linear = np.array(model.gravity_in_space)
     robot.armature = np.array(model.armature)
     return robot

@@ -1,6 +1,6 @@
-"""What a user of SymPy's mechanics writes: Lagrange's method, and code printed from its result.
+"""Derive the equations with SymPy's `LagrangesMethod` and print code from the result.
 
-SymPy is imported here alone, and only in a process of its own (`twolink.engines.sympy_code`).
+SymPy is imported only here, and only in a separate process (`twolink.engines.sympy_code`).
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import Any
 def derived_code(present: frozenset[str]) -> str:
     """Return Python code of a function `accelerations(q1, q2, u1, u2, t, …)` of this chain.
 
-    After the state come the parameters in `present`, sorted by name; those that are not present
-    are zero and leave no trace.
+    After the state come the parameters in `present`, sorted by name; the others are zero and do not
+    appear.
     """
     import sympy as sp
     from sympy.physics import mechanics as me
@@ -42,7 +42,7 @@ def derived_code(present: frozenset[str]) -> str:
         frames.append(frame)
         start = start.locatenew("B", value("L1") * frame.x)
         start.v2pt_theory(A, ground, frames[0])
-    # Of the joints: rotors and springs by their energies, all else by torques.
+    # Rotors and springs of the joints enter by their energies, everything else by torques.
     energy, torques = me.Lagrangian(ground, *bodies), []
     carriers = (ground, *frames)
     for joint, (angle, speed) in enumerate(((q1, u1), (q2 - q1, u2 - u1)), start=1):
@@ -55,7 +55,7 @@ def derived_code(present: frozenset[str]) -> str:
             torques.append((carriers[1], -moment * ground.z))
     method = me.LagrangesMethod(energy, list(q), forcelist=torques, frame=ground)
     method.form_lagranges_equations()
-    # The mass matrix is short when simplified, and takes a second; all else takes minutes.
+    # Simplifying the mass matrix takes a second and shortens it; the rest takes minutes.
     solved = sp.simplify(method.mass_matrix).LUsolve(method.forcing)
     names = sp.symbols("q1 q2 u1 u2 t")
     state = dict(zip((u1, u2, q1, q2, t), (*names[2:4], *names[:2], names[4]), strict=True))
@@ -64,7 +64,7 @@ def derived_code(present: frozenset[str]) -> str:
 
 
 def _waves(sp: Any, values: dict[str, Any], joint: int, t: Any) -> Any:
-    """Return the torques of a joint that vary with time."""
+    """Return the time-dependent torques of a joint."""
     total = sp.Integer(0)
     for name, amplitude in values.items():
         if name.startswith(f"amplitude{joint}_"):
@@ -75,7 +75,7 @@ def _waves(sp: Any, values: dict[str, Any], joint: int, t: Any) -> Any:
 
 
 def _printed(sp: Any, expressions: list[Any], arguments: list[str]) -> str:
-    """Return the code of a function, in which nothing is computed twice."""
+    """Return the code of a function with common subexpressions computed once."""
     shared, results = sp.cse(expressions, symbols=sp.numbered_symbols("x"))
     printer = sp.printing.pycode
     lines = [f"    {name} = {printer(value)}" for name, value in shared]

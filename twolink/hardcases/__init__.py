@@ -1,5 +1,5 @@
-"""The catalogue of hard cases: what breaks dynamics code, each with a known outcome and a bound."""
+"""Hard cases for dynamics code, each with a known outcome and an error bound."""
 
-from twolink.hardcases.record import Case, Column, Finding, Mark, Outcome, Trial
+from twolink.hardcases.record import Case, Column, Mark, Outcome, Result, Trial
 
-__all__ = ["Case", "Column", "Finding", "Mark", "Outcome", "Trial"]
+__all__ = ["Case", "Column", "Mark", "Outcome", "Result", "Trial"]

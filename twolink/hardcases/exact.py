@@ -1,7 +1,7 @@
-"""Truth to a hundred digits, by Python's decimal numbers.
+"""Reference values to a hundred digits, with Python's decimal numbers.
 
-Nothing of the library's equations is used: the chain's two equations of motion are written once
-more, plainly, and solved by the textbook determinant. It cancels, and a hundred digits do not mind.
+The library's equations are not used: the chain's two equations of motion are written independently
+and solved by the textbook determinant, whose cancellation is harmless with a hundred digits.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from twolink.chain import Chain
 
 DIGITS = 100
 
-# Numbers near 1e-600 (a small mass times a small length, squared) meet numbers near 1.
+# Terms near 1e-600 (a small mass times a small length, squared) are added to terms near 1.
 _WORKING = Context(prec=DIGITS + 20, Emax=MAX_EMAX, Emin=MIN_EMIN)
 
 
 @contextmanager
 def digits() -> Iterator[None]:
-    """Compute with a hundred digits, and some to spare, in the block."""
+    """Compute with a hundred digits plus guard digits in the block."""
     with localcontext(_WORKING):
         yield
 
 
 @cache
 def pi() -> Decimal:
-    """Return π, by the arithmetic-geometric mean of Gauss."""
+    """Return π by the arithmetic-geometric mean of Gauss."""
     with digits():
         a, b, t, p = Decimal(1), 1 / Decimal(2).sqrt(), Decimal("0.25"), Decimal(1)
         for _ in range(8):
@@ -40,7 +40,7 @@ def pi() -> Decimal:
 
 
 def cosine_and_sine(x: Decimal) -> tuple[Decimal, Decimal]:
-    """Return cos x and sin x (x in rad), by their series after x is brought near zero."""
+    """Return cos x and sin x (x in rad) by their series after argument reduction."""
     with digits():
         half_turns = (x / pi()).to_integral_value()
         near = x - half_turns * pi()
@@ -62,7 +62,7 @@ def cosine_and_sine(x: Decimal) -> tuple[Decimal, Decimal]:
 
 
 class _Terms:
-    """The mass matrix of a chain in a pose, and what its entries' slope is (kg m²)."""
+    """The mass matrix of a chain in a pose, and the slope of its entries (kg m²)."""
 
     def __init__(self, chain: Chain, q: Pair) -> None:
         (m1, m2), (I1, I2) = map(_pair, (chain.mass, chain.inertia))
@@ -96,7 +96,7 @@ def active_force(chain: Chain, q: Pair, gravity: Pair, torque: Pair) -> tuple[De
 def accelerations(
     chain: Chain, q: Pair, u: Pair, gravity: Pair, torque: Pair
 ) -> tuple[Decimal, Decimal]:
-    """Return du (rad/s²) of a chain of floats in a state of floats, to a hundred digits."""
+    """Return du (rad/s²) of a float64 chain at a float64 state, to a hundred digits."""
     with digits():
         terms = _Terms(chain, q)
         Q1, Q2 = active_force(chain, q, gravity, torque)
@@ -117,7 +117,7 @@ def momentum_rates(
 
 
 def pendulum(start: float, w_squared: float, t: float) -> tuple[float, float]:
-    """Return the angle (rad) and speed (rad/s) of θ'' = −w² sin θ that begins at rest at `start`.
+    """Return angle (rad) and speed (rad/s) of θ'' = −w² sin θ, initially at rest at `start`.
 
     sin(θ/2) = k cd(w t, k) with k = sin(start/2): Jacobi's functions by the arithmetic-geometric
     mean (M. Abramowitz and I. Stegun, Handbook of Mathematical Functions, 1964, section 16.4).
@@ -150,7 +150,7 @@ def _descended(phase: Decimal, a: list[Decimal], c: list[Decimal]) -> Decimal:
 
 
 def _arcsine(x: Decimal) -> Decimal:
-    """Return asin x of |x| < 1, by Newton's method from the float nearest to it."""
+    """Return asin x for |x| < 1 by Newton's method, starting from the float64 value."""
     found = Decimal(math.asin(float(x)))
     for _ in range(4):
         cos, sin = cosine_and_sine(found)
@@ -165,11 +165,11 @@ def _pair(pair: Pair) -> tuple[Decimal, Decimal]:
 def struck(
     chain: Chain, q: Pair, u: Pair, friction: float, restitution: float, law: str = "stronge"
 ) -> tuple[float, float]:
-    """Return u (rad/s) after D has struck a floor below it (normal −y), by Routh's construction.
+    """Return u (rad/s) after an impact of D on a floor (normal −y), by Routh's construction.
 
-    The normal impulse grows; D slides against friction until it stops, and then sticks, as must be
-    possible. By Stronge's law it ends when e² of the work of compression is given back; by the law
-    that Kane and Levinson use, where D sticks, the normal speed is −e times what it was.
+    As the normal impulse grows, D slides with friction until it stops, then sticks. By Stronge's
+    law the impact ends when e² of the work of compression is restored; by Kane and Levinson's law,
+    with D sticking, the normal speed is multiplied by −e.
     """
     with digits():
         L1, L2 = _pair(chain.length)
@@ -193,7 +193,7 @@ def struck(
             length = -v_t / (G_nt + s_first * G_tt)
             middle = v_n + (G_nn + s_first * G_nt) * length
             k = G_nn - G_nt * G_nt / G_tt
-            # Compression must not be over before the slide is, and D must then stick.
+            # Sliding must end before compression, and D must then stick.
             assert length >= 0 >= middle
             assert abs(G_nt) <= mu * G_tt
             taken = -(v_n + middle) * length / 2 + middle * middle / (2 * k)

@@ -1,4 +1,4 @@
-"""Input: what is no number, no chain, no scene and no file is refused, and costs nothing."""
+"""Hard cases of input: invalid numbers, chains, scenes and files must be rejected at low cost."""
 
 from __future__ import annotations
 
@@ -13,25 +13,26 @@ from twolink.chain import Chain
 from twolink.effects import effect_class
 from twolink.effects.gravity import Gravity
 from twolink.errors import TwolinkError
-from twolink.hardcases.on_input import URDFS, OnInput, refused
-from twolink.hardcases.record import Case
+from twolink.files import scratch_folder
+from twolink.hardcases.input_trial import URDFS, InputTrial, refused
+from twolink.hardcases.record import Case, Result
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.urdf import parse_planar_urdf, read_planar_urdf
 
-_EXPECTED = "refused in one sentence that says what was received and what is allowed"
+_EXPECTED = "rejected with one sentence that states the received value and the requirement"
 _BOUND = (
-    "a sentence of 500 letters at most, on one line; what is hostile has 20 s and 2 GB, in a "
-    "process of its own; a peer may refuse in any words"
+    "one line of at most 500 characters; hostile input runs in a sandbox with 20 s and 2 GB; an "
+    "external engine may reject in any words"
 )
 
 
-def _case(name: str, hard: str, trial: OnInput, expected: str = _EXPECTED) -> Case:
-    return Case(name, "input", hard, expected, "what the input is", _BOUND, trial)
+def _case(name: str, hard: str, trial: InputTrial, expected: str = _EXPECTED) -> Case:
+    return Case(name, "input", hard, expected, "the input itself", _BOUND, trial)
 
 
 def _simulated(**changes: Any) -> Callable[[str], object]:
-    """Return the attempt to simulate a scene of uniform bars with some fields changed."""
+    """Return a function that simulates a scene of uniform bars with some fields changed."""
 
     def attempt(formulation: str) -> object:
         scene: dict[str, Any] = {
@@ -47,11 +48,11 @@ def _simulated(**changes: Any) -> Callable[[str], object]:
 
 
 def _made(**changes: Any) -> Callable[[str], object]:
-    """Return the attempt to make a chain of uniform bars with some fields changed."""
+    """Return a function that creates a chain of uniform bars with some fields changed."""
     return lambda _: replace(Chain.uniform_bars(), **changes)
 
 
-# An effect of each kind, whose every number is replaced in turn.
+# An effect of each kind; each of its numbers is replaced in turn.
 _EFFECTS: dict[str, dict[str, Any]] = {
     "gravity": {"g": 9.81, "direction": (0.0, 1.0)},
     "end_force": {"normal": -5.0, "friction": 0.3, "static": 0.4},
@@ -94,7 +95,7 @@ _EFFECTS: dict[str, dict[str, Any]] = {
 
 
 def _spoilt(value: Any, number: float) -> list[Any]:
-    """Return a value with each of its numbers replaced by another in turn."""
+    """Yield copies of a value with one of its numbers replaced."""
     if isinstance(value, float):
         return [number]
     if isinstance(value, tuple):
@@ -103,7 +104,7 @@ def _spoilt(value: Any, number: float) -> list[Any]:
 
 
 def _spoilt_effects(numbers: tuple[float, ...]) -> Callable[[str], object]:
-    """Return the attempt to simulate effects of which one number is none, each in turn."""
+    """Return a function that simulates effects with one invalid number, each in turn."""
 
     def attempt(formulation: str) -> object:
         last: TwolinkError | None = None
@@ -119,20 +120,20 @@ def _spoilt_effects(numbers: tuple[float, ...]) -> Callable[[str], object]:
 
 
 def _refusal(formulation: str, name: str, entries: dict[str, Any]) -> TwolinkError:
-    """Return the error with which an effect is refused; what is not refused is another error."""
+    """Return the error that rejects an effect, or an error that it was accepted."""
 
     def attempt() -> object:
         effect = effect_class(name)(**entries)
         return _simulated(effects=(effect,))(formulation)
 
-    finding = refused(attempt)
-    if finding.factor > 0:
-        raise AssertionError(f"{name} with {entries}: {finding.said}")
-    return TwolinkError(finding.said)
+    result = refused(attempt)
+    if result.factor > 0:
+        raise AssertionError(f"{name} with {entries}: {result.said}")
+    return TwolinkError(result.said)
 
 
 def _every_chain_number(numbers: tuple[float, ...]) -> Callable[[str], object]:
-    """Return the attempt to make chains of which one number is none, each in turn."""
+    """Return a function that creates chains with one invalid number, each in turn."""
 
     def attempt(_: str) -> object:
         chain, last = Chain.uniform_bars(), None
@@ -149,10 +150,10 @@ def _every_chain_number(numbers: tuple[float, ...]) -> Callable[[str], object]:
             else:
                 continue
             for wrong in (wrong for row in changes for wrong in row):
-                finding = refused(partial(replace, chain, **{entry.name: wrong}))
-                if finding.factor > 0:
-                    raise AssertionError(f"{entry.name} {wrong}: {finding.said}")
-                last = TwolinkError(finding.said)
+                result = refused(partial(replace, chain, **{entry.name: wrong}))
+                if result.factor > 0:
+                    raise AssertionError(f"{entry.name} {wrong}: {result.said}")
+                last = TwolinkError(result.said)
         assert last is not None
         raise last
 
@@ -177,7 +178,7 @@ def _scene_file(folder: Path, text: str) -> Scene:
 
 
 def _large(folder: Path, name: str) -> Path:
-    """Return a file of 100 MB, of which a reader that is careful reads a part."""
+    """Return a file of 100 MB, of which a careful reader reads only a part."""
     file = folder / name
     with file.open("wb") as stream:
         for _ in range(100):
@@ -186,20 +187,20 @@ def _large(folder: Path, name: str) -> Path:
 
 
 def _truncated_scene(_: Path) -> object:
-    """Cut a scene after each of its letters: what is left of it is a scene, or refused."""
+    """Truncate a scene after each character: the rest must be a scene or be rejected."""
     text = _SCENE + "[effects.gravity]\ng = 9.81\n"
     last = None
     for end in range(text.index("duration")):
-        finding = refused(partial(Scene.parse, text[:end]))
-        if finding.factor > 0:
-            raise AssertionError(f"{text[:end]!r}: {finding.said}")
-        last = TwolinkError(finding.said)
+        result = refused(partial(Scene.parse, text[:end]))
+        if result.factor > 0:
+            raise AssertionError(f"{text[:end]!r}: {result.said}")
+        last = TwolinkError(result.said)
     assert last is not None
     raise last
 
 
 def _path_tricks(folder: Path) -> object:
-    """Name files that are none of a robot: none is read for ever, and none is shown."""
+    """Use file names that are not robots: no endless reading, and no disclosure of contents."""
     last = None
     for path in (
         "../" * 30 + "etc/passwd",
@@ -210,10 +211,10 @@ def _path_tricks(folder: Path) -> object:
         "x" * 9999,
     ):
         text = _SCENE.replace("mass = [1.0, 1.0]\nlength = [1.0, 1.0]", f'urdf = "{path}"')
-        finding = refused(partial(_scene_file, folder, text))
-        if finding.factor > 0 or "root:" in finding.said:
-            raise AssertionError(f"{path[:50]}: {finding.said}")
-        last = TwolinkError(finding.said)
+        result = refused(partial(_scene_file, folder, text))
+        if result.factor > 0 or "root:" in result.said:
+            raise AssertionError(f"{path[:50]}: {result.said}")
+        last = TwolinkError(result.said)
     assert last is not None
     raise last
 
@@ -236,9 +237,19 @@ HOSTILE: dict[str, Callable[[Path], object]] = {
 }
 
 
+def hostile_attempt(name: str) -> Result:
+    """Return the finding on one of `HOSTILE`; the task of a process of its own."""
+    with scratch_folder("input") as folder:
+        return refused(lambda: HOSTILE[name](folder))
+
+
+def _hostile(name: str, *, urdf: str = "", harmless: bool = False) -> InputTrial:
+    return InputTrial(hostile=name, hostile_attempt=hostile_attempt, urdf=urdf, harmless=harmless)
+
+
 def _of_urdf(name: str, urdf: str, hard: str, *, harmless: bool = False) -> Case:
-    trial = OnInput(hostile=f"URDF: {urdf}", urdf=urdf, harmless=harmless)
-    expected = _EXPECTED + ("; a peer may also leave it unread" if harmless else "")
+    trial = _hostile(f"URDF: {urdf}", urdf=urdf, harmless=harmless)
+    expected = _EXPECTED + ("; an external engine may also ignore it" if harmless else "")
     return _case(name, hard, trial, expected)
 
 
@@ -247,119 +258,117 @@ _NAN, _INF = math.nan, math.inf
 CASES = (
     _case(
         "nan-angle",
-        "an angle that is not a number: it makes everything one, in silence",
-        OnInput(_simulated(q=(_NAN, -0.4)), state={"q": (_NAN, -0.4)}),
+        "an angle that is NaN, which silently propagates to every result",
+        InputTrial(_simulated(q=(_NAN, -0.4)), state={"q": (_NAN, -0.4)}),
     ),
     _case(
         "infinite-angle",
-        "an angle without end has no sine",
-        OnInput(_simulated(q=(0.3, _INF)), state={"q": (0.3, _INF)}),
+        "an infinite angle, which has no sine",
+        InputTrial(_simulated(q=(0.3, _INF)), state={"q": (0.3, _INF)}),
     ),
     _case(
         "nan-speed",
-        "a speed that is not a number",
-        OnInput(_simulated(u=(_NAN, 0.0)), state={"u": (_NAN, 0.0)}),
+        "a speed that is NaN",
+        InputTrial(_simulated(u=(_NAN, 0.0)), state={"u": (_NAN, 0.0)}),
     ),
     _case(
         "infinite-speed",
         "a speed without end",
-        OnInput(_simulated(u=(0.0, -_INF)), state={"u": (0.0, -_INF)}),
+        InputTrial(_simulated(u=(0.0, -_INF)), state={"u": (0.0, -_INF)}),
     ),
     _case(
         "speed-beyond-float64",
-        "1e200 rad/s is a number; its square is none",
-        OnInput(_simulated(u=(1e200, 0.0)), state={"u": (1e200, 0.0)}),
+        "1e200 rad/s is finite; its square overflows",
+        InputTrial(_simulated(u=(1e200, 0.0)), state={"u": (1e200, 0.0)}),
     ),
     _case(
         "no-duration",
         "a run of 0 s",
-        OnInput(_simulated(duration=0.0)),
+        InputTrial(_simulated(duration=0.0)),
     ),
     _case(
-        "negative-duration", "a run that ends before it begins", OnInput(_simulated(duration=-1.0))
+        "negative-duration", "a run with a negative duration", InputTrial(_simulated(duration=-1.0))
     ),
-    _case("nan-duration", "a run whose end is not a number", OnInput(_simulated(duration=_NAN))),
+    _case("nan-duration", "a run with the duration NaN", InputTrial(_simulated(duration=_NAN))),
     _case(
         "no-number-in-any-effect",
-        "NaN and both infinities in each number of each effect, one after the other",
-        OnInput(_spoilt_effects((_NAN, _INF, -_INF))),
+        "NaN and both infinities in each number of each effect",
+        InputTrial(_spoilt_effects((_NAN, _INF, -_INF))),
     ),
     _case(
         "no-number-in-any-link",
-        "NaN and both infinities in each number of the chain, one after the other",
-        OnInput(_every_chain_number((_NAN, _INF, -_INF))),
+        "NaN and both infinities in each number of the chain",
+        InputTrial(_every_chain_number((_NAN, _INF, -_INF))),
     ),
     _case(
         "negative-mass",
-        "a link of −1 kg: M has two signs, and numbers come out all the same",
-        OnInput(hostile="URDF: negative mass", urdf="negative mass"),
+        "a link of −1 kg: M is indefinite, yet every formula gives a number",
+        _hostile("URDF: negative mass", urdf="negative mass"),
     ),
     _case(
         "negative-inertia",
-        "a published parameter set has one; M may stay positive, and the motion is nobody's",
-        OnInput(hostile="URDF: negative inertia", urdf="negative inertia"),
+        "a published parameter set has one; M may stay positive, but the motion is unphysical",
+        _hostile("URDF: negative inertia", urdf="negative inertia"),
     ),
-    _case("no-mass", "links that weigh nothing", OnInput(_made(mass=(0.0, 0.0)))),
-    _case("no-length", "a first link from A to A", OnInput(_made(length=(0.0, 1.0)))),
+    _case("no-mass", "links without mass", InputTrial(_made(mass=(0.0, 0.0)))),
+    _case("no-length", "a first link of zero length", InputTrial(_made(length=(0.0, 1.0)))),
     _case(
         "mass-beyond-float64",
         "1e200 kg: det M overflows",
-        OnInput(_made(mass=(1e200, 1e200))),
+        InputTrial(_made(mass=(1e200, 1e200))),
     ),
     _of_urdf("nan-mass", "NaN mass", "a URDF whose mass is `nan`, which C and Python read"),
     _of_urdf(
         "infinite-mass", "infinite mass", "a URDF whose mass is 1e999, which reads as infinity"
     ),
-    _of_urdf("urdf-empty", "empty", "no text at all"),
-    _of_urdf("urdf-truncated", "truncated", "half of a file"),
-    _of_urdf("urdf-noise", "noise", "bytes of all kinds"),
+    _of_urdf("urdf-empty", "empty", "an empty file"),
+    _of_urdf("urdf-truncated", "truncated", "a truncated file"),
+    _of_urdf("urdf-noise", "noise", "arbitrary bytes"),
     _of_urdf("urdf-loop", "a loop", "two links, each the child of the other"),
-    _of_urdf("urdf-axis-of-no-direction", "no axis", "joints that turn about (0, 0, 0)"),
+    _of_urdf("urdf-axis-of-no-direction", "no axis", "joints with the axis (0, 0, 0)"),
     _of_urdf(
         "urdf-entities",
         "entities",
-        "entities of entities: 1 kB that expands to 10 GB",
+        "nested XML entities: 1 kB that expands to 10 GB",
         harmless=True,
     ),
     _of_urdf(
         "urdf-external-entity",
         "a file",
-        "an entity that names another file of the machine",
+        "an external entity that names another file of the machine",
         harmless=True,
     ),
-    _of_urdf("urdf-deep", "deep", "a million elements, each in the one before it"),
-    _of_urdf("urdf-100-mb", "100 MB", "100 MB of comment around a robot", harmless=True),
-    _case("urdf-file-100-mb", "a file of 100 MB", OnInput(hostile="URDF: file of 100 MB")),
+    _of_urdf("urdf-deep", "deep", "a million nested elements"),
+    _of_urdf("urdf-100-mb", "100 MB", "100 MB of comments after a robot", harmless=True),
+    _case("urdf-file-100-mb", "a file of 100 MB", _hostile("URDF: file of 100 MB")),
     _case(
         "scene-nested",
-        "a million lists, each in the one before it",
-        OnInput(hostile="scene: nested lists"),
+        "a million nested lists",
+        _hostile("scene: nested lists"),
     ),
     _case(
         "scene-dotted",
-        "a key of a million names with dots: tomllib alone takes memory by their square",
-        OnInput(hostile="scene: dotted keys"),
+        "a dotted key of a million names: tomllib's memory grows with their square",
+        _hostile("scene: dotted keys"),
     ),
     _case(
         "scene-long-number",
         "an integer of a million digits",
-        OnInput(hostile="scene: long number"),
+        _hostile("scene: long number"),
     ),
-    _case("scene-100-mb", "a scene file of 100 MB", OnInput(hostile="scene: 100 MB")),
-    _case(
-        "scene-device", "a device without end for a scene file", OnInput(hostile="scene: device")
-    ),
+    _case("scene-100-mb", "a scene file of 100 MB", _hostile("scene: 100 MB")),
+    _case("scene-device", "an endless device as scene file", _hostile("scene: device")),
     _case(
         "scene-truncated",
-        "a scene file, cut after each of its letters",
-        OnInput(hostile="scene: truncated"),
+        "a scene file, truncated after each character",
+        _hostile("scene: truncated"),
     ),
-    _case("scene-noise", "letters of all kinds", OnInput(hostile="scene: noise")),
+    _case("scene-noise", "arbitrary characters", _hostile("scene: noise")),
     _case(
         "scene-paths",
         "a scene whose urdf is /etc/passwd, a device, the process's memory, a folder, a name with "
-        "a zero byte, a name of 10 000 letters",
-        OnInput(hostile="scene: paths"),
-        "each refused in one sentence, and nothing of another file is shown",
+        "a zero byte, a name of 10 000 characters",
+        _hostile("scene: paths"),
+        "each rejected with one sentence that shows no contents of another file",
     ),
 )

@@ -1,4 +1,4 @@
-"""What a hard case is, and what becomes of it in an engine's hands."""
+"""Data of hard cases: the case, its trial, and the outcome for an engine."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, Protocol
 from twolink.errors import TwolinkError
 
 if TYPE_CHECKING:
-    from twolink.engines.isolated import Outcome as Isolated
-    from twolink.engines.peer import Peer
+    from twolink.engines.sandbox import TaskResult
+    from twolink.engines.simulation_engine import SimulationEngine
 
 GROUPS = ("evaluation", "smooth", "friction", "contact", "input")
 
 FORMULATIONS = ("momenta", "lagrange", "kane")
 """The columns of this library."""
 
-# Beyond the bound by more than this, without a word: that is the failure that hurts.
+# A larger excess over the bound without a warning is a silent error.
 _SILENTLY = 10.0
 
 
 class Mark(Enum):
-    """What a cell of the scoreboard says."""
+    """The mark of a scoreboard cell."""
 
     PASS = "pass"
     MISSED = "missed"
@@ -36,35 +36,35 @@ class Mark(Enum):
 
     @property
     def short(self) -> str:
-        """The mark in so few letters that a dozen columns stand side by side."""
+        """The abbreviated mark, for tables with a dozen columns."""
         return {"missed": "×", "silently wrong": "silent", "cannot express": "–"}.get(
             self.value, self.value
         )
 
     @property
     def means(self) -> str:
-        """What the mark says of an engine."""
+        """The explanation of the mark."""
         return _MEANS[self]
 
 
 _MEANS = {
     Mark.PASS: "within the bound",
-    Mark.MISSED: "the bound is missed by so much (∞: no number), tenfold at most or with a warning",
-    Mark.SILENT: "silently wrong: finite, without a warning, and beyond ten times the bound",
-    Mark.REFUSED: "the engine says that it will not",
-    Mark.CRASH: "its process ended by itself, or ran out of memory",
-    Mark.HANG: "no answer in the time that all are given",
-    Mark.CANNOT: "it has no such effect, or reads no such file, and was not tried",
+    Mark.MISSED: "error over bound (∞: not finite), at most tenfold or with a warning",
+    Mark.SILENT: "silently wrong: finite, without a warning, error above ten times the bound",
+    Mark.REFUSED: "the engine rejects the case",
+    Mark.CRASH: "the engine's process ended unexpectedly, or ran out of memory",
+    Mark.HANG: "no answer within the time limit",
+    Mark.CANNOT: "unsupported effect or file format; not tried",
 }
 
 
 @dataclass(frozen=True)
-class Finding:
-    """How an engine's answer compares with the truth.
+class Result:
+    """The comparison of an engine's answer with the reference.
 
-    `factor` is the largest error in units of its bound: 1 or less passes, NaN and infinity are
-    answers that are no numbers, or that break what must hold whatever the accuracy. `warned` says
-    whether the engine itself told that something is amiss; `said` is what was found, in a sentence.
+    `factor` is the largest error in units of its bound: 1 or less passes; NaN and infinity mark
+    non-finite answers and violations of exact properties. `warned` states whether the engine issued
+    a warning; `said` is the description of the result.
     """
 
     factor: float
@@ -74,7 +74,7 @@ class Finding:
 
     @property
     def mark(self) -> Mark:
-        """The mark of this finding."""
+        """The mark of this result."""
         if self.factor <= 1:
             return Mark.PASS
         quiet = self.finite and not self.warned
@@ -83,9 +83,9 @@ class Finding:
 
 @dataclass(frozen=True)
 class Outcome:
-    """A cell of the scoreboard: its mark, the factor of the bound where there is one, and why.
+    """A cell of the scoreboard: mark, error over bound if there is one, and reason.
 
-    `call` is the call that failed, and `output` what it printed or raised.
+    `call` is the failed call, and `output` its output or exception.
     """
 
     mark: Mark
@@ -96,31 +96,31 @@ class Outcome:
     output: str = ""
 
     @classmethod
-    def of(cls, finding: Finding, seconds: float, call: str = "", output: str = "") -> Outcome:
-        """Return the outcome of an answer that was compared with the truth."""
-        failed = finding.mark is not Mark.PASS
+    def of(cls, result: Result, seconds: float, call: str = "", output: str = "") -> Outcome:
+        """Return the outcome of an answer that was compared with the reference."""
+        failed = result.mark is not Mark.PASS
         return cls(
-            finding.mark,
-            finding.factor,
+            result.mark,
+            result.factor,
             seconds,
-            finding.said,
+            result.said,
             call if failed else "",
             output if failed else "",
         )
 
     @property
     def words(self) -> str:
-        """The outcome in words: the mark, with the factor by which a bound is missed."""
+        """The outcome in words: the mark, with the error over the bound."""
         return " ".join([self.mark.value, self._times]).strip()
 
     @property
     def short(self) -> str:
-        """The cell's text, in a few letters."""
+        """The abbreviated text of the cell."""
         return self._times or self.mark.short
 
     @property
     def _times(self) -> str:
-        """The factor by which a bound is missed, where it says something."""
+        """The formatted error over the bound, if meaningful."""
         if self.mark is not Mark.MISSED or self.factor is None:
             return ""
         if not math.isfinite(self.factor):
@@ -129,32 +129,34 @@ class Outcome:
 
 
 class LateError(TwolinkError):
-    """The time that a case is given is over."""
+    """The time limit of a case is exceeded."""
 
 
 class Trial(Protocol):
-    """What is done in a case, by this library or by a peer."""
+    """The procedure of a case, for this library and for external engines."""
 
-    def ours(self, formulation: str, check: Callable[[], None]) -> Finding:
-        """Return how one of this library's formulations does.
+    def ours(self, formulation: str, check: Callable[[], None]) -> Result:
+        """Return the result for one of this library's formulations.
 
-        `check` is called now and then, and raises `LateError` when the time is over. Errors of this
-        library are the caller's to judge.
+        `check` is called repeatedly and raises `LateError` at the time limit. The caller handles
+        exceptions of this library.
         """
 
-    def cannot(self, peer: Peer) -> str | None:
-        """Return why a peer cannot be tried, in a sentence; None if it can."""
+    def unsupported(self, engine: SimulationEngine) -> str | None:
+        """Return why an engine cannot be tried, in a sentence, or None if it can."""
 
-    def peers(self, peer: Peer, seconds: float) -> tuple[Finding | None, Isolated, str]:
-        """Return how a peer does, in a process of its own, what became of that, and the call."""
+    def external(
+        self, engine: SimulationEngine, seconds: float
+    ) -> tuple[Result | None, TaskResult, str]:
+        """Return the result for an engine in a sandbox, the sandbox result, and the call."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A hard case: what is hard about it, what is true, and how near an answer must come.
+    """A hard case: difficulty, expected outcome and error bound.
 
-    `expected` is the true outcome and `reference` where that is known from; `bound` says how large
-    an error may be, and from what that is derived. `seconds` is the time that an engine is given.
+    `expected` is the correct outcome and `reference` its origin; `bound` describes the error bound
+    and its derivation. `seconds` is the time limit.
     """
 
     name: str
@@ -169,7 +171,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Column:
-    """A column of the scoreboard: one of this library's formulations, or a peer."""
+    """A column of the scoreboard: one of this library's formulations, or an external engine."""
 
     name: str
-    peer: Peer | None = None
+    engine: SimulationEngine | None = None

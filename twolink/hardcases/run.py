@@ -1,4 +1,4 @@
-"""Runs hard cases, each in each column, and marks what comes of it."""
+"""Run hard cases in each column and mark the outcomes."""
 
 from __future__ import annotations
 
@@ -9,28 +9,32 @@ from collections.abc import Callable, Iterable
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from twolink.environment import package_versions, this_machine
 from twolink.errors import EngineError, TwolinkError
-from twolink.hardcases.record import FORMULATIONS, Case, Column, Finding, LateError, Mark, Outcome
-from twolink.provenance import package_versions, this_machine
+from twolink.hardcases.record import FORMULATIONS, Case, Column, LateError, Mark, Outcome, Result
+from twolink.text import choice
 
 if TYPE_CHECKING:
-    from twolink.engines.isolated import Outcome as Isolated
+    from twolink.engines.sandbox import TaskResult
 
 OURS = tuple(Column(name) for name in FORMULATIONS)
 
 
 def columns(names: Iterable[str] | None = None) -> tuple[Column, ...]:
-    """Return this library's columns and those of the peers that are installed, or those named.
+    """Return the named columns; by default this library's and those of installed engines.
 
-    The beginning of a word will do where one name has such a word. Raises `EngineError` for a name
-    that is none, or of a peer that is not installed.
+    A name may be abbreviated to the beginning of one of its words if that is unique. Raises
+    `EngineError` for an unknown name, or an engine that is not installed.
     """
-    from twolink.engines.peers import PEERS
+    from twolink.engines.registry import ENGINES
 
-    peers = tuple(Column(peer.name, peer) for peer in PEERS)
+    engines = tuple(Column(engine.name, engine) for engine in ENGINES)
     if names is None:
-        return (*OURS, *(column for column in peers if column.peer and not column.peer.missing()))
-    known = {column.name.casefold(): column for column in (*OURS, *peers)}
+        return (
+            *OURS,
+            *(column for column in engines if column.engine and not column.engine.missing()),
+        )
+    known = {column.name.casefold(): column for column in (*OURS, *engines)}
     found = []
     for name in names:
         wanted = name.casefold()
@@ -38,9 +42,8 @@ def columns(names: Iterable[str] | None = None) -> tuple[Column, ...]:
         alike = [column for whole, column in known.items() if begins.search(whole)]
         column = known.get(wanted) or (alike[0] if len(alike) == 1 else None)
         if column is None:
-            allowed = ", ".join(column.name for column in known.values())
-            raise EngineError(f"engine is '{name}'; allowed are {allowed}")
-        missing = column.peer.missing() if column.peer else None
+            raise EngineError(choice("engine", name, [each.name for each in known.values()]))
+        missing = column.engine.missing() if column.engine else None
         if missing:
             raise EngineError(missing)
         found.append(column)
@@ -48,8 +51,8 @@ def columns(names: Iterable[str] | None = None) -> tuple[Column, ...]:
 
 
 def outcome(case: Case, column: Column) -> Outcome:
-    """Return what becomes of a case in a column: never an exception, but for an interruption."""
-    return _of_a_peer(case, column) if column.peer else _of_ours(case, column.name)
+    """Return the outcome of a case in a column; exceptions other than interrupts are outcomes."""
+    return _of_an_engine(case, column) if column.engine else _of_ours(case, column.name)
 
 
 def scoreboard(
@@ -70,7 +73,7 @@ def scoreboard(
 
 
 def _of_ours(case: Case, formulation: str) -> Outcome:
-    """Return what becomes of a case in one of this library's formulations, in this process."""
+    """Return the outcome of a case with one of this library's formulations, in this process."""
     begin = perf_counter()
 
     def check() -> None:
@@ -80,9 +83,9 @@ def _of_ours(case: Case, formulation: str) -> Outcome:
     call = f"{case.name} with {formulation}"
     try:
         with warnings.catch_warnings():
-            # What would be a warning on a user's screen counts as a failure of ours.
+            # A warning of this library counts as a failure.
             warnings.simplefilter("error")
-            finding = case.trial.ours(formulation, check)
+            result = case.trial.ours(formulation, check)
     except LateError as error:
         return Outcome(Mark.HANG, None, perf_counter() - begin, str(error), call)
     except TwolinkError as error:
@@ -90,18 +93,18 @@ def _of_ours(case: Case, formulation: str) -> Outcome:
     except Exception as error:
         said = f"{type(error).__name__}: {error}"
         return Outcome(Mark.CRASH, None, perf_counter() - begin, said, call)
-    return Outcome.of(finding, perf_counter() - begin, call)
+    return Outcome.of(result, perf_counter() - begin, call)
 
 
-def _of_a_peer(case: Case, column: Column) -> Outcome:
-    """Return what becomes of a case in a peer's hands, in a process of its own."""
-    assert column.peer is not None
-    reason = case.trial.cannot(column.peer)
+def _of_an_engine(case: Case, column: Column) -> Outcome:
+    """Return the outcome of a case with an external engine, in a sandbox."""
+    assert column.engine is not None
+    reason = case.trial.unsupported(column.engine)
     if reason is not None:
         return Outcome(Mark.CANNOT, said=reason)
-    finding, done, call = case.trial.peers(column.peer, case.seconds)
-    if finding is not None:
-        return Outcome.of(finding, done.seconds, call, _printed(done))
+    result, done, call = case.trial.external(column.engine, case.seconds)
+    if result is not None:
+        return Outcome.of(result, done.seconds, call, _printed(done))
     mark = _MARKS[done.kind]
     return Outcome(mark, None, done.seconds, f"{done.kind}: {done.said}", call, _printed(done))
 
@@ -114,12 +117,12 @@ _MARKS = {
 }
 
 
-def _printed(done: Isolated) -> str:
+def _printed(done: TaskResult) -> str:
     return "\n".join([*done.warnings, done.output]).strip()
 
 
 def document(board: dict[str, dict[str, Outcome]], cases: Iterable[Case]) -> dict[str, object]:
-    """Return a scoreboard and its cases as dicts, lists, numbers and words, and where it ran."""
+    """Return a scoreboard, its cases and its environment as JSON-compatible data."""
     described = {
         case.name: {
             "group": case.group,
@@ -131,7 +134,7 @@ def document(board: dict[str, dict[str, Outcome]], cases: Iterable[Case]) -> dic
         for case in cases
     }
     return {
-        "versions": {**package_versions("heyoka", "numpy", "scipy"), **_peers_of(board)},
+        "versions": {**package_versions("heyoka", "numpy", "scipy"), **_engine_versions(board)},
         "machine": this_machine(),
         "cases": {
             name: {
@@ -153,16 +156,16 @@ def document(board: dict[str, dict[str, Outcome]], cases: Iterable[Case]) -> dic
     }
 
 
-def _peers_of(board: dict[str, dict[str, Outcome]]) -> dict[str, str]:
-    """Return the versions of the peers that a scoreboard has columns of."""
-    from twolink.engines.peers import PEERS
+def _engine_versions(board: dict[str, dict[str, Outcome]]) -> dict[str, str]:
+    """Return the versions of the external engines in a scoreboard."""
+    from twolink.engines.registry import ENGINES
 
     tried = {name for row in board.values() for name in row}
-    return {peer.name: peer.version() for peer in PEERS if peer.name in tried}
+    return {engine.name: engine.version() for engine in ENGINES if engine.name in tried}
 
 
 def failed_by_us(board: dict[str, dict[str, Outcome]]) -> list[tuple[str, str]]:
-    """Return the cases, with the formulation, that this library does not pass."""
+    """Return the cases, with their formulations, that this library fails."""
     return [
         (name, column)
         for name, row in board.items()
@@ -172,13 +175,13 @@ def failed_by_us(board: dict[str, dict[str, Outcome]]) -> list[tuple[str, str]]:
 
 
 def counts(board: dict[str, dict[str, Outcome]], column: str) -> dict[Mark, int]:
-    """Return how often each mark stands in a column, in the order of `Mark`, without zeros."""
+    """Return the number of each mark in a column, in the order of `Mark`, without zeros."""
     marks = [row[column].mark for row in board.values()]
     return {mark: marks.count(mark) for mark in Mark if mark in marks}
 
 
 def verdict(board: dict[str, dict[str, Outcome]]) -> tuple[bool, str]:
-    """Return whether this library passes all that it was tried on, and that in a sentence."""
+    """Return whether this library passes all its cases, and a sentence on it."""
     tried = [name for name in FORMULATIONS if any(name in row for row in board.values())]
     failed = {name for name, _ in failed_by_us(board)}
     cases = f"{len(board)} hard case{'' if len(board) == 1 else 's'}"
@@ -189,6 +192,6 @@ def verdict(board: dict[str, dict[str, Outcome]]) -> tuple[bool, str]:
     return True, f"This library passes {cases} of {len(board)}, with {', '.join(tried)}."
 
 
-def finding_of(offence: str | None) -> Finding:
-    """Return a finding of what must hold whatever the accuracy: none, or broken."""
-    return Finding(0.0) if offence is None else Finding(math.inf, said=offence)
+def result_of(offence: str | None) -> Result:
+    """Return the result of an exact property: satisfied (None) or violated."""
+    return Result(0.0) if offence is None else Result(math.inf, said=offence)

@@ -1,4 +1,4 @@
-"""Smooth motion: where steps, symmetries, instability and time itself are what is hard."""
+"""Hard cases of smooth motion: step control, symmetries, instability and long times."""
 
 from __future__ import annotations
 
@@ -13,107 +13,114 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.sampled_torque import SampledTorque
-from twolink.hardcases import exact, long_truths
-from twolink.hardcases.in_motion import (
+from twolink.hardcases import exact, stored_references
+from twolink.hardcases.record import Case, Result
+from twolink.hardcases.reference_integrator import ReferenceMotion, ReferenceStates
+from twolink.hardcases.trajectory_trial import (
     Answer,
     Check,
-    InMotion,
     Judge,
+    TrajectoryTrial,
     keeps,
     keeps_energy,
     momentum,
     near,
     near_run,
 )
-from twolink.hardcases.quadruple import Reference, Truth
-from twolink.hardcases.record import Case, Finding
 from twolink.scene import Scene
 from twolink.simulation import motion
 from twolink.verification.states import Array
 
 _BARS = Chain.uniform_bars()
 _DOWN = Gravity(9.81)
-# Link 1 hangs along x, so that rest is at 0, which float64 has exactly.
+# Link 1 hangs along x, so that equilibrium is at 0, exact in float64.
 _ALONG_X = Gravity(9.81, (1.0, 0.0))
-# Half of the mass at the end of link 1; the rest is link 2, balanced on the elbow: a pendulum.
+# Half of the mass is at the end of link 1; link 2 has the rest, balanced on the elbow: a pendulum.
 _PENDULUM = Chain((0.5, 0.5), (1.0, 1.0), ((1.0, 0.0), (0.0, 0.0)), (0.0, 0.1))
 
-_RUN = "the same motion by another text of the equations in 113 bits, in the run"
+_RUN = "the same motion by independent equations in 113 bits, computed in the run"
 _KEPT = (
-    "the same motion by another text of the equations in 113 bits or more, kept in "
-    "references.json and made again by `python -m twolink.hardcases.long_truths`"
+    "the same motion by independent equations in 113 bits or more, stored in references.json and "
+    "reproduced by `python -m twolink.hardcases.stored_references`"
 )
 _BOUND = (
-    "the global accuracy that is asked for; a peer's is 1e-6 or ours, or a thousand of its "
-    "tolerances times the growth of errors over the run, and 0.01 at most"
+    "the requested global accuracy; for an external engine the largest of 1e-6, ours, and a "
+    "thousand of its tolerances times the error growth over the run, at most 0.01"
 )
 
 
 def _case(
-    name: str, hard: str, trial: InMotion, expected: str, reference: str = _RUN, bound: str = _BOUND
+    name: str,
+    hard: str,
+    trial: TrajectoryTrial,
+    expected: str,
+    reference: str = _RUN,
+    bound: str = _BOUND,
 ) -> Case:
     return Case(name, "smooth", hard, expected, reference, bound, trial)
 
 
-def _of_reference(reference: Reference, accuracy: float, growth: float, samples: int) -> InMotion:
-    """Return the trial of a motion under gravity alone, against its run in 113 bits."""
+def _of_reference(
+    reference: ReferenceMotion, accuracy: float, growth: float, samples: int
+) -> TrajectoryTrial:
+    """Return the trial of a motion under gravity, compared with its run in 113 bits."""
     scene = Scene(reference.chain, reference.q, reference.u, reference.duration, (_DOWN,), accuracy)
-    return InMotion(scene, (near_run(reference, growth),), samples)
+    return TrajectoryTrial(scene, (near_run(reference, growth),), samples)
 
 
-_NATURAL = Reference(_BARS, (0.0, 0.0), (0.0, 0.0), 3.0)
+_NATURAL = ReferenceMotion(_BARS, (0.0, 0.0), (0.0, 0.0), 3.0)
 _NATURAL_SCENE = Scene(_BARS, (0.0, 0.0), (0.0, 0.0), 3.0, (_DOWN,))
-# By the growth of an error of the start, which a test measures again.
+# Scaled by the growth of an initial error; a test measures it again.
 _NATURAL_GROWTH = 200.0
 
 _EVERY_ORDER = range(5, 32, 2)
 _ORDERS_SAMPLES = 4
 
 
-def _every_order(formulation: str, check: Check) -> Iterator[Finding]:
-    """Take each order that the library takes: none may take an endless step.
+def _every_order(formulation: str, check: Check) -> Iterator[Result]:
+    """Check every order of the library: the step size must stay finite.
 
-    A step errs by exp(−2 (p + 1)) at order p, and by the rounding of all N operations; over the
-    run all steps' errors grow.
+    The error of a step is exp(−2 (p + 1)) at order p plus the rounding of all N operations; the
+    errors of all steps grow over the run.
     """
     times = np.linspace(0.0, _NATURAL.duration, _ORDERS_SAMPLES)
-    truth = _natural_truth(tuple(times.tolist()))
+    expected = _natural_states(tuple(times.tolist()))
     for order in _EVERY_ORDER:
         check()
         run = motion.motion_run(_NATURAL_SCENE, times, formulation=formulation, order=order)
         step = math.exp(-2 * (order + 1)) + 1e-15
-        # heyoka's error control is of the last two terms, and a step errs by a few of them.
+        # heyoka controls the last two terms; the error of a step is a few times those.
         bound = 10 * run.steps * step * _NATURAL_GROWTH
         error = max(
-            float(np.abs(np.asarray(run.q, dtype=float) - truth.q).max()),
-            float(np.abs(np.asarray(run.u, dtype=float) - truth.u).max()),
+            float(np.abs(np.asarray(run.q, dtype=float) - expected.q).max()),
+            float(np.abs(np.asarray(run.u, dtype=float) - expected.u).max()),
         )
-        yield Finding(error / bound, said=f"order {order} is off by {error:.2g} of {bound:.2g}")
+        yield Result(error / bound, said=f"order {order}: error {error:.2g}, bound {bound:.2g}")
 
 
-_NATURAL_TRUTHS: dict[tuple[float, ...], Truth] = {}
+_NATURAL_STATES: dict[tuple[float, ...], ReferenceStates] = {}
 
 
-def _natural_truth(times: tuple[float, ...]) -> Truth:
-    if times not in _NATURAL_TRUTHS:
-        _NATURAL_TRUTHS[times] = _NATURAL.truth(times)
-    return _NATURAL_TRUTHS[times]
+def _natural_states(times: tuple[float, ...]) -> ReferenceStates:
+    if times not in _NATURAL_STATES:
+        _NATURAL_STATES[times] = _NATURAL.states(times)
+    return _NATURAL_STATES[times]
 
 
 def _swinging(start: float) -> Judge:
-    """Judge link 1 as a pendulum from rest; the balanced link 2 does not turn."""
+    """Return a check of link 1 as a pendulum from rest; the balanced link 2 does not turn."""
 
-    def truth(times: Array) -> Truth:
+    def expected(times: Array) -> ReferenceStates:
         found = [exact.pendulum(start, 9.81, t) for t in times.tolist()]
         q, u = np.array(found).T
-        return Truth(times, np.array([q, 0 * q]), np.array([u, 0 * u]))
+        return ReferenceStates(times, np.array([q, 0 * q]), np.array([u, 0 * u]))
 
-    return near(truth)
+    return near(expected)
 
 
-def _long(name: str, accuracy: float, *more: Judge) -> InMotion:
-    """Return the trial of a motion whose truth is kept in a file."""
-    reference = long_truths.REFERENCES[name]
+def _long(name: str, accuracy: float, *more: Judge) -> TrajectoryTrial:
+    """Return the trial of a motion with a stored reference."""
+    reference = stored_references.REFERENCES[name]
     scene = Scene(reference.chain, reference.q, reference.u, reference.duration, (), accuracy)
     if any(reference.gravity):
         scene = replace(scene, effects=(_DOWN,))
@@ -121,28 +128,32 @@ def _long(name: str, accuracy: float, *more: Judge) -> InMotion:
         spring = JointSpring(reference.stiffness, reference.rest)
         scene = replace(scene, effects=(*scene.effects, spring))
 
-    def judge(answer: Answer) -> Finding:
-        truth, growth = long_truths.kept(name)
-        return near(lambda _: truth, growth)(answer)
+    def judge(answer: Answer) -> Result:
+        expected, growth = stored_references.stored(name)
+        return near(lambda _: expected, growth)(answer)
 
-    return InMotion(scene, (judge, *more), long_truths.SAMPLES)
+    return TrajectoryTrial(scene, (judge, *more), stored_references.SAMPLES)
 
 
-def _chaotic() -> InMotion:
-    """Return a motion that no number of 113 bits can follow to its end: a claim must hold."""
+def _chaotic() -> TrajectoryTrial:
+    """Return the trial of a chaotic motion beyond 113 bits, with its claimed validity."""
     trial = _long("chaos", 1e-9)
 
-    def judge(answer: Answer) -> Finding:
-        truth, growth = long_truths.kept("chaos")
+    def judge(answer: Answer) -> Result:
+        expected, growth = stored_references.stored("chaos")
         if answer.trajectory is None:
-            return near(lambda _: truth, growth)(answer)
+            return near(lambda _: expected, growth)(answer)
         claimed = answer.trajectory.holds_until
-        must = float(truth.t[growth * _ROUNDINGS_OF_113_BITS <= answer.accuracy].max())
+        must = float(expected.t[growth * _ROUNDINGS_OF_113_BITS <= answer.accuracy].max())
         if claimed < must:
-            return Finding(math.inf, said=f"it is known until {claimed:.6g} s; {must:g} s can be")
-        known = truth.t <= claimed
+            return Result(
+                math.inf, said=f"claimed valid until {claimed:.6g} s; {must:g} s is possible"
+            )
+        known = expected.t <= claimed
         parts = replace(answer, t=answer.t[known], q=answer.q[:, known], u=answer.u[:, known])
-        return near(lambda _: Truth(truth.t[known], truth.q[:, known], truth.u[:, known]))(parts)
+        return near(
+            lambda _: ReferenceStates(expected.t[known], expected.q[:, known], expected.u[:, known])
+        )(parts)
 
     return replace(trial, judges=(judge, keeps_energy(1e4)), _found={})
 
@@ -151,33 +162,33 @@ def _chaotic() -> InMotion:
 _ROUNDINGS_OF_113_BITS = 1e-31
 
 
-def _creeping() -> InMotion:
-    """Return a chain in joints so viscous that it creeps: Q is used up by the dampers at once."""
+def _creeping() -> TrajectoryTrial:
+    """Return the trial of joints with large damping: the chain creeps, damping balances Q."""
     c, (q1, q2) = 1e8, (0.3, -0.4)
     Q1, Q2 = 9.81 * 1.5 * math.cos(q1), 9.81 * 0.5 * math.cos(q2)
     u1 = (Q1 + Q2) / c
     u = np.array([[u1], [u1 + Q2 / c]])
 
-    def truth(times: Array) -> Truth:
-        return Truth(times, np.array([[q1], [q2]]) + u * times, u * (times > 0))
+    def expected(times: Array) -> ReferenceStates:
+        return ReferenceStates(times, np.array([[q1], [q2]]) + u * times, u * (times > 0))
 
     effects = (_DOWN, JointDamping((c, c)))
     scene = Scene(_BARS, (q1, q2), (0.0, 0.0), 100.0, effects, 1e-9, method="Radau")
-    return InMotion(scene, (near(truth),))
+    return TrajectoryTrial(scene, (near(expected),))
 
 
-def _soft() -> InMotion:
-    """Return a straight chain at rest, and a torque t³ in its elbow: a spline draws it exactly."""
+def _soft() -> TrajectoryTrial:
+    """Return the trial of a straight chain at rest with an elbow torque t³, an exact spline."""
     times = (0.0, 1.0, 2.0, 3.0, 4.0)
     torque = SampledTorque(times, (0.0,) * 5, tuple(t**3 for t in times), "cubic")
     scene = Scene(_BARS, (0.0, 0.0), (0.0, 0.0), 4.0, (torque,), 1e-3)
     growth = 1e3
-    reference = Reference(_BARS, scene.q, scene.u, 4.0, gravity=(0.0, 0.0), cubic=(0.0, 1.0))
-    return InMotion(scene, (near_run(reference, growth),), 5, accuracies=(1e-3, 1e-6, 1e-9))
+    reference = ReferenceMotion(_BARS, scene.q, scene.u, 4.0, gravity=(0.0, 0.0), cubic=(0.0, 1.0))
+    return TrajectoryTrial(scene, (near_run(reference, growth),), 5, accuracies=(1e-3, 1e-6, 1e-9))
 
 
-def _sampled(interpolation: str) -> InMotion:
-    """Return a chain that is driven by five samples a second, each held or drawn on to the next."""
+def _sampled(interpolation: str) -> TrajectoryTrial:
+    """Return the trial of torque samples, five per second, held or interpolated linearly."""
     times = (0.0, 0.2, 0.4, 0.6, 0.8)
     A, B = (8.0, -8.0, 12.0, 0.0, -5.0), (-3.0, 4.0, -4.0, 2.0, 0.0)
     rows = []
@@ -189,24 +200,24 @@ def _sampled(interpolation: str) -> InMotion:
         rows.append((t, (A[index], B[index]), rates))
     torque = SampledTorque(times, A, B, interpolation)  # type: ignore[arg-type]
     scene = Scene(_BARS, (0.3, -0.4), (0.0, 0.0), 1.0, (_DOWN, torque), 1e-10)
-    reference = Reference(_BARS, scene.q, scene.u, 1.0, torques=tuple(rows))
-    return InMotion(scene, (near_run(reference),), 21)
+    reference = ReferenceMotion(_BARS, scene.q, scene.u, 1.0, torques=tuple(rows))
+    return TrajectoryTrial(scene, (near_run(reference),), 21)
 
 
 # Link 2 is a light pendulum on a heavy one of the same length: the frequencies differ by 1 %.
-_BEATING = Reference(
+_BEATING = ReferenceMotion(
     Chain((1.0, 1e-4), (1.0, 1.0), ((1.0, 0.0), (1.0, 0.0)), (0.0, 0.0)),
     (math.pi / 2 + 1e-3, math.pi / 2),
     (0.0, 0.0),
     200.0,
 )
 
-_UPRIGHT = Reference(_BARS, (-math.pi / 2, -math.pi / 2), (0.0, 0.0), 5.0)
+_UPRIGHT = ReferenceMotion(_BARS, (-math.pi / 2, -math.pi / 2), (0.0, 0.0), 5.0)
 _NEARLY = replace(_UPRIGHT, q=(-math.pi / 2 + 1e-12, -math.pi / 2 + 1e-12), duration=4.0, _made={})
-_SEPARATRIX = Reference(
+_SEPARATRIX = ReferenceMotion(
     _PENDULUM, (0.0, 0.0), (2 * math.sqrt(9.81), 0.0), 20.0, gravity=(9.81, 0.0)
 )
-_DAMPED = Reference(_BARS, (0.3, -0.4), (1.0, -1.0), 1e-6, damping=(1e8, 1e8))
+_DAMPED = ReferenceMotion(_BARS, (0.3, -0.4), (1.0, -1.0), 1e-6, damping=(1e8, 1e8))
 
 # The rate at which the faster of two modes leaves the upright pose of equal bars (1/s), squared the
 # larger root of 7/36 s² − 7/6 g s + 3/4 g² = 0.
@@ -215,11 +226,11 @@ _LEAVES = math.sqrt(9.81 * (7 / 6 + math.sqrt(49 / 36 - 7 / 12)) / (7 / 18))
 CASES = (
     _case(
         "natural-start",
-        "the source's start, all zeros: of a series in t only every fourth term is there, and an "
-        "order that ends on two missing ones sees no reason for a step to end",
-        InMotion(
+        "the initial state of zeros: only every fourth term of a series in t is non-zero, and an "
+        "order whose last two terms vanish has no limit on the step",
+        TrajectoryTrial(
             _NATURAL_SCENE,
-            (near(lambda times: _natural_truth(tuple(times.tolist())), _NATURAL_GROWTH),),
+            (near(lambda times: _natural_states(tuple(times.tolist())), _NATURAL_GROWTH),),
             _ORDERS_SAMPLES,
             accuracies=(1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12),
             tolerances=(1e-3, 1e-4, 1e-6, 1e-8, 1e-9, 1e-12),
@@ -231,98 +242,98 @@ CASES = (
     ),
     _case(
         "upright-rest",
-        "unstable rest, but for what π/2 lacks in float64: q cannot resolve how it begins to fall",
+        "unstable equilibrium up to the rounding of π/2: q cannot resolve the start of the fall",
         _of_reference(_UPRIGHT, 1e-9, math.exp(5.0 * _LEAVES), 11),
-        "it falls from 6e-17 rad and is well on its way after 5 s",
+        "it falls from 6e-17 rad, visibly after 5 s",
     ),
     _case(
         "upright-by-a-picoradian",
-        "released 1e-12 rad from upright: an error of 1e-16 is one of the motion's fourth digit",
+        "released 1e-12 rad from upright: an error of 1e-16 changes the motion's fourth digit",
         _of_reference(_NEARLY, 1e-9, math.exp(4.0 * _LEAVES), 11),
-        "it falls the way it leans, after 4 s by half a turn and more",
+        "it falls to the side of the offset, by more than half a turn after 4 s",
     ),
     _case(
         "chaos-100-s",
         "an error of the start grows by 5e31 in 100 s: float64 has no digit left after 60 s, and "
         "113 bits after 100 s",
         _chaotic(),
-        "the motion to 1e-9 for 70 s at least, the energy for all of 100 s, and a sentence that "
-        "says until when the motion is known",
+        "the motion to 1e-9 for at least 70 s, the energy for 100 s, and a statement of the time "
+        "until which the motion is valid",
         _KEPT,
         _BOUND
-        + "; it must be met as long as the growth × 1e-31, a thousand roundings of 113 bits, "
-        "is below it, and nothing may be claimed beyond",
+        + "; it applies while the growth × 1e-31, a thousand roundings of 113 bits, is below it, "
+        "and no validity may be claimed beyond",
     ),
     _case(
         "small-oscillation-1e6-s",
-        "half a million swings in six million steps: what a step errs by adds up in the phase",
-        InMotion(
+        "half a million swings in six million steps: errors of steps accumulate in the phase",
+        TrajectoryTrial(
             Scene(_PENDULUM, (0.1, 0.0), (0.0, 0.0), 1e6, (_ALONG_X,), 1e-5),
             (_swinging(0.1), keeps_energy(1e4)),
         ),
-        "a pendulum's swings by Jacobi's elliptic functions, and link 2 that never turns",
-        "closed form, to a hundred digits, in the run",
+        "a pendulum's swings by Jacobi's elliptic functions, with link 2 not turning",
+        "closed form, to a hundred digits, computed in the run",
     ),
     _case(
         "separatrix",
-        "thrown from below with the speed that just reaches the top: rounding decides, and a run "
-        "must know on which side this float64 speed is",
-        InMotion(
+        "started below with the speed that just reaches the top: the side it falls to depends on "
+        "the rounding of this float64 speed",
+        TrajectoryTrial(
             Scene(_PENDULUM, _SEPARATRIX.q, _SEPARATRIX.u, _SEPARATRIX.duration, (_ALONG_X,), 1e-9),
             (near_run(_SEPARATRIX, 1e16),),
             21,
         ),
-        "it stays near the top for seconds, and leaves it to the side that the true sum decides",
+        "it stays near the top for seconds, and leaves it to the side given by the exact sum",
     ),
     _case(
         "spin-1e5",
         "link 2 spins at 1e5 rad/s while both fall: ten thousand radians in a tenth of a second",
         _long("spin", 1e-4),
-        "the fast motion in phase and the slow one beside it",
+        "the fast motion in phase, and the slow one",
         _KEPT,
     ),
     _case(
         "beats",
-        "two pendulums whose frequencies differ by 1 %: all energy goes over to the light one, "
-        "slowly, and comes back",
-        InMotion(
+        "two pendulums whose frequencies differ by 1 %: the energy moves slowly to the light one "
+        "and back",
+        TrajectoryTrial(
             Scene(_BEATING.chain, _BEATING.q, _BEATING.u, _BEATING.duration, (_DOWN,), 1e-9),
             (near_run(_BEATING, 1e3), keeps_energy(1e4)),
         ),
-        "beats of 200 s, at their right time",
+        "beats of 200 s at the correct times",
     ),
     _case(
         "zero-gravity-1e5-s",
-        "nothing acts for 1e5 s: what drifts is the method's own",
+        "free motion for 1e5 s: any drift is an error of the method",
         _long(
             "zero-gravity",
             1e-4,
             keeps_energy(1e4),
             keeps("angular momentum", momentum, momentum, 1e4),
         ),
-        "the motion; energy and angular momentum are those of the start",
+        "the motion, with the initial energy and angular momentum",
         _KEPT,
     ),
     _case(
         "stiff-spring-1e10",
-        "a spring of 1e10 N m/rad in the elbow: it trembles at 4e5 rad/s with 1e-9 rad while the "
-        "chain falls as if it were one bar",
+        "a spring of 1e10 N m/rad in the elbow: it oscillates at 4e5 rad/s with 1e-9 rad while the "
+        "chain falls like one bar",
         _long("stiff-spring", 1e-6),
-        "the fall, and the tremble in phase",
+        "the fall, and the oscillation in phase",
         _KEPT,
     ),
     _case(
         "strong-damping-creep",
-        "dampers of 1e8 N m s/rad for 100 s: the slow is 1e-7 rad/s, the fast dies in 1e-9 s",
+        "dampers of 1e8 N m s/rad for 100 s: creep at 1e-7 rad/s, fast decay in 1e-9 s",
         _creeping(),
         "it creeps with u of C u = Q",
         "closed form: the first term in 1/c; the next is 1e-16",
     ),
     _case(
         "strong-damping-at-once",
-        "the same dampers seize a moving chain: followed for a microsecond, with 3000 time "
+        "the same dampers on a moving chain: simulated for a microsecond, with 3000 time "
         "constants in it",
-        InMotion(
+        TrajectoryTrial(
             Scene(
                 _BARS,
                 _DAMPED.q,
@@ -333,24 +344,24 @@ CASES = (
             ),
             (near_run(_DAMPED),),
         ),
-        "u falls from 1 to 1e-7 rad/s, and creeps on from there",
+        "u falls from 1 to 1e-7 rad/s, followed by creep",
     ),
     _case(
         "soft-torque",
-        "a torque that begins as t³ on a chain at rest: q begins as t⁵ and goes on with t¹⁵, so at "
-        "orders up to 13 a step sees no end, and two orders agree on what is wrong",
+        "a torque t³ on a chain at rest: q starts with t⁵ and continues with t¹⁵; orders up to 13 "
+        "have no limit on the step, and two orders agree on a wrong result",
         _soft(),
-        "the motion, also where little accuracy is asked for",
+        "the motion, also at low accuracy",
     ),
     _case(
         "discontinuous-torque",
-        "motor torques that jump five times: a step over a jump loses its order",
+        "motor torques with five jumps: a step across a jump loses its order",
         _sampled("hold"),
         "the motion from jump to jump",
     ),
     _case(
         "coarsely-sampled-torque",
-        "five samples a second with straight lines between: kinks that an integrator smears",
+        "five samples per second with linear interpolation: kinks that an integrator smooths",
         _sampled("linear"),
         "the motion from kink to kink",
     ),

@@ -1,7 +1,8 @@
-"""A scene: what the chain is, where it starts, for how long, and which effects act."""
+"""Scenes: a chain, its start, the options of a run, and the effects that act."""
 
 from twolink.scene.model import METHODS, scene_model
+from twolink.scene.names import scene_file, scene_names
 from twolink.scene.scene import Scene
 from twolink.scene.text import LARGEST_FILE
 
-__all__ = ["LARGEST_FILE", "METHODS", "Scene", "scene_model"]
+__all__ = ["LARGEST_FILE", "METHODS", "Scene", "scene_file", "scene_model", "scene_names"]

@@ -1,14 +1,14 @@
-"""What a scene file may hold: pydantic's model of it, and its complaints in our words."""
+"""The pydantic model of a scene file, and its validation errors as sentences."""
 
 from __future__ import annotations
 
-import reprlib
 from dataclasses import MISSING, fields
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, get_type_hints
 
 from twolink.effects import EFFECTS, effect_class
 from twolink.errors import SceneError
+from twolink.text import choice, quoted
 from twolink.urdf.planar import JOINT_PROPERTIES
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
     positive = Annotated[float, Field(gt=0)]
     pair = tuple[float, float]
 
-    # An effect may have a field of any name, so the model's own is given by its place.
+    # An effect may have a field of any name, so `title` is positional only.
     def model(title: str, /, **entries: Any) -> type[BaseModel]:
         return create_model(title, __config__=strict, **entries)
 
@@ -52,6 +52,11 @@ def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
             Field(None, description="mass centres along and across the links, m; default: bars"),
         ),
         inertia=(pair | None, Field(None, description="central inertias, kg m²; default: bars")),
+        joint_sign=(
+            tuple[Literal[1, -1], Literal[1, -1]] | None,
+            Field(None, description="s1, s2 of the joint angles: q1 = s1 θ1 + φ1; see start.theta"),
+        ),
+        joint_offset=(pair | None, Field(None, description="φ1, φ2 of the joint angles, rad")),
         urdf=(str | None, Field(None, description="a URDF file instead, from the scene's folder")),
         effects=(
             Annotated[
@@ -65,8 +70,13 @@ def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
     )
     start = model(
         "Start",
-        q=(pair, Field(description="absolute angles from the x-axis, y downward, rad")),
-        u=(pair, Field((0.0, 0.0), description="their speeds, rad/s")),
+        q=(
+            pair | None,
+            Field(None, description="absolute angles from the x-axis, y downward, rad"),
+        ),
+        u=(pair | None, Field(None, description="their speeds, rad/s; default: 0")),
+        theta=(pair | None, Field(None, description="instead of q: the URDF's joint angles, rad")),
+        omega=(pair | None, Field(None, description="instead of u: the joints' speeds, rad/s")),
     )
     run = model(
         "Run",
@@ -91,16 +101,16 @@ def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
 
 
 def _each_once(words: tuple[str, ...]) -> tuple[str, ...]:
-    """Return words of which none is given twice, or raise pydantic's error."""
+    """Validate that the items are unique."""
     from pydantic_core import PydanticCustomError
 
     if len(set(words)) < len(words):
-        raise PydanticCustomError("repeated", "each word at most once")
+        raise PydanticCustomError("repeated", "a list of words, each at most once")
     return words
 
 
 def _entries(effect: Any) -> dict[str, Any]:
-    """Return the fields of an effect, as pydantic wants them."""
+    """Return the fields of an effect, as arguments of `create_model`."""
     hints = get_type_hints(effect)
     return {
         field.name: (hints[field.name], ... if field.default is MISSING else field.default)
@@ -109,7 +119,7 @@ def _entries(effect: Any) -> dict[str, Any]:
 
 
 def checked(model: type[BaseModel], table: dict[str, Any], source: str) -> dict[str, Any]:
-    """Return a table's values, all of the right shape, or raise one sentence on the first fault."""
+    """Return the validated values of a table, or raise `SceneError` on the first error."""
     from pydantic import ValidationError
 
     try:
@@ -120,7 +130,7 @@ def checked(model: type[BaseModel], table: dict[str, Any], source: str) -> dict[
 
 
 def _with_tuples(value: Any) -> Any:
-    """Return nested lists of numbers as tuples: pairs are tuples here, and lists in TOML."""
+    """Return nested lists of numbers as tuples, since TOML has only lists."""
     if isinstance(value, dict):
         return {key: _with_tuples(entry) for key, entry in value.items()}
     if isinstance(value, list) and not any(isinstance(entry, dict) for entry in value):
@@ -129,32 +139,30 @@ def _with_tuples(value: Any) -> Any:
 
 
 def _sentence(fault: Any) -> str:
-    """Return one of pydantic's errors in our words."""
-    # Of the places that pydantic names, those that are no keys are its own: "gravity table".
+    """Return a validation error of pydantic as a sentence."""
+    # Places that are not keys, such as "gravity table", are names of pydantic models.
     place = [str(part) for part in fault["loc"]]
     key = ".".join(part for part in place if part.isidentifier() or part.isdigit())
     if fault["type"] == "extra_forbidden":
         if place[:-1] == ["effects"]:
-            return f"effect '{place[-1]}' is unknown; allowed are {', '.join(EFFECTS)}"
-        return f"key '{key}' is unknown; allowed are the keys that `twolink scenes --schema` lists"
+            return choice("effect", place[-1], EFFECTS)
+        known = _keys_beside(place)
+        where = ".".join(part for part in place[:-1] if part.isidentifier()) or "the scene"
+        return choice(f"a key of {where}", place[-1], known)
     if fault["type"] == "too_long" or (fault["type"] == "missing" and place[-1].isdigit()):
-        return f"{key.removesuffix('.1')} is {_shown(fault['input'])}; allowed are two numbers"
+        return f"{key.removesuffix('.1')} must be two numbers; got {quoted(fault['input'])}"
     if fault["type"] == "missing":
-        return f"key '{key}' is missing; allowed is a scene that gives it"
-    # What pydantic calls a tuple is a list in TOML.
-    allowed = fault["msg"].removeprefix("Input should be ").replace("a valid tuple", "a list")
-    return f"{key} is {_shown(fault['input'])}; allowed is {allowed}"
+        return f"key '{key}' is missing; it must be given"
+    # A tuple of pydantic is a list in TOML.
+    required = fault["msg"].removeprefix("Input should be ").replace("a valid tuple", "a list")
+    return f"{key} must be {required}; got {quoted(fault['input'])}"
 
 
-def _shown(value: Any) -> str:
-    """Return what was received in words, shortened where it is long."""
-    try:
-        return _short.repr(value)
-    except ValueError:
-        # Python writes no integer of more than some thousand digits.
-        return "an integer of thousands of digits"
-
-
-_short = reprlib.Repr()
-_short.maxstring = _short.maxother = _short.maxlong = 100
-_short.maxtuple = _short.maxlist = _short.maxdict = 12
+def _keys_beside(place: list[str]) -> list[str]:
+    """Return the valid keys of the table of an unknown key."""
+    if len(place) == 1:
+        return list(scene_model().model_fields)
+    if place[0] == "effects" and place[1] in EFFECTS:
+        return [field.name for field in fields(effect_class(place[1]))]
+    field = scene_model().model_fields.get(place[0])
+    return list(getattr(field.annotation, "model_fields", ())) if field is not None else []

@@ -1,4 +1,4 @@
-"""From the tables of a scene file to a chain and its effects."""
+"""Reading of the tables of a scene file: chain, start and effects."""
 
 from __future__ import annotations
 
@@ -6,51 +6,73 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from twolink.arithmetic import Pair
 from twolink.chain import Chain
+from twolink.coordinates import JointConvention
 from twolink.effects import Effect, effect_class
 from twolink.errors import SceneError
+from twolink.scene.chain_table import DescribedChain
 from twolink.urdf import read_planar_urdf
 
 
-def chain_of(table: dict[str, Any], folder: Path) -> tuple[Chain, tuple[Effect, ...]]:
-    """Return the chain that a [chain] table describes, and the effects it asks of its URDF."""
+def chain_of(table: dict[str, Any], folder: Path) -> DescribedChain:
+    """Return the chain of a [chain] table, with further properties of its URDF."""
     given = {key: value for key, value in table.items() if value is not None}
     asked = given.pop("effects", None)
     if "urdf" in given:
         if len(given) > 1:
             others = ", ".join(sorted(set(given) - {"urdf"}))
-            raise SceneError(f"chain has both urdf and {others}; allowed is one of them")
-        return _of_urdf(folder / given["urdf"], asked or ())
+            raise SceneError(f"chain must have urdf or {others}, not both; got both")
+        read = read_planar_urdf(folder / given["urdf"])
+        return DescribedChain(Chain.from_links(read.links), read.joints, asked or (), read)
     if asked is not None:
         raise SceneError(
-            f"chain.effects is {asked!r} and there is no chain.urdf; allowed are effects of a URDF"
+            f"chain.effects must be given with chain.urdf; got {asked!r} and no chain.urdf"
         )
-    return _chain_of_numbers(given), ()
+    sign, offset = given.pop("joint_sign", None), given.pop("joint_offset", None)
+    if (sign is None) != (offset is None):
+        raise SceneError(
+            "chain must have both of joint_sign and joint_offset, or neither; got one of them"
+        )
+    joints = None if sign is None else JointConvention(sign, offset)
+    return DescribedChain(_chain_of_numbers(given), joints)
 
 
-def _of_urdf(file: Path, asked: tuple[str, ...]) -> tuple[Chain, tuple[Effect, ...]]:
-    """Return the chain that a URDF file describes, and what is asked for of its joints."""
-    read = read_planar_urdf(file)
-    chain = Chain.from_links(read.links)
-    if not asked:
-        return chain, ()
-    from twolink.effects import of_urdf
+def start_of(table: dict[str, Any], joints: JointConvention | None) -> tuple[Pair, Pair]:
+    """Return q (rad) and u (rad/s) of a [start] table, which may give joint angles instead.
 
-    return chain, of_urdf.effects_of(read, asked)
+    Raises `SceneError` if it gives both or neither of q and theta, or both of u and omega, or joint
+    angles of a chain whose joints are unknown.
+    """
+    given = {key: value for key, value in table.items() if value is not None}
+    for absolute, of_joints in (("q", "theta"), ("u", "omega")):
+        if absolute in given and of_joints in given:
+            raise SceneError(f"start must have one of {absolute} and {of_joints}; got both")
+        if of_joints in given and joints is None:
+            raise SceneError(
+                f"start.{of_joints} needs chain.urdf, or chain.joint_sign and chain.joint_offset;"
+                f" got neither, so the start must be given by {absolute}"
+            )
+    if "q" not in given and "theta" not in given:
+        raise SceneError("key 'start.q' is missing; it, or theta, must be given")
+    joints = joints or JointConvention()
+    q = joints.absolute_angles(given["theta"]) if "theta" in given else given["q"]
+    u = joints.absolute_speeds(given["omega"]) if "omega" in given else given.get("u", (0.0, 0.0))
+    return q, u
 
 
 def _chain_of_numbers(given: dict[str, Any]) -> Chain:
-    """Return the chain of the parameters that are given."""
+    """Return the chain of the given parameters."""
     for key in ("mass", "length"):
         if key not in given:
-            raise SceneError(f"chain.{key} is missing; allowed is a pair of numbers, or urdf")
+            raise SceneError(f"chain.{key} is missing; it must be a pair of numbers, or urdf given")
     if ("centre" in given) != ("inertia" in given):
-        raise SceneError("chain has only one of centre and inertia; allowed are both, or neither")
+        raise SceneError("chain must have both of centre and inertia, or neither; got one of them")
     return Chain(**given) if "centre" in given else Chain.uniform_bars(**given)
 
 
 def effects_of(tables: dict[str, Any]) -> list[Effect]:
-    """Return the effects that are named, in the file's order or the one that it asks for."""
+    """Return the named effects, in the order of the file or the requested one."""
     order = tables.pop("order", None)
     found = []
     for name, value in tables.items():
@@ -64,7 +86,7 @@ def _ordered(found: list[tuple[str, Effect]], order: tuple[str, ...]) -> list[tu
     """Return named effects in an order of their names; those of one name stay as they are."""
     if Counter(order) != Counter(name for name, _ in found):
         raise SceneError(
-            f"effects.order is {order!r}; allowed is each effect's name as often as it is given"
+            f"effects.order must name each effect as often as it is given; got {order!r}"
         )
     waiting = {name: iter([pair for pair in found if pair[0] == name]) for name in order}
     return [next(waiting[name]) for name in order]

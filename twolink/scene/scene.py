@@ -1,33 +1,42 @@
-"""A scene: what the chain is, where it starts, for how long, and which effects act.
+"""A scene: a chain, its start, the options of a run, and the effects that act.
 
-A scene is read from a TOML file, and written to one. What the file does not name does not exist: an
-effect that is left out is not imported, not evaluated, not compiled.
+A scene is read from a TOML file and written to one. An effect that the file omits is not imported,
+evaluated or compiled.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields, is_dataclass
+from numbers import Real
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
-from twolink.effects import EFFECTS, Effect
+from twolink.coordinates import JointConvention
+from twolink.effects import EFFECTS, Effect, is_registered, with_rotors
 from twolink.errors import ParameterError, SceneError, TwolinkError
-from twolink.finite import check_finite
+from twolink.inputs import as_number, as_pair, as_tuple, as_word, refuse
 from twolink.scene.model import checked, scene_model
-from twolink.scene.reading import chain_of, effects_of
-from twolink.scene.text import read_text, tables
+from twolink.scene.names import scene_file
+from twolink.scene.reading import chain_of, effects_of, start_of
+from twolink.scene.text import check_tables, read_text, tables
 from twolink.scene.writing import written
+from twolink.validation import check_finite
+from twolink.values import is_value
 
 
 @dataclass(frozen=True)
 class Scene:
     """A chain, its start, a duration (s), and the tuple of effects that act.
 
-    `q` (rad) and `u` (rad/s) are the start. `accuracy` is the global error that is allowed in q
+    `q` (rad) and `u` (rad/s) are the start. `accuracy` is the largest global error in q
     (rad) and u (rad/s) over the whole run; `method` names an integration method. `shows` is one
-    line on what the scene is for.
+    line on its purpose. Sequences become tuples, and an effect that could change is
+    copied. `joints` ties joint angles to q, for a chain that has them, such as that of a URDF.
+    `notes` has a sentence for each property of a URDF that is assumed or not simulated. Raises
+    `ParameterError` for an argument of the wrong kind or value.
     """
 
     chain: Chain
@@ -39,48 +48,83 @@ class Scene:
     method: str = "taylor"
     title: str = "untitled"
     shows: str = ""
+    joints: JointConvention | None = None
+    notes: tuple[str, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Refuse a start that is no place, and a run that has no end."""
-        check_finite("start", q=self.q, u=self.u)
+        """Copy mutable values; require a finite start, and positive duration and accuracy."""
+        if not isinstance(self.chain, Chain):
+            refuse("chain", self.chain, "a Chain")
+        kept: dict[str, Any] = {name: as_pair(name, getattr(self, name)) for name in ("q", "u")}
+        check_finite("start", **kept)
         for name in ("duration", "accuracy"):
-            value = getattr(self, name)
-            if isinstance(value, (int, float)) and not 0 < value < float("inf"):
-                raise ParameterError(f"run: {name} is {value!r}; allowed is a positive number")
+            kept[name] = as_number(name, getattr(self, name))
+            if isinstance(kept[name], Real) and not 0 < float(kept[name]) < float("inf"):
+                raise ParameterError(f"run: {name} must be positive and finite; got {kept[name]!r}")
+        for name in ("method", "title", "shows"):
+            kept[name] = as_word(name, getattr(self, name))
+        wanted = "a sequence of effects, such as (Gravity(),)"
+        kept["effects"] = as_tuple("effects", self.effects, wanted)
+        for name, value in kept.items():
+            object.__setattr__(self, name, value)
+        own = tuple(e if is_registered(e) else self._checked(e) for e in self.effects)
+        if not _is_hashable(self.chain) or _has_complex(self.chain):
+            refuse("chain", self.chain, "made of real numbers, not of arrays or complex numbers")
+        object.__setattr__(self, "effects", own)
+
+    def _checked(self, effect: Any) -> Effect:
+        from twolink.effects import custom
+
+        return custom.checked(effect, self.chain)
 
     @property
-    def equipped(self) -> Chain:
-        """The chain that moves: with the rotors that effects put on it."""
-        chain = self.chain
-        for effect in self.effects:
-            if hasattr(effect, "equipped"):
-                chain = effect.equipped(chain)
-        return chain
+    def may_change(self) -> bool:
+        """Whether an effect is an object whose attributes can be set; a copy has its own."""
+        return not all(is_registered(effect) or is_value(effect) for effect in self.effects)
+
+    @property
+    def moving_chain(self) -> Chain:
+        """The chain with the rotors that effects add."""
+        return with_rotors(self.effects, self.chain)
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Scene:
-        """Return the scene in a TOML file.
+        """Return the scene in a TOML file, or the shipped scene of a name such as "drop".
 
-        Raises `SceneError`, in one sentence with the file, the key, what was received and what is
-        allowed.
+        Raises `SceneError`, in one sentence with the file, the key, the requirement and the
+        received value.
         """
-        file = Path(path)
+        file = scene_file(path)
         return cls.parse(read_text(file), source=str(file), folder=file.parent)
 
     @classmethod
     def parse(cls, text: str, *, source: str = "<string>", folder: Path = Path()) -> Scene:
-        """Return the scene in a TOML text; `urdf = "…"` is looked for from `folder`."""
-        table = tables(text, source)
+        """Return the scene in a TOML text; `urdf = "…"` is relative to `folder`."""
+        return cls.from_dict(tables(text, source), source=source, folder=folder)
+
+    @classmethod
+    def from_dict(
+        cls, table: dict[str, Any], *, source: str = "<dict>", folder: Path = Path()
+    ) -> Scene:
+        """Return the scene of the tables of a scene file, as `tomllib.load` returns them.
+
+        `table` is left unchanged. Raises `SceneError` as `load` does; `source` begins its sentence.
+        """
+        check_tables(table, source)
         named = table.get("effects")
         known = [name for name in named if name in EFFECTS] if isinstance(named, dict) else []
         given = checked(scene_model(tuple(known)), table, source)
         try:
-            chain, of_urdf = chain_of(given["chain"], folder)
+            described = chain_of(given["chain"], folder)
+            q, u = start_of(given["start"], described.joints)
+            effects = effects_of(given["effects"])
             return cls(
-                chain=chain,
-                q=given["start"]["q"],
-                u=given["start"]["u"],
-                effects=(*effects_of(given["effects"]), *of_urdf),
+                chain=described.chain,
+                q=q,
+                u=u,
+                effects=described.effects(effects),
+                joints=described.joints,
+                notes=described.notes(effects),
                 title=given["title"],
                 shows=given["shows"],
                 **given["run"],
@@ -89,16 +133,34 @@ class Scene:
             raise SceneError(f"{source}: {error}") from error
 
     def to_toml(self) -> str:
-        """Return a TOML text that `Scene.parse` reads back to an equal scene, to the last bit.
+        """Return a TOML text that `Scene.parse` reads back to an equal scene, bit for bit.
 
-        What is as by default is left out. Raises `SceneError` for what no scene file can say:
-        effects of one's own, rotors that no effect has put there, values that are not allowed.
+        Default values are omitted. Raises `SceneError` if a scene file cannot represent the scene:
+        user-defined effects, rotors that no effect adds, invalid values.
         """
         text = written(self)
         in_a_file = text.encode("utf-8", errors="replace").decode("utf-8")
         if Scene.parse(in_a_file, source="the scene as TOML") != self:
             raise SceneError(
-                "the scene as TOML reads back otherwise; allowed are numbers that float64 can hold "
-                "and words that UTF-8 can"
+                "the numbers of a scene must be held by float64 and its words by UTF-8; got a"
+                " scene that differs when its TOML is read back"
             )
         return text
+
+
+def _is_hashable(value: Any) -> bool:
+    """Return whether an object can be the key of a cache: arrays cannot."""
+    try:
+        hash(value)
+    except TypeError:
+        return False
+    return True
+
+
+def _has_complex(value: Any) -> bool:
+    """Return whether a data class or a sequence has a complex number in it."""
+    if is_dataclass(value):
+        return any(_has_complex(getattr(value, field.name)) for field in fields(value))
+    if isinstance(value, tuple):
+        return any(_has_complex(entry) for entry in value)
+    return isinstance(value, complex)

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import re
-import reprlib
 import tomllib
 from pathlib import Path
 from typing import Any
 
-from twolink.errors import SceneError
+from twolink.errors import FileError, SceneError
+from twolink.files import check_no_mark, read_bytes
+from twolink.text import one_line
 
 LARGEST_FILE = 4 * 2**20
 """Bytes of the largest scene file read: a hundred thousand samples of a torque are fewer."""
-
-# How much of a file's name is told.
-_SHORT = reprlib.Repr()
-_SHORT.maxstring = 100
 
 # A table of effects, a list of tables, one table, a list, a list in it.
 _DEEPEST = 10
@@ -23,33 +20,22 @@ _DEEPEST = 10
 # A key of fifty names with dots between; tomllib takes memory by the square of their number.
 _LONG_KEY = re.compile(r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')\s*+\.\s*+){50}""")
 
+_TOO_DEEP = "tables must not be nested deeper than those of a scene file"
+
 
 def read_text(file: Path) -> str:
     """Return the text of a file, or raise `SceneError`."""
     try:
-        if not file.is_file():
-            # Devices and pipes may have no end.
-            what = "this is no plain file" if file.exists() else "there is no file of this name"
-            raise SceneError(f"{_named(file)}: {what}; allowed is the path of a scene file")
-        with file.open("rb") as stream:
-            content = stream.read(LARGEST_FILE + 1)
-        if len(content) > LARGEST_FILE:
-            raise SceneError(
-                f"{file}: is larger than {LARGEST_FILE // 2**20} MB; allowed is a smaller file"
-            )
+        content = read_bytes(file, LARGEST_FILE)
+        check_no_mark(content)
         # Line ends as Python reads them from text.
         return content.decode("utf-8").replace("\r\n", "\n")
-    except (OSError, ValueError) as error:
-        reason = (isinstance(error, OSError) and error.strerror) or error
+    except FileError as error:
+        raise SceneError(f"{one_line(file, 300)}: {error}") from error
+    except UnicodeDecodeError as error:
         raise SceneError(
-            f"{_named(file)}: cannot be read ({reason}); allowed is a TOML file in UTF-8"
+            f"{one_line(file, 300)}: byte {error.start} is not UTF-8; must be a TOML file in UTF-8"
         ) from error
-
-
-def _named(file: Path) -> str:
-    """Return a file's name for a sentence: as it is, unless it is long or cannot be printed."""
-    name = str(file)
-    return name if name.isprintable() and len(name) <= 300 else _SHORT.repr(name)
 
 
 def tables(text: str, source: str) -> dict[str, Any]:
@@ -59,16 +45,22 @@ def tables(text: str, source: str) -> dict[str, Any]:
             raise RecursionError
         found = tomllib.loads(text)
     except RecursionError as error:
-        raise SceneError(f"{source}: this is nested too deeply; allowed is a scene file") from error
+        raise SceneError(f"{source}: {_TOO_DEEP}") from error
     except ValueError as error:
         # Python's int() refuses thousands of digits with an error that is not TOML's.
         reason = " ".join(str(error).split())
         raise SceneError(
-            f"{source}: this is not TOML ({reason}); allowed is a scene file"
+            f"{source}: a scene file must be TOML; got another text ({reason})"
         ) from error
-    if _is_deep(found):
-        raise SceneError(f"{source}: this is nested too deeply; allowed is a scene file")
     return found
+
+
+def check_tables(table: Any, source: str) -> None:
+    """Raise `SceneError` for what is not a table, or is nested deeper than any scene."""
+    if not isinstance(table, dict):
+        raise SceneError(f"{source}: a scene must be a dict; got {type(table).__name__}")
+    if _is_deep(table):
+        raise SceneError(f"{source}: {_TOO_DEEP}")
 
 
 def _is_deep(value: Any) -> bool:

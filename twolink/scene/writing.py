@@ -1,25 +1,42 @@
-"""From a scene to the text of a scene file."""
+"""Writing of a scene as the text of a scene file."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
+from twolink.arithmetic import Pair
 from twolink.chain import Chain
+from twolink.coordinates import JointConvention
 from twolink.effects import EFFECTS, Effect
 from twolink.errors import ParameterError, SceneError
 
-if TYPE_CHECKING:
-    from twolink.scene.scene import Scene
+
+class Written(Protocol):
+    """The parts of a `Scene` that have tables of their own."""
+
+    @property
+    def chain(self) -> Chain: ...  # noqa: D102
+    @property
+    def q(self) -> Pair: ...  # noqa: D102
+    @property
+    def u(self) -> Pair: ...  # noqa: D102
+    @property
+    def effects(self) -> tuple[Effect, ...]: ...  # noqa: D102
+    @property
+    def joints(self) -> JointConvention | None: ...  # noqa: D102
 
 
-def written(scene: Scene) -> str:
-    """Return a scene as TOML, a table after the other; what is as by default is left out."""
-    title, run = _told(scene, "title", "shows"), _told(scene, "duration", "accuracy", "method")
+def written(scene: Written) -> str:
+    """Return a scene as TOML, without default values."""
+    title, run = (
+        _non_default(scene, "title", "shows"),
+        _non_default(scene, "duration", "accuracy", "method"),
+    )
     tables = [
         *([_lines(title, "")] if title else []),
-        "[chain]\n" + _lines(_chain_entries(scene.chain), "chain."),
+        "[chain]\n" + _lines(_chain_entries(scene.chain) | _joint_entries(scene), "chain."),
         "[start]\n" + _lines({"q": scene.q, "u": scene.u}, "start."),
         "[run]\n" + _lines(run, "run."),
         *_effect_tables(scene.effects),
@@ -27,24 +44,24 @@ def written(scene: Scene) -> str:
     return "\n".join(tables)
 
 
-def _told(described: Any, *names: str) -> dict[str, Any]:
-    """Return the fields of a dataclass, or those of these names, that are not as by default."""
-    told = {}
+def _non_default(described: Any, *names: str) -> dict[str, Any]:
+    """Return the fields of a dataclass, or those of these names, with non-default values."""
+    changed = {}
     for field in fields(described):
         value = getattr(described, field.name)
         wanted = field.init and (not names or field.name in names)
-        # Zeros of either sign are equal, and not alike.
+        # Zeros of either sign compare equal, so representations are compared.
         if wanted and repr(value) != repr(field.default):
-            told[field.name] = value
-    return told
+            changed[field.name] = value
+    return changed
 
 
 def _chain_entries(chain: Chain) -> dict[str, Any]:
     """Return the entries of a [chain] table: mass and length alone for uniform bars."""
     if chain.rotors:
         raise SceneError(
-            f"the chain has {len(chain.rotors)} rotors; allowed are none, and motor_inertia among "
-            "the effects"
+            "the chain must have no rotors to be written, as motor_inertia among the effects adds"
+            f" them; got {len(chain.rotors)}"
         )
     bars = {"mass": chain.mass, "length": chain.length}
     if _of_uniform_bars(chain):
@@ -52,8 +69,15 @@ def _chain_entries(chain: Chain) -> dict[str, Any]:
     return {**bars, "centre": chain.centre, "inertia": chain.inertia}
 
 
+def _joint_entries(scene: Written) -> dict[str, Any]:
+    """Return the entries of a [chain] table that relate joint angles to absolute ones."""
+    if scene.joints is None:
+        return {}
+    return {"joint_sign": scene.joints.sign, "joint_offset": scene.joints.offset}
+
+
 def _of_uniform_bars(chain: Chain) -> bool:
-    """Return whether mass and length give back all of a chain, and its inertia as a rational."""
+    """Return whether mass and length determine the whole chain, and its inertia as a rational."""
     try:
         bars = Chain.uniform_bars(chain.mass, chain.length)
     except ParameterError:
@@ -62,7 +86,7 @@ def _of_uniform_bars(chain: Chain) -> bool:
 
 
 def _effect_tables(effects: tuple[Effect, ...]) -> list[str]:
-    """Return the tables of effects, kind by kind, and their order where that is another."""
+    """Return the tables of effects by kind, and their order if it differs."""
     names = [_registered_name(effect) for effect in effects]
     kinds = list(dict.fromkeys(names))
     tables = []
@@ -72,7 +96,7 @@ def _effect_tables(effects: tuple[Effect, ...]) -> list[str]:
         header = f"[effects.{kind}]" if names.count(kind) == 1 else f"[[effects.{kind}]]"
         for name, effect in zip(names, effects, strict=True):
             if name == kind:
-                tables.append(f"{header}\n" + _lines(_told(effect), f"effects.{kind}."))
+                tables.append(f"{header}\n" + _lines(_non_default(effect), f"effects.{kind}."))
     return tables
 
 
@@ -83,13 +107,13 @@ def _registered_name(effect: Effect) -> str:
         if registered == home:
             return name
     raise SceneError(
-        f"effect {type(effect).__name__} is not one of scene files; allowed are "
-        f"{', '.join(EFFECTS)}"
+        f"effects of a scene file must be among {', '.join(EFFECTS)}; got an effect of type"
+        f" {type(effect).__name__}"
     )
 
 
 def _lines(entries: dict[str, Any], place: str) -> str:
-    """Return entries in TOML, one a line; `place` is what their keys begin with in errors."""
+    """Return entries in TOML, one a line; `place` is the prefix of their keys in errors."""
     return "".join(f"{key} = {_in_toml(value, place + key)}\n" for key, value in entries.items())
 
 
@@ -98,13 +122,13 @@ def _in_toml(value: Any, key: str) -> str:
     if isinstance(value, tuple):
         return f"[{', '.join(_in_toml(entry, key) for entry in value)}]"
     if isinstance(value, str):
-        # TOML's strings are JSON's, but for one more character that must be escaped.
+        # TOML strings are JSON strings with one more character that must be escaped.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, bool):
         return "true" if value else "false"
     for kind in (int, float):
         if isinstance(value, kind):
-            # Not that of a subclass: NumPy's floats call themselves np.float64(…).
+            # Not the repr of a subclass: that of NumPy's floats is np.float64(…).
             return kind.__repr__(value)
     received = " ".join(repr(value).split())
-    raise SceneError(f"{key} is {received}; allowed are numbers, words, true, false, and tuples")
+    raise SceneError(f"{key} must be a number, a word, true, false, or a tuple; got {received}")

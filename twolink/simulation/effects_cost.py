@@ -1,4 +1,4 @@
-"""What each effect of a scene adds to the cost of a step, by leaving it out in turn."""
+"""The contribution of each effect to the cost of a step, measured by omitting it."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ class StepCost:
 
 @dataclass(frozen=True)
 class EffectsCost:
-    """The cost of a scene's step, and of the same scene without each of its effects."""
+    """The cost of a step of a scene, and of the same scene without each of its effects."""
 
     whole: StepCost
     without: dict[str, StepCost]
 
 
 def effects_cost(scene: Scene, *, formulation: str = "momenta") -> EffectsCost:
-    """Return what a step costs with all effects, and with each left out in turn.
+    """Return the cost of a step with all effects, and with each one omitted.
 
-    Operations are counted in the compiled code; times are medians of several runs in turn.
+    Operations are counted in the compiled code; times are medians of several interleaved runs.
     """
     scenes = {"": scene}
     for number, effect in enumerate(scene.effects):
@@ -44,7 +44,7 @@ def effects_cost(scene: Scene, *, formulation: str = "momenta") -> EffectsCost:
     operations: dict[str, int] = {}
     for _ in range(_REPEATS):
         for name, variant in scenes.items():
-            # The same cap for all, since it may bind: steps of one length are compared.
+            # The same cap for all, so that steps of equal length are compared if it is active.
             run = motion_run(
                 variant, ends, formulation=formulation, longest_step=default_longest_step(scene)
             )

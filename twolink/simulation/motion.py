@@ -1,24 +1,24 @@
-"""Motion by Taylor series, with events where the scene calls for them and without where not."""
+"""Motion by Taylor series, with event handling only for scenes that require it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
-from twolink.effects import breaks, nonsmooth
+from twolink.effects import contact_elements, discontinuities
 from twolink.scene import Scene
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.taylor import taylor_run
 
 
 def has_modes(scene: Scene) -> bool:
-    """Return whether any effect of a scene makes modes: dry friction, or obstacles."""
-    return bool(nonsmooth(scene.effects, scene.equipped))
+    """Return whether a scene has modes: whether an effect has dry friction or contact."""
+    return bool(contact_elements(scene.effects, scene.moving_chain))
 
 
 def has_events(scene: Scene) -> bool:
-    """Return whether a scene's motion is not smooth throughout: it has modes, or breaks."""
-    return has_modes(scene) or bool(breaks(scene.effects))
+    """Return whether the motion is not smooth throughout: it has modes or discontinuities."""
+    return has_modes(scene) or bool(discontinuities(scene.effects))
 
 
 def motion_run(
@@ -31,9 +31,9 @@ def motion_run(
     longest_step: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> MotionRun:
-    """Return a scene's motion at increasing times (s), the first of them 0.
+    """Return the motion of a scene at increasing times (s), the first of them 0.
 
-    Modes are written with speeds: in place of momenta they take Lagrange's equations.
+    Modes are formulated in speeds: Lagrange's equations replace those in momenta.
     """
     options: dict[str, Any] = {
         "formulation": formulation,
@@ -43,7 +43,7 @@ def motion_run(
         "progress": progress,
     }
     if has_events(scene):
-        # What a scene does not call for is not even imported.
+        # The hybrid simulator is imported only for scenes that require it.
         from twolink.simulation.hybrid.run import hybrid_run
 
         return hybrid_run(scene, times, **options)

@@ -1,4 +1,4 @@
-"""What an integration by Taylor series leaves behind, with events or without."""
+"""The result of one integration, with events or without, and its cost."""
 
 from __future__ import annotations
 
@@ -7,18 +7,37 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """The cost of a simulation: of the run whose result is returned, and of all runs.
+
+    `steps` of that run; `evaluations` of the rates, or of a series' terms; times in s.
+    """
+
+    steps: int
+    evaluations: int
+    runs: int
+    compile_seconds: float
+    run_seconds: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class MotionRun(ABC):
-    """A motion by Taylor series, at the times that were asked for.
+    """A motion by Taylor series, at the requested times.
 
     `q` (rad) and `u` (rad/s) have shape (2, n), in the numbers of the precision. `steps` of the
     given order, none longer than `longest_step` (s), were taken, with `operations` for a term of
-    the series; `compile_seconds` were spent on compiling (none, if a like scene was compiled
-    before) and `run_seconds` on running.
+    the series; `compile_seconds` were spent on compilation (0 if a similar scene was compiled
+    before) and `run_seconds` on integration.
     """
 
     scene: Scene
@@ -35,22 +54,26 @@ class MotionRun(ABC):
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """The beginnings of modes: none in a motion without."""
+        """The starts of modes, empty for a smooth motion."""
         return ()
 
     @property
     def log(self) -> tuple[Impact, ...]:
-        """The impacts: none in a motion without."""
+        """The impacts, empty for a smooth motion."""
         return ()
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What must be said of the motion, in sentences."""
+        """Sentences that qualify the result."""
         return ()
 
     @abstractmethod
-    def dense(self) -> Callable[..., tuple[Any, Any]]:
-        """Return q and u as functions of time (s): the very polynomials of this run's steps.
+    def step_times(self) -> Any:
+        """Return the boundaries (s) of the steps, in float64."""
 
-        At a jump they take a second argument, the `side` of it: "left" or "right".
+    @abstractmethod
+    def dense(self) -> Callable[..., tuple[Any, Any]]:
+        """Return q and u as functions of time (s): the polynomials of the steps of this run.
+
+        A second argument, `side`, "left" or "right", selects the values at a jump.
         """

@@ -1,10 +1,10 @@
-"""From a scene to a trajectory whose global error was measured.
+"""Simulation of a scene, with a measured global error.
 
 Accuracy is the largest error of q (rad) and u (rad/s) over the whole run, not a tolerance for a
-step. It is found by running twice: at an order of the Taylor series whose truncation stands well
-above rounding, and at a higher one. Their difference is the error of the coarser run, and more
-than that of the finer one, which is kept. Where rounding itself is at stake a longer precision
-judges, and where double precision cannot deliver, the longer one does.
+step. It is measured by two runs: at an order of the Taylor series whose truncation error is well
+above round-off, and at a higher one. Their difference is the error of the coarser run and bounds
+that of the finer one, which is returned. If round-off is significant, a run in longer precision
+measures the error; if double precision is insufficient, the longer precision gives the result.
 """
 
 from __future__ import annotations
@@ -17,9 +17,11 @@ from typing import Any
 import numpy as np
 
 from twolink.errors import SimulationError
+from twolink.inputs import as_count, as_number, as_word, refuse
+from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import METHODS, Scene
 from twolink.simulation.motion import has_events, has_modes, motion_run
-from twolink.simulation.run import MotionRun
+from twolink.simulation.run import Array, MotionRun, Statistics
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.numeric import SCIPY, NumericRun, numeric_run
 from twolink.simulation.smooth.taylor import (
@@ -29,25 +31,29 @@ from twolink.simulation.smooth.taylor import (
     heyoka_is_here,
     rounding,
 )
-from twolink.simulation.trajectory import Array, Statistics, Trajectory
+from twolink.simulation.trajectory import Trajectory
+from twolink.text import choice
 
-# The orders at which a step's truncation, exp(−2 (p + 1)), stands some fifty times above rounding.
+# The orders at which the truncation error of a step, exp(−2 (p + 1)), is some fifty roundings.
 _TRUNCATED = {"double": 15, "long double": 19, "quadruple": 33}
 _LOWEST_ORDER = 7
 
-# At so many places between two samples are smooth runs compared.
+# Number of places between two samples at which smooth runs are compared.
 _CHECKED = 8
 
-# A difference is reported as so much more than it is: the judge errs, too, by a little if it has
-# the longer precision, and by as much rounding if it has the same.
+# Safety factor on a difference, as the measuring run has an error as well: a small one in a longer
+# precision, equal round-off in the same one.
 _MARGIN = 1.1
 _MARGIN_OF_LIKE_PRECISIONS = 2.0
 
-# By so much more than the truncation of a step may errors grow over a run before it is tried again.
+# Largest assumed growth of the truncation error of a step over a run, before a retry.
 _GROWTH = 1e3
 
-# A fixed step is halved until it has become as short as this many to the run.
+# Largest number of fixed steps of a run; the step is halved up to it.
 _MOST_STEPS = 200_000
+
+# Memory of all runs at a sample and between two: measured as 6.2 kB, at 100,000 samples.
+_BYTES_OF_A_SAMPLE, _BYTES_OF_A_NUMERIC_SAMPLE = 6500, 1000
 
 # The least tolerance that SciPy accepts is near 2.3e-14.
 _FINEST_TOLERANCE = 1e-13
@@ -61,18 +67,27 @@ def simulate(
     formulation: str = "momenta",
     samples: int = 501,
     progress: Callable[[str, float], None] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Trajectory:
-    """Return a scene's trajectory at evenly spaced samples, with its measured global error.
+    """Return the trajectory of a scene at evenly spaced samples, with its measured global error.
 
-    `accuracy` (rad and rad/s) and `method` are the scene's unless given. `progress` is told, now
-    and then, which run is on its way and which share of it is done. Raises `SimulationError`, in
-    one sentence, for what cannot be simulated as asked.
+    `accuracy` (rad and rad/s) and `method` default to those of the scene. `progress` receives the
+    name of the current run and its completed share. Each run respects `limits` of time and memory,
+    and raises `TooMuchError` if it would exceed them. Raises `SimulationError`, in one sentence, if
+    the scene cannot be simulated as requested, and `ParameterError` for invalid arguments.
     """
+    if not isinstance(scene, Scene):
+        refuse("scene", scene, "a Scene")
     accuracy = scene.accuracy if accuracy is None else accuracy
     method = scene.method if method is None else method
     _check(scene, accuracy, method, formulation, samples)
+    if scene.may_change:
+        # The trajectory is that of the effects as they are now.
+        scene = replace(scene)
+    each = _BYTES_OF_A_SAMPLE if method == "taylor" else _BYTES_OF_A_NUMERIC_SAMPLE
+    limits.check_memory(f"{samples} samples", samples * each)
     times = np.linspace(0.0, scene.duration, samples)
-    asked = _Asked(scene, accuracy, formulation, times, progress)
+    asked = _Asked(scene, accuracy, formulation, times, limits, progress)
     if method == "taylor":
         if heyoka_is_here():
             return _by_taylor(asked)
@@ -83,6 +98,7 @@ def simulate(
             formulation=formulation,
             samples=samples,
             progress=progress,
+            limits=limits,
         )
         note = "heyoka is not installed here, so SciPy's DOP853 took the place of Taylor series."
         return replace(stand_in, notes=(note, *stand_in.notes))
@@ -95,12 +111,13 @@ def simulate(
 
 @dataclass(frozen=True)
 class _Asked:
-    """What is to be simulated, and how well."""
+    """The request: a scene, its samples, and the options of a simulation."""
 
     scene: Scene
     accuracy: float
     formulation: str
     times: Array
+    limits: Limits
     progress: Callable[[str, float], None] | None = None
 
     @property
@@ -109,30 +126,35 @@ class _Asked:
         count = _CHECKED * (len(self.times) - 1) + 1
         return np.union1d(self.times, np.linspace(0.0, self.scene.duration, count))
 
-    def told(self, what: str) -> Callable[[float], None] | None:
-        """Return what takes the share of a run that is done (0 to 1), if anybody listens."""
+    def report(self, name: str) -> Callable[[float], None]:
+        """Return a function that takes the completed share of a run and enforces limits."""
         progress = self.progress
-        return None if progress is None else lambda share: progress(what, share)
+        tell = None if progress is None else lambda share: progress(name, share)
+        return self.limits.timed(f"the motion over {self.scene.duration:g} s", tell)
 
 
-def _check(scene: Scene, accuracy: float, method: str, formulation: str, samples: int) -> None:
+def _check(scene: Scene, accuracy: Any, method: Any, formulation: Any, samples: Any) -> None:
+    as_number("accuracy", accuracy)
+    as_word("method", method)
+    as_word("formulation", formulation)
+    as_count("samples", samples)
     if not 0 < accuracy < float("inf"):
-        raise SimulationError(f"accuracy is {accuracy!r}; allowed is a positive number")
+        raise SimulationError(f"accuracy must be positive and finite; got {accuracy!r}")
     if method not in METHODS:
-        raise SimulationError(f"method is '{method}'; allowed are {', '.join(METHODS)}")
+        raise SimulationError(choice("method", method, METHODS))
     if formulation not in EQUATIONS:
-        raise SimulationError(f"formulation is '{formulation}'; allowed are {', '.join(EQUATIONS)}")
+        raise SimulationError(choice("formulation", formulation, EQUATIONS))
     if samples < 2:
-        raise SimulationError(f"samples is {samples}; allowed is 2 or more")
+        raise SimulationError(f"samples must be 2 or more; got {samples}")
     if has_modes(scene) and method != "taylor":
         raise SimulationError(
-            f"method is '{method}' and the scene has dry friction or obstacles; allowed is taylor, "
-            "which finds when they begin and end"
+            "method must be taylor, which locates events, for a scene with dry friction or contact;"
+            f" got '{method}'"
         )
 
 
 def _by_taylor(asked: _Asked) -> Trajectory:
-    """Go up the orders, and then the precisions, until one meets what was asked."""
+    """Increase the order, and then the precision, until the accuracy is met."""
     if has_events(asked.scene):
         return _through_events(asked)
     runs: list[MotionRun] = []
@@ -148,7 +170,7 @@ def _by_taylor(asked: _Asked) -> Trajectory:
                 precision=precision,
                 order=order,
                 longest_step=cap,
-                progress=asked.told(f"order {order}, {precision}"),
+                progress=asked.report(f"order {order}, {precision}"),
             )
         )
         return runs[-1]
@@ -179,13 +201,14 @@ def _by_taylor(asked: _Asked) -> Trajectory:
 
 
 def _through_events(asked: _Asked) -> Trajectory:
-    """Return the trajectory of a scene with events, as far as it can be followed."""
+    """Return the trajectory of a scene with events, as far as it can be integrated."""
     from twolink.simulation.hybrid.measure import measured_run
 
-    found = measured_run(asked.scene, asked.times, asked.accuracy, asked.formulation, asked.told)
+    found = measured_run(
+        asked.scene, asked.times, asked.accuracy, asked.formulation, asked.report, asked.limits
+    )
     kept = found.kept
     made = _trajectory(asked, kept, found.errors, list(found.runs))
-    made = replace(made, _knots=kept.polynomials.starts.astype(float))
     if not kept.failure:
         return made
     note = f"{kept.failure[0].upper()}{kept.failure[1:]}; the trajectory ends there."
@@ -195,9 +218,10 @@ def _through_events(asked: _Asked) -> Trajectory:
 def _by_orders(
     asked: _Asked, run: Callable[[str, int], MotionRun]
 ) -> tuple[MotionRun | None, Array, float]:
-    """Return the run in double precision that was kept, if any, and what its errors stay below.
+    """Return the best run in double precision, if any, and bounds on its errors.
 
-    The third is by how much the truncation of a step has grown over the run: endlessly, if unknown.
+    The third value is the growth of the truncation error of a step over the run, infinity if
+    unknown.
     """
     errors: Array = np.full_like(asked.checked, np.inf)
     growth = np.inf
@@ -219,12 +243,13 @@ def _by_orders(
 
 
 def _judging_order(asked: _Asked, growth: float, precision: str, full: int) -> int:
-    """Return the order at which a longer precision judges a run in this one.
+    """Return the order at which a run in longer precision measures one in this precision.
 
-    It is the full one, unless the run will do and a lower one is known to err far less than that:
-    errors all point where the motion diverges, so two that are alike may well hide each other.
+    It is the full order, unless the run is sufficient and a lower order has a far smaller error:
+    errors align with the divergence of the motion, so two errors of similar size may cancel in the
+    difference.
     """
-    # A step errs by about a quarter of the rounding of a sum.
+    # The error of a step is about a quarter of the round-off of a sum.
     will_do = growth * rounding(precision) / 4 < asked.accuracy
     return min(full, _order_for(asked.accuracy / 100 / growth)) if will_do else full
 
@@ -249,7 +274,7 @@ def _difference(
     """Return the largest difference so far of any angle or speed (rad, rad/s), shape (n,)."""
     earlier, later = np.concatenate([first.q, first.u]), np.concatenate([second.q, second.u])
     if earlier.dtype != later.dtype:
-        # NumPy does not mix long doubles with heyoka's quadruple numbers.
+        # NumPy does not convert between long double and heyoka's quadruple numbers.
         earlier = np.vectorize(type(later.flat[0]), otypes=[later.dtype])(earlier)
     errors = np.abs(later - earlier).max(axis=0).astype(float)
     alike = getattr(first, "precision", "double") == getattr(second, "precision", "double")
@@ -258,14 +283,14 @@ def _difference(
 
 
 def _by_refining(asked: _Asked, method: str, *, first: float, least: float) -> Trajectory:
-    """Refine the tolerance, or the step, until it changes less than is allowed."""
+    """Refine the tolerance, or the step, until the change of the result is within the accuracy."""
     factor = 0.1 if method in SCIPY else 0.5
     fineness, runs = first, [_numeric(asked, method, first)]
     errors = np.full_like(asked.times, np.inf)
     while fineness * factor >= least:
         fineness *= factor
         runs.append(_numeric(asked, method, fineness))
-        # The finer run is kept, and the change stands for the error of the coarser one.
+        # The finer run is returned; the change is an estimate of the error of the coarser one.
         errors = _difference(runs[-2], runs[-1], asked)
         if errors.max() <= asked.accuracy:
             break
@@ -287,7 +312,7 @@ def _numeric(asked: _Asked, method: str, fineness: float) -> NumericRun:
         method=method,
         formulation=asked.formulation,
         fineness=fineness,
-        progress=asked.told(f"{method} at {fineness:.3g}"),
+        progress=asked.report(f"{method} at {fineness:.3g}"),
     )
 
 
@@ -313,6 +338,7 @@ def _trajectory(
         impacts=kept.log,
         formulation=kept.formulation,
         notes=(*made.notes, *kept.notes),
+        _knots=kept.step_times,
     )
 
 
@@ -327,17 +353,17 @@ def _made(
     dense: Callable[[], Any] | None = None,
 ) -> Trajectory:
     q, u = np.array(q, dtype=float), np.array(u, dtype=float)
-    # What is kept is rounded to float64, whatever it was computed in.
+    # The result is rounded to float64 from any precision.
     errors = errors + np.spacing(max(np.abs(q).max(), np.abs(u).max())) / 2
     times = asked.times[: q.shape[1]]
     met = errors <= asked.accuracy
     holds_until = float(times[-1] if met.all() else times[max(int(met.argmin()) - 1, 0)])
-    notes: list[str] = []
+    notes = list(asked.scene.notes)
     if not met.all():
-        told = f"at {times[-1]:.6g} s the error is {errors[-1]:.1e}"
+        rest = f"at {times[-1]:.6g} s the error is {errors[-1]:.1e}"
         if not np.isfinite(errors[-1]):
-            told = "the error after that is unknown, as the run that measures it ends early"
-        notes.append(f"The accuracy {asked.accuracy:.1e} holds until {holds_until:.6g} s; {told}.")
+            rest = "the error after that is unknown, as the run that measures it ends early"
+        notes.append(f"The accuracy {asked.accuracy:.1e} holds until {holds_until:.6g} s; {rest}.")
     return Trajectory(
         scene=asked.scene,
         t=times,

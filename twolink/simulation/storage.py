@@ -1,37 +1,38 @@
 """Trajectories in files: written whole or not at all, and read back to the last bit.
 
-A .npz file has the arrays t, q and u, and `about`, what else is known, as JSON. A .parquet file has
-the columns below, and `about` among the metadata of its schema. A .csv file begins with `about`, an
-entry a line after `# `; the names of the columns follow, and a line for each sample.
+`formats` has the layout of each kind of file. The scene is part of the file as TOML. Joint angles
+are written for other programs; `load` computes them again.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from enum import Enum
-from io import StringIO
+from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from twolink.errors import SceneError, SimulationError
-from twolink.files import written_whole
+from twolink.effects import contact_elements
+from twolink.errors import FileError, SceneError, SimulationError
+from twolink.files import atomic_write, check_readable
 from twolink.scene import Scene
+from twolink.simulation.formats import FORMATS, LARGEST_FILE, Arrays, load_pyarrow
 from twolink.simulation.hybrid.mode import Event, Impact
-from twolink.simulation.trajectory import Array, Statistics, Trajectory
-
-COLUMNS = ("t_s", "q1_rad", "q2_rad", "u1_rad_per_s", "u2_rad_per_s")
-
-_COMMENT = "# "
+from twolink.simulation.run import Array, Statistics
+from twolink.text import choice, one_line
 
 
 @dataclass(frozen=True)
 class About:
-    """What a file says of a trajectory beside its `samples`, by the names that `Trajectory` has.
+    """The description of a trajectory in a file, by the field names of `Trajectory`.
 
     `scene` is a scene file in TOML, or None where there can be none for the reason `no_scene`.
     """
@@ -52,96 +53,115 @@ class About:
     failure: str
     scene: str | None
     no_scene: str | None
+    checksum: str
 
 
-class _Stored(NamedTuple):
-    """What is in a file: t of shape (n,), q and u of shape (2, n), and `About` as JSON has it."""
-
-    t: Array
-    q: Array
-    u: Array
-    about: Any
+# The fields that a Trajectory has under the same name.
+FACTS = (
+    "accuracy",
+    "error",
+    "holds_until",
+    "method",
+    "formulation",
+    "precision",
+    "statistics",
+    "notes",
+    "events",
+    "impacts",
+    "failure",
+)
 
 
 def check_kind(file: Path) -> None:
     """Raise `SimulationError` if trajectories are not kept in files of this kind, or not here."""
-    if file.suffix not in _KINDS:
-        raise SimulationError(
-            f"{file}: the suffix is '{file.suffix}'; allowed are {', '.join(_KINDS)}"
-        )
+    if file.suffix not in FORMATS:
+        sentence = choice("the suffix", file.suffix, FORMATS)
+        raise SimulationError(f"{one_line(file, 300)}: {sentence}")
     if file.suffix == ".parquet":
-        _pyarrow(file)
+        load_pyarrow(file)
 
 
-def save(trajectory: Trajectory, file: Path) -> None:
+class Stored(NamedTuple):
+    """The content of a file: a scene, t of shape (n,), q and u of shape (2, n).
+
+    `facts` are the values of `FACTS`, by their names.
+    """
+
+    scene: Scene
+    t: Array
+    q: Array
+    u: Array
+    facts: dict[str, Any]
+
+
+def save(stored: Stored, file: Path) -> None:
     """Write a trajectory to a file, of the kind that its suffix says.
 
-    Raises `SimulationError` for other kinds, and where the file cannot be written; it is then as it
-    was before.
+    Raises `SimulationError` for other kinds, and `FileError` where the file cannot be written; it
+    is then as it was before.
     """
     check_kind(file)
-    about = json.loads(json.dumps(asdict(_about(trajectory)), default=_in_json))
-    stored = _Stored(trajectory.t, trajectory.q, trajectory.u, about)
-    write, _ = _KINDS[file.suffix]
+    arrays = Arrays(
+        stored.t,
+        stored.q,
+        stored.u,
+        json.loads(json.dumps(asdict(_about(stored)), default=_in_json)),
+        _joint_rows(stored),
+    )
+    arrays.about["checksum"] = _checksum(arrays)
     try:
-        with written_whole(file) as temporary:
-            write(temporary, stored)
-    except OSError as error:
-        raise SimulationError(
-            f"{file}: cannot be written ({error}); allowed is a file in a folder that can be "
-            "written to"
-        ) from error
+        _check_numbers(*arrays[:3])
+    except SimulationError as error:
+        raise SimulationError(f"{file}: the trajectory cannot be saved, for {error}") from error
+    write, _ = FORMATS[file.suffix]
+    with atomic_write(file) as temporary:
+        write(temporary, arrays)
 
 
-def load(file: Path) -> Trajectory:
-    """Return the trajectory that `save` wrote to a file; it has no dense output.
+def _joint_rows(stored: Stored) -> Array | None:
+    """Return theta (rad) and omega (rad/s), of shape (4, n), if the chain has joint angles."""
+    joints = stored.scene.joints
+    if joints is None:
+        return None
+    theta = joints.joint_angles((stored.q[0], stored.q[1]))
+    omega = joints.joint_speeds((stored.u[0], stored.u[1]))
+    return np.array([*theta, *omega])
 
-    Raises `SimulationError` for any other file, and where the scene could not be written along.
+
+def load(file: Path) -> Stored:
+    """Return what `save` wrote to a file.
+
+    Raises `SimulationError` for any other file, and where the file has no scene.
     """
     check_kind(file)
-    _, read = _KINDS[file.suffix]
+    _, read = FORMATS[file.suffix]
     with _in_one_sentence(file):
-        t, q, u, received = read(file)
+        check_readable(file, LARGEST_FILE)
+        arrays = read(file)
+        t, q, u, received, _ = arrays
         about = _checked(received)
         _check_arrays(t, q, u, about.samples)
-        return Trajectory(
-            scene=_scene(about),
-            t=t,
-            q=q,
-            u=u,
-            accuracy=about.accuracy,
-            error=about.error,
-            holds_until=about.holds_until,
-            method=about.method,
-            formulation=about.formulation,
-            precision=about.precision,
-            statistics=about.statistics,
-            notes=about.notes,
-            events=about.events,
-            impacts=about.impacts,
-            failure=about.failure,
-        )
+        if about.checksum != _checksum(arrays):
+            raise SimulationError(
+                "its checksum is not that of its content; must be a file as `Trajectory.save` "
+                "wrote it"
+            )
+        _check_numbers(t, q, u)
+        scene = _scene(about)
+        check_agreement(scene, arrays, about)
+        return Stored(scene, t, q, u, {name: getattr(about, name) for name in FACTS})
 
 
-def _about(trajectory: Trajectory) -> About:
-    scene, no_scene = _written(trajectory.scene)
+def _about(stored: Stored) -> About:
+    scene, no_scene = _written(stored.scene)
     return About(
-        title=trajectory.scene.title,
-        effects=trajectory.effects,
-        samples=len(trajectory.t),
-        accuracy=float(trajectory.accuracy),
-        error=trajectory.error,
-        holds_until=trajectory.holds_until,
-        method=trajectory.method,
-        formulation=trajectory.formulation,
-        precision=trajectory.precision,
-        statistics=trajectory.statistics,
-        notes=trajectory.notes,
-        events=trajectory.events,
-        impacts=trajectory.impacts,
-        failure=trajectory.failure,
+        title=stored.scene.title,
+        effects=tuple(type(effect).__name__ for effect in stored.scene.effects),
+        samples=len(stored.t),
         scene=scene,
         no_scene=no_scene,
+        checksum="",
+        **stored.facts,
     )
 
 
@@ -154,22 +174,22 @@ def _written(scene: Scene) -> tuple[str | None, str | None]:
 
 
 def _scene(about: About) -> Scene:
-    """Return the scene that a file tells of."""
+    """Return the scene in a description."""
     if about.scene is None:
         raise SimulationError(
-            f"its scene could not be written along ({about.no_scene}); allowed is a trajectory of "
-            "a scene that `Scene.to_toml` can write"
+            "the file must have the scene; got none, for `Scene.to_toml` could not write it "
+            f"({about.no_scene})"
         )
     return Scene.parse(about.scene, source="its scene")
 
 
 def _in_json(value: Any) -> Any:
-    """Return what JSON does not know: a state in words, a NumPy number as Python's."""
+    """Return the JSON form of an enumeration or of a NumPy number."""
     return value.value if isinstance(value, Enum) else value.item()
 
 
 def _checked(received: Any) -> About:
-    """Return what a file says of a trajectory, all of the right type."""
+    """Return a description with values of the right types."""
     from pydantic import TypeAdapter, ValidationError
 
     try:
@@ -177,24 +197,87 @@ def _checked(received: Any) -> About:
     except ValidationError as error:
         fault = error.errors(include_input=False)[0]
         key = ".".join(str(part) for part in fault["loc"]) or "the trajectory"
-        raise SimulationError(
-            f"what it says of {key} is wrong ({fault['msg']}); allowed is what `Trajectory.save` "
-            "writes"
-        ) from error
+        got = "none" if fault["type"] == "missing" else f"another value ({fault['msg']})"
+        raise SimulationError(f"{key} must be as `Trajectory.save` writes it; got {got}") from error
 
 
 def _check_arrays(t: Array, q: Array, u: Array, samples: int) -> None:
-    """Refuse arrays of another type or shape, and less than was saved."""
+    """Raise `SimulationError` for arrays of another type, shape or length."""
     for name, array, rows in (("t", t, ()), ("q", q, (2,)), ("u", u, (2,))):
         if array.dtype != np.float64 or array.ndim == 0 or array.shape[:-1] != rows:
             raise SimulationError(
-                f"{name} is of {array.dtype} and shape {array.shape}; allowed is float64 and shape "
-                f"{(*rows, samples)}"
+                f"{name} must be of float64 and shape {(*rows, samples)}; got {array.dtype} and "
+                f"{array.shape}"
             )
         if array.shape[-1] != samples:
             raise SimulationError(
-                f"{name} has {array.shape[-1]} samples; allowed are the {samples} that were saved"
+                f"{name} must have the {samples} samples that were saved; got {array.shape[-1]}"
             )
+
+
+def _checksum(stored: Arrays) -> str:
+    """Return a hash (SHA-256) of the arrays' numbers and of all that a file says beside them."""
+    about = {key: value for key, value in stored.about.items() if key != "checksum"}
+    found = hashlib.sha256(json.dumps(about, sort_keys=True).encode())
+    arrays = [stored.t, stored.q, stored.u]
+    for array in arrays if stored.joints is None else [*arrays, stored.joints]:
+        found.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+    return found.hexdigest()
+
+
+def _check_numbers(t: Array, q: Array, u: Array) -> None:
+    """Raise `SimulationError` for numbers that are not finite, and times that do not rise."""
+    if t.size == 0:
+        raise SimulationError("it has no samples; must have one or more")
+    for name, array in (("t", t), ("q", q), ("u", u)):
+        if not np.isfinite(array).all():
+            first = np.argwhere(~np.isfinite(array.reshape(-1, len(t))))[0][-1]
+            raise SimulationError(f"{name} is not finite at sample {first}; must be finite")
+    falls = np.flatnonzero(np.diff(t) <= 0)
+    if len(falls):
+        raise SimulationError(
+            f"t does not rise from sample {falls[0]} ({t[falls[0]]:.6g} s) to the next "
+            f"({t[falls[0] + 1]:.6g} s); times must rise"
+        )
+
+
+def check_agreement(scene: Scene, stored: Arrays, about: About) -> None:
+    """Raise `SimulationError` unless a scene, its arrays and its description agree."""
+    t, q, u, *_ = stored
+    end = t[-1]
+    struck = [impact for impact in about.impacts if impact.time <= t[0]]
+    elements = tuple(
+        element.name for element in contact_elements(scene.effects, scene.moving_chain)
+    )
+    # Momenta, and back: the start is that of the scene but for rounding.
+    near = partial(np.allclose, rtol=1e-6, atol=1e-9)
+    faults = {
+        "title": about.title == scene.title,
+        "effects": about.effects == tuple(type(effect).__name__ for effect in scene.effects),
+        "t at the start": t[0] == 0,
+        "t at the end": end <= scene.duration and (end == scene.duration or bool(about.failure)),
+        "q at the start": near(q[:, 0], scene.q),
+        "u at the start": near(u[:, 0], scene.u) or bool(struck),
+        "accuracy": 0 < about.accuracy < math.inf,
+        "error": about.error >= 0,
+        "holds_until": 0 <= about.holds_until <= scene.duration,
+        "events": _in_order([event.time for event in about.events], end)
+        and all(event.mode.names == elements for event in about.events),
+        "impacts": _in_order([impact.time for impact in about.impacts], end)
+        and all(
+            elements[impact.index : impact.index + 1] == (impact.name,) for impact in about.impacts
+        ),
+    }
+    wrong = [name for name, agrees in faults.items() if not agrees]
+    if wrong:
+        raise SimulationError(
+            f"{', '.join(wrong)} and its scene do not agree; must be the trajectory of that scene"
+        )
+
+
+def _in_order(times: list[float], end: float) -> bool:
+    """Return whether times do not fall, and none is after the end."""
+    return all(a <= b for a, b in pairwise([-math.inf, *times, end]))
 
 
 @contextmanager
@@ -202,128 +285,16 @@ def _in_one_sentence(file: Path) -> Iterator[None]:
     """Raise `SimulationError` for whatever goes wrong in reading a file."""
     try:
         yield
-    except (SimulationError, SceneError) as error:
-        raise SimulationError(f"{file}: {error}") from error
-    except FileNotFoundError as error:
+    except (SimulationError, SceneError, FileError) as error:
+        raise SimulationError(f"{one_line(file, 300)}: {error}") from error
+    except (MemoryError, RecursionError) as error:
         raise SimulationError(
-            f"{file}: there is no file of this name; allowed is the path of a trajectory"
+            f"{one_line(file, 300)}: is too large or too deep to be read"
         ) from error
     # A file may hold anything, and for what is damaged the readers raise errors of every kind.
     except Exception as error:
-        what = " ".join(str(error).split()).rstrip(".") or type(error).__name__
+        what = one_line(" ".join(str(error).split()), 200).rstrip(".") or type(error).__name__
         raise SimulationError(
-            f"{file}: cannot be read ({what}); allowed is a file that `Trajectory.save` wrote"
+            f"{one_line(file, 300)}: must be a file that `Trajectory.save` wrote; it cannot be "
+            f"read ({what})"
         ) from error
-
-
-def _write_npz(file: Path, stored: _Stored) -> None:
-    with file.open("wb") as stream:
-        np.savez(stream, t=stored.t, q=stored.q, u=stored.u, about=json.dumps(stored.about))
-
-
-def _read_npz(file: Path) -> _Stored:
-    with file.open("rb") as stream:
-        archive = np.load(stream, allow_pickle=False)
-        if not isinstance(archive, np.lib.npyio.NpzFile):
-            raise SimulationError("it is a single array; allowed is an archive of arrays")
-        missing = [name for name in _Stored._fields if name not in archive]
-        if missing:
-            raise SimulationError(
-                f"it has no {' and no '.join(missing)}; allowed are {', '.join(_Stored._fields)}"
-            )
-        about = json.loads(str(archive["about"]))
-        return _Stored(archive["t"], archive["q"], archive["u"], about)
-
-
-def _write_csv(file: Path, stored: _Stored) -> None:
-    import csv
-
-    with file.open("w", newline="", encoding="utf-8") as stream:
-        for key, value in stored.about.items():
-            stream.write(f"{_COMMENT}{key}: {json.dumps(value)}\n")
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        # As Python's floats: how NumPy's are written can be set.
-        columns = stored.t.tolist(), *stored.q.tolist(), *stored.u.tolist()
-        writer.writerows(zip(*columns, strict=True))
-
-
-def _read_csv(file: Path) -> _Stored:
-    about = {}
-    with file.open(encoding="utf-8") as stream:
-        line = stream.readline()
-        while line.startswith(_COMMENT):
-            key, _, value = line.removeprefix(_COMMENT).partition(": ")
-            about[key] = json.loads(value)
-            line = stream.readline()
-        _check_columns(line.rstrip("\n").split(","))
-        body = stream.read()
-    # Of a line that was cut off, the last number may have been longer.
-    whole = body[: body.rfind("\n") + 1]
-    if not whole.strip():
-        return _from_columns(np.empty((len(COLUMNS), 0)), about)
-    rows = np.loadtxt(StringIO(whole), delimiter=",", comments=None, ndmin=2)
-    if rows.shape[1] != len(COLUMNS):
-        raise SimulationError(
-            f"its lines have {rows.shape[1]} numbers; allowed are {len(COLUMNS)} in each"
-        )
-    return _from_columns(rows.T, about)
-
-
-def _write_parquet(file: Path, stored: _Stored) -> None:
-    pyarrow = _pyarrow(file)
-    columns = [stored.t, *stored.q, *stored.u]
-    table = pyarrow.table(dict(zip(COLUMNS, columns, strict=True)))
-    table = table.replace_schema_metadata({"about": json.dumps(stored.about)})
-    pyarrow.parquet.write_table(table, file, write_page_checksum=True)
-
-
-def _read_parquet(file: Path) -> _Stored:
-    pyarrow = _pyarrow(file)
-    with file.open("rb") as stream:
-        table = pyarrow.parquet.ParquetFile(stream, page_checksum_verification=True).read()
-    _check_columns(table.column_names)
-    for column in table.itercolumns():
-        if column.type != pyarrow.float64() or column.null_count:
-            raise SimulationError(
-                f"a column is of {column.type} with {column.null_count} gaps; allowed is float64 "
-                "without gaps"
-            )
-    metadata = table.schema.metadata or {}
-    if b"about" not in metadata:
-        raise SimulationError("its schema has no metadata `about`; allowed is one with it")
-    columns = np.array([column.to_numpy() for column in table.itercolumns()])
-    return _from_columns(columns, json.loads(metadata[b"about"]))
-
-
-def _pyarrow(file: Path) -> Any:
-    """Return the package that reads and writes .parquet files, or say how to install it."""
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError as error:
-        raise SimulationError(
-            f"{file}: pyarrow, which .parquet needs, is not installed; allowed are .npz, .csv, or "
-            'pip install "twolink[parquet]"'
-        ) from error
-    return pyarrow
-
-
-def _check_columns(names: list[str]) -> None:
-    if names != list(COLUMNS):
-        raise SimulationError(
-            f"its columns are {', '.join(names)}; allowed are {', '.join(COLUMNS)}"
-        )
-
-
-def _from_columns(columns: Array, about: Any) -> _Stored:
-    """Return what columns of shape (5, n) hold; their memory lies as in a simulation's arrays."""
-    t, q, u = (np.ascontiguousarray(part) for part in (columns[0], columns[1:3], columns[3:]))
-    return _Stored(t, q, u, about)
-
-
-_KINDS: dict[str, tuple[Callable[[Path, _Stored], None], Callable[[Path], _Stored]]] = {
-    ".npz": (_write_npz, _read_npz),
-    ".csv": (_write_csv, _read_csv),
-    ".parquet": (_write_parquet, _read_parquet),
-}

@@ -1,9 +1,9 @@
-"""A trajectory: what came out of a simulation, and how well it is known."""
+"""A trajectory: the result of a simulation, with its measured error."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -15,43 +15,40 @@ from twolink import kinematics, lagrange
 from twolink.chain import Chain, Point
 from twolink.contact.coordinates import JointCoordinate
 from twolink.contact.elements import ContactElement
-from twolink.effects import Effect, breaks, nonsmooth, smooth_loads
+from twolink.effects import (
+    Effect,
+    contact_elements,
+    discontinuities,
+    potential_energy,
+    smooth_loads,
+)
 from twolink.errors import SimulationError
+from twolink.inputs import as_times, refuse
+from twolink.limits import DEFAULT_LIMITS
 from twolink.loads import Force, Loads
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact, Mode
+from twolink.simulation.run import Array, Statistics
 
 if TYPE_CHECKING:
     from twolink.simulation.hybrid.dynamics import Solution
 
-# Between two samples the motion is a polynomial or two of some twentieth degree, in time or, where
-# a contact begins or ends, in its square root.
+# Between two samples the motion is one or two polynomials of about the twentieth degree, in time,
+# or in its square root at the start or end of a contact.
 _NODES = 24
 
-Array = NDArray[np.float64]
+# Memory (bytes) for each of these places: the state, the powers, and intermediate values.
+_BYTES_OF_A_NODE = 200
+
 Dense = Callable[[Array, str], tuple[Any, Any]]
 
 
 @dataclass(frozen=True)
-class Statistics:
-    """What a simulation cost: the run whose result was kept, and all runs together.
-
-    `steps` of that run; `evaluations` of the rates, or of a series' terms; times in s.
-    """
-
-    steps: int
-    evaluations: int
-    runs: int
-    compile_seconds: float
-    run_seconds: float
-
-
-@dataclass(frozen=True)
 class ContactForce:
-    """What the dry friction or the obstacle of this name gives over time, in its `unit`.
+    """The force of one dry friction or contact over time, in its `unit`.
 
-    `normal` is that along its direction (for a joint's friction the torque of friction), and
-    `tangential` that along its tangent, None where there is none; each of shape (n,).
+    `normal` is the force along its direction (the friction torque of a joint), and `tangential` the
+    one along its tangent, or None; each of shape (n,).
     """
 
     name: str
@@ -60,15 +57,25 @@ class ContactForce:
     tangential: Array | None
 
 
+_ARRAYS = ("t", "q", "u")
+
+
+def _read_only(array: Array) -> Array:
+    array.setflags(write=False)
+    return array
+
+
 @dataclass(frozen=True)
 class Trajectory:
     """Times t (s), angles q (rad) and speeds u (rad/s), each q and u of shape (2, n).
 
-    `error` is the measured global error (rad, rad/s), and `accuracy` what was asked for;
+    `error` is the measured global error (rad, rad/s), and `accuracy` the requested one;
     `holds_until` is the time (s) up to which it is met. `effects` are the effects that were
-    simulated. `notes` has a sentence for whatever was done otherwise than asked. `events` are the
-    beginnings of modes (none in a motion that is smooth), `impacts` the impacts. `failure` is the
-    reason why the run ends before the scene does, or empty. Arrays cannot be written to.
+    simulated. `notes` has the scene's notes, and a sentence for each departure from the request.
+    `theta` and `omega` are joint angles and speeds, if the chain has them. `events` are the
+    starts of modes (empty for a smooth motion), `impacts` the impacts. `failure` is the reason why
+    the run ends before the scene, or empty. Arrays are read-only. Two trajectories are equal if all
+    data except `statistics` and dense output are equal.
     """
 
     scene: Scene
@@ -81,51 +88,86 @@ class Trajectory:
     method: str
     formulation: str
     precision: str
-    statistics: Statistics
+    statistics: Statistics = field(compare=False)
     notes: tuple[str, ...] = ()
     events: tuple[Event, ...] = ()
     impacts: tuple[Impact, ...] = ()
     failure: str = ""
-    _knots: Array | None = field(default=None, repr=False, compare=False)
+    _knots: Callable[[], Array] | None = field(default=None, repr=False, compare=False)
     _dense: Callable[[], Dense] | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Keep the arrays from being written to."""
-        for array in (self.t, self.q, self.u):
-            array.setflags(write=False)
+        """Store read-only copies of the arrays."""
+        for name in _ARRAYS:
+            array = np.array(getattr(self, name), dtype=float)
+            object.__setattr__(self, name, _read_only(array))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Make the arrays of a copied or unpickled trajectory read-only."""
+        self.__dict__.update(state)
+        for name in _ARRAYS:
+            _read_only(getattr(self, name))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Trajectory):
+            return NotImplemented
+        return all(
+            np.array_equal(getattr(self, f.name), getattr(other, f.name))
+            if f.name in _ARRAYS
+            else getattr(self, f.name) == getattr(other, f.name)
+            for f in fields(self)
+            if f.compare
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.accuracy, self.error, self.method, self.formulation, len(self.t)))
 
     @property
     def met(self) -> bool:
-        """Whether the accuracy that was asked for holds over the whole run."""
+        """Whether the requested accuracy is met over the whole run."""
         return self.error <= self.accuracy and not self.failure
 
     @property
     def chain(self) -> Chain:
         """The chain that moved."""
-        return self.scene.equipped
+        return self.scene.moving_chain
+
+    @property
+    def theta(self) -> Array | None:
+        """The joint angles θ (rad), shape (2, n); None for a chain without joint angles."""
+        joints = self.scene.joints
+        return None if joints is None else np.array(joints.joint_angles((self.q[0], self.q[1])))
+
+    @property
+    def omega(self) -> Array | None:
+        """The joint speeds dθ/dt (rad/s), shape (2, n); None for a chain without joint angles."""
+        joints = self.scene.joints
+        return None if joints is None else np.array(joints.joint_speeds((self.u[0], self.u[1])))
 
     @property
     def effects(self) -> tuple[str, ...]:
-        """The names of the effects that were simulated."""
+        """The names of the simulated effects."""
         return tuple(type(effect).__name__ for effect in self.scene.effects)
 
     def at(self, times: Any, side: Literal["left", "right"] = "right") -> tuple[Array, Array]:
         """Return q (rad) and u (rad/s), each of shape (2, n), at times (s) within the run.
 
-        For a Taylor run they are the values of its polynomials, as accurate as at the samples. At
-        the time of an impact they are those after it, or with `side="left"` those before it.
-        Raises `SimulationError` for times outside, and for methods without polynomials.
+        They are values of the Taylor polynomials, as accurate as at the samples. At the time of an
+        impact they are those after it, or with `side="left"` those before it. Raises
+        `SimulationError` for times outside, and for methods without polynomials.
         """
-        moments = np.atleast_1d(np.asarray(times, dtype=float))
+        if side not in ("left", "right"):
+            refuse("side", side, "'left' or 'right'")
+        moments = as_times(times)
         if not (np.all(moments >= self.t[0]) and np.all(moments <= self.t[-1])):
             raise SimulationError(
-                f"times reach from {moments.min():.6g} to {moments.max():.6g} s; allowed is "
-                f"{self.t[0]:.6g} to {self.t[-1]:.6g} s"
+                f"times must be {self.t[0]:.6g} to {self.t[-1]:.6g} s; got times from"
+                f" {moments.min():.6g} to {moments.max():.6g} s"
             )
         if self._dense is None:
             raise SimulationError(
-                f"a trajectory by {self.method} is known at its samples alone; allowed is a "
-                "trajectory that was just simulated with method taylor"
+                "values between samples must be those of a trajectory just simulated with method"
+                f" taylor; got one by {self.method} that is known only at its samples"
             )
         q, u = self._dense()(moments, side)
         return np.asarray(q, dtype=float), np.asarray(u, dtype=float)
@@ -146,12 +188,8 @@ class Trajectory:
     @property
     def potential_energy(self) -> Array:
         """V (J) of the effects that have one, shape (n,)."""
-        energies = [
-            effect.potential_energy(self.chain, tuple(self.q))
-            for effect in self.scene.effects
-            if hasattr(effect, "potential_energy")
-        ]
-        return np.asarray(sum(energies, np.zeros_like(self.t)))
+        V = potential_energy(self.scene.effects, self.chain, tuple(self.q))
+        return np.asarray(V + np.zeros_like(self.t))
 
     @property
     def energy(self) -> Array:
@@ -161,8 +199,8 @@ class Trajectory:
     def reactions(self) -> tuple[Array, Array]:
         """Return the forces of the ground on link 1 at A, and of link 1 on link 2 at B (N).
 
-        Each has the x and y components, shape (2, n): what Newton's law leaves for the joint,
-        m a_C less the effects' forces on the link.
+        Each has the x and y components, shape (2, n), from Newton's law: m a_C minus the other
+        forces on the link.
         """
         chain, q, u = self.chain, tuple(self.q), tuple(self.u)
         total = np.zeros((2, *self.q.shape))
@@ -179,18 +217,18 @@ class Trajectory:
         return total[0] + total[1], total[1]
 
     def contact_forces(self, times: Any = None) -> tuple[ContactForce, ...]:
-        """Return what each dry friction and obstacle gives, in the order of the modes' names.
+        """Return the force of each dry friction and contact, in the order of the elements.
 
-        It is that at the samples, or at times (s) within the run; at the time of an event, that of
-        the mode that begins. Impacts are not in it: `impacts` has their impulses. Raises
-        `SimulationError` for times that `at` refuses.
+        Forces are those at the samples, or at times (s) within the run; at the time of an event,
+        those of the mode that begins. Impulses are in `impacts`. Raises `SimulationError` for
+        times that `at` refuses.
         """
         if times is None:
             moments, q, u = self.t, self.q, self.u
         else:
-            moments = np.atleast_1d(np.asarray(times, dtype=float))
+            moments = as_times(times)
             q, u = self.at(moments)
-        elements = nonsmooth(self.scene.effects, self.chain) if self.events else ()
+        elements = contact_elements(self.scene.effects, self.chain) if self.events else ()
         given = np.zeros((len(elements), 2, len(moments)))
         for now, solution in self._solutions(moments, q, u):
             for index, forces in enumerate(solution.forces):
@@ -201,7 +239,7 @@ class Trajectory:
         )
 
     def _accelerations(self) -> Array:
-        """Return du/dt (rad/s²) at the samples, shape (2, n): in each mode by its own equations."""
+        """Return du/dt (rad/s²) at the samples, shape (2, n), by the equations of each mode."""
         found = np.empty_like(self.q)
         for now, _, du in self._by_mode(self.t, self.q, self.u):
             found[:, now] = du
@@ -210,7 +248,7 @@ class Trajectory:
     def _by_mode(
         self, times: Array, q: Array, u: Array
     ) -> Iterator[tuple[NDArray[np.intp], Loads, Array]]:
-        """Return, for each mode, the times in it (as a mask), all that acts, and du/dt there."""
+        """Return, for each mode, the mask of its times, all loads, and du/dt."""
         if not self.events:
             loads = smooth_loads(self.scene.effects, self.chain, tuple(q), tuple(u), times)
             du = lagrange.forward_dynamics(self.chain, tuple(q), tuple(u), loads)
@@ -218,7 +256,7 @@ class Trajectory:
             return
         from twolink.simulation.hybrid.dynamics import Pose, loads_of
 
-        elements = nonsmooth(self.scene.effects, self.chain)
+        elements = contact_elements(self.scene.effects, self.chain)
         for now, solution in self._solutions(times, q, u):
             t, pair, speeds = times[now], tuple(q[:, now]), tuple(u[:, now])
             pose = Pose(self.chain, lagrange, pair)
@@ -228,13 +266,13 @@ class Trajectory:
     def _solutions(
         self, times: Array, q: Array, u: Array
     ) -> Iterator[tuple[NDArray[np.intp], Solution]]:
-        """Return, for each mode, the numbers of the times in it, and what holds in it there."""
+        """Return, for each mode, the indices of its times, and its solution there."""
         if not self.events:
             return
         from twolink.simulation.hybrid.dynamics import Pose, mode_solution
 
         effects = self.scene.effects
-        elements = nonsmooth(effects, self.chain)
+        elements = contact_elements(effects, self.chain)
         for now, mode in self._modes_at(times):
             t, pair, speeds = times[now], tuple(q[:, now]), tuple(u[:, now])
             pose = Pose(self.chain, lagrange, pair)
@@ -242,7 +280,7 @@ class Trajectory:
             yield now, mode_solution(pose, effects, elements, mode.states, dents, speeds, t)
 
     def _modes_at(self, times: Array) -> Iterator[tuple[NDArray[np.intp], Mode]]:
-        """Return each event's mode, and the numbers of the times (s) that are in it."""
+        """Return the mode of each event, and the indices of the times (s) in it."""
         entered = [event.entered for event in self.events]
         index = np.searchsorted(entered, times, side="right") - 1
         order = np.argsort(index, kind="stable")
@@ -254,18 +292,21 @@ class Trajectory:
     def work(self) -> dict[str, Array]:
         """Return the work of each effect since the start (J), shape (n,), by its name.
 
-        The power is integrated by Gauss's rule between samples and events, on the run's own
-        polynomials, and impacts take what they take: the sum of all is the change of T to rounding,
-        from what T is before an impact at the very start.
-        Raises `SimulationError` for methods without polynomials.
+        The power is integrated by Gauss's rule on the polynomials of the run, step by step and
+        between events, independent of the samples; the work of impacts is added. The sum of all is
+        the change of T since before any impact at the start, within round-off and the error of
+        the run.
+        Raises `SimulationError` for methods without polynomials, and `TooMuchError` for runs whose
+        number of steps would exceed memory.
         """
         nodes, weights = _nodes_and_weights()
-        # The power may have kinks where a mode begins: no piece reaches over one.
-        jumps = [t for t in breaks(self.scene.effects) if self.t[0] < t < self.t[-1]]
+        # The power may have kinks at the start of a mode, which bounds the pieces.
+        jumps = [t for t in discontinuities(self.scene.effects) if self.t[0] < t < self.t[-1]]
         kinks = [*(e.entered for e in self.events), *(i.time for i in self.impacts), *jumps]
-        # Steps are short where a force grows fast, as before friction locks a slide.
-        kinks += [] if self._knots is None else self._knots.tolist()
+        # Between the ends of a step the motion is one polynomial.
+        kinks += [] if self._knots is None else self._knots().tolist()
         edges = np.union1d(self.t, [t for t in kinks if self.t[0] < t < self.t[-1]])
+        DEFAULT_LIMITS.check_memory("the work", len(edges) * _NODES * _BYTES_OF_A_NODE)
         widths = np.diff(edges)[:, None]
         moments = edges[:-1, None] + widths * nodes
         q, u = self.at(moments.ravel())
@@ -279,7 +320,7 @@ class Trajectory:
         return found
 
     def _powers(self, times: Array, q: Array, u: Array) -> Iterator[tuple[Effect, Array]]:
-        """Return the power of each effect (W), but for impacts."""
+        """Return the power of each effect (W), without impacts."""
         pair, speeds = tuple(q), tuple(u)
         given = self._given_by_modes(times, q, u)
         for number, effect in enumerate(self.scene.effects):
@@ -288,10 +329,10 @@ class Trajectory:
             yield effect, Q1 * u[0] + Q2 * u[1] + given[number]
 
     def _given_by_modes(self, times: Array, q: Array, u: Array) -> Array:
-        """Return the power of each effect's frictions and obstacles (W), shape (effects, n)."""
+        """Return the power of the friction and contact of each effect (W), shape (effects, n)."""
         power = np.zeros((len(self.scene.effects), len(times)))
         owners = self._owners()
-        elements = nonsmooth(self.scene.effects, self.chain)
+        elements = contact_elements(self.scene.effects, self.chain)
         for now, solution in self._solutions(times, q, u):
             pair, speeds = tuple(q[:, now]), tuple(u[:, now])
             for owner, element, forces in zip(owners, elements, solution.forces, strict=True):
@@ -303,7 +344,7 @@ class Trajectory:
         return power
 
     def _given_by_impacts(self, number: int) -> Array:
-        """Return the energy that impacts on an effect's obstacles have given so far (J)."""
+        """Return the cumulative energy change in impacts on the contacts of an effect (J)."""
         given = np.zeros_like(self.t)
         owners = self._owners()
         for impact in self.impacts:
@@ -312,37 +353,41 @@ class Trajectory:
         return given
 
     def _owners(self) -> list[int]:
-        """Return the number of the effect that each friction and obstacle comes from."""
+        """Return the index of the effect that owns each friction and contact."""
         return [
             number
             for number, effect in enumerate(self.scene.effects)
-            for _ in nonsmooth((effect,), self.chain)
+            for _ in contact_elements((effect,), self.chain)
         ]
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write t, q and u, and what is known of them, to a .npz, .csv or .parquet file.
+        """Write the samples and their metadata to a .npz, .csv or .parquet file.
 
-        The file is written whole or not at all, and `load` reads it back to the last bit. Raises
-        `SimulationError` for other kinds of file, and where it cannot be written.
+        The file is written atomically, and `load` reads it back bit for bit. Raises
+        `SimulationError` for other kinds of file, and if it cannot be written.
         """
-        from twolink.simulation.storage import save
+        from twolink.simulation import storage
 
-        save(self, Path(path))
+        # Accuracies may be numbers of any type; files have floats.
+        facts = {name: getattr(self, name) for name in storage.FACTS}
+        facts["accuracy"] = float(self.accuracy)
+        storage.save(storage.Stored(self.scene, self.t, self.q, self.u, facts), Path(path))
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Trajectory:
         """Return the trajectory in a file that `save` wrote: its samples, without dense output.
 
         Raises `SimulationError` for files that are missing, damaged or of another kind, and for
-        those of a scene that no scene file can hold.
+        those whose scene a scene file cannot represent.
         """
-        from twolink.simulation.storage import load
+        from twolink.simulation import storage
 
-        return load(Path(path))
+        stored = storage.load(Path(path))
+        return cls(scene=stored.scene, t=stored.t, q=stored.q, u=stored.u, **stored.facts)
 
 
 def _contact_force(element: ContactElement, normal: Array, tangential: Array) -> ContactForce:
-    """Return the forces of an element as they are shown: of friction alone, along its direction."""
+    """Return the contact force of an element; that of dry friction is along its direction."""
     unit = "N m" if isinstance(element.principal, JointCoordinate) else "N"
     if element.normal is None:
         return ContactForce(element.name, unit, tangential, None)

@@ -10,9 +10,10 @@ from twolink.urdf.planar import (
     parse_planar_urdf,
     read_planar_urdf,
 )
-from twolink.urdf.writing import write_planar_urdf
+from twolink.urdf.writing import JointProperties, write_planar_urdf
 
 __all__ = [
+    "JointProperties",
     "LinkParameters",
     "PlanarUrdf",
     "parse_planar_urdf",

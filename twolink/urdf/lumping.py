@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass, replace
 
 from twolink.errors import UrdfError
-from twolink.urdf.reading import Inertial, Joint, Tree, listed, quoted
+from twolink.text import quoted
+from twolink.urdf.reading import Inertial, Joint, Tree, listed
 from twolink.urdf.spatial import (
     Pose,
     Vector3,
@@ -45,7 +46,7 @@ class Lump:
 
 
 def two_bodies(tree: Tree) -> tuple[RigidBody, RigidBody]:
-    """Return what the two moving joints of a serial chain move, in order from the base.
+    """Return the two bodies that the joints of a serial chain move, in order from the base.
 
     Raises `UrdfError` unless exactly two joints move, both turn freely, and one carries the other.
     """
@@ -61,8 +62,8 @@ def two_bodies(tree: Tree) -> tuple[RigidBody, RigidBody]:
             continue
         if count < len(poses):
             raise UrdfError(
-                f"joints {listed(joint.name for joint in moving)} move two branches; allowed is"
-                " one chain, in which one joint carries the other"
+                "moving joints must form one chain, in which one joint carries the other; got two"
+                f" branches, moved by {listed(joint.name for joint in moving)}"
             )
         poses.append(pose)
         stands[joint.child] = len(poses), Pose()
@@ -82,7 +83,9 @@ def lump(body: RigidBody) -> Lump:
     axis = body.joint.axis
     mass = sum(part.mass for part in body.inertials)
     if mass == 0:
-        raise UrdfError(f"{where} moves and has no mass; allowed is a positive mass")
+        raise UrdfError(
+            f"{where} moves, and the mass of what is fixed to it must be positive; got zero"
+        )
     centre: Vector3 = (0.0, 0.0, 0.0)
     for part in body.inertials:
         # The share of a single link is exactly 1, so lumping it changes no bit.
@@ -90,14 +93,14 @@ def lump(body: RigidBody) -> Lump:
     inertia = 0.0
     for part in body.inertials:
         distance = norm(cross(axis, subtract(part.pose.position, centre)))
-        inertia += _about(axis, part) + part.mass * distance * distance
+        inertia += moment_about(axis, part) + part.mass * distance * distance
     if inertia < 0:
         raise UrdfError(
-            f"{where}: inertia about its joint's axis is {inertia!r} kg m²; allowed is zero or a"
-            " positive number"
+            f"{where}: inertia about its joint's axis must be zero or positive; got {inertia!r}"
+            " kg m²"
         )
     if not all(map(math.isfinite, (mass, *centre, inertia))):
-        raise UrdfError(f"{where}: mass or inertia is beyond float64; allowed is a smaller one")
+        raise UrdfError(f"{where}: mass and inertia must be float64 numbers; got a larger one")
     return Lump(mass, centre, inertia)
 
 
@@ -107,16 +110,16 @@ def _moving_joints(tree: Tree) -> list[Joint]:
     for joint in moving:
         if joint.type not in ("revolute", "continuous"):
             raise UrdfError(
-                f"joint {quoted(joint.name)} is {joint.type}; allowed is revolute, continuous or"
-                " fixed"
+                f"joint {quoted(joint.name)} must be revolute, continuous or fixed; got"
+                f" {joint.type}"
             )
         if joint.mimics:
             raise UrdfError(
-                f"joint {quoted(joint.name)} mimics another; allowed is a joint that moves freely"
+                f"joint {quoted(joint.name)} must move on its own; got a joint that mimics another"
             )
     if len(moving) != 2:
         which = f", {listed(joint.name for joint in moving)}" if moving else ""
-        raise UrdfError(f"{len(moving)} joints move{which}; allowed is exactly two")
+        raise UrdfError(f"exactly two joints must move; got {len(moving)}{which}")
     return moving
 
 
@@ -133,7 +136,7 @@ def _body(tree: Tree, joint: Joint, pose: Pose, frames: dict[str, Pose]) -> Rigi
     return RigidBody(joint, pose, frames, inertials)
 
 
-def _about(axis: Vector3, part: Inertial) -> float:
+def moment_about(axis: Vector3, part: Inertial) -> float:
     """Return the inertia about an axis through the mass centre (kg m²)."""
     direction = turn(transpose(part.pose.rotation), axis)
     return dot(direction, turn(part.inertia, direction))

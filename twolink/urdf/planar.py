@@ -14,8 +14,9 @@ from os import PathLike, fspath
 
 from twolink.coordinates import JointConvention
 from twolink.errors import ParameterError, UrdfError
+from twolink.text import quoted
 from twolink.urdf.lumping import Lump, RigidBody, lump, two_bodies
-from twolink.urdf.reading import Limits, listed, naming, parse_tree, quoted, read_text
+from twolink.urdf.reading import Limits, listed, naming, parse_tree
 from twolink.urdf.spatial import (
     ZERO,
     Matrix3,
@@ -29,18 +30,22 @@ from twolink.urdf.spatial import (
     turn,
     unit,
 )
+from twolink.urdf.text import read_text
 
 ROUNDING = 1e-12
 """Angles (rad) and ratios of lengths up to this are zero: float64 leaves as much after some
 thousand rotations, and no angle written with fewer than twelve digits comes as close."""
 
 NEGLECTED = 1e-5
-"""The largest tilt (rad) that is neglected, and told. A right angle typed as 1.5708 is off by
+"""The largest tilt (rad) that is neglected, with a note. A right angle typed as 1.5708 is off by
 3.7e-6 and 3.1416 by 7.3e-6, in files whose authors meant a plane; 1.571 is off by 2e-4."""
 
 JOINT_PROPERTIES = ("damping", "friction", "limits")
-"""What a URDF says of its joints beside the chain: fields of `PlanarUrdf`, with an entry a joint.
-`twolink.effects.of_urdf` makes effects of them."""
+"""Properties of a URDF's joints that are no part of the chain: fields of `PlanarUrdf`, with an
+entry for each joint. `twolink.effects.of_urdf` makes effects of them."""
+
+STANDARD_GRAVITY = 9.81
+"""The size of gravity (m/s²) in a URDF's world, along −z, unless another one is given."""
 
 Point2 = tuple[float, float]
 Axes = tuple[Vector3, Vector3, Vector3]
@@ -64,15 +69,17 @@ class LinkParameters:
 class PlanarUrdf:
     """A planar two-link chain as a URDF file describes it; SI units and radians.
 
-    `path` and `xml` are what was read, so that an engine can load the very same text.
+    `path` and `xml` are the file's name and text, so that an engine can load the very same text.
     `joint_names` are the moving joints in order from the base, `link_names` the links they move.
     `joints` ties joint angles to the source's absolute angles. `damping` (N m s/rad), `friction`
     (N m) and `limits` (lower and upper joint angle; none for a joint that turns freely) are those
     of the moving joints, as the file has them; the chain leaves them out. `origin` is A, and `axes`
     are x, y and z of the source's frame, all in the world (the root link's frame); `gravity` is
-    its size in the plane, along y. `tip` names the frame taken as D, if the file has one, and
-    `tip_position` is D in the frame of the second moving link.
-    `assumptions` has a sentence for each thing that the file does not say or the chain leaves out.
+    the size of its component in the plane (m/s²), along y. `tip` names the frame taken as D, if the
+    file has one, and `tip_position` is D in the frame of the second moving link.
+    `notes` has a sentence for each thing that is assumed or neglected; `gravity_note` is the one
+    of them on gravity that is not in the plane, or empty. `left_out` has a sentence for each joint
+    with damping or friction, which are no part of the chain.
     """
 
     path: str
@@ -89,40 +96,42 @@ class PlanarUrdf:
     gravity: float
     tip: str | None
     tip_position: Vector3
-    assumptions: tuple[str, ...]
+    notes: tuple[str, ...]
+    gravity_note: str
+    left_out: tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class _Finding:
-    """The source's frame in the world, gravity in its plane, and what was assumed for it."""
+class _Frame:
+    """The source's frame in the world, gravity in its plane (m/s²), and a note on the rest."""
 
     axes: Axes
     gravity: float
-    assumptions: tuple[str, ...] = ()
+    note: str = ""
 
 
 @dataclass(frozen=True)
 class _Tip:
-    """The frame taken as D, its position in the frame of link 2, and what was assumed for it."""
+    """The frame taken as D, its position in the frame of link 2, and notes on the choice."""
 
     name: str | None
     position: Vector3
-    assumptions: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def read_planar_urdf(
     path: str | PathLike[str],
     *,
     tip: str | None = None,
-    gravity: Vector3 = (0.0, 0.0, -9.81),
-    oblique_gravity: bool = False,
+    gravity: Vector3 = (0.0, 0.0, -STANDARD_GRAVITY),
 ) -> PlanarUrdf:
     """Return the planar two-link chain that a URDF file describes.
 
     `tip` names the link whose frame is D; without it D is the frame "D" fixed to link 2, or else
     the farthest frame fixed to it, or else it is placed at twice the distance of the mass centre.
-    `gravity` (m/s²) is in the root link's frame; with `oblique_gravity` only its part in the plane
-    counts. Without gravity in the plane, x is the direction of link 1 at joint angle zero.
+    `gravity` (m/s²) is in the root link's frame. Its component in the plane of motion acts on the
+    chain; the joints bear the rest. Without gravity in the plane, as for a horizontal arm, x is the
+    direction of link 1 at joint angle zero.
 
     Raises `UrdfError`, in one sentence that names the file and the joint or link, for a file that
     cannot be read or is not a planar two-link chain, and `ParameterError` for a gravity that is
@@ -131,9 +140,7 @@ def read_planar_urdf(
     source = fspath(path)
     with naming(source):
         text = read_text(path)
-    return parse_planar_urdf(
-        text, source=source, tip=tip, gravity=gravity, oblique_gravity=oblique_gravity
-    )
+    return parse_planar_urdf(text, source=source, tip=tip, gravity=gravity)
 
 
 def parse_planar_urdf(
@@ -141,15 +148,14 @@ def parse_planar_urdf(
     *,
     source: str = "<string>",
     tip: str | None = None,
-    gravity: Vector3 = (0.0, 0.0, -9.81),
-    oblique_gravity: bool = False,
+    gravity: Vector3 = (0.0, 0.0, -STANDARD_GRAVITY),
 ) -> PlanarUrdf:
     """Return the planar two-link chain that URDF text describes; see `read_planar_urdf`.
 
     `source` stands for the file's name in errors and in the result.
     """
     if len(gravity) != 3 or not all(map(math.isfinite, gravity)):
-        raise ParameterError(f"gravity is {gravity!r}; allowed is three finite numbers in m/s²")
+        raise ParameterError(f"gravity must be three finite numbers in m/s²; got {gravity!r}")
     with naming(source):
         first, second = two_bodies(parse_tree(text))
         lumps = lump(first), lump(second)
@@ -160,8 +166,8 @@ def parse_planar_urdf(
         turned2 = (first.pose @ second.pose).rotation
         axis1, axis2 = turn(turned1, first.joint.axis), turn(turned2, second.joint.axis)
         tilted = _check_parallel(first, second, axis1, axis2)
-        elbow = _check_elbow(second, turn(turned1, second.pose.position), axis1)
-        frame = _source_frame(first, axis1, elbow, gravity, oblique_gravity)
+        elbow = _check_elbow(first, second, turn(turned1, second.pose.position), axis1)
+        frame = _source_frame(axis1, elbow, gravity)
         project1, project2 = _projection(frame.axes, turned1), _projection(frame.axes, turned2)
         direction1 = _direction(project1(second.pose.position))
         end = _find_tip(second, tip, lumps[1].centre, project2)
@@ -171,7 +177,6 @@ def parse_planar_urdf(
             _parameters(lumps[1], end.position, direction2, project2),
         )
         _check_that_it_resists(first, second, links)
-        left_out = (*_resistance_left_out(first), *_resistance_left_out(second))
     z = frame.axes[2]
     sign = _sign(dot(z, axis1)), _sign(dot(z, axis2))
     offset = _angle((1.0, 0.0), direction1), _angle(direction1, direction2)
@@ -190,7 +195,9 @@ def parse_planar_urdf(
         gravity=frame.gravity,
         tip=end.name,
         tip_position=end.position,
-        assumptions=(*tilted, *frame.assumptions, *end.assumptions, *undirected, *left_out),
+        notes=(*tilted, *filter(None, [frame.note]), *end.notes, *undirected),
+        gravity_note=frame.note,
+        left_out=(*_resistance_left_out(first), *_resistance_left_out(second)),
     )
 
 
@@ -200,7 +207,7 @@ def _check_reach(body: RigidBody, lumped: Lump, joint: Vector3) -> None:
     # Twice, because D may be placed at twice the distance of the mass centre.
     if not all(math.isfinite(2 * norm(place)) for place in places):
         link = quoted(body.joint.child)
-        raise UrdfError(f"link {link}: a distance is beyond float64; allowed is a smaller one")
+        raise UrdfError(f"link {link}: distances must be float64 numbers; got a larger one")
 
 
 def _check_parallel(
@@ -211,8 +218,8 @@ def _check_parallel(
     names = listed((first.joint.name, second.joint.name))
     if tilt > NEGLECTED:
         raise UrdfError(
-            f"the axes of joints {names} make an angle of {tilt:.3g} rad; allowed is parallel"
-            f" axes, to {NEGLECTED:g} rad"
+            f"the axes of joints {names} must be parallel, to {NEGLECTED:g} rad; got an angle of"
+            f" {tilt:.3g} rad between them"
         )
     if tilt > ROUNDING:
         return (
@@ -222,40 +229,39 @@ def _check_parallel(
     return ()
 
 
-def _check_elbow(second: RigidBody, elbow: Vector3, axis: Vector3) -> Vector3:
+def _check_elbow(first: RigidBody, second: RigidBody, elbow: Vector3, axis: Vector3) -> Vector3:
     """Return the elbow's offset normal to the axis, which must not be zero."""
     offset = reject(elbow, axis)
     if norm(offset) <= ROUNDING * norm(elbow):
         raise UrdfError(
-            f"joint {quoted(second.joint.name)} turns about the same line as the joint before it;"
-            " allowed is a distance between the two axes"
+            f"the axes of joints {listed((first.joint.name, second.joint.name))} must be apart; got"
+            " two joints that turn about the same line"
         )
     return offset
 
 
-def _source_frame(
-    first: RigidBody, axis: Vector3, elbow: Vector3, gravity: Vector3, oblique: bool
-) -> _Finding:
+def _source_frame(axis: Vector3, elbow: Vector3, gravity: Vector3) -> _Frame:
     """Return the source's frame, from the first joint's axis and gravity."""
     size = norm(gravity)
     in_plane = reject(gravity, axis)
-    lean = math.atan2(abs(dot(gravity, axis)), norm(in_plane)) if size else 0.0
-    if lean > NEGLECTED and not oblique:
-        raise UrdfError(
-            f"joint {quoted(first.joint.name)}: gravity leans {lean:.3g} rad out of the plane of"
-            f" motion; allowed is gravity in the plane, to {NEGLECTED:g} rad, unless"
-            " oblique_gravity is set"
-        )
     if norm(in_plane) <= NEGLECTED * size:
         x = unit(elbow)
-        weightless = "Gravity is normal to the plane of motion and does not act in it."
-        return _Finding((x, unit(cross(axis, x)), axis), 0.0, (weightless,) if size else ())
+        note = (
+            "Gravity is normal to the plane of motion: it does no work, and the joints bear it."
+            if size
+            else ""
+        )
+        return _Frame((x, unit(cross(axis, x)), axis), 0.0, note)
     axes = _axes_along(unit(in_plane), axis)
-    leaning = (
-        f"Gravity leans {lean:.2g} rad out of the plane of motion; only its part in the plane,"
-        f" {norm(in_plane):.5g} m/s², counts.",
+    lean = math.atan2(abs(dot(gravity, axis)), norm(in_plane))
+    if lean <= ROUNDING:
+        return _Frame(axes, size)
+    return _Frame(
+        axes,
+        norm(in_plane),
+        f"Gravity makes an angle of {lean:.2g} rad with the plane of motion: its component in the"
+        f" plane, {norm(in_plane):.5g} m/s², acts, and the joints bear the rest.",
     )
-    return _Finding(axes, norm(in_plane), leaning if lean > ROUNDING else ())
 
 
 def _axes_along(y: Vector3, axis: Vector3) -> Axes:
@@ -280,13 +286,13 @@ def _projection(axes: Axes, rotation: Matrix3) -> Projection:
 
 
 def _find_tip(body: RigidBody, wanted: str | None, centre: Vector3, project: Projection) -> _Tip:
-    """Return what is taken as D: the frame that is asked for, or named D, or a good guess."""
+    """Return the frame taken as D: the wanted one, or that named D, or the best guess."""
     frames, link = body.frames, body.joint.child
     if wanted is not None:
         if wanted not in frames:
             raise UrdfError(
-                f"tip {quoted(wanted)} is not a frame fixed to link {quoted(link)}; allowed is"
-                f" one of {listed(frames)}"
+                f"tip must be a frame fixed to link {quoted(link)}, one of {listed(frames)}; got"
+                f" {quoted(wanted)}"
             )
         return _Tip(wanted, frames[wanted].position)
     fixed = {name: pose.position for name, pose in frames.items() if name != link}
@@ -294,14 +300,14 @@ def _find_tip(body: RigidBody, wanted: str | None, centre: Vector3, project: Pro
         return _Tip("D", fixed["D"])
     farthest = max(fixed, key=lambda name: _distance(fixed[name], project), default=None)
     if farthest is not None and _distance(fixed[farthest], project) > 0:
-        told = f"D is taken at frame {quoted(farthest)}, the farthest one fixed to link 2."
-        return _Tip(farthest, fixed[farthest], (told,))
+        note = f"D is taken at frame {quoted(farthest)}, the farthest one fixed to link 2."
+        return _Tip(farthest, fixed[farthest], (note,))
     if _distance(centre, project) > 0:
-        told = (
+        note = (
             f"No frame is fixed to link {quoted(link)}; D is taken at twice the distance of its"
             " mass centre, as in a uniform bar."
         )
-        return _Tip(None, scale(2.0, centre), (told,))
+        return _Tip(None, scale(2.0, centre), (note,))
     return _Tip(None, ZERO, (f"No frame marks the end of link {quoted(link)}; D is taken at B.",))
 
 
@@ -321,7 +327,7 @@ def _direction_of_link2(
 
 
 def _distance(point: Vector3, project: Projection) -> float:
-    """Return how far a point is from its joint's axis (m), and zero for what rounding leaves."""
+    """Return how far a point is from its joint's axis (m), and zero for a distance of rounding."""
     distance = math.hypot(*project(point))
     return distance if distance > ROUNDING * norm(point) else 0.0
 
@@ -363,8 +369,8 @@ def _check_that_it_resists(
         needed = body is second or links[1].inertia == 0
         if needed and link.inertia == 0 and not any(link.centre):
             raise UrdfError(
-                f"link {quoted(body.joint.child)} has no inertia about the axis of joint"
-                f" {quoted(body.joint.name)}; allowed is an inertia, or a mass off the axis"
+                f"link {quoted(body.joint.child)} must have an inertia about the axis of joint"
+                f" {quoted(body.joint.name)}, or a mass off this axis; got neither"
             )
 
 

@@ -1,28 +1,24 @@
 """From a URDF file to a tree of links and joints, checked against the URDF standard.
 
-Nothing here knows of planes or of two links. What a simulator would ignore (geometry, materials,
-transmissions, plug-ins) is ignored; what it would need is read strictly, because a number that is
-misread gives a chain that is wrong and looks right.
+This module does not know of planes or of two links. Elements that simulators of rigid bodies ignore
+(geometry, materials, transmissions, plug-ins) are ignored; all others are read strictly, because a
+number that is misread gives a chain that is wrong and looks right.
 """
 
 from __future__ import annotations
 
 import math
 import re
-import reprlib
 import xml.etree.ElementTree as ET
 from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from os import PathLike
-from pathlib import Path
 
 from twolink.errors import UrdfError
+from twolink.text import quoted
 from twolink.urdf.spatial import Matrix3, Pose, Vector3, rotation_from_rpy, unit
-
-LARGEST_FILE = 16 * 2**20
-"""Bytes of the largest file read; a URDF carries no meshes, so more than this is a mistake."""
+from twolink.urdf.text import check_size
 
 # Characters of a path, of which the last name has 255 at most.
 _LONGEST_NAME = 400
@@ -33,12 +29,28 @@ JOINT_TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "plan
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 _XACRO = "xacro"
+_XACRO_TAG = re.compile(r"</?xacro:")
+
+_OTHER_FORMATS = {
+    "sdf": "this is SDF, which ROS's sdformat_urdf turns into a URDF",
+    "mujoco": "this is MJCF; give the URDF that it was made from",
+    "mujocoinclude": "this is a part of an MJCF",
+    "world": "this is a world of Gazebo, without an <sdf> around it",
+    "COLLADA": "this is a mesh",
+    "html": "this is a web page; download the file itself",
+    "scene": "this is no robot",
+}
+
+UNLIMITED = "1e9"
+"""The effort (N m) and the velocity (rad/s) that a written limit has, which limit nothing."""
 
 Limits = tuple[float, float]
 """The lower and the upper angle of a joint (rad)."""
 
-_short = reprlib.Repr()
-_short.maxstring = 60
+_X: Vector3 = (1.0, 0.0, 0.0)
+"""The axis of a joint that has none; that of a fixed joint has no meaning, and is not read."""
+
+_REPAIRED = " (`twolink urdf repair` declares it)"
 
 
 @dataclass(frozen=True)
@@ -62,8 +74,8 @@ class Link:
 class Joint:
     """A joint: its child link's frame stands at `pose` in the parent's, and turns about `axis`.
 
-    `axis` is a unit vector. `damping` (N m s/rad), `friction` (N m) and `limits` (rad) are as the
-    file has them; only a revolute joint has limits.
+    `axis` is a unit vector, without meaning for a fixed joint. `damping` (N m s/rad), `friction`
+    (N m) and `limits` (rad) are as the file has them; only a revolute joint has limits.
     """
 
     name: str
@@ -89,18 +101,13 @@ class Tree:
 
 @contextmanager
 def naming(source: str) -> Iterator[None]:
-    """Put the name of the file before the sentence of any `UrdfError` raised inside."""
-    # What no file system would hold for a name is not repeated.
+    """Put the name of the file, if there is one, before the sentence of a `UrdfError`."""
+    # A name that no file system would hold is not repeated.
     name = source if len(source) <= _LONGEST_NAME else quoted(source)
     try:
         yield
     except UrdfError as error:
-        raise UrdfError(f"{name}: {error}") from error.__cause__
-
-
-def quoted(text: object) -> str:
-    """Return text from a file in quotes, on one line, shortened if it is long."""
-    return _short.repr(text)
+        raise UrdfError(f"{name}: {error}" if name else f"{error}") from error.__cause__
 
 
 def listed(names: Iterable[str]) -> str:
@@ -110,79 +117,82 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join([quoted(name) for name in every[:8]] + rest)
 
 
-def read_text(path: str | PathLike[str]) -> str:
-    """Return the text of a file.
-
-    Raises `UrdfError` for anything but a readable UTF-8 file of at most 16 MB.
-    """
-    file = Path(path)
-    try:
-        if file.is_dir():
-            raise UrdfError("is a folder; allowed is a URDF file")
-        if not file.is_file():
-            raise UrdfError("there is no file of this name; allowed is the path of a URDF file")
-        with file.open("rb") as stream:
-            # One byte more than is allowed tells that there are too many.
-            content = stream.read(LARGEST_FILE + 1)
-    except OSError as error:
-        raise UrdfError(f"cannot be read ({error.strerror}); allowed is a readable file") from error
-    _check_size(len(content))
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise UrdfError(f"byte {error.start} is not UTF-8; allowed is UTF-8 text") from error
-
-
 def parse_tree(text: str) -> Tree:
     """Return the tree of links and joints that URDF text describes; lengths in m, angles in rad.
 
     Raises `UrdfError` for text that is not URDF: malformed or hostile XML, names missing or given
     twice, numbers that are not finite, and links that do not hang together as one tree.
     """
-    _check_size(len(text))
-    robot = _parse_xml(text)
+    robot = parse_xml(text)
+    if not robot.get("name"):
+        raise UrdfError("<robot> must have a name; got none (`twolink urdf repair` adds one)")
     links = [_read_link(element) for element in _named(robot, "link")]
     joints = [_read_joint(element) for element in _named(robot, "joint")]
     return _grown({link.name: link for link in links}, joints)
-
-
-def _check_size(size: int) -> None:
-    if size > LARGEST_FILE:
-        raise UrdfError(f"is larger than {LARGEST_FILE // 2**20} MB; allowed is a smaller file")
 
 
 class _Builder(ET.TreeBuilder):
     """Builds elements, and stops where a DOCTYPE begins: its entities can expand without end."""
 
     def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
-        raise UrdfError("it has a DOCTYPE declaration; allowed is plain XML without entities")
+        raise UrdfError("must be XML without a DOCTYPE declaration and its entities; got one")
 
 
-def _parse_xml(text: str) -> ET.Element:
-    """Return the <robot> element of well-formed XML."""
+def parse_xml(text: str, *, comments: bool = False) -> ET.Element:
+    """Return the <robot> element of well-formed XML, without xacro in what is read of it.
+
+    With `comments`, those inside of <robot> are kept. Raises `UrdfError` for anything else, with a
+    sentence of its own for other formats.
+    """
+    check_size(len(text))
     if not text.strip():
-        raise UrdfError("is empty; allowed is a URDF with a <robot> element")
-    parser = ET.XMLParser(target=_Builder())
+        raise UrdfError("must be a URDF with a <robot> element; got an empty file")
+    parser = ET.XMLParser(target=_Builder(insert_comments=comments))
     try:
         parser.feed(text)
         robot: ET.Element = parser.close()
     except (ET.ParseError, UnicodeEncodeError) as error:
-        raise UrdfError(f"is not well-formed XML ({error}); allowed is a URDF") from error
-    if _local(robot.tag) != "robot":
-        raise UrdfError(f"its root element is {quoted(robot.tag)}; allowed is <robot>")
-    for element in robot.iter():
-        unexpanded = _XACRO in str(element.tag) or any("${" in v for v in element.attrib.values())
-        if unexpanded:
-            raise UrdfError(
-                f"it holds xacro that is not expanded, in {quoted(element.tag)}; allowed is plain"
-                " URDF, as the command xacro writes it"
-            )
-    if not robot.get("name"):
-        raise UrdfError("its <robot> has no name; allowed is any name")
+        if _XACRO_TAG.search(text):
+            raise UrdfError(_not_expanded("a tag <xacro:…>")) from error
+        raise UrdfError(f"must be well-formed XML; got an error: {error}") from error
+    _check_root(robot)
+    _check_expanded(robot)
     return robot
 
 
-def _local(tag: object) -> str:
+def _check_root(robot: ET.Element) -> None:
+    root = local(robot.tag)
+    if root == "robot":
+        return
+    other = _OTHER_FORMATS.get(root)
+    if other is None:
+        raise UrdfError(f"must be a URDF, whose root element is <robot>; got <{_shown(root)}>")
+    raise UrdfError(f"must be a URDF, whose root element is <robot>; got <{root}>: {other}")
+
+
+def _check_expanded(robot: ET.Element) -> None:
+    """Refuse xacro, except where a simulator would not look: in plug-ins and names of meshes."""
+    for element in robot.iter():
+        if _XACRO in str(element.tag):
+            raise UrdfError(_not_expanded(f"an element {_shown(local(element.tag))!r} of xacro"))
+    parts = [robot, *robot.findall("{*}link"), *robot.findall("{*}joint")]
+    for part in parts:
+        for element in (part,) if part is robot else part.iter():
+            for name, value in element.attrib.items():
+                if "${" in value or ("$(" in value and name != "filename"):
+                    place = f"{name} of <{_shown(local(element.tag))}>"
+                    raise UrdfError(_not_expanded(f"the expression {quoted(value)} as {place}"))
+
+
+def _not_expanded(found: str) -> str:
+    return f"must be plain URDF, as the command xacro writes it; got {found}, xacro not expanded"
+
+
+def _shown(tag: str) -> str:
+    return quoted(tag)[1:-1]
+
+
+def local(tag: object) -> str:
     """Return a tag without its namespace; Drake's files, for one, put the robot in a namespace."""
     return str(tag).rpartition("}")[2]
 
@@ -194,9 +204,9 @@ def _named(robot: ET.Element, tag: str) -> list[ET.Element]:
     for position, element in enumerate(elements, start=1):
         name = element.get("name")
         if not name:
-            raise UrdfError(f"{tag} number {position} has no name; allowed is any name of its own")
+            raise UrdfError(f"{tag} number {position} must have a name of its own; got none")
         if name in seen:
-            raise UrdfError(f"two {tag}s are named {quoted(name)}; allowed is one {tag} to a name")
+            raise UrdfError(f"names of {tag}s must differ; got two {tag}s named {quoted(name)}")
         seen.add(name)
     return elements
 
@@ -209,7 +219,7 @@ def _read_link(element: ET.Element) -> Link:
         return Link(name, None)
     mass = _number(inertial.find("{*}mass"), "value", f"{where}: mass")
     if mass < 0:
-        raise UrdfError(f"{where}: mass is {mass!r} kg; allowed is zero or a positive number")
+        raise UrdfError(f"{where}: mass must be zero or positive; got {mass!r} kg")
     moments = inertial.find("{*}inertia")
     xx, xy, xz, yy, yz, zz = (
         _number(moments, name, f"{where}: inertia {name}")
@@ -224,7 +234,7 @@ def _read_joint(element: ET.Element) -> Joint:
     where = f"joint {quoted(name)}"
     kind = element.get("type")
     if kind not in JOINT_TYPES:
-        raise UrdfError(f"{where}: type is {quoted(kind)}; allowed is one of {listed(JOINT_TYPES)}")
+        raise UrdfError(f"{where}: type must be one of {listed(JOINT_TYPES)}; got {quoted(kind)}")
     limits = _read_limits(element.find("{*}limit"), kind, where)
     dynamics = element.find("{*}dynamics")
     return Joint(
@@ -233,7 +243,7 @@ def _read_joint(element: ET.Element) -> Joint:
         parent=_link_at_end(element, "parent", where),
         child=_link_at_end(element, "child", where),
         pose=_read_pose(element, where),
-        axis=_read_axis(element.find("{*}axis"), where),
+        axis=_X if kind == "fixed" else _read_axis(element.find("{*}axis"), where),
         mimics=element.find("{*}mimic") is not None,
         damping=_number(dynamics, "damping", f"{where}: damping", default=0.0),
         friction=_number(dynamics, "friction", f"{where}: friction", default=0.0),
@@ -246,32 +256,38 @@ def _link_at_end(element: ET.Element, end: str, where: str) -> str:
     link = element.find(f"{{*}}{end}")
     name = None if link is None else link.get("link")
     if not name:
-        raise UrdfError(f"{where} has no {end} link; allowed is the name of a link")
+        raise UrdfError(f"{where} must name its {end} link; got none")
     return name
 
 
 def _read_axis(axis: ET.Element | None, where: str) -> Vector3:
     """Return a joint's axis as a unit vector; without <axis> the standard says x."""
     if axis is None:
-        return (1.0, 0.0, 0.0)
+        return _X
     direction = _vector(axis, "xyz", f"{where}: axis")
     if not any(direction):
-        raise UrdfError(f"{where}: axis is zero; allowed is any other direction")
+        raise UrdfError(f"{where}: axis must be a direction; got zero")
     return unit(direction)
 
 
 def _read_limits(limit: ET.Element | None, kind: str, where: str) -> Limits | None:
     """Return a revolute joint's limits (rad), 0 where one is absent, as the standard has it.
 
-    Refuses limits that the standard refuses; whether they leave room is asked by who uses them.
+    Refuses limits that the standard refuses. Limits that leave no room are refused where they act.
     """
     if limit is None:
         if kind == "revolute":
             raise UrdfError(
-                f"{where} is revolute and has no <limit>; allowed is a <limit>, or type continuous"
+                f"{where} is revolute and must have a <limit>; got none (a joint that turns freely"
+                " is continuous)"
             )
         return None
     for name in ("effort", "velocity"):
+        if name not in limit.attrib:
+            raise UrdfError(
+                f"{where}: limit {name} is missing; it must be a finite number"
+                " (`twolink urdf repair` adds it)"
+            )
         _number(limit, name, f"{where}: limit {name}")
     lower, upper = (
         _number(limit, name, f"{where}: limit {name}", default=0.0) for name in ("lower", "upper")
@@ -280,12 +296,12 @@ def _read_limits(limit: ET.Element | None, kind: str, where: str) -> Limits | No
 
 
 def _read_pose(element: ET.Element, where: str) -> Pose:
-    """Return the <origin> of an element; what it does not give is zero."""
+    """Return the <origin> of an element; absent numbers are zero."""
     origin = element.find("{*}origin")
     if origin is None:
         return Pose()
     if "quat_xyzw" in origin.attrib:
-        raise UrdfError(f"{where}: origin has quat_xyzw; allowed is xyz and rpy")
+        raise UrdfError(f"{where}: origin must have xyz and rpy; got quat_xyzw")
     zero = (0.0, 0.0, 0.0)
     position = _vector(origin, "xyz", f"{where}: origin xyz", default=zero)
     rpy = _vector(origin, "rpy", f"{where}: origin rpy", default=zero)
@@ -314,13 +330,13 @@ def _vector(
     return x, y, z
 
 
-def _numbers(text: str | None, where: str, count: int, allowed: str) -> list[float]:
+def _numbers(text: str | None, where: str, count: int, wanted: str) -> list[float]:
     if text is None:
-        raise UrdfError(f"{where} is missing; allowed is {allowed}")
+        raise UrdfError(f"{where} is missing; it must be {wanted}")
     words = text.split()
     numbers = [float(word) for word in words if _NUMBER.fullmatch(word)]
     if not len(words) == len(numbers) == count or not all(map(math.isfinite, numbers)):
-        raise UrdfError(f"{where} is {quoted(text)}; allowed is {allowed}")
+        raise UrdfError(f"{where} must be {wanted}; got {quoted(text)}")
     return numbers
 
 
@@ -332,13 +348,13 @@ def _grown(links: dict[str, Link], joints: list[Joint]) -> Tree:
         for end, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in links:
                 raise UrdfError(
-                    f"joint {quoted(joint.name)}: {end} link {quoted(name)} does not exist;"
-                    f" allowed is one of {listed(links)}"
+                    f"joint {quoted(joint.name)}: {end} link must be one of {listed(links)}; got"
+                    f" {quoted(name)}, which is not declared{_REPAIRED if end == 'parent' else ''}"
                 )
         if joint.child in above:
             raise UrdfError(
-                f"link {quoted(joint.child)} is the child of two joints,"
-                f" {listed([above[joint.child].name, joint.name])}; allowed is one"
+                f"link {quoted(joint.child)} must be the child of one joint; got two,"
+                f" {listed([above[joint.child].name, joint.name])}"
             )
         above[joint.child] = joint
         below[joint.parent].append(joint)
@@ -347,20 +363,19 @@ def _grown(links: dict[str, Link], joints: list[Joint]) -> Tree:
     if len(ordered) < len(joints):
         reached = {joint.name for joint in ordered}
         astray = next(joint.name for joint in joints if joint.name not in reached)
-        raise UrdfError(
-            f"joint {quoted(astray)} is part of a closed loop; allowed is a tree of links"
-        )
+        raise UrdfError(f"links must form a tree; got a closed loop with joint {quoted(astray)}")
     return Tree(root, links, ordered)
 
 
 def _only_root(roots: list[str], links: dict[str, Link]) -> str:
     if not links:
-        raise UrdfError("it has no link; allowed is a planar chain of two moving links")
+        raise UrdfError("must be a planar chain of two moving links; got no link")
     if not roots:
-        raise UrdfError(f"its links form a closed loop, {listed(links)}; allowed is a tree")
+        raise UrdfError(f"links must form a tree; got a closed loop of {listed(links)}")
     if len(roots) > 1:
         raise UrdfError(
-            f"{len(roots)} links hang on no joint, {listed(roots)}; allowed is one root link"
+            f"links must form one tree; got {len(roots)} links that are the child of no joint,"
+            f" {listed(roots)}"
         )
     return roots[0]
 

@@ -8,10 +8,12 @@ The link frames have x along the link and turn about y, and the world has z up. 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr
 
 from twolink.errors import ParameterError
 from twolink.urdf.planar import LinkParameters
+from twolink.urdf.reading import UNLIMITED, Limits
 
 _COMMENT = """\
   <!--
@@ -38,16 +40,43 @@ _NOTHING = """\
 _COLOURS = {"link1": "0.00 0.45 0.70 1", "link2": "0.90 0.62 0.00 1"}
 
 
+@dataclass(frozen=True)
+class JointProperties:
+    """Damping (N m s/rad), friction (N m) and limits (rad) of a joint that turns."""
+
+    damping: float = 0.0
+    friction: float = 0.0
+    limits: Limits | None = None
+
+    def __post_init__(self) -> None:
+        """Require resistance that does not drive, and limits with room between them."""
+        for name in ("damping", "friction"):
+            value = getattr(self, name)
+            if not 0 <= value < math.inf:
+                raise ParameterError(f"{name} must be zero or a positive number; got {value!r}")
+        if self.limits is not None and not -math.inf < self.limits[0] < self.limits[1] < math.inf:
+            raise ParameterError(
+                f"limits must be a lower angle below an upper one, in rad; got {self.limits!r}"
+            )
+
+
+_FREE = (JointProperties(), JointProperties())
+
+
 def write_planar_urdf(
-    links: tuple[LinkParameters, LinkParameters], *, name: str = "twolink"
+    links: tuple[LinkParameters, LinkParameters],
+    *,
+    name: str = "twolink",
+    joints: tuple[JointProperties, JointProperties] = _FREE,
 ) -> str:
     """Return a URDF of the chain with the given links (kg, m, kg m²), from the base outward.
 
-    Reading it back gives the same numbers to the last bit. Raises `ParameterError` for a parameter
-    that is not a finite number, or a name that is not printable text.
+    A joint with limits is revolute, any other continuous. Reading the text back gives the same
+    numbers to the last bit. Raises `ParameterError` for a parameter that is not a finite number, or
+    a name that is not printable text.
     """
     if not name or not name.isprintable():
-        raise ParameterError(f"name is {name!r}; allowed is printable text")
+        raise ParameterError(f"name must be printable text; got {name!r}")
     first, second = links
     radius1 = first.length / _SLENDERNESS
     radius2 = second.length / _SLENDERNESS or radius1
@@ -60,8 +89,8 @@ def write_planar_urdf(
         _marker("ground"),
         _link("link1", first, radius1),
         _link("link2", second, radius2),
-        _joint("joint1", "continuous", "ground", "link1", at_base),
-        _joint("joint2", "continuous", "link1", "link2", at_elbow),
+        _hinge("joint1", "ground", "link1", at_base, joints[0]),
+        _hinge("joint2", "link1", "link2", at_elbow, joints[1]),
     ]
     markers = (
         ("A", "ground", at_base),
@@ -79,7 +108,7 @@ def _number(value: float) -> str:
     """Return the shortest text that reads back as the same number."""
     number = float(value)
     if not math.isfinite(number):
-        raise ParameterError(f"a parameter is {value!r}; allowed is a finite number")
+        raise ParameterError(f"a parameter must be a finite number; got {value!r}")
     return repr(number + 0.0)
 
 
@@ -103,13 +132,37 @@ def _marker(name: str) -> str:
   </link>"""
 
 
-def _joint(name: str, kind: str, parent: str, child: str, place: tuple[float, float]) -> str:
-    axis = "" if kind == "fixed" else '\n    <axis xyz="0 1 0"/>'
+def _hinge(
+    name: str, parent: str, child: str, place: tuple[float, float], properties: JointProperties
+) -> str:
+    """Return a joint that turns about y, with its properties."""
+    inside = '\n    <axis xyz="0 1 0"/>'
+    if properties.limits is not None:
+        lower, upper = map(_number, properties.limits)
+        inside += (
+            f'\n    <limit lower="{lower}" upper="{upper}"'
+            f' effort="{UNLIMITED}" velocity="{UNLIMITED}"/>'
+        )
+    if properties.damping or properties.friction:
+        damping, friction = _number(properties.damping), _number(properties.friction)
+        inside += f'\n    <dynamics damping="{damping}" friction="{friction}"/>'
+    kind = "continuous" if properties.limits is None else "revolute"
+    return _joint(name, kind, parent, child, place, inside)
+
+
+def _joint(
+    name: str,
+    kind: str,
+    parent: str,
+    child: str,
+    place: tuple[float, float],
+    inside: str = "",
+) -> str:
     return f"""\
   <joint name="{name}" type="{kind}">
     <parent link="{parent}"/>
     <child link="{child}"/>
-    <origin xyz="{_xyz(place)}"/>{axis}
+    <origin xyz="{_xyz(place)}"/>{inside}
   </joint>"""
 
 

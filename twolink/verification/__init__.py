@@ -1,4 +1,4 @@
-"""Formulations against engines: states, tolerances, quantities, and the verdict on them."""
+"""Compare formulations with engines: random states, derived tolerances, quantities, verdict."""
 
 from twolink.verification.verify import Comparison, Verdict, verify
 

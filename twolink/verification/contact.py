@@ -1,4 +1,4 @@
-"""Contact at the end point D: the formulations and the simulation's solver against Pinocchio."""
+"""Compare contact at the end point D: formulations and contact solver against Pinocchio."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from twolink.contact.coordinates import PointCoordinate
 from twolink.contact.elements import RigidContact
 from twolink.contact.impact_laws import smooth_impulse
 from twolink.contact.states import ContactState
-from twolink.effects import Effect
+from twolink.effects import ContactEffect, Effect
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
-from twolink.engines.pinocchio import Pinocchio
+from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.engines.protocol import Engine
 from twolink.errors import ParameterError
 from twolink.loads import Force, Loads, Torque
 from twolink.simulation.hybrid.dynamics import Pose, Solution, mode_solution
 from twolink.urdf import PlanarUrdf
 from twolink.verification.contact_tolerance import contact_tolerance
-from twolink.verification.jointspace import FORMULATIONS, Formulation, Machine
+from twolink.verification.jointspace import FORMULATIONS, Formulation, PlanarModel
 from twolink.verification.quantities import Quantity
 from twolink.verification.states import Array, ContactStates, random_contact_states
-from twolink.verification.verify import Comparing, Progress, Verdict, posed
+from twolink.verification.verify import ComparisonPlan, Progress, Verdict, cases
 
 Three = tuple[Scalar, Scalar, Scalar]
 Four = tuple[Scalar, Scalar, Scalar, Scalar]
@@ -35,14 +35,14 @@ Four = tuple[Scalar, Scalar, Scalar, Scalar]
 
 @dataclass(frozen=True)
 class _Still(PointCoordinate):
-    """A direction in which D is where it shall be, and does not move.
+    """A constraint direction of D with zero position error and zero speed.
 
-    The simulation adds a pull to the bias that takes back what rounding has moved. Here there is
-    nothing to take back, so the bias is that of the laws of motion, at any speed.
+    The simulation adds Baumgarte stabilisation to the bias. Position and speed errors are zero
+    here, so the bias contains only the terms of the equations of motion, at any speed.
     """
 
     def coordinate(self, chain: Chain, q: Pair) -> Scalar:
-        """Return 0 (m): on the surface."""
+        """Return 0 (m): D is on the surface."""
         return 0
 
     def speed(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
@@ -51,53 +51,58 @@ class _Still(PointCoordinate):
 
 
 @dataclass(frozen=True)
-class _Touched:
-    """A surface that D touches now, with a unit `normal` of numbers of any kind."""
+class _Touched(ContactEffect):
+    """A surface in contact with D, with a unit `normal` of any scalar type."""
 
     normal: Pair
     rough: bool
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
-        """Return nothing: what a surface gives is solved for."""
+        """Return no loads: contact forces are unknowns of the constrained solution."""
         return ()
 
-    def nonsmooth(self, chain: Chain) -> tuple[RigidContact, ...]:
-        """Return the surface as the simulation knows it; friction may be as large as it takes."""
+    def smooth_loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+        """Return no load."""
+        return ()
+
+    def contact_elements(self, chain: Chain) -> tuple[RigidContact, ...]:
+        """Return the surface as a rigid contact element; the friction force is unbounded."""
         x, y = self.normal
         tangent = _Still("D", (-y, x)) if self.rough else None
         return (RigidContact("surface", _Still("D", self.normal), 0, 0, tangent),)
 
 
 @dataclass(frozen=True)
-class _Given:
+class _Given(Effect):
     """Generalized forces over absolute angles (N m), as an effect."""
 
     generalized: Pair
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
-        """Return them as torques on both links."""
+        """Return the forces as torques on both links."""
         return Torque(1, self.generalized[0]), Torque(2, self.generalized[1])
 
 
 class ContactSpace:
-    """A formulation's contact of D over a URDF's joint angles θ, where engines give theirs.
+    """A formulation's contact equations of D in the URDF's joint angles θ, as engines use.
 
-    Each method is a text for numbers of any kind. `normal` is the surface's unit normal (x, y).
-    Impulses (N s) and forces (N) act on D: the first along the normal, a second along the tangent,
-    a quarter turn from it. After them come the joint speeds (rad/s) or accelerations (rad/s²).
+    Each method accepts any scalar type. `normal` is the surface's unit normal (x, y).
+    Impulses (N s) and forces (N) act on D: the first along the normal, the second along the
+    tangent, the normal turned by +90°. The joint speeds (rad/s) or accelerations (rad/s²) follow
+    them.
     """
 
-    def __init__(self, formulation: Formulation, machine: Machine) -> None:
-        """Pose the equations of a formulation for a machine."""
+    def __init__(self, formulation: Formulation, model: PlanarModel) -> None:
+        """Set up the equations of a formulation for a planar model."""
         self._equations = formulation.equations
-        self._chain = machine.chain
-        self._joints = machine.joints
-        self._gravity = Gravity(machine.gravity)
+        self._chain = model.chain
+        self._joints = model.joints
+        self._gravity = Gravity(model.gravity)
 
     def frictionless_impact(
         self, angles: Pair, speeds: Pair, normal: Pair, restitution: Pair
     ) -> Three:
-        """Return the impulse of a surface without friction, and the joint speeds after it."""
+        """Return the impulse of a frictionless surface and the joint speeds after the impact."""
         q, u = self._state(angles, speeds)
         pose = Pose(self._chain, self._equations, q)
         row = pose.row(PointCoordinate("D", normal))
@@ -110,10 +115,10 @@ class ContactSpace:
         return (impulse, *after)
 
     def sticking_impact(self, angles: Pair, speeds: Pair, normal: Pair) -> Four:
-        """Return both impulses that bring D to rest, and the joint speeds after them."""
+        """Return both impulses that bring D to rest and the joint speeds after the impact."""
         q, (u1, u2) = self._state(angles, speeds)
         (M11, M12), (M21, M22) = self._equations.mass_matrix(self._chain, q)
-        # M u⁺ = M u + Jᵀ Λ is that equation too, with the momenta M u in place of the torques.
+        # M u⁺ = M u + Jᵀ Λ has the same form, with the momenta M u in place of the torques.
         momenta = _Given((M11 * u1 + M12 * u2, M21 * u1 + M22 * u2))
         touched = _Touched(normal, rough=True)
         return self._four(self._solved((momenta,), touched, ContactState.STICKS, q, (0, 0)))
@@ -121,14 +126,14 @@ class ContactSpace:
     def frictionless_contact(
         self, angles: Pair, speeds: Pair, torques: Pair, normal: Pair
     ) -> Three:
-        """Return the force of a surface without friction, and the joint accelerations on it."""
+        """Return the normal force of a frictionless surface and the joint accelerations."""
         q, u = self._state(angles, speeds)
         touched = _Touched(normal, rough=False)
         solution = self._solved(self._acting(torques), touched, ContactState.CLOSED, q, u)
         return (solution.forces[0].normal, *self._joints.joint_speeds(solution.du))
 
     def sticking_contact(self, angles: Pair, speeds: Pair, torques: Pair, normal: Pair) -> Four:
-        """Return both forces on a D that sticks, and the joint accelerations."""
+        """Return both contact forces on a sticking D and the joint accelerations."""
         q, u = self._state(angles, speeds)
         touched = _Touched(normal, rough=True)
         return self._four(self._solved(self._acting(torques), touched, ContactState.STICKS, q, u))
@@ -151,12 +156,15 @@ class ContactSpace:
         q: Pair,
         u: Pair,
     ) -> Solution:
-        """Return the simulation's solution where D rests on a surface, or sticks to it."""
-        pose, elements = Pose(self._chain, self._equations, q), touched.nonsmooth(self._chain)
+        """Return the simulation's constrained solution with D sliding on or sticking to it."""
+        pose, elements = (
+            Pose(self._chain, self._equations, q),
+            touched.contact_elements(self._chain),
+        )
         return mode_solution(pose, (*effects, touched), elements, (state,), (None,), u, 0.0)
 
     def _acting(self, torques: Pair) -> tuple[Effect, ...]:
-        """Return gravity, and motors with the joint torques (N m)."""
+        """Return gravity and motors with the joint torques (N m) as effects."""
         Q1, Q2 = self._joints.generalized_forces(torques)
         return self._gravity, JointTorque((Q1 + Q2, Q2))
 
@@ -197,7 +205,7 @@ def _solved_for(
     text: Callable[[Any], Callable[..., Any]],
     call: Callable[[Engine, Any], Array],
 ) -> tuple[Quantity, ...]:
-    """Return the quantities that a situation is solved for, by their units and rows."""
+    """Return the quantities of one contact problem, given their units and solution rows."""
     return tuple(
         Quantity(
             f"{situation}: {part}",
@@ -270,31 +278,32 @@ def verify_contact(
     draw: Callable[..., ContactStates] = random_contact_states,
     progress: Progress = lambda share: None,
 ) -> Verdict:
-    """Compare contact at D as `verify` compares motion: impacts, what holds D, a force on it.
+    """Compare impacts, contact forces and end-force response at D, as `verify` compares motion.
 
-    `draw` makes the states. The last remark counts the poses that are left out, since J M⁻¹ Jᵀ is
-    singular there to rounding. Raises `ParameterError` for less than one state, or if a quantity is
-    left out in all of them; `EngineError` when the engine is missing or refuses the file.
+    `draw` generates the states. The last remark counts the poses that are excluded because
+    J M⁻¹ Jᵀ is singular to rounding. Raises `ParameterError` for less than one state, or if a
+    quantity is excluded at all states; `EngineError` when the engine is missing or rejects the
+    file.
     """
-    machine = Machine(Chain.from_links(urdf.links), urdf.joints, urdf.gravity)
-    texts = {name: ContactSpace(f, machine) for name, f in formulations.items()}
-    comparing = Comparing(
+    model = PlanarModel(Chain.from_links(urdf.links), urdf.joints, urdf.gravity)
+    texts = {name: ContactSpace(f, model) for name, f in formulations.items()}
+    plan = ComparisonPlan(
         urdf,
         engine or Pinocchio(urdf),
-        groups=tuple(posed(CONTACT, texts)),
+        groups=tuple(cases(CONTACT, texts)),
         names={name: f.name for name, f in formulations.items()},
         draw=draw,
         bound=contact_tolerance,
     )
-    comparisons, left_out = comparing.worst(states, seed, progress)
+    comparisons, left_out = plan.worst(states, seed, progress)
     for quantity, count in left_out.items():
         if count == states:
             raise ParameterError(
                 f"{urdf.path}: {quantity}: J M⁻¹ Jᵀ of D is singular to rounding at all {states} "
-                "states; allowed is a chain whose D can move along x and y"
+                "states; D must be able to move along x and y"
             )
     remark = (
-        f"Left out: {max(left_out.values())} of {states} poses, in which J M⁻¹ Jᵀ is singular to "
+        f"Excluded: {max(left_out.values())} of {states} poses, in which J M⁻¹ Jᵀ is singular to "
         "rounding."
     )
-    return comparing.verdict(comparisons, states, seed, (remark,))
+    return plan.verdict(comparisons, states, seed, (remark,))

@@ -1,27 +1,27 @@
-"""How far apart two correct float64 results may be where D is in contact: derived, not tuned.
+"""Derived bound on the difference between two correct float64 results with D in contact.
 
 Derivation
 ----------
-It goes on from `twolink/verification/tolerance.py`: N ε times sizes, to first order in ε. Sizes
-have a bar: M̄ that of the mass matrix, J̄ that of J (the levers of D), R̄ that of r.
+This extends `twolink/verification/tolerance.py`: N ε times sizes, to first order in ε. A bar marks
+a size: M̄ of the mass matrix, J̄ of J (the levers of D), R̄ of r.
 
 *The equations.* D is in contact along one direction (the normal, without friction) or along two
 (normal and tangent, where it sticks). With a row of J for each, forces λ and motion x,
 
     M x = r + Jᵀ λ,    J x = c.
 
-In sustained contact x is θ̈, r are the torques of all but the contact, and c is minus the drift γ,
-the acceleration of D when θ̈ = 0. In an impact x is θ̇ after it, r = M v with θ̇ = v before, and
+In sustained contact x is θ̈, r are all torques except those of the contact, and c is minus the bias
+γ, the acceleration of D when θ̈ = 0. In an impact x is θ̇ after it, r = M v with θ̇ = v before, and
 c = −e J v.
 
-*In two steps.* With x₀ = M⁻¹ r, the motion without contact, and Z = M⁻¹ Jᵀ, they are solved by
+*Two-step solution.* With x₀ = M⁻¹ r, the motion without contact, and Z = M⁻¹ Jᵀ, the solution is
 
     G λ = c − J x₀,    x = x₀ + Z λ,    where G = J Z = J M⁻¹ Jᵀ.
 
-So does Pinocchio, by triangular factors of M and of G over joint angles, and so does our impact
-without friction, by Cramer's rule over absolute ones. Each step adds the error of its own
-operations to what it was handed. What factors solve is right for an M that is off by N ε M̄ alone,
-so an error of M⁻¹ meets J as Zᵀ; that of Cramer's rule meets it as |J| |M⁻¹|. With A for either,
+Pinocchio solves this with triangular factors of M and G over joint angles, and our frictionless
+impact with Cramer's rule over absolute angles. Each step adds the rounding of its own operations to
+the error of its input. A solution by factors is exact for an M perturbed by N ε M̄, so an error of
+M⁻¹ multiplies J as Zᵀ; with Cramer's rule the factor is |J| |M⁻¹|. With A for either,
 
     δG = N ε (A M̄ |Z| + J̄ |Z| + A J̄ᵀ),
     δr = N ε (R̄ + M̄ |x₀|),                   and 0 in an impact, where x₀ = v is given,
@@ -29,38 +29,38 @@ so an error of M⁻¹ meets J as Zᵀ; that of Cramer's rule meets it as |J| |M�
     δλ = |G⁻¹| (δc + δG |λ + δλ|),
     δx = |M⁻¹| (δr + N ε (J̄ᵀ + M̄ |Z|) |λ|) + |Z G⁻¹| (δc + δG |λ + δλ|) + N ε (|x| + |x₀|),
 
-where |x₀| ≤ |x| + |Z| |λ|. δG is where the condition of M enters, |G⁻¹| δG is that of J M⁻¹ Jᵀ.
+where |x₀| ≤ |x| + |Z| |λ|. The condition of M enters in δG, that of J M⁻¹ Jᵀ in |G⁻¹| δG.
 
-*In one.* Our simulation solves for what two rows hold directly, x = J⁻¹ c and λ = J⁻ᵀ (M x − r):
+*One-step solution.* With two rows our simulation solves directly, x = J⁻¹ c and λ = J⁻ᵀ (M x − r):
 
     δx = |J⁻¹| N ε (γ̄ + J̄ |x|),
     δλ = |J⁻ᵀ| (M̄ δx + N ε (M̄ |x| + R̄ + J̄ᵀ |λ|)).
 
-*Across and along.* With a single row w it splits the motion into what the drift demands,
-x∥ = −γ w/|w|², and a motion across it, which M gives:
+*Split along and across the row.* With a single row w the simulation splits the motion into the
+part required by the bias, x∥ = −γ w/|w|², and a part across w determined by M:
 
     x = x∥ + z w⊥,    z = w⊥·(r − M x∥) / (w⊥·M w⊥),    λ = w·(M x − r) / |w|².
 
-x∥ may be larger than x, and then its rounding is what counts. The error of w, N ε J̄, acts as it
-does on exact solutions, across as |w⊥| |w⊥|ᵀ/(w⊥·M w⊥) and along as Z G⁻¹:
+If x∥ is larger than x, its rounding dominates. The error of w, N ε J̄, acts as on the exact
+solution: across as |w⊥| |w⊥|ᵀ/(w⊥·M w⊥) and along as Z G⁻¹:
 
     δx = N ε (2 |x∥| + |x|) + |Z G⁻¹| N ε (γ̄ + J̄ |x|)
          + |w⊥| |w⊥|ᵀ N ε (R̄ + J̄ᵀ |λ| + M̄ (|x| + 2 |x∥|)) / (w⊥·M w⊥),
     δλ = |w|ᵀ (M̄ δx + N ε (M̄ |x| + R̄ + J̄ᵀ |λ|)) / |w|².
 
-A comparison with the engine allows for its two steps and for our way; one of the formulations with
-each other, for our way alone.
+The tolerance for a comparison with an engine is the sum of the two-step bound and the bound of our
+solution; for a comparison between formulations it contains only our bound.
 
-*No cancellation in sizes.* |Z| is computed with its signs, and its own rounding is added. For one
+*No cancellation in sizes.* |Z| is computed with signs, and its own rounding is added. For one
 row, w⊥·M w⊥ is twice the kinetic energy at speeds w⊥, a sum of squares, and G is that divided by
 det M. For two, |det J| is L1 L2 |sin(q2 − q1)|, the smallest within the angle's uncertainty, and
 |G⁻¹| = |J⁻ᵀ| M̄ |J⁻¹| over absolute angles: G is the same over joint angles.
 
-*Singular to rounding.* Where the chain is stretched or folded, or where D cannot move along the
-normal, G is singular, and near there the sums above grow as they must. They hold while rounding
-cannot change G, or the rows, by half or more: while |G⁻¹| δG (for our way |J⁻¹| N ε J̄, or N ε J̄
-beside |w|) has a spectral radius below ½. Beyond that not even the first digit of λ is certain:
-the tolerance is infinite, and `verify` counts the pose as left out.
+*Singular to rounding.* G is singular if the chain is stretched or folded, or if D cannot move
+along the normal; the bounds above grow near such poses. They are valid while rounding changes G, or
+the rows, by less than half: while |G⁻¹| δG (for our solution |J⁻¹| N ε J̄, or N ε J̄ relative to |w|)
+has a spectral radius below ½. Otherwise not even the first digit of λ is certain: the tolerance is
+infinite, and `verify` counts the pose as excluded.
 """
 
 from __future__ import annotations
@@ -76,15 +76,15 @@ from twolink.kinematics import velocity
 from twolink.verification.states import Array, ContactStates
 from twolink.verification.tolerance import Problem, Scale
 
-# What is inverted may change by this part of itself, at most, for λ to be certain at all.
+# Largest relative change of an inverted matrix for which λ has a certain digit.
 _CERTAIN = 0.5
 
 
 def contact_tolerance(quantity: str, problem: Problem) -> Array:
     """Return the largest difference between two correct values of a quantity of contact.
 
-    The problem's states are `ContactStates`, and what it found are the forces along each direction
-    and the motion, shape (k + 2, n). The result has the shape and the unit of the quantity; it is
+    The problem's states are `ContactStates`; its `found` holds the forces along each direction and
+    the motion, shape (k + 2, n). The result has the shape and the unit of the quantity; it is
     infinite where J M⁻¹ Jᵀ is singular to rounding.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -92,24 +92,24 @@ def contact_tolerance(quantity: str, problem: Problem) -> Array:
 
 
 class _Errors(NamedTuple):
-    """What forces λ and motion x may be off by: shapes (k, n) and (2, n)."""
+    """Error bounds on forces λ and motion x: shapes (k, n) and (2, n)."""
 
     forces: Array
     motion: Array
 
     def and_those_of(self, others: _Errors) -> _Errors:
-        """Return the sums of these errors and others."""
+        """Return the sum of these bounds and others."""
         return _Errors(self.forces + others.forces, self.motion + others.motion)
 
     def where(self, certain: Array) -> _Errors:
-        """Return errors that are infinite wherever λ is not certain."""
+        """Return bounds that are infinite at states where λ is not certain."""
         return _Errors(*(np.where(certain, error, np.inf) for error in self))
 
 
 class _Given(NamedTuple):
-    """What the equations are given, by sizes: γ̄ or what else is demanded of D, R̄ and |x₀|.
+    """Sizes of the right-hand sides: γ̄ (or the prescribed motion of D), R̄ and |x₀|.
 
-    Where the motion without contact is given, `torques` are not: it has no error.
+    If the motion without contact is given, it has no error and `torques` is None.
     """
 
     demanded: Array
@@ -119,9 +119,9 @@ class _Given(NamedTuple):
 
 @dataclass(frozen=True)
 class _Contact:
-    """The sizes of the equations of contact along `count` directions; names as above.
+    """Sizes of the contact equations along `count` directions; names as in the derivation.
 
-    Over `joint` angles or over absolute ones; forces λ and G are the same over both.
+    Coordinates are `joint` angles or absolute angles; λ and G are the same in both.
     """
 
     problem: Problem
@@ -150,12 +150,12 @@ class _Contact:
         return self.over(_sizes(self.problem.value[self.count :]))
 
     def over(self, speeds: Array) -> Array:
-        """Return the sizes of joint speeds or accelerations over the angles of this kind."""
+        """Return the sizes of joint speeds or accelerations in these coordinates."""
         return speeds if self.joint else _summed(speeds)
 
     @cached_property
     def scale(self) -> Scale:
-        """The sizes of all but J̄: M and r are computed link by link."""
+        """Sizes of everything except J̄: M and r are computed link by link."""
         return replace(self.problem.scale, from_world=False, joint=self.joint)
 
     @property
@@ -193,7 +193,7 @@ class _Contact:
 
     @cached_property
     def rows(self) -> Array:
-        """|J| (m), shape (k, 2, n); over joint angles the sum of what is added up."""
+        """|J| (m), shape (k, 2, n); over joint angles the sum of the sizes of the terms."""
         first, second = np.moveaxis(np.abs(self.signed_rows), 1, 0)
         return np.stack([first + second if self.joint else first, second], axis=1)
 
@@ -201,7 +201,7 @@ class _Contact:
     def response(self) -> Array:
         """|Z| (1/(kg m)), shape (2, k, n), and its rounding."""
         chain, (q1, q2) = self.problem.chain, self.angles
-        # Those of the chain itself, not of the larger sizes that an engine meets.
+        # Uses the chain's own sizes, not the larger ones of an engine.
         ((M11, _), (_, M22)) = Scale.of(chain, joint=False).mass_matrix
         _, a, b = chain.C2
         M12 = chain.m2 * chain.L1 * (a * np.cos(q2 - q1) - b * np.sin(q2 - q1))
@@ -237,7 +237,7 @@ class _Contact:
         return np.array([[J22, J12], [J21, J11]]) / determinant
 
     def inverse(self, change: Array | float) -> Array:
-        """Return |G⁻¹| (kg), shape (k, k, n), of a G that may be less by `change`."""
+        """Return |G⁻¹| (kg), shape (k, k, n), of a G that may be smaller by `change`."""
         if self.count == 1:
             least = self.across / self.determinant - change
             return np.asarray(1 / np.maximum(least, 0.0)).reshape(1, 1, -1)
@@ -246,12 +246,12 @@ class _Contact:
         return np.einsum("ikn,ij,jln->kln", inverse, absolute.masses, inverse)
 
     def drive(self, inverse: Array) -> Array:
-        """Return |Z G⁻¹| (1/m), shape (2, k, n): it moves D by a unit along each direction."""
+        """Return |Z G⁻¹| (1/m), shape (2, k, n): motion per unit motion of D per direction."""
         return self.inverse_rows if self.count == 2 else self.response * inverse[0, 0]
 
 
 def _sizes(found: Array) -> Array:
-    """Return the sizes of what was found; what is no number has none, and makes none infinite."""
+    """Return the absolute values of a solution; non-finite entries give 0."""
     return np.where(np.isfinite(found), np.abs(found), 0.0)
 
 
@@ -266,7 +266,7 @@ def _turned(matrix: Array) -> Array:
 
 
 def _summed(speeds: Array) -> Array:
-    """Return the sizes of absolute speeds, of those of joint ones; or the other way round."""
+    """Return sizes of absolute speeds from those of joint speeds, or the reverse."""
     return np.stack([speeds[0], speeds[0] + speeds[1]])
 
 
@@ -285,7 +285,7 @@ def _geometric(matrix: Array) -> Array:
 
 
 def _in_two_steps(contact: _Contact, given: _Given, *, factors: bool) -> _Errors:
-    """Return the errors of solving for λ by G, and then for x; with factors of M, or Cramer's."""
+    """Return the errors of solving for λ with G, then for x; by factors of M or Cramer's rule."""
     units, Z, J = contact.units, contact.response, contact.levers
     A = _turned(Z)
     if not factors:
@@ -312,7 +312,7 @@ def _in_two_steps(contact: _Contact, given: _Given, *, factors: bool) -> _Errors
 
 
 def _in_one(contact: _Contact, drift: Array, torques: Array) -> _Errors:
-    """Return the errors of solving for x by J⁻¹, and for λ by J⁻ᵀ."""
+    """Return the errors of solving for x with J⁻¹ and for λ with J⁻ᵀ."""
     units, M, J, inverse = contact.units, contact.masses, contact.levers, contact.inverse_rows
     motion = units * _times(inverse, drift + _times(J, contact.motion))
     met = M @ contact.motion + torques + _times(_turned(J), contact.forces)
@@ -322,7 +322,7 @@ def _in_one(contact: _Contact, drift: Array, torques: Array) -> _Errors:
 
 
 def _across_and_along(contact: _Contact, drift: Array, torques: Array) -> _Errors:
-    """Return the errors of splitting the motion, where one row bars it."""
+    """Return the errors of splitting the motion along and across a single row."""
     units, M, J, x = contact.units, contact.masses, contact.levers, contact.motion
     (row,) = contact.rows
     turned, squared = row[::-1], (row * row).sum(axis=0)
@@ -342,7 +342,7 @@ def _across_and_along(contact: _Contact, drift: Array, torques: Array) -> _Error
 
 
 def _over_joints(errors: _Errors) -> _Errors:
-    """Return errors over absolute angles as those over joint angles."""
+    """Convert errors in absolute angles to errors in joint angles."""
     return _Errors(errors.forces, _summed(errors.motion))
 
 
@@ -358,7 +358,7 @@ def _impact(problem: Problem, count: int) -> _Errors:
     if count == 1:
         errors = _over_joints(_in_two_steps(ours, given(ours), factors=False))
     else:
-        # The torques are momenta here, and D comes to rest: no drift is demanded.
+        # The torques are momenta here, and D comes to rest: the bias is zero.
         momenta = ours.masses @ ours.over(before)
         errors = _over_joints(_in_one(ours, np.zeros_like(momenta), momenta))
     if not problem.scale.in_space:

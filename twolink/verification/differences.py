@@ -1,4 +1,4 @@
-"""How far formulations and engines are apart at each of many states, not in the worst alone."""
+"""Differences between formulations and engines at every state, not only at the worst one."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from twolink.engines.protocol import Engine
 from twolink.urdf import PlanarUrdf
 from twolink.verification.jointspace import FORMULATIONS, Formulation
 from twolink.verification.states import Array
-from twolink.verification.verify import Progress, comparing_motion
+from twolink.verification.verify import Progress, motion_plan
 
 
 @dataclass(frozen=True)
 class Differences:
-    """One quantity from two sources: at each state the difference, in units of the tolerance.
+    """Difference of one quantity from two sources at each state, in units of the tolerance.
 
-    `shares` has shape (states,). More than 1 is a disagreement.
+    `shares` has shape (states,). A value above 1 is a disagreement.
     """
 
     quantity: str
@@ -36,13 +36,13 @@ def differences(
     engine: Engine | None = None,
     progress: Progress = lambda share: None,
 ) -> tuple[Differences, ...]:
-    """Return the differences of all that `verify` compares, at the same states in the same order.
+    """Return the differences of all quantities of `verify`, at the same states in the same order.
 
-    Of a quantity with several components the largest counts. Raises as `verify` does.
+    A quantity with several components is represented by its largest one. Raises as `verify` does.
     """
-    comparing = comparing_motion(urdf, formulations, engine)
+    plan = motion_plan(urdf, formulations, engine)
     found: dict[tuple[str, str, str], list[Array]] = {}
-    for quantity, met, _ in comparing.met(states, seed, progress):
+    for quantity, met, _ in plan.batches(states, seed, progress):
         for each in met:
             key = quantity.name, each.source, each.against
             found.setdefault(key, []).append(each.shares)

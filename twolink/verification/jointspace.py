@@ -1,4 +1,4 @@
-"""The formulations over a URDF's joint angles, where engines give their answers."""
+"""The formulations in a URDF's joint angles, the coordinates in which engines answer."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from twolink.loads import Force, Loads
 
 @dataclass(frozen=True)
 class Formulation:
-    """A text of the equations of motion, and its way to a point's Jacobian."""
+    """A derivation of the equations of motion and its function for a point's Jacobian."""
 
     name: str
     equations: ModuleType
@@ -31,8 +31,8 @@ FORMULATIONS: Mapping[str, Formulation] = {
 
 
 @dataclass(frozen=True)
-class Machine:
-    """The chain as a URDF poses it: its parameters, its joint angles, and gravity (m/s²)."""
+class PlanarModel:
+    """The planar model in a URDF: chain parameters, joint angles and gravity (m/s²)."""
 
     chain: Chain
     joints: JointConvention
@@ -45,19 +45,19 @@ class Machine:
 
 
 class JointSpace:
-    """A formulation's quantities over a URDF's joint angles θ, where engines give theirs.
+    """A formulation's quantities in a URDF's joint angles θ.
 
-    Each method is a text for numbers of any kind; shapes and units are those of `Engine`.
+    Each method accepts any scalar type; shapes and units are those of `Engine`.
     """
 
-    def __init__(self, formulation: Formulation, machine: Machine) -> None:
-        """Pose the equations of a formulation for a machine."""
+    def __init__(self, formulation: Formulation, model: PlanarModel) -> None:
+        """Set up the equations of a formulation for a planar model."""
         self._equations = formulation.equations
         self._jacobian = formulation.jacobian
-        self._chain = machine.chain
-        self._joints = machine.joints
-        self._points = machine.points
-        self._gravity = Gravity(machine.gravity)
+        self._chain = model.chain
+        self._joints = model.joints
+        self._points = model.points
+        self._gravity = Gravity(model.gravity)
 
     def mass_matrix(self, angles: Pair) -> Matrix:
         """Return Sᵀ M S."""
@@ -106,7 +106,7 @@ class JointSpace:
         return self._equations.kinetic_energy(self._chain, *self._state(angles, speeds))
 
     def jacobian(self, point: str) -> Callable[[Pair], Matrix]:
-        """Return the text of a point's Jacobian: rows x and y, columns θ1 and θ2."""
+        """Return the function of a point's Jacobian: rows x and y, columns θ1 and θ2."""
 
         def text(angles: Pair) -> Matrix:
             q = self._joints.absolute_angles(angles)
@@ -131,43 +131,43 @@ class JointSpace:
 
 
 class PointMotion:
-    """The motion of the chain's points over joint angles, by the source's section 6.1."""
+    """The motion of the chain's points in joint angles, by the kinematics of section 6.1."""
 
-    def __init__(self, machine: Machine, equations: ModuleType = kinematics) -> None:
-        """Pose the kinematics for a machine."""
-        self._machine = machine
+    def __init__(self, model: PlanarModel, equations: ModuleType = kinematics) -> None:
+        """Set up the kinematics for a planar model."""
+        self._machine = model
         self._equations = equations
 
     def position(self, point: str) -> Callable[[Pair], Pair]:
-        """Return the text of a point's position."""
-        machine = self._machine
+        """Return the function of a point's position."""
+        model = self._machine
 
         def text(angles: Pair) -> Pair:
-            q = machine.joints.absolute_angles(angles)
-            r: Pair = self._equations.position(machine.chain, q, machine.points[point])
+            q = model.joints.absolute_angles(angles)
+            r: Pair = self._equations.position(model.chain, q, model.points[point])
             return r
 
         return text
 
     def velocity(self, point: str) -> Callable[[Pair, Pair], Pair]:
-        """Return the text of a point's velocity."""
-        machine = self._machine
+        """Return the function of a point's velocity."""
+        model = self._machine
 
         def text(angles: Pair, speeds: Pair) -> Pair:
-            q, u = machine.joints.absolute_angles(angles), machine.joints.absolute_speeds(speeds)
-            v: Pair = self._equations.velocity(machine.chain, q, u, machine.points[point])
+            q, u = model.joints.absolute_angles(angles), model.joints.absolute_speeds(speeds)
+            v: Pair = self._equations.velocity(model.chain, q, u, model.points[point])
             return v
 
         return text
 
     def acceleration(self, point: str) -> Callable[[Pair, Pair, Pair], Pair]:
-        """Return the text of a point's acceleration."""
-        machine = self._machine
+        """Return the function of a point's acceleration."""
+        model = self._machine
 
         def text(angles: Pair, speeds: Pair, accelerations: Pair) -> Pair:
-            q, u = machine.joints.absolute_angles(angles), machine.joints.absolute_speeds(speeds)
-            du = machine.joints.absolute_speeds(accelerations)
-            a: Pair = self._equations.acceleration(machine.chain, q, u, du, machine.points[point])
+            q, u = model.joints.absolute_angles(angles), model.joints.absolute_speeds(speeds)
+            du = model.joints.absolute_speeds(accelerations)
+            a: Pair = self._equations.acceleration(model.chain, q, u, du, model.points[point])
             return a
 
         return text

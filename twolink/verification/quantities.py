@@ -1,4 +1,4 @@
-"""What is compared: each quantity as this library writes it, and as an engine answers it."""
+"""The compared quantities: each with this library's formula and the engine's call."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from twolink.compilation import Compiled
 from twolink.engines.protocol import Engine
 from twolink.verification.states import Array, States
 
-# Imaginary, and so small that its square is nothing beside 1: the complex step's only error is
-# that of rounding.
+# Complex step, so small that its square vanishes beside 1: its only error is rounding.
 _STEP = 1e-100
 
 
@@ -21,12 +20,12 @@ _STEP = 1e-100
 class Quantity:
     """A quantity to compare.
 
-    `name` is its name in `tolerance`; `algorithm` what Pinocchio calls it; `inputs` the fields of
-    `States` it depends on. `text` picks the formula from a `JointSpace` (or `PointMotion`, …),
-    `by` the input it is differentiated by. `call` asks the engine; `part` is the wanted part of
-    an answer that holds several; `from_world` tells that the engine computes it there. Where
-    forces and motion are solved for at once (`constrained`), it is some `rows` of the solution:
-    from the first of these numbers to before the second.
+    `name` is its name in `tolerance`; `algorithm` is Pinocchio's name for it; `inputs` are the
+    fields of `States` it depends on. `text` selects the formula from a `JointSpace` (or
+    `PointMotion`, …), `by` the input of the derivative. `call` evaluates it with the engine; `part`
+    selects one of several results; `from_world` states that the engine computes it in the world
+    frame. If forces and motion are solved for together (`constrained`), the quantity is the
+    half-open range `rows` of the solution.
     """
 
     name: str
@@ -42,12 +41,12 @@ class Quantity:
     rows: tuple[int, int] | None = None
 
     def of(self, solution: Array) -> Array:
-        """Return the rows of a solution that are this quantity, or all of it."""
+        """Return the rows of a solution that belong to this quantity."""
         return solution if self.rows is None else solution[slice(*self.rows)]
 
 
 class Formula:
-    """A quantity's formula, compiled, with the operations on its longest path."""
+    """A quantity's compiled formula and the number of operations on its longest path."""
 
     def __init__(self, quantity: Quantity, texts: object) -> None:
         """Compile the formula of a quantity."""

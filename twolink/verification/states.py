@@ -1,4 +1,4 @@
-"""Random states of the chain, general ones: no entry is zero and no two are equal."""
+"""Random states of the chain in general position: entries are non-zero and distinct."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class States:
-    """Many states, and what acts in them; each field has shape (2, n).
+    """States with accelerations, torques and end forces; each field has shape (2, n).
 
-    `angles` (rad), `speeds` (rad/s), `accelerations` (rad/s²) and `torques` (N m) have an entry
-    for each coordinate; `end_force` (N) has the x and y components of a force on D.
+    `angles` (rad), `speeds` (rad/s), `accelerations` (rad/s²) and `torques` (N m) have one entry
+    per coordinate; `end_force` (N) has the x and y components of a force on D.
     """
 
     angles: Array
@@ -38,7 +38,7 @@ class ContactStates(States):
     """States in which the end point D touches a surface.
 
     `normal` has the x and y components of the surface's unit normal; `restitution` is e along the
-    normal, in an impact without friction, and 0 along the tangent.
+    normal in a frictionless impact, and 0 along the tangent.
     """
 
     normal: Array
@@ -50,8 +50,8 @@ def random_states(
 ) -> States:
     """Return n random states, the same for the same seed (or pair of seeds).
 
-    Angles go twice around, speeds to 10 rad/s and accelerations to 100 rad/s²; `torque` (N m) and
-    `force` (N) are the largest that act.
+    Angles span two turns, speeds reach 10 rad/s and accelerations 100 rad/s²; `torque` (N m) and
+    `force` (N) are the largest magnitudes.
     """
     random = np.random.default_rng(seed)
 
@@ -70,7 +70,7 @@ def random_states(
 def random_contact_states(
     n: int, *, seed: tuple[int, int], torque: float = 1.0, force: float = 1.0
 ) -> ContactStates:
-    """Return `random_states` on surfaces that face any way, with any restitution from 0 to 1."""
+    """Return `random_states` on surfaces of random normal, with restitution from 0 to 1."""
     free = random_states(n, seed=seed, torque=torque, force=force)
     random = np.random.default_rng((*seed, 1))
     towards = random.uniform(-np.pi, np.pi, size=n)

@@ -1,10 +1,10 @@
-"""How far apart two correct float64 results may be: the one tolerance of tests and commands.
+"""Derived bound on the difference between two correct float64 results, for tests and commands.
 
 Derivation
 ----------
 *Sums of products.* Every quantity here is a sum of products of parameters, speeds, and at most two
-sines or cosines. In floating point each term comes out as itself times a product of (1 + δ),
-|δ| ≤ ε/2, one for each operation it passes through. With at most N of them on any path,
+sines or cosines. In floating point each term is multiplied by a product of (1 + δ), |δ| ≤ ε/2,
+with one factor for each operation it passes through. With at most N operations on any path,
 
     |computed − exact| ≤ N (ε/2) Σ|terms|          to first order in ε = 2⁻⁵².
 
@@ -18,27 +18,28 @@ twice. Hence the first rule:
 
 *Angles.* An angle that is formed from others (q2 − q1, or s1 θ1 + φ1 + s2 θ2 + φ2) carries a
 rounding of ε/2 times their sizes for each of two operations, and at most two sines or cosines in a
-term pass it on. With Θ the sum of the sizes of all angles met, N grows by 2Θ, and the sine's and
-cosine's own error (below one unit in the last place) by 2.
+term propagate it. With Θ the sum of the sizes of all angles involved, N grows by 2Θ, and by 2 for
+the error of sine and cosine themselves (below one unit in the last place).
 
 *Solving.* u̇ solves M u̇ = r. Perturbations of r by N ε R and of M by N ε M̄ change it by
 
     |δu̇| ≤ |M⁻¹| N ε (R + M̄ |u̇|),
 
-entry by entry. This is where the condition number enters: |M⁻¹| M̄ is that of Bauer and Skeel, by
-components. The condition number by norms, κ₂(M), would allow too much: a link 1e-6 times as long
-as the other makes it 1e12, by the choice of units alone, while no digit is lost. For |M⁻¹|
-stands adj(M̄)/det M, with the determinant as a sum of positive terms, so that it is right where
-the condition is worst.
+entry by entry. The condition number enters here: |M⁻¹| M̄ is the componentwise one of Bauer and
+Skeel. The normwise condition number κ₂(M) is too pessimistic: a link 1e-6 times as long as the
+other makes it 1e12 by the choice of units alone, while no digit is lost. |M⁻¹| is computed as
+adj(M̄)/det M, with the determinant as a sum of positive terms, so that it stays accurate where the
+condition is worst.
 
-*Where an algorithm stands.* One that moves all inertias or velocities to the world's origin, as
-Pinocchio's Jacobians and derivatives do, meets the lever from there also where a short second
-link turns about its own joint. So does one whose products of velocities cancel. Such rounding is
-that of the long lever, and no choice of ours; `from_world` and `inertia_force` are its size.
+*Reference point of an algorithm.* An algorithm that moves all inertias or velocities to the
+world's origin, as Pinocchio's Jacobians and derivatives do, rounds with the lever from the origin
+even if a short second link turns about its own joint. The same holds if products of velocities
+cancel. The rounding is that of the long lever; `from_world` and `inertia_force` give its size.
 
-*Two algorithms* differ by no more than the sum of their bounds, so N is the sum of theirs: for a
-formula of ours the depth of its compiled text, which is counted; for an engine, an upper count of
-its recursion over two joints (see `twolink/engines/pinocchio.py`).
+*Two algorithms* differ by at most the sum of their bounds, so N is the sum of their counts: for a
+formula of ours the depth of its compiled expression, which is counted; for an engine, an upper
+bound on the operations of its recursion over two joints (see
+`twolink/engines/pinocchio_engine.py`).
 """
 
 from __future__ import annotations
@@ -60,14 +61,13 @@ _AS_THE_SOURCE = JointConvention()
 
 @dataclass(frozen=True)
 class Scale:
-    """The sizes of what a computation on a chain meets, all positive.
+    """Sizes of the quantities in a computation on a chain, all positive.
 
     `mass` (kg), `radius` of the mass centre from its own joint (m), `length` of link 1 (m) and
-    `inertia` (kg m²) of both links; `joints`, how joint angles are counted; `origin`, the distance
-    of A from where positions are counted (m); `gravity` (m/s²). In `joint` angles link 2 is
-    carried by both coordinates, in absolute ones by its own. What is computed `in_space` meets
-    products that are zero in the plane; seen `from_world` every lever is counted from where
-    positions are.
+    `inertia` (kg m²) of both links; `joints`, the joint-angle convention; `origin`, the distance
+    of A from the origin of positions (m); `gravity` (m/s²). In `joint` angles link 2 moves with
+    both coordinates, in absolute angles with its own. A computation `in_space` has products that
+    are zero in the plane; with `from_world` every lever is measured from the origin of positions.
     """
 
     mass: tuple[float, float]
@@ -105,7 +105,7 @@ class Scale:
         )
 
     def widened(self, sizes: Sizes) -> Scale:
-        """Return the larger of these sizes and those that an engine meets in space."""
+        """Return the larger of these sizes and the spatial sizes of an engine."""
         return replace(
             self,
             radius=_larger(self.radius, sizes.radius),
@@ -126,7 +126,7 @@ class Scale:
         return np.array([[self.length + radius * self.joint], [radius]])
 
     def angles_met(self, angles: Array) -> Array:
-        """Return the sum of the sizes of all angles that are added up (rad), shape (n,)."""
+        """Return the sum of the sizes of all added angles (rad), shape (n,)."""
         return np.asarray(np.abs(angles).sum(axis=0) + sum(map(abs, self.joints.offset)))
 
     def elbow(self, angles: Array) -> Array:
@@ -135,7 +135,7 @@ class Scale:
         return np.asarray(q2 - q1)
 
     def turning(self, speeds: Array) -> Array:
-        """Return how fast the links may turn, from the sizes of both speeds: shape (2, n)."""
+        """Return bounds on the links' angular speeds from both speeds' sizes: shape (2, n)."""
         first, second = np.abs(speeds)
         return np.stack([first, second + first * self.joint])
 
@@ -155,7 +155,7 @@ class Scale:
         """Return the size of a point's acceleration (m/s²), shape (n,)."""
         lever = self.levers(link, radius)
         turning = self.turning(states.speeds)
-        # Recursions in space also meet products of both links' speeds, which cancel in the end.
+        # Spatial recursions also contain products of both links' speeds, which cancel in the end.
         inward = lever[0] * turning[link - 1] ** 2
         if link == 2 and not self.in_space:
             inward = self.length * turning[0] ** 2 + radius * turning[1] ** 2
@@ -170,7 +170,7 @@ class Scale:
             radius = self.radius[link - 1]
             force = self.mass[link - 1] * self.point_acceleration(link, radius, still)
             total = total + self.levers(link, radius) * force
-            # ω × I ω and v × m v are zero in the plane, and a recursion in space computes them.
+            # ω × I ω and v × m v are zero in the plane, but a spatial recursion computes them.
             reach = self.levers(link, radius)[0]
             inertia = self.inertia[link - 1] + self.mass[link - 1] * reach**2
             gyroscopic = self.in_space * inertia * turning[link - 1] ** 2
@@ -206,7 +206,7 @@ class Scale:
     def determinant(self, chain: Chain, elbow: Array, uncertainty: Array | float) -> Array:
         """Return det M (kg² m⁴), shape (n,), at the elbow angles q2 − q1 (rad).
 
-        It is the smallest within the uncertainty of the angle (rad).
+        The smallest value within the uncertainty of the angle (rad).
         """
         (a1, b1), (a2, b2) = chain.centre
         h = np.abs(a2 * np.sin(elbow) + b2 * np.cos(elbow)) - self.radius[1] * uncertainty
@@ -224,9 +224,9 @@ class Scale:
 
 @dataclass(frozen=True)
 class Problem:
-    """What a tolerance depends on: the chain, the sizes met, the states, and the operations.
+    """Inputs of a tolerance: chain, sizes, states and operation count.
 
-    `found` is the value of a quantity that solves an equation, since its bound depends on it.
+    `found` is the value of a quantity that solves an equation; its bound depends on it.
     """
 
     chain: Chain
@@ -242,9 +242,9 @@ class Problem:
 
     @property
     def value(self) -> Array:
-        """The value found, for the bounds that need it."""
+        """The computed value, for the bounds that depend on it."""
         if self.found is None:
-            raise ValueError("this bound depends on the value found: give it as `found`")
+            raise ValueError("this bound depends on the computed value: pass it as `found`")
         return self.found
 
     @property
@@ -254,7 +254,7 @@ class Problem:
 
     @property
     def uncertainty(self) -> Array:
-        """That of the elbow angle (rad), shape (n,)."""
+        """The uncertainty of the elbow angle (rad), shape (n,)."""
         return EPSILON * (1 + self.scale.angles_met(self.states.angles))
 
     @property
@@ -275,9 +275,9 @@ class Problem:
 def tolerance(quantity: str, problem: Problem) -> Array:
     """Return the largest difference between two correct values of a quantity.
 
-    The states' `accelerations` are those that go with the quantity: given for the inverse
-    dynamics, found for the forward dynamics and its derivatives. The result has the shape of the
-    quantity, or one that broadcasts to it, and its unit.
+    The states' `accelerations` belong to the quantity: they are inputs of the inverse dynamics and
+    results of the forward dynamics and its derivatives. The result has the unit of the quantity and
+    its shape, or one that broadcasts to it.
     """
     return _BOUNDS[quantity](problem)
 
@@ -324,7 +324,7 @@ def _inverse_dynamics_by_speeds(problem: Problem) -> Array:
 
 
 def _forward_dynamics_by_angles(problem: Problem) -> Array:
-    # ∂u̇/∂q = −M⁻¹ ∂τ/∂q, with τ the inverse dynamics at the u̇ that was found.
+    # ∂u̇/∂q = −M⁻¹ ∂τ/∂q, with τ the inverse dynamics at the computed u̇.
     loads = problem.scale.weight + np.abs(problem.states.torques)
     torque = problem.torque(loads=loads)
     error = np.einsum("ij,jn->in", problem.scale.mass_matrix, _forward_dynamics(problem))
@@ -345,7 +345,7 @@ def _angular_velocities(problem: Problem) -> Array:
 
 
 def _angular_accelerations(problem: Problem) -> Array:
-    # An engine in space also meets the product of both angular velocities, which are parallel.
+    # A spatial engine also computes the product of both angular velocities, which are parallel.
     scale, states = problem.scale, problem.states
     products = scale.in_space * scale.turning(states.speeds) ** 2
     return problem.units * (scale.turning(states.accelerations) + products)

@@ -1,44 +1,46 @@
-"""Every quantity, by every formulation and an engine, at many random states: the verdict."""
+"""Compare every quantity of every formulation with an engine at many random states."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
+from os import PathLike
 
 import numpy as np
 
 from twolink.chain import Chain
-from twolink.engines.pinocchio import Pinocchio
+from twolink.data import data_path
+from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.engines.protocol import Engine
-from twolink.errors import ParameterError
-from twolink.provenance import package_versions, this_machine
-from twolink.urdf import PlanarUrdf
+from twolink.environment import package_versions, this_machine
+from twolink.inputs import as_count
+from twolink.urdf import PlanarUrdf, read_planar_urdf
 from twolink.verification.jointspace import (
     FORMULATIONS,
     Formulation,
     JointSpace,
-    Machine,
+    PlanarModel,
     PointMotion,
 )
 from twolink.verification.quantities import DYNAMICS, MOTION, Formula, Quantity
 from twolink.verification.states import Array, States, random_states
 from twolink.verification.tolerance import EPSILON, Problem, Scale, tolerance
 
-# States are worked through in portions, so that progress shows and memory stays small.
-_PORTION = 4000
+# States are processed in batches, which bounds memory and allows progress reports.
+_BATCH = 4000
 
 Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One quantity from two sources, in the state where they are furthest apart.
+    """One quantity from two sources, at the state with the largest difference.
 
-    `algorithm` is what the engine calls it. Furthest is meant in units of the tolerance there.
-    `difference` and `allowed` are in `unit`; `units` and `allowed_units` count ε times the size
-    of what was summed: a unit in the last place, if nothing cancels. `state` has the joint
-    angles, speeds, … of that state.
+    The largest difference is relative to the tolerance at each state. `algorithm` is the engine's
+    name for it. `difference` and `allowed` are in `unit`; `units` and `allowed_units` are multiples
+    of ε times the size of the summed terms: units in the last place, without cancellation. `state`
+    has the joint angles, speeds, … of that state.
     """
 
     quantity: str
@@ -65,7 +67,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Verdict:
-    """All comparisons of one URDF, and how to make them again."""
+    """All comparisons of one URDF, with the data that reproduce them."""
 
     urdf: str
     engine: str
@@ -96,12 +98,12 @@ class Verdict:
         return (
             f"{len(failures)} of {count} comparisons disagree; the worst is the {worst.quantity} "
             f"of {worst.source} against {worst.against}: {worst.difference:.3g} {worst.unit}, "
-            f"where {worst.allowed:.2g} is allowed."
+            f"with a tolerance of {worst.allowed:.2g}."
         )
 
 
 def verify(
-    urdf: PlanarUrdf,
+    urdf: PlanarUrdf | str | PathLike[str] | None = None,
     *,
     states: int = 10_000,
     seed: int = 1,
@@ -112,29 +114,32 @@ def verify(
 ) -> Verdict:
     """Compare formulations with an engine (Pinocchio), and with each other, at random states.
 
-    `progress` is called with the share of the work done, from 0 to 1. `motion` stands in for the
-    library's kinematics. Raises `ParameterError` for less than one state, `EngineError` when the
-    engine is missing or refuses the file.
+    `urdf` is the path of a URDF file, or a file that was read already; by default the shipped one.
+    `progress` is called with the completed fraction, from 0 to 1. `motion` replaces the library's
+    kinematics. Raises `ParameterError` for less than one state, `UrdfError` for a file that does
+    not describe a planar two-link chain, `EngineError` when the engine is missing or rejects it.
     """
-    comparing = comparing_motion(urdf, formulations, engine, motion)
-    comparisons, _ = comparing.worst(states, seed, progress)
-    return comparing.verdict(comparisons, states, seed)
+    if not isinstance(urdf, PlanarUrdf):
+        urdf = read_planar_urdf(data_path("twolink.urdf") if urdf is None else urdf)
+    plan = motion_plan(urdf, formulations, engine, motion)
+    comparisons, _ = plan.worst(states, seed, progress)
+    return plan.verdict(comparisons, states, seed)
 
 
-def comparing_motion(
+def motion_plan(
     urdf: PlanarUrdf,
     formulations: Mapping[str, Formulation] = FORMULATIONS,
     engine: Engine | None = None,
     motion: PointMotion | None = None,
-) -> Comparing:
-    """Return what `verify` compares: the equations of motion, and the motion of the points."""
-    machine = Machine(Chain.from_links(urdf.links), urdf.joints, urdf.gravity)
-    texts = {name: JointSpace(f, machine) for name, f in formulations.items()}
-    kinematics = {"kinematics": motion or PointMotion(machine)}
-    return Comparing(
+) -> ComparisonPlan:
+    """Return the comparison plan of `verify`: equations of motion and motion of the points."""
+    model = PlanarModel(Chain.from_links(urdf.links), urdf.joints, urdf.gravity)
+    texts = {name: JointSpace(f, model) for name, f in formulations.items()}
+    kinematics = {"kinematics": motion or PointMotion(model)}
+    return ComparisonPlan(
         urdf,
         engine or Pinocchio(urdf),
-        groups=(*posed(DYNAMICS, texts), *posed(MOTION, kinematics)),
+        groups=(*cases(DYNAMICS, texts), *cases(MOTION, kinematics)),
         names={**{name: f.name for name, f in formulations.items()}, "kinematics": "Section 6.1"},
     )
 
@@ -142,19 +147,19 @@ def comparing_motion(
 Group = tuple[Quantity, Mapping[str, Formula]]
 
 
-def posed(quantities: Iterable[Quantity], texts: Mapping[str, object]) -> Iterator[Group]:
-    """Return each quantity with its formulas by every text."""
+def cases(quantities: Iterable[Quantity], texts: Mapping[str, object]) -> Iterator[Group]:
+    """Return each quantity with the formula of every formulation."""
     for quantity in quantities:
         yield quantity, {name: Formula(quantity, text) for name, text in texts.items()}
 
 
 @dataclass(frozen=True)
-class Comparing:
-    """What is compared on a URDF with what an engine answers, where, and how closely.
+class ComparisonPlan:
+    """Quantities, engine, random states and tolerances of a comparison on one URDF.
 
-    `groups` are the quantities with their formulas, by the names of their texts; `names` are how
-    these are printed. `draw` makes states, and `bound` is the tolerance of a quantity there:
-    infinite where what is constrained has no value in float64, and is left out.
+    `groups` are the quantities with their formulas, by the names of their formulations; `names` are
+    the printed names. `draw` generates states, and `bound` is the tolerance of a quantity there:
+    infinite where a constrained quantity has no value in float64 and is excluded.
     """
 
     urdf: PlanarUrdf
@@ -167,10 +172,10 @@ class Comparing:
     def worst(
         self, states: int, seed: int, progress: Progress
     ) -> tuple[tuple[Comparison, ...], dict[str, int]]:
-        """Return each comparison in its worst state, and how often each quantity is left out."""
+        """Return each comparison at its worst state, and how often each quantity is excluded."""
         worst: dict[tuple[str, str, str], Comparison] = {}
         left_out = dict.fromkeys((quantity.name for quantity, _ in self.groups), 0)
-        for quantity, met, missing in self.met(states, seed, progress):
+        for quantity, met, missing in self.batches(states, seed, progress):
             for comparison in (each.worst() for each in met):
                 key = (quantity.name, comparison.source, comparison.against)
                 if key not in worst or comparison.share > worst[key].share:
@@ -178,25 +183,24 @@ class Comparing:
             left_out[quantity.name] += missing
         return tuple(worst.values()), left_out
 
-    def met(
+    def batches(
         self, states: int, seed: int, progress: Progress
-    ) -> Iterator[tuple[Quantity, list[Met], int]]:
-        """Return, portion by portion, each quantity as it is met, and in how many states it is not.
+    ) -> Iterator[tuple[Quantity, list[BatchResult], int]]:
+        """Return, batch by batch, each result and the number of states at which it is excluded.
 
         Raises `ParameterError` for less than one state.
         """
-        if states < 1:
-            raise ParameterError(f"states is {states}; allowed is a positive whole number")
+        states = as_count("states", states, least=1)
         chain = Chain.from_links(self.urdf.links)
         own = Scale.of(chain, joint=True, gravity=self.urdf.gravity, joints=self.urdf.joints)
         largest = {"torque": 100 * float(own.mass_matrix.max()), "force": 10 * sum(chain.mass)}
-        starts = range(0, states, _PORTION)
+        starts = range(0, states, _BATCH)
         for number, start in enumerate(starts):
-            drawn = self.draw(min(_PORTION, states - start), seed=(seed, number), **largest)
-            portion = _Portion(drawn, chain, own, self.engine, self.bound)
+            drawn = self.draw(min(_BATCH, states - start), seed=(seed, number), **largest)
+            batch = _Batch(drawn, chain, own, self.engine, self.bound)
             for index, (quantity, formulas) in enumerate(self.groups):
-                met = portion.comparisons(quantity, formulas, self.names)
-                yield quantity, met, int(portion.left_out.sum())
+                met = batch.comparisons(quantity, formulas, self.names)
+                yield quantity, met, int(batch.left_out.sum())
                 progress((number + (index + 1) / len(self.groups)) / len(starts))
 
     def verdict(
@@ -206,13 +210,13 @@ class Comparing:
         seed: int,
         remarks: tuple[str, ...] = (),
     ) -> Verdict:
-        """Return comparisons as a verdict, with remarks beside what reading the URDF assumed."""
+        """Return comparisons as a verdict, with remarks added to the assumptions about the URDF."""
         return Verdict(
             urdf=self.urdf.path,
             engine=self.engine.name,
             states=states,
             seed=seed,
-            assumptions=(*self.urdf.assumptions, *remarks),
+            assumptions=(*self.urdf.notes, *self.urdf.left_out, *remarks),
             comparisons=comparisons,
             versions=package_versions("pin", "numpy"),
             machine=this_machine(),
@@ -220,8 +224,8 @@ class Comparing:
 
 
 @dataclass(frozen=True)
-class Met:
-    """One quantity from two sources at n states: how far they are apart, and may be.
+class BatchResult:
+    """One quantity from two sources at n states: differences and tolerances.
 
     `difference` and `allowed` have shape (…, n), `allowed_units` (see `Comparison`) shape (n,).
     """
@@ -244,11 +248,11 @@ class Met:
 
     @property
     def shares(self) -> Array:
-        """The largest of them in each state, shape (n,)."""
+        """The largest excess at each state, shape (n,)."""
         return self.excess.reshape(-1, len(self.states)).max(axis=0)
 
     def worst(self) -> Comparison:
-        """Return the state where they are furthest apart."""
+        """Return the comparison at the state with the largest share."""
         excess = self.excess
         worst = np.unravel_index(np.argmax(excess), excess.shape)
         at = worst[-1]
@@ -271,8 +275,8 @@ class Met:
         )
 
 
-class _Portion:
-    """A portion of the states, with what the engine answered there so far."""
+class _Batch:
+    """A batch of the states, with the engine's answers computed so far."""
 
     def __init__(
         self,
@@ -287,14 +291,14 @@ class _Portion:
         self._own = own
         self._engine = engine
         self._bound = bound
-        # The states in which the last quantity has no value in float64.
+        # The states at which the last quantity has no value in float64.
         self.left_out = np.zeros(len(states), dtype=bool)
         self._answers: dict[object, Array] = {}
         self._accelerations: Array | None = None
 
     def comparisons(
         self, quantity: Quantity, formulas: Mapping[str, Formula], names: Mapping[str, str]
-    ) -> list[Met]:
+    ) -> list[BatchResult]:
         """Compare each formula with the engine, and the formulas with each other."""
         engine = self._engine
         spent = engine.contact_roundings if quantity.constrained else engine.roundings
@@ -317,7 +321,7 @@ class _Portion:
         return found
 
     def _answer(self, quantity: Quantity) -> Array:
-        """Return the engine's answer, asked once for all quantities that are parts of it."""
+        """Return the engine's answer, computed once for all quantities that are parts of it."""
         if quantity.call not in self._answers:
             self._answers[quantity.call] = quantity.call(self._engine, self._states)
         answer = self._answers[quantity.call]
@@ -339,7 +343,7 @@ class _Portion:
         value: Array,
         other: Array,
         problem: Problem,
-    ) -> Met:
+    ) -> BatchResult:
         difference = np.abs(quantity.of(value) - quantity.of(other))
         allowed = np.broadcast_to(self._bound(quantity.name, problem), difference.shape)
         if quantity.constrained:
@@ -347,4 +351,4 @@ class _Portion:
             self.left_out |= left_out.any(axis=0)
             difference = np.where(left_out, 0.0, difference)
         units = problem.units / EPSILON
-        return Met(quantity, source, against, self._states, difference, allowed, units)
+        return BatchResult(quantity, source, against, self._states, difference, allowed, units)

@@ -12,7 +12,7 @@
     view: '<svg width="14" height="14" viewBox="0 0 14 14"><path d="M1 1h4v1.6H2.6V5H1zM9 1h4v4h-1.6V2.6H9zM1 9h1.6v2.4H5V13H1zM11.4 9H13v4H9v-1.6h2.4z"/></svg>',
   };
 
-  // --- what comes in ------------------------------------------------------------------------
+  // --- input --------------------------------------------------------------------------------
 
   async function inflated(base64) {
     const bytes = Uint8Array.from(atob(base64.trim()), (letter) => letter.charCodeAt(0));
@@ -174,7 +174,7 @@
         let far = text === "D" && kind === "joint" ? 1.4 * this.about.width * scale : away[kind];
         // Behind a joint's letter, line by line.
         if (line) far = away.joint + (6 + 17 * line) * this.unit;
-        // A surface's name stands along its edge; others are as far away whatever their length.
+        // A surface's name is along its edge; other labels keep a distance that ignores their length.
         const along = kind === "surface";
         const aside = dx * (half + 4) + (along ? (1 - Math.abs(dx)) * (half + 8) : 0);
         let left = px + dx * far + aside - half;
@@ -203,7 +203,7 @@
       c.fillRect(0, height - this.bottom, width, this.bottom);
       c.globalAlpha = 1;
       c.textBaseline = "middle";
-      // Time at the right, the title in what room is left.
+      // Time at the right, the title in the remaining width.
       const time = `t = ${words.t.toFixed(2)} s`;
       const size = this.font(c, 18, 600);
       const middle = about.framing.top * u / 2;
@@ -248,8 +248,8 @@
       const share = (value) => (energy.most > 0 ? Math.max(0, value) / energy.most : 0);
       const potential = words.V - energy.lowest;
       const parts = [
-        ["T", words.T, theme.kinetic], ["V − min V", potential, theme.potential],
-        ["given off", energy.most - words.T - potential, theme.axis],
+        ["T", words.T, theme.kinetic], ["V above minimum", potential, theme.potential],
+        ["dissipated", energy.most - words.T - potential, theme.axis],
       ].slice(0, energy.loses ? 3 : 2);
       c.fillStyle = theme.grid;
       c.fillRect(bar.x, bar.y, bar.w, bar.h);
@@ -271,7 +271,7 @@
       return words_x;
     }
 
-    // What touches what, and the grid's spacing, at the right.
+    // The contacts, and the grid's spacing, at the right.
     notes(c, side, taken) {
       const { about, words, unit: u, width, height } = this;
       c.textAlign = "right";
@@ -387,7 +387,7 @@
 
   class Stream {
     constructor() {
-      this.socket = new WebSocket(`ws://${location.host}/stream`);
+      this.socket = new WebSocket(`ws://${location.host}${location.pathname}stream`);
       this.socket.binaryType = "arraybuffer";
       this.state = { playing: false, speed: 1, frame: 0 };
     }

@@ -1,1 +1,1 @@
-"""Plots of a trajectory and of a verdict, one kind a file, all in one style."""
+"""Plots of a trajectory and of a verdict, one kind per file, in a common style."""

@@ -10,7 +10,7 @@ from viz.plots.style import figure, label_lines, palette_of, stroke
 
 
 def angles(trajectory: Trajectory, theme: str = "light") -> Figure:
-    """Return a plot of q (rad) and u (rad/s), absolute as in the source, over time (s)."""
+    """Return a plot of the absolute q (rad) and u (rad/s) over time (s)."""
     palette = palette_of(theme)
     made, axes = figure(
         palette, f"{trajectory.scene.title}: angles and speeds", rows=2, sharex=True

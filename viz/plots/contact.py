@@ -1,4 +1,4 @@
-"""Contact forces over time, with the modes shaded, and the impulses of impacts."""
+"""Contact forces over time, with shaded modes, and impulses of impacts."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from twolink.simulation import Trajectory
 from twolink.simulation.hybrid.mode import Impact
 from twolink.simulation.trajectory import ContactForce
 from viz.plots.moments import Array, moments, spans, time_axis
-from viz.plots.style import Palette, figure, label_lines, palette_of, stroke
+from viz.plots.style import Palette, figure, label_lines, palette_of, plain, stroke
 
-# Each state has a band of the theme, and a hatching that is seen in grey.
+# Each state has a band of the theme, and a hatching that is visible in grey.
 _BANDS: dict[ContactState, tuple[int, str]] = {
     ContactState.FORWARD: (0, "///"),
     ContactState.BACKWARD: (1, "\\\\\\"),
@@ -29,15 +29,15 @@ _BANDS: dict[ContactState, tuple[int, str]] = {
     ContactState.CLOSED: (4, ""),
 }
 
-# Contacts that are all shorter than this part of the run are shown close up, too.
+# If all contacts are shorter than this part of the run, one is also shown close up.
 _SHORT = 0.02
-# Impacts that are all over in this part of the run have more of the width.
+# If all impacts are within this part of the run, their axis is shortened.
 _EARLY = 0.4
 
 
 @dataclass(frozen=True)
 class Phase:
-    """What one friction or obstacle does from one time (s) to another."""
+    """The state of one friction or obstacle from one time (s) to another."""
 
     start: float
     end: float
@@ -46,7 +46,7 @@ class Phase:
 
 @dataclass(frozen=True)
 class _Row:
-    """A row of the figure: how high it is, whether time runs along it, what draws it."""
+    """A row of the figure: height, whether its axis is time, and its drawing function."""
 
     height: float
     over_time: bool
@@ -54,16 +54,15 @@ class _Row:
 
 
 def contact(trajectory: Trajectory, theme: str = "light") -> Figure:
-    """Return what each friction and obstacle gives (N, N m) over time (s), its states shaded.
+    """Return a plot of the force (N, N m) of each friction and obstacle over time (s).
 
-    Impulses (N s, N m s) have a row of their own, and contacts that are over soon are shown close
-    up. Raises `ParameterError` for a motion with neither friction nor obstacles.
+    States are shaded. Impulses (N s, N m s) have a separate row, and short contacts are also shown
+    close up. Raises `ParameterError` for a motion with neither friction nor obstacles.
     """
     palette = palette_of(theme)
     if not trajectory.events:
         raise ParameterError(
-            f"'{trajectory.scene.title}' has no friction and no obstacle; allowed is a scene that "
-            "has one"
+            f"'{trajectory.scene.title}' must have friction or an obstacle for a contact plot"
         )
     shown = moments(trajectory)
     forces = trajectory.contact_forces(shown.t if shown.known_between else None)
@@ -87,7 +86,7 @@ def contact(trajectory: Trajectory, theme: str = "light") -> Figure:
 
 
 def phases(trajectory: Trajectory, index: int) -> list[Phase]:
-    """Return what the friction or obstacle of this number does, one after the other."""
+    """Return the states of the friction or obstacle of this number, in order."""
     found: list[Phase] = []
     for span in spans(trajectory):
         state = span.mode.states[index]
@@ -122,7 +121,7 @@ def _rows(
 
 
 def _until(trajectory: Trajectory) -> float:
-    """Return the time (s) up to which impulses are shown: all have the same axis."""
+    """Return the end (s) of the common time axis of impulses."""
     last, duration = trajectory.impacts[-1].time, float(trajectory.t[-1])
     return last * 1.1 if 0 < last < _EARLY * duration else duration
 
@@ -130,7 +129,7 @@ def _until(trajectory: Trajectory) -> float:
 def _draw_forces(
     axes: Axes, palette: Palette, times: Array, force: ContactForce, known: list[Phase]
 ) -> None:
-    """Draw what one friction or obstacle gives, over its states."""
+    """Draw the force of one friction or obstacle over its states."""
     _shade(axes, palette, known)
     _title(axes, palette, _in_words(force.name))
     axes.axhline(0, color=palette.faint, linewidth=0.8)
@@ -146,7 +145,7 @@ def _draw_forces(
 def _draw_close_up(
     axes: Axes, palette: Palette, times: Array, force: ContactForce, touching: list[Phase]
 ) -> None:
-    """Draw the first contact over its own time."""
+    """Draw the first contact close up."""
     first, until = touching[0], touching[0].end
     for phase in touching[1:]:
         if phase.start > until:
@@ -174,7 +173,7 @@ def _draw_close_up(
 def _draw_impulses(
     axes: Axes, palette: Palette, force: ContactForce, impacts: list[Impact], until: float
 ) -> None:
-    """Draw a stem for each impact up to a time (s), with the normal impulse and friction's."""
+    """Draw a stem for each impact up to a time (s), with its normal and friction impulses."""
     times = np.array([impact.time for impact in impacts])
     kinds = {"normal": np.array([impact.normal_impulse for impact in impacts])}
     if force.tangential is not None:
@@ -207,7 +206,7 @@ def _draw_impulses(
 
 
 def _shade(axes: Axes, palette: Palette, known: list[Phase]) -> None:
-    """Shade the states, and say above the axes which is which."""
+    """Shade the states, with a legend above the axes."""
     keys: dict[ContactState, Patch] = {}
     for phase in known:
         if phase.state is ContactState.OPEN:
@@ -237,9 +236,9 @@ def _shade(axes: Axes, palette: Palette, known: list[Phase]) -> None:
 
 
 def _title(axes: Axes, palette: Palette, words: str) -> None:
-    axes.set_title(words, loc="left", color=palette.ink, fontsize=10)
+    axes.set_title(plain(words), loc="left", color=palette.ink, fontsize=10)
 
 
 def _in_words(name: str) -> str:
-    """Return what rubs or is barred: a joint's friction has the joint's letter for a name."""
+    """Return the name of a friction or obstacle; a joint's friction is named by its letter."""
     return f"friction in joint {name}" if name in ("A", "B") else name

@@ -1,4 +1,4 @@
-"""Energy error against time: who loses energy steadily, who keeps it, who leaves it to chance."""
+"""Energy error against time: linear drift, bounded errors, and random walks."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from matplotlib.figure import Figure
 from twolink.accuracy.drift import Drift, DriftStudy
 from viz.plots.style import Palette, figure, label_lines, palette_of
 
-# The number of a palette's line, and dashes, by what a method is; and all kinds by name.
+# The palette's line number and the dashes of each kind of method, and the names of the kinds.
 _FAMILIES = {"taylor": (0, "-"), "runge-kutta": (1, "-."), "symplectic": (2, (0, (5, 1.6)))}
 
-# The guides are a fan at the lower right: this many decades long, each with its power of time.
+# The guides at the lower right: this many decades long, each with its power of time.
 _GUIDES = ((1.0, "∝ t"), (0.5, "∝ √t"), (0.0, "bounded"))
 _GUIDE_DECADES = 1.3
 
-# Below the least error there is room for the guides, in decades.
+# Space below the smallest error for the guides, in decades.
 _ROOM = 2.6
 
 
 def drift_plot(study: DriftStudy, theme: str = "light") -> Figure:
-    """Return a plot of energy errors (as shares of the greatest kinetic energy) against time (s).
+    """Return a plot of energy errors (relative to the greatest kinetic energy) against time (s).
 
-    A line for each method, with its measured power of time, and guides of the powers expected.
+    Each method has a line with its measured power of time; guides show the expected powers.
     """
     palette = palette_of(theme)
-    title = f"{study.scene.title}, {study.seconds:g} s: what becomes of energy"
+    title = f"{study.scene.title}, {study.seconds:g} s: energy drift"
     drawn, (axes,) = figure(palette, title, size=(8.4, 5.8))
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -51,7 +51,7 @@ def _label(drift: Drift) -> str:
 
 
 def _guide(axes: Axes, study: DriftStudy, palette: Palette) -> None:
-    """Draw the fan of powers that errors may follow."""
+    """Draw guides of the expected powers of time."""
     errors = (float(e) for drift in study.drifts for e in drift.errors if e > 0)
     least = min(errors, default=1.0)
     start = study.seconds * 10 ** (-_GUIDE_DECADES - 0.6)

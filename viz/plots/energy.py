@@ -1,4 +1,4 @@
-"""The balance of energy: what is stored, and what each effect gave."""
+"""The energy balance: stored energy and the work of each effect."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from viz.plots.style import figure, label_lines, note, palette_of, stroke
 
 
 def energy(trajectory: Trajectory, theme: str = "light") -> Figure:
-    """Return T, V and T + V (J) over time (s), and below them the work of each effect so far.
+    """Return a plot of T, V and T + V (J) over time (s), and of the work of each effect.
 
-    The works sum up to the change of T, and by how much they do not is said. A trajectory without
-    dense output does not know them: then it is said that they are left out.
+    The works add up to the change of T; a note states the difference. For a trajectory without
+    dense output the works are unknown, and a note states that they are omitted.
     """
     palette = palette_of(theme)
     shown = moments(trajectory)
@@ -38,7 +38,9 @@ def energy(trajectory: Trajectory, theme: str = "light") -> Figure:
         axes[0].plot(trajectory.t, values, label=name, **stroke(palette, number))
     axes[0].set_ylabel("energy (J)")
     if works is None:
-        note(made, palette, "The works of the effects are not known: there are samples alone.")
+        note(
+            made, palette, "The works of the effects are unknown: the trajectory has only samples."
+        )
     else:
         change = trajectory.kinetic_energy - _start(trajectory)
         axes[1].plot(trajectory.t, change, label="change of $T$", **stroke(palette, 0))
@@ -46,18 +48,18 @@ def energy(trajectory: Trajectory, theme: str = "light") -> Figure:
             axes[1].plot(trajectory.t, values, label=in_words(name), **stroke(palette, number))
         axes[1].set_ylabel("work since the start (J)")
         left = float(np.abs(change - sum(works.values())).max())
-        note(made, palette, f"The works sum up to the change of T within {left:.1e} J.")
+        note(made, palette, f"The works add up to the change of T within {left:.1e} J.")
     time_axis(axes, trajectory, palette)
     label_lines(*axes)
     return made
 
 
 def in_words(name: str) -> str:
-    """Return the name of an effect's class in words: CompliantSurface is a compliant surface."""
+    """Return the name of an effect's class in words: CompliantSurface is "compliant surface"."""
     return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()
 
 
 def _start(trajectory: Trajectory) -> float:
-    """Return T at the start (J): what is struck there is struck after it."""
+    """Return the initial T (J), before impacts at t = 0."""
     at_start = [i for i in trajectory.impacts if i.time == trajectory.t[0]]
     return at_start[0].kinetic_energy[0] if at_start else float(trajectory.kinetic_energy[0])

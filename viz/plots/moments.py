@@ -1,4 +1,4 @@
-"""The moments at which a trajectory is drawn: its samples, and what lies between them."""
+"""The times at which a trajectory is drawn: samples, events and times between them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from viz.plots.style import Palette
 
 Array = NDArray[np.float64]
 
-# Between two breaks a line has this many points at the least, unless there are very many breaks.
+# Minimum number of points between two breaks, unless there are very many breaks.
 _POINTS, _MOST_POINTS = 40, 4000
 
 
@@ -24,7 +24,7 @@ _POINTS, _MOST_POINTS = 40, 4000
 class Moments:
     """Times t (s), angles q (rad) and speeds u (rad/s), each q and u of shape (2, n).
 
-    `known_between` says whether the trajectory told more than its samples.
+    `known_between` states whether the trajectory has dense output.
     """
 
     t: Array
@@ -35,7 +35,7 @@ class Moments:
 
 @dataclass(frozen=True)
 class Span:
-    """A mode, from the time (s) it is entered to the time it is left."""
+    """A mode, with the times (s) of its start and end."""
 
     start: float
     end: float
@@ -43,7 +43,7 @@ class Span:
 
 
 def spans(trajectory: Trajectory) -> list[Span]:
-    """Return the modes of a motion in their order; none if it is smooth."""
+    """Return the modes of a motion in order; empty if it is smooth."""
     entered = [event.entered for event in trajectory.events]
     left = [*entered[1:], float(trajectory.t[-1])]
     events = zip(entered, left, trajectory.events, strict=True)
@@ -51,10 +51,10 @@ def spans(trajectory: Trajectory) -> list[Span]:
 
 
 def moments(trajectory: Trajectory) -> Moments:
-    """Return the moments to draw: the samples, and both sides of each event and impact.
+    """Return the times to draw: the samples, and both sides of each event and impact.
 
-    What happens between two events has its points, too, however soon it is over. A trajectory
-    without dense output has its samples alone.
+    Each interval between two events has points, however short it is. A trajectory without dense
+    output has only its samples.
     """
     start, end = float(trajectory.t[0]), float(trajectory.t[-1])
     breaks = {e.entered for e in trajectory.events} | {i.time for i in trajectory.impacts}
@@ -74,9 +74,9 @@ def moments(trajectory: Trajectory) -> Moments:
 
 
 def time_axis(axes: list[Axes], trajectory: Trajectory, palette: Palette) -> None:
-    """Let axes above each other run over the time of a trajectory, named at the lowest.
+    """Set the common time axis of stacked axes, with a label at the lowest.
 
-    Where the accuracy that was asked for does not hold to the end, they say from when on.
+    If the requested accuracy does not hold to the end, a mark shows the time from which on.
     """
     for each in axes:
         each.set_xlim(float(trajectory.t[0]), float(trajectory.t[-1]))
@@ -84,7 +84,7 @@ def time_axis(axes: list[Axes], trajectory: Trajectory, palette: Palette) -> Non
             each.axvline(trajectory.holds_until, color=palette.ink, linewidth=0.8)
     if not trajectory.met:
         axes[0].annotate(
-            f"known to {trajectory.accuracy:.0e} until here",
+            f"accurate to {trajectory.accuracy:.0e} until here",
             xy=(trajectory.holds_until, 1.0),
             xycoords=axes[0].get_xaxis_transform(),
             xytext=(3, -3),

@@ -11,20 +11,22 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from twolink import kinematics
+from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.surface import Surface
 from twolink.simulation import Trajectory
 from viz.plots.moments import Array, Moments, moments
 from viz.plots.phase import mark
-from viz.plots.style import Palette, figure, note, palette_of, stroke
+from viz.plots.style import Palette, figure, note, palette_of, plain, stroke
 
-# A figure's width (inch) and what of it is not axes; how high axes are to their width, in bounds.
+# A figure's width and margins (inch); bounds of the axes' aspect ratio.
 _WIDTH, _BESIDE, _ABOVE = 7.2, 0.75, 1.15
 _LOWEST, _HIGHEST = 0.45, 0.95
-# What is free around what is drawn, and the hatching of a surface, in parts of what is drawn.
+# The margin and the hatching of a surface, relative to the drawing.
 _FREE, _HATCH = 0.09, 0.022
 
 
 def path(trajectory: Trajectory, theme: str = "light") -> Figure:
-    """Return the path of D (m), the chain at start and end, surfaces, and where D struck them."""
+    """Return a plot of the path of D (m), the chain at start and end, surfaces and impacts of D."""
     palette = palette_of(theme)
     shown = moments(trajectory)
     chain = trajectory.chain
@@ -36,7 +38,7 @@ def path(trajectory: Trajectory, theme: str = "light") -> Figure:
     axes.set_xlim(view.left, view.right)
     axes.set_ylim(view.bottom, view.top)
     for effect in trajectory.scene.effects:
-        if hasattr(effect, "normal") and hasattr(effect, "point"):
+        if isinstance(effect, (Surface, CompliantSurface)):
             _draw_surface(axes, palette, view, effect)
     for moment, alpha in ((0, 0.35), (-1, 0.8)):
         _draw_chain(axes, palette, trajectory, shown.q[:, moment], alpha)
@@ -56,7 +58,7 @@ def path(trajectory: Trajectory, theme: str = "light") -> Figure:
 
 @dataclass(frozen=True)
 class View:
-    """What of the plane is shown (m); y grows downward, from top to bottom."""
+    """The visible part of the plane (m); y increases downward, from top to bottom."""
 
     left: float
     right: float
@@ -65,7 +67,7 @@ class View:
 
     @classmethod
     def around(cls, points: Array) -> View:
-        """Return a view of points, shape (2, n), some more, and as wide and high as can be read."""
+        """Return a view of points, shape (2, n), with a margin and bounds on its aspect ratio."""
         low, high = points.min(axis=1), points.max(axis=1)
         middle, half = (low + high) / 2, (high - low) / 2 + _FREE * float(np.hypot(*(high - low)))
         half = np.maximum(half, [half[1] / _HIGHEST, half[0] * _LOWEST])
@@ -74,17 +76,17 @@ class View:
 
     @property
     def size(self) -> tuple[float, float]:
-        """The width and height of a figure that is filled by it (inch)."""
+        """The width and height of a figure for this view (inch)."""
         share = (self.bottom - self.top) / (self.right - self.left)
         return _WIDTH, (_WIDTH - _BESIDE) * share + _ABOVE
 
     @property
     def diagonal(self) -> float:
-        """How far it is from corner to corner (m)."""
+        """The length of the diagonal (m)."""
         return float(np.hypot(self.right - self.left, self.bottom - self.top))
 
     def holds(self, points: Array) -> NDArray[np.bool_]:
-        """Return which of points, shape (2, n), are in it."""
+        """Return a mask of the points, shape (2, n), that are in the view."""
         x, y = points
         return (self.left <= x) & (x <= self.right) & (self.top <= y) & (y <= self.bottom)
 
@@ -112,7 +114,7 @@ def _draw_chain(
 
 
 def _draw_impacts(axes: Axes, palette: Palette, trajectory: Trajectory, shown: Moments) -> str:
-    """Mark where D was struck, larger where the impulse is, and return words on it."""
+    """Mark the impacts of D, with areas proportional to the impulse, and return a description."""
     of_D = [impact for impact in trajectory.impacts if impact.name.startswith("D on ")]
     if not of_D:
         return ""
@@ -137,7 +139,7 @@ def _draw_impacts(axes: Axes, palette: Palette, trajectory: Trajectory, shown: M
 
 
 def _draw_surface(axes: Axes, palette: Palette, view: View, surface: Any) -> None:
-    """Draw the edge of a half-plane across the view, with hatching where nothing may be."""
+    """Draw the edge of a half-plane across the view, with hatching inside."""
     normal = np.array(surface.normal) / float(np.hypot(*surface.normal))
     along = np.array([-normal[1], normal[0]])
     point = np.array(surface.point)
@@ -150,12 +152,12 @@ def _draw_surface(axes: Axes, palette: Palette, view: View, surface: Any) -> Non
     for start in edge.T:
         end = start + step * (along - normal)
         axes.plot(*np.array([start, end]).T, color=palette.ink, linewidth=0.6, alpha=0.6)
-    # The name stands below a floor at the right, or where else its edge is seen.
+    # The name is below a floor at the right, or at another visible part of its edge.
     inside = edge - 1.9 * step * normal[:, None]
     seen = inside[:, view.holds(inside)]
     if seen.size:
         x, y = seen[:, np.argsort(seen[0] + seen[1])[-min(4, seen.shape[1])]]
         axes.text(
-            x, y, surface.name, ha="center", va="center", color=palette.ink, fontsize=9,
+            x, y, plain(surface.name), ha="center", va="center", color=palette.ink, fontsize=9,
             bbox={"facecolor": palette.paper, "edgecolor": "none", "pad": 0.8},
         )  # fmt: skip

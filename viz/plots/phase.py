@@ -20,7 +20,7 @@ def phase(trajectory: Trajectory, theme: str = "light") -> Figure:
     )
     shown = moments(trajectory)
     for link, each in enumerate(axes):
-        # Each has axes of its own, so that dashes need not tell the links apart.
+        # Each link has separate axes, so that dashes are not needed.
         each.plot(
             shown.q[link],
             shown.u[link],
@@ -39,7 +39,7 @@ def phase(trajectory: Trajectory, theme: str = "light") -> Figure:
 def mark(
     axes: Axes, palette: Palette, place: tuple[float, float], words: str, *, above: bool
 ) -> None:
-    """Mark a place with a ring or a disc, and words above or below."""
+    """Mark a point with a ring or a disc, and a text above or below."""
     axes.plot(
         *place,
         "o",

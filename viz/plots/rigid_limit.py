@@ -1,4 +1,4 @@
-"""Contact: how compliant surfaces near the rigid one, and what a surface that yields gives back."""
+"""Contact: convergence of compliant surfaces to the rigid one, and restitution with yielding."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from viz.plots.style import Palette, figure, label_lines, palette_of, stroke
 
 @dataclass(frozen=True)
 class Limit:
-    """By how much the rebound from a law's surface misses the rigid law's (m/s), per stiffness.
+    """Difference of the rebound of a compliant law to the rigid law's (m/s), by stiffness.
 
-    `stiffness` is in `unit`; `rate` is the measured power with which the misses fall, and
-    `expected` the one of theory.
+    `stiffness` is in `unit`; `rate` is the measured exponent of the differences, and `expected` the
+    theoretical one.
     """
 
     law: str
@@ -30,10 +30,10 @@ class Limit:
 
 @dataclass(frozen=True)
 class Restitution:
-    """The coefficient of restitution of each speed of approach (m/s), for a material.
+    """The coefficient of restitution over the approach speed (m/s), for a material.
 
-    `measured` is that of simulated impacts, `computed` that of the areas below the law's curves.
-    `yields` is the speed at which the surface begins to yield.
+    `measured` is from simulated impacts, `computed` from the areas below the law's curves.
+    `yields` is the approach speed at the onset of yielding.
     """
 
     material: str
@@ -44,10 +44,10 @@ class Restitution:
 
 
 def contact_plot(limits: Sequence[Limit], restitution: Restitution, theme: str = "light") -> Figure:
-    """Return two plots, one above the other: misses over stiffness, and restitution over speed."""
+    """Return two stacked plots: differences over stiffness, and restitution over speed."""
     palette = palette_of(theme)
     drawn, (above, below) = figure(
-        palette, "Compliant contact: the rigid limit, and what yielding takes", rows=2,
+        palette, "Compliant contact: the rigid limit, and losses by yielding", rows=2,
         size=(7.2, 6.4),
     )  # fmt: skip
     _draw_limits(above, limits, palette)
@@ -69,8 +69,8 @@ def _draw_limits(axes: Axes, limits: Sequence[Limit], palette: Palette) -> None:
             markersize=4.5, label=f"{limit.law}, {limit.unit}:\nslope −{limit.rate:.3f},\n"
             f"in theory −{limit.expected} (thin)",
         )  # fmt: skip
-    axes.set_xlabel("stiffness of the surface (in the unit of its law)")
-    axes.set_ylabel("rebound misses the\nrigid law's by (m/s)")
+    axes.set_xlabel("stiffness of the surface (unit of its law)")
+    axes.set_ylabel("difference to the\nrigid rebound (m/s)")
 
 
 def _draw_restitution(axes: Axes, restitution: Restitution, palette: Palette) -> None:
@@ -88,9 +88,9 @@ def _draw_restitution(axes: Axes, restitution: Restitution, palette: Palette) ->
         restitution.yields, color=palette.ink, linewidth=0.8, linestyle=(0, (1, 2)), label="_yields"
     )
     axes.text(
-        restitution.yields, 0.04, " yields from here on",
+        restitution.yields, 0.04, " yields from here",
         transform=axes.get_xaxis_transform(), color=palette.ink, fontsize=9, va="bottom",
     )  # fmt: skip
     axes.set_ylim(0, 1.05)
-    axes.set_xlabel("speed of approach (m/s)")
+    axes.set_xlabel("approach speed (m/s)")
     axes.set_ylabel("coefficient of restitution")

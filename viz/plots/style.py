@@ -1,15 +1,16 @@
-"""One style for all plots: sizes, colours, dashes, labels at the lines, files that are the same.
+"""The common style of plots: sizes, colours, dashes, line labels, reproducible files.
 
-The colours are Okabe and Ito's, which colour-blind people tell apart (jfly.uni-koeln.de/color).
-Lines differ in their dashes, too, so that a print in grey says as much.
+The colours are Okabe and Ito's, distinguishable for colour-blind readers (jfly.uni-koeln.de/color).
+Lines also differ in dashes, so that they are distinguishable in grey.
 """
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import matplotlib as mpl
 import numpy as np
@@ -20,13 +21,14 @@ from matplotlib.text import Annotation
 from matplotlib.transforms import offset_copy
 
 from twolink.errors import ParameterError
-from twolink.files import written_whole
+from twolink.files import atomic_write
+from twolink.text import one_line
 from viz.themes import theme_named
 
 KINDS_OF_FILE = (".svg", ".png")
-"""What a plot can be written to, by the end of its name."""
+"""File suffixes of plots."""
 
-# Points; a figure is 7.2 inches wide, as a page's column is.
+# Points; a figure is 7.2 inches wide, the width of a page's column.
 _WIDTH, _HEIGHT_OF_ROW, _HEIGHT_OF_TITLE = 7.2, 2.35, 0.75
 _TEXT, _SMALL, _TITLE = 10.0, 9.0, 12.0
 _DPI = 160
@@ -42,17 +44,17 @@ _DASHES: tuple[Any, ...] = (
     (0, (2.4, 2.4)),
 )
 
-# From a line's end to its label, in points: the way across, and what is left free before the text.
+# Distance from a line's end to its label, and the gap before the text, in points.
 _ACROSS, _FREE = 16.0, 3.0
-# A line that ends right of this part of the axes' width ends at their edge.
+# A line that ends beyond this part of the axes' width counts as ending at their edge.
 _EDGE = 0.97
-# A label takes this many times the height of its letters.
+# Height of a label relative to its letters.
 _LEADING = 1.12
 
 
 @dataclass(frozen=True)
 class Palette:
-    """The colours of a plot: paper, ink, what stays in the background, and the lines in order."""
+    """The colours of a plot: paper, ink, background elements, and lines in order."""
 
     paper: str
     ink: str
@@ -77,11 +79,11 @@ PALETTES = {
         lines=("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#ececec", "#F0E442", "#D55E00"),
     ),
 }
-"""The palettes by the names of their themes."""
+"""The palettes by the name of their theme."""
 
 
 def palette_of(theme: str) -> Palette:
-    """Return a theme's palette. Raises `PictureError` for a theme that is none."""
+    """Return a theme's palette. Raises `PictureError` for an unknown theme."""
     return PALETTES[theme_named(theme).name]
 
 
@@ -96,8 +98,8 @@ def figure(
 ) -> tuple[Figure, list[Axes]]:
     """Return an empty figure in a palette's colours, and its axes row by row.
 
-    `size` is the width and height (inch), by default as the rows need; `subplots` go to
-    matplotlib, such as `sharex=True`.
+    `size` is the width and height (inch), by default by the number of rows; `subplots` are passed
+    to matplotlib, such as `sharex=True`.
     """
     height = _HEIGHT_OF_ROW * rows + _HEIGHT_OF_TITLE
     made = Figure(
@@ -105,7 +107,7 @@ def figure(
     )
     grid = made.subplots(rows, columns, squeeze=False, **subplots)
     if title:
-        made.suptitle(title, x=0.012, ha="left", color=palette.ink, fontsize=_TITLE)
+        made.suptitle(plain(title), x=0.012, ha="left", color=palette.ink, fontsize=_TITLE)
     found = list(grid.flat)
     for axes in found:
         _dress(axes, palette)
@@ -114,7 +116,7 @@ def figure(
 
 
 def _dress(axes: Axes, palette: Palette) -> None:
-    """Give axes a palette's colours: all that matplotlib makes late is told now, too."""
+    """Apply a palette's colours to axes, including elements that matplotlib creates later."""
     axes.set_facecolor(palette.paper)
     axes.set_axisbelow(True)
     axes.grid(color=palette.faint, linewidth=0.6, alpha=0.6)
@@ -135,7 +137,7 @@ def note(made: Figure, palette: Palette, sentence: str) -> None:
 
 
 def stroke(palette: Palette, number: int) -> dict[str, Any]:
-    """Return how the line of this number (from 0) is drawn, as keywords of `Axes.plot`."""
+    """Return the style of a line by number (from 0), as keywords of `Axes.plot`."""
     return {
         "color": palette.lines[number % len(palette.lines)],
         "linestyle": _DASHES[number % len(_DASHES)],
@@ -145,10 +147,10 @@ def stroke(palette: Palette, number: int) -> dict[str, Any]:
 
 
 def label_lines(*every: Axes) -> list[Annotation]:
-    """Write each line's label beside its last point, at the right of its axes, none on another.
+    """Write each line's label beside its last point, at the right of its axes, without overlap.
 
-    To be called for all axes of a figure once all is drawn and the limits are set. Lines without a
-    label are left out. A stroke like the line's leads from its end to the words, which are in the
+    Call it once for all axes of a figure, after drawing and setting the limits. Lines without a
+    label are ignored. A leader in the line's style connects its end and the text, which has the
     palette's ink.
     """
     whole = every[0].get_figure(root=True)
@@ -161,7 +163,7 @@ def label_lines(*every: Axes) -> list[Annotation]:
 
 
 def _labels_of(axes: Axes, dpi: float) -> list[Annotation]:
-    """Write the labels of the lines of some axes."""
+    """Write the labels of the lines of axes."""
     lines = [line for line in axes.lines if not str(line.get_label()).startswith("_")]
     ends = [_end(axes, line) for line in lines]
     height = _LEADING * _SMALL * 1.2 / (axes.bbox.height * 72 / dpi)
@@ -172,7 +174,7 @@ def _labels_of(axes: Axes, dpi: float) -> list[Annotation]:
 
 
 def _end(axes: Axes, line: Line2D) -> tuple[float, float]:
-    """Return where a line's last point is, in parts of the axes, and inside of them."""
+    """Return a line's last point in axes coordinates, clipped to the axes."""
     known = np.asarray(line.get_xydata(), dtype=float)
     known = known[np.isfinite(known).all(axis=1)]
     if not len(known):
@@ -183,9 +185,9 @@ def _end(axes: Axes, line: Line2D) -> tuple[float, float]:
 
 
 def _label(axes: Axes, line: Line2D, end: tuple[float, float], place: float) -> Annotation:
-    """Write a line's label at a place (in parts of the axes' height), and lead its end there."""
+    """Write a line's label at a height (axes coordinates), with a leader to the line's end."""
     whole = axes.get_figure(root=True)
-    # Within the axes a leader must not look like more of the line.
+    # Inside the axes a leader must not look like a part of the line.
     inside = end[0] < _EDGE
     words = axes.annotate(
         str(line.get_label()),
@@ -219,10 +221,10 @@ def _label(axes: Axes, line: Line2D, end: tuple[float, float], place: float) -> 
 
 
 def spread(wanted: list[float], height: float) -> list[float]:
-    """Return places as near to the wanted ones as labels of a height allow, none on another.
+    """Return positions close to the wanted ones, without overlap of labels of a given height.
 
-    All are within 0 to 1 as long as there is room for so many. Labels that would meet are taken
-    together, about the mean of where they would be.
+    All are within 0 to 1 if there is enough space. Overlapping labels are grouped around the mean
+    of their wanted positions.
     """
     order = sorted(range(len(wanted)), key=wanted.__getitem__)
     groups: list[list[int]] = []
@@ -242,7 +244,7 @@ def spread(wanted: list[float], height: float) -> list[float]:
 
 
 def _bottom(group: list[int], wanted: list[float], height: float) -> float:
-    """Return the lower edge of labels that stand on each other, moved inside of 0 to 1."""
+    """Return the lower edge of a stack of labels, moved inside 0 to 1."""
     long = len(group) * height
     middle = sum(wanted[index] for index in group) / len(group)
     return max(0.0, min(middle - long / 2, 1.0 - long)) if long < 1 else (1.0 - long) / 2
@@ -253,20 +255,35 @@ def _top(group: list[int], wanted: list[float], height: float) -> float:
 
 
 def overlaps(words: list[Annotation]) -> bool:
-    """Return whether any two labels lie on each other, as they are drawn."""
+    """Return whether any two drawn labels overlap."""
     boxes = sorted((text.get_window_extent() for text in words), key=lambda box: box.y0)
     return any(low.overlaps(high) for low, high in pairwise(boxes))
 
 
 def save(made: Figure, path: Path) -> None:
-    """Write a figure whole to an .svg or .png file: the same picture, the same bytes.
+    """Write a figure atomically to an .svg or .png file, with reproducible bytes.
 
-    Raises `ParameterError` for other kinds of file, `OSError` where it cannot be written.
+    Raises `ParameterError` for other suffixes, `FileError` if the file cannot be written.
     """
     if path.suffix not in KINDS_OF_FILE:
-        raise ParameterError(f"{path} is the file; allowed is one of {' or '.join(KINDS_OF_FILE)}")
-    # Letters are drawn as outlines, so that they look alike wherever the file is opened.
+        raise ParameterError(
+            f"{path}: the suffix must be {' or '.join(KINDS_OF_FILE)}; got '{path.suffix}'"
+        )
+    with atomic_write(path) as file:
+        write_to(made, file, path.suffix)
+
+
+def write_to(made: Figure, target: Path | IO[bytes], suffix: str) -> None:
+    """Write a figure in the format of a suffix, with reproducible bytes."""
+    # Text is drawn as outlines, so that it looks the same everywhere.
     same = mpl.rc_context({"svg.hashsalt": "twolink", "svg.fonttype": "path"})
-    metadata = {"Date": None} if path.suffix == ".svg" else None
-    with same, written_whole(path) as file:
-        made.savefig(file, format=path.suffix[1:], metadata=metadata, dpi=_DPI)
+    metadata = {"Date": None} if suffix == ".svg" else None
+    with same, warnings.catch_warnings():
+        # A letter that the font lacks is drawn as a box; matplotlib's warning adds nothing.
+        warnings.filterwarnings("ignore", r"Glyph \d+", UserWarning)
+        made.savefig(target, format=suffix[1:], metadata=metadata, dpi=_DPI)
+
+
+def plain(text: str) -> str:
+    """Return text that matplotlib draws letter by letter: no formula begins at a $."""
+    return one_line(text, 200).replace("$", r"\$")

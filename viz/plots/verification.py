@@ -1,4 +1,4 @@
-"""Formulations against an engine, over states: each difference in units of its tolerance."""
+"""Differences of formulations and an engine over states, in units of the tolerance."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from viz.plots.style import Palette, figure, note, palette_of
 
 Pair = tuple[str, str]
 
-# Inches: a lane for each pair of sources, in a row for each quantity, and what is not rows.
+# Inches: a lane for each pair of sources, in a row for each quantity, and margins.
 _LANE, _BETWEEN, _AROUND, _WIDTH = 0.125, 0.09, 1.35, 7.2
 _MARKERS = "os^D"
 _BINS_A_DECADE = 8
-# Decades shown at the most, below the tolerance and above, and those left free for words.
+# Largest number of decades below and above the tolerance, and those reserved for text.
 _LOWEST, _HIGHEST, _FREE = -12, 9, 1.5
-# Differences so small that a smaller part of all is below them do not stretch the axis.
+# The axis ignores a smaller part of all differences at its lower end.
 _RARE = 1e-3
-# A lane's histogram fills this part of it; text in it is of this size (points).
+# The part of a lane filled by its histogram; the size of its text (points).
 _FILL, _TINY = 0.92, 6.5
 
 
 def verification(found: Iterable[Differences], theme: str = "light") -> Figure:
-    """Return, for each quantity and pair of sources, a histogram of the differences over states.
+    """Return histograms of the differences over states, for each quantity and pair of sources.
 
-    A state's difference is in units of the tolerance there, on a logarithmic axis; how many states
-    have none at all is said in words. Quantities of C1, C2 and D share a row.
+    Differences are in units of the tolerance at the state, on a logarithmic axis; a text states the
+    fraction of zero differences. Quantities of C1, C2 and D share a row.
     """
     palette = palette_of(theme)
     rows = in_rows(found)
@@ -74,7 +74,7 @@ def verification(found: Iterable[Differences], theme: str = "light") -> Figure:
 
 
 def in_rows(found: Iterable[Differences]) -> dict[str, dict[Pair, Array]]:
-    """Return the differences by quantity and by pair of sources; of C1, C2, D the largest count."""
+    """Return the differences by quantity and pair of sources, the largest of C1, C2 and D."""
     rows: dict[str, dict[Pair, Array]] = {}
     points: dict[str, list[str]] = {}
     for each in found:
@@ -91,9 +91,10 @@ def in_rows(found: Iterable[Differences]) -> dict[str, dict[Pair, Array]]:
 
 
 def bins(every: Iterable[Array]) -> Array:
-    """Return the edges of bins, evenly spaced in logarithm, for all differences but 0.
+    """Return logarithmically spaced edges of bins for all non-zero differences.
 
-    They begin well below the differences, where the shares of zeros are written, and end above 1.
+    They start well below the differences, which leaves space for the fraction of zeros, and end
+    above 1.
     """
     known = np.concatenate([shares[(shares > 0) & np.isfinite(shares)] for shares in every])
     low, high = np.log10([np.quantile(known, _RARE), known.max()]) if known.size else (-2.0, 0.0)
@@ -103,7 +104,7 @@ def bins(every: Iterable[Array]) -> Array:
 
 
 def histogram(shares: Array, edges: Array) -> Array:
-    """Return how many states have a difference in each bin; beyond the edges counts as at them."""
+    """Return the number of states in each bin; values beyond the edges count in the outer bins."""
     differing = shares[shares > 0]
     inside = np.clip(differing, edges[0], np.nextafter(edges[-1], 0))
     return np.histogram(inside, edges)[0].astype(float)
@@ -112,7 +113,7 @@ def histogram(shares: Array, edges: Array) -> Array:
 def _draw_lane(
     axes: Axes, palette: Palette, y: float, number: int, shares: Array, edges: Array
 ) -> None:
-    """Draw a histogram in a lane whose top is y, a mark at its largest, and the share of zeros."""
+    """Draw a histogram in a lane with top y, a mark at its maximum, and the fraction of zeros."""
     counts = histogram(shares, edges)
     colour = palette.lines[number]
     if counts.any():
@@ -140,7 +141,7 @@ def _draw_lane(
 
 
 def _key(axes: Axes, palette: Palette, pairs: list[Pair]) -> None:
-    """Say above the axes which colour and mark is which pair of sources, and what a mark is."""
+    """Draw the legend of colours and marks above the axes."""
     handles = [
         Line2D(
             [], [], color=palette.lines[number], marker=_MARKERS[number], linewidth=5, alpha=0.75,
@@ -163,7 +164,7 @@ def _key(axes: Axes, palette: Palette, pairs: list[Pair]) -> None:
 
 
 def _sentence(rows: dict[str, dict[Pair, Array]]) -> str:
-    """Return what was compared, and the largest of all differences."""
+    """Return a sentence with the number of states and the largest difference."""
     largest, name = max(
         (float(shares.max()), name) for name, row in rows.items() for shares in row.values()
     )

@@ -1,1 +1,1 @@
-"""The report: one self-contained page of what was checked, simulated, measured, and how well."""
+"""The report: one self-contained page of checks, simulations and measurements."""

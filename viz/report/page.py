@@ -1,4 +1,4 @@
-"""A self-contained HTML page: nothing is fetched; it reads well on a phone and on paper."""
+"""A self-contained HTML page without network requests, for screens, phones and print."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from twolink.files import written_whole
+from twolink.files import atomic_write
+from twolink.text import printable
+from viz.plots.style import write_to
 
 _STYLE = """
 :root { color-scheme: light dark; --paper: #ffffff; --ink: #1c1e21; --soft: #5d6670;
@@ -66,14 +67,14 @@ pre { padding: .7rem .9rem; background: var(--panel); overflow-x: auto; }
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, and the HTML below it."""
+    """A heading and its HTML body."""
 
     heading: str
     body: str
 
     @property
     def anchor(self) -> str:
-        """What a link to it is called."""
+        """The identifier for links to the section."""
         return self.heading.lower().replace(" ", "-")
 
 
@@ -87,7 +88,7 @@ def page(title: str, lead: str, sections: Sequence[Section], head: str = "") -> 
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        # An icon of no bytes, or the browser would ask for one.
+        # An empty icon, or the browser would request one.
         '<link rel="icon" href="data:,">\n'
         f"<title>{text(title)}</title>\n<style>{_STYLE}</style>\n{head}</head>\n<body>\n"
         f"<header><h1>{text(title)}</h1>\n{lead}\n<nav>{links}</nav></header>\n"
@@ -96,8 +97,8 @@ def page(title: str, lead: str, sections: Sequence[Section], head: str = "") -> 
 
 
 def text(words: object) -> str:
-    """Return words as HTML shows them."""
-    return html.escape(str(words))
+    """Return text escaped for HTML."""
+    return html.escape(printable(words))
 
 
 def heading(words: str) -> str:
@@ -106,7 +107,7 @@ def heading(words: str) -> str:
 
 
 def paragraph(words: str, kind: str = "") -> str:
-    """Return a paragraph, of a CSS class if one is named."""
+    """Return a paragraph, with an optional CSS class."""
     return f'<p class="{kind}">{text(words)}</p>' if kind else f"<p>{text(words)}</p>"
 
 
@@ -118,9 +119,9 @@ def table(
     caption: str = "",
     kind: str = "",
 ) -> str:
-    """Return a table; cells are HTML, and the columns in `numbers` are set to the right.
+    """Return a table; cells are HTML, and the columns in `numbers` are right-aligned.
 
-    `kind` is a CSS class, if one is named.
+    `kind` is an optional CSS class.
     """
 
     def cells(tag: str, row: Sequence[str]) -> str:
@@ -140,10 +141,10 @@ def table(
 
 
 def picture(draw: Callable[[str], Figure], alt: str) -> str:
-    """Return a figure as an image inside the page, drawn in the theme that is asked for.
+    """Return a figure as embedded images in the light and the dark theme.
 
-    The page shows the light one or the dark one, as its reader's surroundings are, and prints the
-    light one. Images of their own, and not SVG in the page's text: two of matplotlib's share ids.
+    The page shows the one of the reader's colour scheme, and prints the light one. The SVGs are
+    separate images, since inline SVGs of matplotlib would share ids.
     """
     dark, light = (_as_url(draw(theme)) for theme in ("dark", "light"))
     return (
@@ -155,13 +156,12 @@ def picture(draw: Callable[[str], Figure], alt: str) -> str:
 
 def _as_url(figure: Figure) -> str:
     buffer = io.BytesIO()
-    with mpl.rc_context({"svg.hashsalt": "twolink", "svg.fonttype": "path"}):
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    write_to(figure, buffer, ".svg")
     data = base64.b64encode(buffer.getvalue()).decode("ascii")
     return f"data:image/svg+xml;base64,{data}"
 
 
 def write(path: Path, document: str) -> None:
-    """Write the page, whole or not at all."""
-    with written_whole(path) as file:
+    """Write the page atomically."""
+    with atomic_write(path) as file:
         file.write_text(document, encoding="utf-8")

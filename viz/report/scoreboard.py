@@ -1,4 +1,4 @@
-"""The report's scoreboard: what becomes of the hard cases in each engine's hands."""
+"""The report's scoreboard: the outcome of each hard case with each engine."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from viz.report.page import Section, heading, paragraph, table, text
 
 Board = dict[str, dict[str, Outcome]]
 
-# How a mark is coloured; what hurts is red.
+# CSS classes of marks; silent errors are red.
 _CLASSES = {
     Mark.PASS: "good",
     Mark.SILENT: "bad",
@@ -20,16 +20,18 @@ _CLASSES = {
 
 
 def hard_cases(cases: Sequence[Case], columns: Sequence[Column], board: Board) -> Section:
-    """Return the scoreboard with its verdict, and what each case is about."""
+    """Return the scoreboard with its verdict and a description of each case."""
     passed, sentence = verdict(board)
     groups = dict.fromkeys(case.group for case in cases)
     body = (
         paragraph(sentence, "verdict" if passed else "verdict bad")
-        + paragraph("Peers run in processes of their own, by their best method at a fine setting.")
+        + paragraph(
+            "External engines run in separate processes, with their best method at a fine setting."
+        )
         + _key()
         + _summary(columns, board)
         + "".join(_group(group, cases, columns, board) for group in groups)
-        + heading("What each case is about, and what failed")
+        + heading("Description of each case, and failures")
         + "".join(_about(case, board[case.name]) for case in cases)
     )
     return Section("Hard cases", body)
@@ -40,13 +42,13 @@ def _key() -> str:
 
 
 def _summary(columns: Sequence[Column], board: Board) -> str:
-    """Return how often each engine met each fate."""
+    """Return the number of each mark for each engine."""
     rows = []
     for column in columns:
         found = counts(board, column.name)
         rows.append([text(column.name), *(str(found.get(mark, "")) for mark in Mark)])
     heads = ["", *(mark.value for mark in Mark)]
-    return table(heads, rows, numbers=range(1, len(heads)), caption="How often")
+    return table(heads, rows, numbers=range(1, len(heads)), caption="Number of cases by outcome")
 
 
 def _group(group: str, cases: Sequence[Case], columns: Sequence[Column], board: Board) -> str:
@@ -68,10 +70,10 @@ def _cell(outcome: Outcome) -> str:
 
 
 def _about(case: Case, row: dict[str, Outcome]) -> str:
-    """Return a case's record, and what the engines that failed said, folded away."""
+    """Return a case's description and the failures of engines, collapsed."""
     facts = [
         ["expected", text(case.expected)],
-        ["known from", text(case.reference)],
+        ["reference", text(case.reference)],
         ["bound", text(case.bound)],
     ]
     facts += [

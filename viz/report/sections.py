@@ -1,4 +1,4 @@
-"""The report's sections: from what was found to HTML."""
+"""The sections of the report: results as HTML."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
-from twolink.accuracy.study import COMPARED_AT, Study, WaySummary
+from twolink.accuracy.study import COMPARED_AT, ConfigurationSummary, Study
 from twolink.simulation import Trajectory
 from twolink.simulation.effects_cost import EffectsCost
 from twolink.verification import Comparison, Verdict
@@ -22,7 +22,7 @@ _LOG_LINES = 16
 
 
 def verification(verdict: Verdict) -> Section:
-    """Return what was checked and how well."""
+    """Return the section on verification."""
     motion = [c for c in verdict.comparisons if c.source == "Section 6.1"]
     dynamics = [c for c in verdict.comparisons if c.source != "Section 6.1"]
     states = f"{verdict.states} random states, seed {verdict.seed}, against {verdict.engine}."
@@ -32,12 +32,12 @@ def verification(verdict: Verdict) -> Section:
         + _comparisons("Equations of motion", dynamics)
         + _comparisons("Motion of the points", motion)
         + paragraph(
-            "d / n: the largest difference is d units in the last place of what was summed; in "
-            "that state two correct computations may differ by n.",
+            "d / n: worst difference d and tolerance n at that state, both in units in the last "
+            "place. Agreement means d ≤ n.",
             "note",
         )
     )
-    return Section("What was checked", body)
+    return Section("Verification", body)
 
 
 def _verdict(sentence: str, passed: bool = True) -> str:
@@ -45,7 +45,7 @@ def _verdict(sentence: str, passed: bool = True) -> str:
 
 
 def _comparisons(title: str, comparisons: list[Comparison]) -> str:
-    """Return a table of quantities by pairs of sources."""
+    """Return a table of quantities and pairs of sources."""
     pairs = list(dict.fromkeys((c.source, c.against) for c in comparisons))
     rows = []
     for quantity in dict.fromkeys(c.quantity for c in comparisons):
@@ -65,7 +65,7 @@ def _difference(comparison: Comparison) -> str:
 
 
 def scene(trajectory: Trajectory, player: str, cost: EffectsCost, study: Study) -> Section:
-    """Return what moved and how well that is known; `player` is the HTML that shows it."""
+    """Return the section of a scene: motion and accuracy; `player` is the HTML of its film."""
     shows = trajectory.scene.shows
     body = (
         (paragraph(f"{shows[:1].upper()}{shows[1:]}.") if shows else "")
@@ -76,7 +76,7 @@ def scene(trajectory: Trajectory, player: str, cost: EffectsCost, study: Study) 
         + _curves(trajectory)
         + heading("Effects and their cost")
         + _effects(cost)
-        + heading("What accuracy costs")
+        + heading("Cost of accuracy")
         + _accuracy(study)
     )
     return Section(trajectory.scene.title, body)
@@ -87,7 +87,7 @@ def _facts(trajectory: Trajectory) -> str:
     facts = {
         "simulated": f"{run.scene.duration:g} s with {', '.join(run.effects) or 'no effects'}",
         "method": f"{run.method} on {run.formulation}, {run.precision}",
-        "global error": f"{run.error:.1e} measured, {run.accuracy:.1e} allowed",
+        "global error": f"{run.error:.1e} measured, tolerance {run.accuracy:.1e}",
         "steps": f"{statistics.steps} kept, in {statistics.runs} runs",
         "time": f"{statistics.run_seconds * 1e3:.1f} ms to run, "
         f"{statistics.compile_seconds * 1e3:.0f} ms to compile",
@@ -121,37 +121,37 @@ def _curves(trajectory: Trajectory) -> str:
 
 
 def _accuracy(study: Study) -> str:
-    """Return what accuracy costs in time, and what to take."""
+    """Return the cost of accuracy in time, and the recommendation."""
     rows = [
         [
-            text(line.way),
+            text(line.configuration),
             _time_of(line),
             "" if line.ratio is None else f"{line.ratio:.3g}",
             f"{line.best:.1e}" if math.isfinite(line.best) else "failed",
         ]
-        for line in study.ways
+        for line in study.configurations
     ]
-    heads = ["way", f"time to an error of {COMPARED_AT:g}", "ratio", "least error"]
+    heads = ["configuration", f"time to an error of {COMPARED_AT:g}", "ratio", "least error"]
     measured = study.work_precision
-    judge = f"Errors at {measured.judged_at}, judged by {measured.truth.source}."
+    judge = f"Errors at {measured.judged_at}, measured against {measured.reference.source}."
     return (
         _verdict(study.recommendation)
         + paragraph(judge)
         + picture(
             partial(work_precision_plot, study),
-            "Time against error; the band is the best to be had",
+            "Time against error; the band is the fastest configuration at each error",
         )
         + table(heads, rows, numbers=(1, 2, 3))
         + paragraph(
-            "± marks times that could not be repeated to within a factor of two; by chance: one "
-            "setting errs so little, and the next finer one does not.",
+            "±: the time varied by more than a factor of two. By chance: this setting reached the "
+            "error, the next finer one did not.",
             "note",
         )
     )
 
 
-def _time_of(line: WaySummary) -> str:
-    """Return a way's time in the unit that suits it, marked if it is not to be trusted."""
+def _time_of(line: ConfigurationSummary) -> str:
+    """Return a configuration's time in a suitable unit, marked if it is not reproducible."""
     seconds = line.seconds
     if seconds is None:
         return line.why_no_time
@@ -162,7 +162,7 @@ def _time_of(line: WaySummary) -> str:
 
 
 def _effects(cost: EffectsCost) -> str:
-    """Return what each effect adds to the cost of a step."""
+    """Return the contribution of each effect to the cost of a step."""
     whole = cost.whole
     rows = [["all effects", str(whole.operations), f"{whole.seconds * 1e9:.0f}", ""]]
     rows += [
@@ -174,14 +174,14 @@ def _effects(cost: EffectsCost) -> str:
         ]
         for name, step in cost.without.items()
     ]
-    heads = ["", "operations a term", "ns a step", "it adds"]
-    return paragraph("What a scene does not name is not simulated: each is left out in turn.") + (
-        table(heads, rows, numbers=(1, 2, 3))
-    )
+    heads = ["", "operations per term", "time per step (ns)", "cost of this effect"]
+    return paragraph(
+        "Only the effects that a scene names are simulated. Below, each is removed in turn."
+    ) + (table(heads, rows, numbers=(1, 2, 3)))
 
 
 def origin(verdict: Verdict, command: str, more: Iterable[tuple[str, str]] = ()) -> Section:
-    """Return versions, machine, and the command that makes the page again."""
+    """Return versions, machine, and the command that reproduces the page."""
     facts = [*verdict.versions.items(), *verdict.machine.items(), *more]
     rows = [[text(name), text(value)] for name, value in facts]
-    return Section("How to make it again", f"<pre>{text(command)}</pre>" + table(["", ""], rows))
+    return Section("Reproduce this report", f"<pre>{text(command)}</pre>" + table(["", ""], rows))

@@ -1,13 +1,12 @@
 """Tests of the hybrid simulator: a module for each of its own, and the systems that they share."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
 from twolink.chain import Chain
 from twolink.contact.states import ContactState
-from twolink.effects import nonsmooth
+from twolink.effects import contact_elements
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
@@ -43,7 +42,7 @@ def system_of(
     """Return the system of a chain under effects; `elements` stand for those of the effects."""
     number = number_type(precision)
     own = chain.convert(number)
-    found = nonsmooth(effects, own) if elements is None else tuple(elements)
+    found = contact_elements(effects, own) if elements is None else tuple(elements)
     return HybridSystem(
         chain, own, FORMULATIONS[formulation], effects, found, precision, None, number,
         rounding(precision), longest_step,
@@ -71,7 +70,7 @@ def hitting(system: HybridSystem, speed: float, index: int = 0) -> HybridState:
     """Return the state in which link 1 arrives at its stop, moving at a speed."""
     state = state_of(system, (1.0, 0.0))
     gaps = tuple(0.0 if i == index else gap for i, gap in enumerate(state.gaps))
-    return replace(state, t=2.0, q=(0.0, 0.0), u=(speed, 0.0), gaps=gaps)
+    return state._replace(t=2.0, q=(0.0, 0.0), u=(speed, 0.0), gaps=gaps)
 
 
 def sliding_painleve(restitution=0.5):
@@ -86,7 +85,7 @@ def sliding_painleve(restitution=0.5):
         speeds = tuple(map(float, direction * u))
         yield (
             system,
-            replace(state_of(system, q), u=speeds, touching=frozenset({0}), sliding=(direction,)),
+            state_of(system, q)._replace(u=speeds, touching=frozenset({0}), sliding=(direction,)),
         )
 
 

@@ -15,6 +15,7 @@ from twolink.contact.states import EventKind as E
 from twolink.simulation.hybrid.certificate import Block, Certificate, powers
 from twolink.simulation.hybrid.compile import CompiledMode, Watched
 from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.pool import IntegratorPool
 
 UP, ALONG = PointCoordinate("D", (0.0, -1.0)), PointCoordinate("D", (1.0, 0.0))
 MATERIAL = Material(1e11, 0.01, 1e9, 0.3)
@@ -52,8 +53,8 @@ def certificate_of(*triggers, clock=None, span=1.0, integral=False, system=SYSTE
         for number, trigger in enumerate(triggers)
     )
     compiled = CompiledMode(
-        integrator=None, operations=0, numbers=0, watched=watched, gaps=(), sunk=(), roots=(),
-        clock=clock, integrals=slice(0, 0), number=system.number,
+        pool=IntegratorPool(None), operations=0, numbers=0, watched=watched, gaps=(), sunk=(),
+        roots=(), clock=clock, integrals=slice(0, 0), number=system.number,
     )  # fmt: skip
     return Certificate(system, compiled, MODE, system.number(span))
 

@@ -1,13 +1,19 @@
 """Contacts that are approached, and the slides after their impacts."""
 
-from dataclasses import replace
+import pytest
 
 from tests.simulation.hybrid import BALANCED, state_of, system_of
 from twolink import lagrange
+from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
-from twolink.simulation.hybrid.collision import direction_of, nearby, sliding_after
+from twolink.simulation.hybrid.collision import (
+    _pressed_still,
+    direction_of,
+    nearby,
+    sliding_after,
+)
 from twolink.simulation.hybrid.dynamics import Pose
 
 ONTO = JointTorque((-6.0, 0.0))
@@ -23,9 +29,9 @@ def test_contacts_are_nearby_within_the_rounding_of_their_place():
     system = stopped_chain(JointStop("B", upper=1.0))
     state = state_of(system, (0.5, 0.5))
     assert nearby(system, state) == []
-    assert nearby(system, replace(state, gaps=(1e-15, 0.5))) == [0]
-    assert nearby(system, replace(state, gaps=(1e-15, -1e-15))) == [0, 1]
-    assert nearby(system, replace(state, gaps=(1e-13, 0.5))) == []
+    assert nearby(system, state._replace(gaps=(1e-15, 0.5))) == [0]
+    assert nearby(system, state._replace(gaps=(1e-15, -1e-15))) == [0, 1]
+    assert nearby(system, state._replace(gaps=(1e-13, 0.5))) == []
 
 
 def test_the_direction_of_a_slide_is_the_sign_of_its_speed_beyond_rounding():
@@ -36,3 +42,21 @@ def test_the_direction_of_a_slide_is_the_sign_of_its_speed_beyond_rounding():
     assert sliding_after(system, pose, (5.0, 5.0), (1.0, 1.0 + 4e-16)) == (1, 0)
     assert direction_of(system, (1.0, 0.0), (5.0, 0.0), (1e-16, 0.0)) == 0
     assert direction_of(system, (1.0, 0.0), (1e-9, 0.0), (1e-16, 0.0)) == 1
+
+
+@pytest.mark.parametrize(
+    ("speed", "root", "touches"), [(1.0, "zero", True), (0.0, "least", True), (-1.0, None, False)]
+)
+def test_a_press_that_an_impact_elsewhere_stops_begins_at_rest_or_ends(speed, root, touches):
+    """B has just met a Hertz surface below it as link 2 strikes its stop."""
+    surface = CompliantSurface((0.0, 0.0), (0.0, -1.0), "hertz", 100.0, on=("B",))
+    system = system_of(surface, JointStop("B", upper=0.0), chain=BALANCED)
+    state = state_of(system, (0.0, -1.0), (1.0, 0.0))
+    (own, _) = state.compliant
+    assert own.sqrt_depth == 0
+    struck = _pressed_still(
+        system, state._replace(u=(speed, 0.0)), Pose(system.chain, lagrange, (0.0, 0.0))
+    )
+    roots = {"zero": 0, "least": system.least_root, None: None}
+    assert struck.compliant[0].sqrt_depth == roots[root]
+    assert struck.touching == ({0} if touches else frozenset())

@@ -30,7 +30,7 @@ def compiled(system, *states, dents=(), sunk=(), formulation="lagrange"):
 
 def coefficients(mode, *values, scale=1.0, start=0.0):
     """Return the Taylor coefficients of a step from these values, zero for all that follow."""
-    integrator = mode.integrator
+    integrator = mode.pool.original
     integrator.state[:] = [*values, *[0.0] * (len(integrator.state) - len(values))]
     integrator.time = 0.0
     count = len(integrator.pars)
@@ -97,7 +97,7 @@ def test_a_rooted_press_goes_by_its_own_variable():
     system = system_of(Gravity(0.0), BALL)
     mode = compiled(system, S.CLOSED)
     assert mode.roots == (0,)
-    names = [str(v) for v, _ in mode.integrator.sys]
+    names = [str(v) for v, _ in mode.pool.original.sys]
     root, clock = names.index("root0"), mode.clock
     assert names[clock] == "clock"
     q, u = (0.3, 0.2), (1.5, -0.5)
@@ -117,7 +117,7 @@ def test_the_speed_along_a_rooted_press_is_braked_by_hertz():
     """M du/ds = root · force, with the force of 1000 root³."""
     system = system_of(Gravity(0.0), BALL)
     mode = compiled(system, S.CLOSED)
-    names = [str(v) for v, _ in mode.integrator.sys]
+    names = [str(v) for v, _ in mode.pool.original.sys]
     q, root = (0.3, 0.2), 0.25
     values = [0.0] * len(names)
     values[:2], values[names.index("root0")] = q, root
@@ -162,8 +162,8 @@ def test_steps_of_another_order_are_another_mode():
 
     system = system_of(Gravity(), FLOOR)
     lower = compiled(replace(system, order=15), S.OPEN, S.OPEN)
-    assert lower.integrator.order == 15
-    assert compiled(system, S.OPEN, S.OPEN).integrator.order > 15
+    assert lower.pool.original.order == 15
+    assert compiled(system, S.OPEN, S.OPEN).pool.original.order > 15
 
 
 def test_a_sliding_contact_watches_force_slide_and_lock():
@@ -173,3 +173,29 @@ def test_a_sliding_contact_watches_force_slide_and_lock():
     assert {w.trigger.kind for w in mode.watched} == {E.LEAVES, E.STOPS, E.JAMS}
     assert {w.trigger.sense for w in mode.watched if w.trigger.kind is E.STOPS} == {1}
     assert mode.operations > 0
+
+
+def test_the_layout_says_where_event_functions_are_found():
+    """A gap is a variable; the force of a contact that rests is known by an integral."""
+    system = system_of(Gravity(), FLOOR)
+    mode = compiled(system, S.OPEN, S.CLOSED)
+    triggers, variables, integral, reverse = mode.layout
+    assert [trigger.kind for trigger in triggers] == [E.HITS, E.LEAVES]
+    assert variables.tolist() == [4, 5]
+    assert integral.tolist() == [False, True]
+    assert reverse == frozenset()
+    assert compiled(system, S.OPEN, S.OPEN).layout.integral is None
+
+
+def test_only_a_mode_whose_event_functions_are_variables_shows_its_events():
+    system = system_of(Gravity(), FLOOR)
+    assert compiled(system, S.OPEN, S.OPEN).shows_events
+    assert not compiled(system, S.OPEN, S.CLOSED).shows_events
+    assert not compiled(system_of(Gravity())).shows_events
+
+
+def test_systems_of_like_effects_share_an_integrator():
+    one, other = system_of(Gravity(), FLOOR), system_of(Gravity(), FLOOR)
+    assert compiled(one, S.OPEN, S.OPEN) is compiled(other, S.OPEN, S.OPEN)
+    without = compiled(system_of(FLOOR), S.OPEN, S.OPEN)
+    assert compiled(one, S.OPEN, S.OPEN) is not without

@@ -105,7 +105,7 @@ def test_values_are_in_the_numbers_of_the_precision(precision):
     number = number_type(precision)
     system = system_of(JointTorque((1.0, 0.0)), precision=precision)
     state = state_of(system, (0.3, 0.2))
-    arc = flow(system, state, mode_of(system), number(1), "lagrange", lambda t: None)
+    arc = flow(system, state, mode_of(system), number(1), "lagrange", lambda t, size: None)
     q, _ = polynomials_of([arc], arc.end, precision).at([0.0, 0.5, 1.0])
     assert isinstance(q[0, 1], number)
     assert q[0, 0] == number(0.3)

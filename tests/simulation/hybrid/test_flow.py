@@ -14,6 +14,8 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
+from twolink.errors import IntegrationError
+from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.flow import flow
 from twolink.simulation.hybrid.mode import Trigger
 
@@ -21,7 +23,7 @@ from twolink.simulation.hybrid.mode import Trigger
 def arc_of(system, q, u, *states, until=10.0, state=None, formulation="lagrange"):
     state = state or state_of(system, q, u)
     mode = mode_of(system, *states)
-    return flow(system, state, mode, system.number(until), formulation, lambda t: None)
+    return flow(system, state, mode, system.number(until), formulation, lambda t, size: None)
 
 
 FALLING = JointTorque((-6.0, 0.0)), JointStop("A", lower=0.0, restitution=0.5)
@@ -156,3 +158,19 @@ def test_an_arc_has_the_digits_of_its_precision(precision):
     arc = arc_of(system, (1.0, 0.0), (0.0, 0.0), S.OPEN)
     # t² = 6, so all digits but a few roundings of 6 belong to the square.
     assert abs(float(arc.end.t * arc.end.t - system.number(6))) < 32 * system.rounding
+
+
+def test_an_arc_of_too_many_short_steps_is_an_error(monkeypatch):
+    """Steps of 1 ms: 10 s are 10 000 of them."""
+    system = system_of(*FALLING, chain=BALANCED, longest_step=1e-3)
+    monkeypatch.setattr(tolerances, "MANY_STEPS", 4)
+    monkeypatch.setattr(tolerances, "MOST_STEPS", 1000)
+    monkeypatch.setattr(tolerances, "SHORT_STEPS", 2.0)
+    with pytest.raises(IntegrationError, match="its steps become too short"):
+        arc_of(system, (100.0, 0.0), (0.0, 0.0), S.OPEN)
+    monkeypatch.setattr(tolerances, "MOST_STEPS", 10_000)
+    assert arc_of(system, (100.0, 0.0), (0.0, 0.0), S.OPEN, until=0.1).step_count == 100
+    # Many steps of the usual length are no reason to give up.
+    monkeypatch.setattr(tolerances, "MOST_STEPS", 1)
+    monkeypatch.setattr(tolerances, "SHORT_STEPS", 0.5)
+    assert arc_of(system, (100.0, 0.0), (0.0, 0.0), S.OPEN, until=0.1).step_count == 100

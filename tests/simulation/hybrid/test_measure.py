@@ -69,8 +69,8 @@ def moved_impact(run, by):
     starts = run.polynomials.starts.copy()
     instant = run.impacts[0].time
     starts[starts >= instant - 1e-12] += by
-    impacts = tuple(replace(i, time=i.time + by) for i in run.impacts)
-    return replace(run, polynomials=replace(run.polynomials, starts=starts), impacts=impacts)
+    strikes = tuple(s._replace(time=s.time + by) for s in run.strikes)
+    return replace(run, polynomials=replace(run.polynomials, starts=starts), strikes=strikes)
 
 
 def test_between_the_instants_of_an_impact_its_delay_counts_and_not_the_jump(run, judge):
@@ -81,7 +81,7 @@ def test_between_the_instants_of_an_impact_its_delay_counts_and_not_the_jump(run
 
 
 def test_an_impact_that_only_one_run_has_counts_as_its_jump(run, judge):
-    without = replace(judge, impacts=())
+    without = replace(judge, strikes=())
     errors = differences(moved_impact(run, 1e-3), without, TIMES, 1e-9)
     assert errors[-1] > 1e-3
 

@@ -1,7 +1,6 @@
 """Slides that friction locks, and the impacts that end them."""
 
 import math
-from dataclasses import replace
 
 import pytest
 
@@ -57,7 +56,7 @@ def test_a_stretched_chain_is_wedged_if_it_is_inside_the_cone_of_friction(share,
     # The base is beyond the surface, which bars D only; gravity presses D on.
     wall = Surface(end, (0.0, 1.0), friction=share * math.tan(0.4))
     system = system_of(Gravity(-9.81), wall)
-    state = replace(state_of(system, q), u=(1.0, -1.0), touching=frozenset({0}), sliding=(0,))
+    state = state_of(system, q)._replace(u=(1.0, -1.0), touching=frozenset({0}), sliding=(0,))
     if is_wedged:
         with pytest.raises(IntegrationError, match="D on surface is wedged"):
             settle(system, state, {})

@@ -1,7 +1,6 @@
 """The reaction to each kind of event."""
 
 import math
-from dataclasses import replace
 
 import pytest
 
@@ -25,7 +24,7 @@ from twolink.simulation.hybrid.compliant_state import CompliantState
 from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.jump import jump
 from twolink.simulation.hybrid.mode import Trigger
-from twolink.simulation.hybrid.reactions import press
+from twolink.simulation.hybrid.reactions import REACTIONS, press
 
 
 def test_a_contact_that_is_hit_rebounds():
@@ -60,7 +59,7 @@ def test_a_contact_that_is_reached_without_speed_is_not_struck():
 def test_a_compliant_contact_that_is_hit_begins_to_press():
     ball = CompliantSurface((0.0, 0.0), (0.0, -1.0), "hertz", 1e6)
     system = system_of(ball)
-    state = replace(state_of(system, (-0.5, -0.5)), q=(0.0, 0.0), u=(0.5, 0.5), gaps=(0.0,))
+    state = state_of(system, (-0.5, -0.5))._replace(q=(0.0, 0.0), u=(0.5, 0.5), gaps=(0.0,))
     after = jump(system, state, mode_of(system, S.OPEN), Trigger(E.HITS, 0))
     assert after.mode.states == (S.CLOSED,)
     assert after.state.compliant[0].sqrt_depth == 0
@@ -75,7 +74,7 @@ def test_a_press_without_speed_starts_at_the_least_depth():
     pose = Pose(system.chain, lagrange, (0.0, 0.0))
     for u, least in [((0.0, 0.0), 2.0**-26), ((1.0, 0.0), 0.0)]:
         slow = u == (0.0, 0.0)
-        pressed = press(system, replace(state, q=(0.0, 0.0), u=u), pose, 0, slow)
+        pressed = press(system, state._replace(q=(0.0, 0.0), u=u), pose, 0, slow)
         assert pressed.compliant[0].sqrt_depth == least
         assert pressed.touching == {0}
 
@@ -97,7 +96,7 @@ def test_a_damper_that_is_left_stays_sunk_in_where_it_gives_no_force():
     angle = math.asin(0.01)
     v = 0.5 / (2 * math.cos(angle))
     state = state_of(system, (angle, angle))
-    state = replace(state, u=(-v, -v), touching=frozenset({0}))
+    state = state._replace(u=(-v, -v), touching=frozenset({0}))
     after = jump(system, state, mode_of(system, S.CLOSED), Trigger(E.LEAVES, 0))
     assert after.mode.states == (S.OPEN,)
     assert after.state.compliant[0].residual_depth == pytest.approx(0.02)
@@ -112,7 +111,7 @@ def test_a_joint_that_stops_sticks_or_turns_around(torque, expected):
     system = system_of(
         JointTorque((torque, 0.0)), JointFriction((0.5, 0.0), (1.0, 0.0)), chain=BALANCED
     )
-    state = replace(state_of(system, (0.3, 0.0)), u=(1e-17, 0.5), sliding=(1,))
+    state = state_of(system, (0.3, 0.0))._replace(u=(1e-17, 0.5), sliding=(1,))
     after = jump(system, state, mode_of(system, S.FORWARD), Trigger(E.STOPS, 0, 1))
     assert after.state.u == (0.0, 0.5)
     assert after.state.sliding == (0,)
@@ -154,8 +153,8 @@ def pressed_steel(share, phase, u=(0.0, 0.0), dent=None):
     angle = math.asin(depth / 2)
     state = state_of(system, (-0.5, -0.5))
     own = CompliantState(math.sqrt(depth), 0, dent or PlasticState(phase))
-    state = replace(
-        state, q=(angle, angle), u=u, gaps=(0.0,), touching=frozenset({0}), compliant=(own,)
+    state = state._replace(
+        q=(angle, angle), u=u, gaps=(0.0,), touching=frozenset({0}), compliant=(own,)
     )
     return system, state, material
 
@@ -194,9 +193,23 @@ def test_a_dent_that_is_left_behind_is_forgotten():
     system, state, _ = pressed_steel(5.0, Phase.FLOWS)
     dent = PlasticState(Phase.SPRINGS_BACK, 1e9, 1e-6, 2e-6)
     own = CompliantState(None, 0, dent)
-    state = replace(state, touching=frozenset(), compliant=(own,), u=(-0.1, -0.1))
+    state = state._replace(touching=frozenset(), compliant=(own,), u=(-0.1, -0.1))
     mode = mode_of(system, S.OPEN, dents=(dent,))
     after = jump(system, state, mode, Trigger(E.CLEARS, 0))
     assert after.state.compliant[0].plastic == PlasticState(Phase.WHOLE)
     assert after.state.gaps == (0.0,)
     assert after.mode.states == (S.OPEN,)
+
+
+@pytest.mark.parametrize(("q1", "u1", "sliding"), [(0.0, 2.0, (1, 0)), (0.5, 1e-17, (0, 0))])
+def test_a_joint_turns_on_where_a_point_of_its_link_passes_a_dead_point(q1, u1, sliding):
+    """B slides along x with −sin(q1) u1: it stops at q1 = 0 while link 1 turns on, or with it."""
+    floor = CompliantSurface(
+        (0.0, math.sin(q1) - 0.1), (0.0, -1.0), "kelvin-voigt", 100.0, friction=0.5, on=("B",)
+    )
+    system = system_of(JointFriction((1.0, 0.0)), floor)
+    state = state_of(system, (q1, 0.7), (u1, 1.0))._replace(sliding=(1, 1))
+    mode = mode_of(system, S.FORWARD, S.FORWARD)
+    after = REACTIONS[E.STOPS](system, state, mode, Trigger(E.STOPS, 1, 1)).state
+    assert after.sliding == sliding
+    assert after.u == (u1 if sliding[0] else 0.0, 1.0)

@@ -9,13 +9,15 @@ import pytest
 import sympy
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from numpy.polynomial import Chebyshev, Polynomial
 
 from twolink.simulation.hybrid.roots import (
     are_positive,
     bernstein_matrix,
     first_fall,
     polished,
-    rounding_bounds,
+    product,
+    rounding_bound,
 )
 from twolink.simulation.smooth.taylor import number_type, rounding
 
@@ -23,15 +25,14 @@ EPSILON = 2.0**-52
 
 
 def bound_of(coefficients, precision="double"):
-    row = np.array([coefficients])
-    return float(rounding_bounds(row, rounding(precision))[0])
+    return rounding_bound(coefficients, rounding(precision))
 
 
 def fall(coefficients):
     return first_fall(coefficients, bound_of(coefficients))
 
 
-def product(*factors):
+def expanded(*factors):
     """Return the coefficients of a product of polynomials, each rounded once."""
     total = [Fraction(1)]
     for factor in factors:
@@ -98,7 +99,7 @@ def test_bernstein_coefficients_at_the_ends_are_the_values_there(random):
     st.lists(st.floats(-1e3, 1e3, allow_subnormal=False), min_size=1, max_size=18),
 )
 def test_no_polynomial_with_a_root_is_proven_positive(root, others):
-    exactly = product([-Fraction(root), 1], others)
+    exactly = expanded([-Fraction(root), 1], others)
     coefficients = np.array([as_floats(exactly)])
     assert not are_positive(coefficients, EPSILON)[0]
     assert not are_positive(-coefficients, EPSILON)[0]
@@ -140,18 +141,18 @@ def test_simple_roots_are_found_to_the_last_bits(random):
     for _ in range(600):
         c = series_like(random, 20)
         c[0] = abs(c[0])
-        roots, root = real_roots(c), fall(c)
+        roots, found = real_roots(c), fall(c)
         if not roots:
-            assert root is None
+            assert found.fall is None
             continue
         slope = np.polyval(np.polyder(c[::-1]), roots[0])
         if slope > -1e-3 or roots[0] > 1 - 1e-3:
             continue
         falls += 1
-        assert not root.touches
+        assert found.touch is None
         with mpmath.workdps(50):
             truth = exact_root(c, roots[0])
-            miss = abs(float(root.x - truth))
+            miss = abs(float(found.fall - truth))
         # The value is known within a few roundings of its terms.
         size = sum(abs(a) * float(truth) ** k for k, a in enumerate(c))
         assert miss <= 4 * EPSILON * (size / abs(slope) + float(truth))
@@ -165,48 +166,44 @@ def test_roots_are_found_in_long_numbers(precision, random):
         for _ in range(5):
             place = Fraction(int(random.integers(1, 10**6)), 10**6)
             factors = [[place, -1], [1, Fraction(1, 3), Fraction(1, 7)], [2, Fraction(-1, 9)]]
-            c = [number(f.numerator) / number(f.denominator) for f in product(*factors)]
+            c = [number(f.numerator) / number(f.denominator) for f in expanded(*factors)]
             truth = exact_root(c, float(place))
-            root = first_fall(c, 16 * rounding(precision))
-            assert isinstance(root.x, number)
-            assert abs(in_mpmath(root.x) - truth) < 8 * rounding(precision)
+            root = first_fall(c, 16 * rounding(precision)).fall
+            assert isinstance(root, number)
+            assert abs(in_mpmath(root) - truth) < 8 * rounding(precision)
 
 
 def test_the_first_of_several_falls_is_taken():
     """Falls at 0.2 and 0.7, a rise at 0.5."""
     c = as_floats(
-        product([Fraction(1, 5), -1], [Fraction(1, 2), -1], [Fraction(7, 10), -1], [1, 0, 0])
+        expanded([Fraction(1, 5), -1], [Fraction(1, 2), -1], [Fraction(7, 10), -1], [1, 0, 0])
     )
-    root = fall(c)
-    assert not root.touches
-    assert root.x == pytest.approx(0.2, rel=1e-14)
+    assert fall(c) == (pytest.approx(0.2, rel=1e-14), None, False)
 
 
 @pytest.mark.parametrize("flight", [1e-3, 1e-7, 1e-11, 1e-15])
 def test_a_flight_of_a_tiny_part_of_the_step_is_found_to_its_last_bits(flight):
     """A gap x (flight − x)(…), divided by x."""
-    gap = as_floats(product([0, 1], [Fraction(flight), -1], [1, Fraction(3, 10), Fraction(-1, 5)]))
-    root = first_fall(gap[1:], 0.0)
-    assert not root.touches
-    assert root.x == pytest.approx(flight, rel=4 * EPSILON)
+    gap = as_floats(expanded([0, 1], [Fraction(flight), -1], [1, Fraction(3, 10), Fraction(-1, 5)]))
+    assert first_fall(gap[1:], 0.0) == (pytest.approx(flight, rel=4 * EPSILON), None, False)
 
 
 def test_a_dip_of_a_tiny_part_of_the_step_is_found():
     """Negative between 0.4 and 0.4 + 1e-5 only."""
     beyond = Fraction(2, 5) + Fraction(1, 10**5)
-    c = as_floats(product([Fraction(2, 5), -1], [beyond, -1], [1, 0, 0]))
-    root = fall(c)
-    assert not root.touches
-    assert root.x == pytest.approx(0.4, abs=1e-10)
+    c = as_floats(expanded([Fraction(2, 5), -1], [beyond, -1], [1, 0, 0]))
+    assert fall(c) == (pytest.approx(0.4, abs=1e-10), None, False)
 
 
 def test_no_root_is_seen_beyond_the_step():
-    assert fall([1.0, -0.999, 0.0, 0.0]) is None
-    assert fall([1.0, -1.5, 0.5000001, 0.0, 0.0]) is None
+    assert fall([1.0, -0.999, 0.0, 0.0]) == (None, None, False)
+    assert fall([1.0, -1.5, 0.5000001, 0.0, 0.0]).fall is None
 
 
 def test_roots_at_the_end_of_the_step_are_seen():
-    assert fall([1.0, -1.0, 0.0, 0.0]).x == pytest.approx(1.0, abs=1e-14)
+    found = fall([1.0, -1.0, 0.0, 0.0])
+    place = found.touch if found.fall is None else found.fall
+    assert place == pytest.approx(1.0, abs=1e-14)
 
 
 # Touches.
@@ -214,31 +211,32 @@ def test_roots_at_the_end_of_the_step_are_seen():
 
 @pytest.mark.parametrize("place", [Fraction(1, 7), Fraction(2, 5), Fraction(9, 10)])
 def test_a_double_root_is_a_touch(place):
-    c = as_floats(product([place, -1], [place, -1], [1, Fraction(1, 3)], [1, 0, 0]))
-    root = fall(c)
-    assert root.touches
+    c = as_floats(expanded([place, -1], [place, -1], [1, Fraction(1, 3)], [1, 0, 0]))
     # A value within ε is as far from the root as √ε.
-    assert root.x == pytest.approx(float(place), abs=1e-6)
+    assert fall(c) == (None, pytest.approx(float(place), abs=1e-6), False)
 
 
-def test_a_double_root_is_told_apart_from_two_and_from_none_outside_the_bound():
-    square = product([Fraction(2, 5), -1], [Fraction(2, 5), -1], [1, 0, 0])
-    for lift, touches in [(1e-11, None), (1e-17, True), (-1e-17, True), (-1e-11, False)]:
+def test_a_double_root_differs_from_two_roots_and_from_none_outside_the_bound():
+    square = expanded([Fraction(2, 5), -1], [Fraction(2, 5), -1], [1, 0, 0])
+    near = pytest.approx(0.4, abs=1e-6)
+    fallen = pytest.approx(0.4 - math.sqrt(1e-11), abs=1e-9)
+    for lift, expected in [
+        (1e-11, (None, None, False)),
+        (1e-17, (None, near, False)),
+        (-1e-17, (None, near, False)),
+        (-1e-11, (fallen, None, False)),
+    ]:
         lifted = [float(square[0] + Fraction(lift)), *as_floats(square[1:])]
-        root = fall(lifted)
-        assert (root.touches if root else None) is touches
-        if touches is False:
-            assert root.x == pytest.approx(0.4 - math.sqrt(1e-11), abs=1e-9)
+        assert fall(lifted) == expected
 
 
 def test_a_triple_root_is_a_fall():
-    c = as_floats(product(*[[Fraction(2, 5), -1]] * 3, [1, 0, 0]))
-    root = fall(c)
-    assert not root.touches
+    c = as_floats(expanded(*[[Fraction(2, 5), -1]] * 3, [1, 0, 0]))
     # Within the cube root of the bound.
-    assert root.x == pytest.approx(0.4, abs=1e-4)
+    assert fall(c) == (pytest.approx(0.4, abs=1e-4), None, False)
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(st.lists(st.integers(-6, 6), min_size=2, max_size=6))
 def test_falls_and_touches_are_those_that_sturm_counts(coefficients):
@@ -248,16 +246,57 @@ def test_falls_and_touches_are_those_that_sturm_counts(coefficients):
     polynomial = sympy.Poly(coefficients[::-1], sympy.Symbol("x"), domain="QQ")
     inside = polynomial.intervals(inf=0, sup=1, eps=sympy.Rational(1, 10**9))
     bound = 64 * EPSILON * sum(map(abs, coefficients))
-    root = first_fall([float(c) for c in coefficients], bound)
-    if not inside:
-        assert root is None
-        return
-    (low, high), multiplicity = inside[0]
-    assert root is not None
-    slack = 1e-8 if multiplicity == 1 else bound ** (1 / multiplicity) * 10
-    assert float(low) - slack <= root.x <= float(high) + slack
-    if low < 1:
-        assert root.touches == (multiplicity % 2 == 0)
+    found = first_fall([float(c) for c in coefficients], bound)
+    assert not found.unsure
+
+    def is_near(place, interval, multiplicity):
+        slack = 1e-8 if multiplicity == 1 else bound ** (1 / multiplicity) * 10
+        return float(interval[0]) - slack <= place <= float(interval[1]) + slack
+
+    # A root at the very end may be either.
+    before_end = [(interval, m) for interval, m in inside if interval[0] < 1]
+    falls = [root for root in before_end if root[1] % 2]
+    if falls:
+        assert is_near(found.fall, *falls[0])
+    elif found.fall is not None:
+        assert inside
+        assert is_near(found.fall, *inside[-1])
+    touches = [(i, m) for i, m in before_end if m % 2 == 0 and (not falls or i < falls[0][0])]
+    if touches:
+        assert is_near(found.touch, *touches[0])
+    elif found.touch is not None:
+        assert inside
+        assert is_near(found.touch, *inside[-1])
+
+
+def test_a_fall_after_a_touch_is_found():
+    """A double root at 0.3 and a fall at 0.8: the polynomial is positive between them."""
+    c = as_floats(expanded(*[[Fraction(3, 10), -1]] * 2, [Fraction(4, 5), -1], [1, 0, 0]))
+    assert fall(c) == (
+        pytest.approx(0.8, rel=1e-13),
+        pytest.approx(0.3, abs=1e-6),
+        False,
+    )
+
+
+def waves(degree, end):
+    """Return 1 + T_degree/2 on [0, 1], less a high power so that it ends at `end`."""
+    wave = Chebyshev.basis(degree, domain=[0, 1]).convert(kind=Polynomial).coef / 2
+    return [wave[0] + 1, *wave[1:], *[0.0] * 5, end - 1.5]
+
+
+def test_a_search_that_gives_up_is_unsure():
+    """A polynomial that goes above and below its bound ten times: no halving decides it."""
+    found = first_fall(waves(10, 1.5), 1.0)
+    assert found.unsure
+    assert found.fall is None
+    assert 0 < found.touch < 0.1
+
+
+def test_a_search_that_gives_up_still_finds_the_fall_of_a_piece_that_ends_below_zero():
+    found = first_fall(waves(10, -2.5), 1.0)
+    assert 0.7 < found.fall < 1
+    assert found.touch < 0.1
 
 
 # Polishing.
@@ -265,7 +304,7 @@ def test_falls_and_touches_are_those_that_sturm_counts(coefficients):
 
 def test_polishing_stays_inside_the_bracket():
     """Newton's method from the middle would leave it at once: there the slope is nearly zero."""
-    c = as_floats(product([Fraction(99, 100), -1], [Fraction(1, 2), -1, 1], [1, 0]))
+    c = as_floats(expanded([Fraction(99, 100), -1], [Fraction(1, 2), -1, 1], [1, 0]))
     x = polished(c, 0.0, 1.0)
     assert x == pytest.approx(0.99, rel=1e-13)
 
@@ -277,3 +316,20 @@ def test_polishing_starts_from_the_lower_end_where_nothing_is_positive():
 def test_polishing_finds_roots_of_very_flat_polynomials():
     c = [1e-30, -1.0] + [0.0] * 15 + [-1e-3]
     assert polished(c, 0.0, 1.0) == pytest.approx(1e-30, rel=1e-14)
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_products_and_matrices_have_the_digits_of_their_numbers(precision):
+    """(1 + x)⁴ has the Bernstein coefficients 1, 2, 4, 8 and 16."""
+    number = number_type(precision)
+    matrix = bernstein_matrix(5, number)
+    found = product(matrix.T, np.array([number(math.comb(4, k)) for k in range(5)]))
+    for j, value in enumerate(found.tolist()):
+        assert abs(float(value - number(2**j))) <= 16 * rounding(precision) * 2**j
+
+
+@pytest.mark.parametrize("near", [None, 0.29, 0.9, 0.0, 5.0])
+def test_a_root_is_the_same_from_wherever_it_is_looked_for(near):
+    """1 − 3 x − x²: at (√13 − 3)/2; places outside the bracket are of no use."""
+    root = polished([1.0, -3.0, -1.0], 0.0, 1.0, near)
+    assert root == pytest.approx((math.sqrt(13) - 3) / 2, rel=4e-16)

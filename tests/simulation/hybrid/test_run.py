@@ -18,8 +18,9 @@ from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError, SimulationError
 from twolink.scene import Scene
 from twolink.simulation.hybrid import run as run_module
+from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY
-from twolink.simulation.hybrid.run import hybrid_run
+from twolink.simulation.hybrid.run import Effort, hybrid_run
 
 STOP = JointStop("A", lower=0.0, restitution=0.5)
 ONTO = JointTorque((-6.0, 0.0))
@@ -147,7 +148,7 @@ def test_a_left_surface_springs_back_and_is_met_where_it_is():
         assert end == pytest.approx(start * decay, rel=1e-9, abs=1e-18)
 
 
-def test_progress_is_told():
+def test_progress_is_reported():
     heard = []
     hybrid_run(
         Scene(BARS, (0.3, 0.2), (0.0, 0.0), 5.0, (Gravity(), JointFriction((1e-3, 1e-3)))),
@@ -191,7 +192,37 @@ def test_modes_that_follow_each_other_without_time_are_an_error(monkeypatch):
         hybrid_run(BOUNCES, [0.0, 4.0])
 
 
+@pytest.mark.parametrize("effort", [Effort(jumps=3), Effort(steps=30)])
+def test_a_run_ends_where_it_exceeds_its_effort(effort):
+    with pytest.raises(IntegrationError, match=r"modes by .* s, and is not followed further"):
+        hybrid_run(BOUNCES, [0.0, 4.0], effort=effort)
+    run = hybrid_run(BOUNCES, [0.0, 4.0], effort=effort, partial=True)
+    assert run.exhausted
+    assert 0 < run.reached <= 3
+    assert "is not followed further: moves freely" in run.failure
+
+
+def test_a_run_whose_modes_change_too_often_is_an_error(monkeypatch):
+    """A pendulum with friction has a mode for each half swing: four take about 3 s of 1000 s."""
+    swinging = scene(
+        Gravity(9.81), JointFriction((0.02, 0.02)), chain=BARS, q=(1.0, 1.2), duration=1000.0
+    )
+    monkeypatch.setattr(tolerances, "MANY_JUMPS", 4)
+    with pytest.raises(IntegrationError, match=r"4 modes by .* s, and is not followed further"):
+        hybrid_run(swinging, [0.0, 1000.0])
+    # Enough modes for the time that is left are followed.
+    assert not hybrid_run(scene(ONTO, STOP, q=(1.0, 0.0), duration=4.0), [0.0, 4.0]).failure
+
+
 def test_friction_twice_is_refused():
     frictions = JointFriction((1.0, 0.0)), JointFriction((2.0, 0.0))
     with pytest.raises(SimulationError, match="dry friction twice"):
         hybrid_run(scene(*frictions), [0.0, 1.0])
+
+
+def test_the_log_has_the_energies_of_the_strikes(bounces):
+    """T = 3/2 u1² + 1/4 u2² of balanced links."""
+    assert [impact.time for impact in bounces.log] == [s.time for s in bounces.strikes]
+    first = bounces.log[0]
+    assert first.kinetic_energy == pytest.approx((6.0, 1.5), rel=1e-14)
+    assert bounces.log is bounces.impacts

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.simulation.hybrid import BALANCED, state_of, system_of
+from twolink.contact.force_laws import Phase
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.end_force import EndForce
 from twolink.effects.joint_friction import JointFriction
@@ -63,7 +64,7 @@ def test_a_contact_is_touched_only_without_speed_along_it(u, touching):
 
 
 def test_a_start_inside_a_rigid_contact_is_refused():
-    with pytest.raises(SimulationError, match=r"D on surface: the scene starts 0\.01 inside"):
+    with pytest.raises(SimulationError, match=r"D on surface: .*; got a start 0\.01 inside"):
         start(floor(0.01))
 
 
@@ -128,3 +129,26 @@ def test_a_start_is_in_the_numbers_of_the_precision(precision):
     numbers = [state.t, *state.q, *state.u, *state.gaps]
     assert {type(number) for number in numbers} == {system.number}
     assert [float(x) for x in state.q] == list(Q)
+
+
+def test_a_start_on_a_stiff_surface_is_placed_on_it_in_every_precision():
+    """A float64 pose misses the surface by rounding, and 1e12 N/m make 1e-4 N of that."""
+    for precision in ("double", "long double", "quadruple"):
+        system = system_of(cushion(0.0, stiffness=1e12), precision=precision)
+        state = state_of(system, Q)
+        assert state.touching == {0}
+        element = system.elements[0]
+        gap = element.normal.coordinate(system.chain, state.q) - element.bound
+        assert abs(float(gap)) <= 4 * system.rounding
+
+
+@pytest.mark.parametrize(("speed", "slack"), [(0.4, False), (0.6, True)])
+def test_a_start_in_a_hunt_crossley_surface_never_pulls(speed, slack):
+    """The force k δ (1 + a dδ/dt) is zero at 1/a = 0.5 m/s, and there is none beyond."""
+    u = (-speed / math.cos(0.3), 0.0)
+    system = system_of(cushion(0.02, "hunt-crossley", loss=2.0))
+    state = state_of(system, Q, u)
+    assert state.touching == {0}
+    own = state.compliant[0]
+    assert own.residual_depth == 0
+    assert (own.plastic is not None and own.plastic.phase is Phase.SLACK) == slack

@@ -1,7 +1,5 @@
 """Hybrid states are values: nothing can change one."""
 
-import dataclasses
-
 import pytest
 
 from twolink.simulation.hybrid.state import HybridState, put
@@ -9,16 +7,16 @@ from twolink.simulation.hybrid.state import HybridState, put
 STATE = HybridState(0.0, (0.1, 0.2), (0.3, 0.4), (None, 0.5), frozenset(), (0, 0), (None, None))
 
 
-@pytest.mark.parametrize("field", dataclasses.fields(HybridState), ids=lambda field: field.name)
+@pytest.mark.parametrize("field", HybridState._fields)
 def test_no_field_of_a_state_can_be_set(field):
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        setattr(STATE, field.name, None)
+    with pytest.raises(AttributeError):
+        setattr(STATE, field, None)
 
 
 def test_a_replaced_state_leaves_the_first_as_it_was():
-    later = dataclasses.replace(STATE, t=1.0)
+    later = STATE._replace(t=1.0)
     assert (STATE.t, later.t) == (0.0, 1.0)
-    assert dataclasses.replace(later, t=0.0) == STATE
+    assert later._replace(t=0.0) == STATE
 
 
 @pytest.mark.parametrize(

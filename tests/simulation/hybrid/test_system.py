@@ -4,12 +4,15 @@ import numpy as np
 import pytest
 
 from tests.simulation.hybrid import system_of
+from twolink.contact.states import ContactState as S
 from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
+from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 from twolink.errors import SimulationError
+from twolink.simulation.hybrid.dynamics import held_coordinates
 
 FLOOR = Surface((0.0, 1.0), (0.0, -1.0), on=("B", "D"), name="floor")
 
@@ -46,3 +49,43 @@ def test_the_numbers_of_a_system_are_of_its_precision():
     assert isinstance(system.chain.L1, np.longdouble)
     assert isinstance(system.scene_chain.L1, float)
     assert system.rounding == float(np.finfo(np.longdouble).eps)
+
+
+def test_the_last_pose_is_kept_with_what_is_known_of_it():
+    system = system_of(Gravity(), FLOOR)
+    q = (0.3, 0.2)
+    pose = system.pose(q)
+    assert system.pose(q) is pose
+    # Equal angles may differ in the sign of a zero.
+    assert system.pose((0.3, 0.2)).q == q
+    assert system.pose((0.4, 0.2)).row(system.elements[0].normal) != pose.row(
+        system.elements[0].normal
+    )
+    assert system.pose(q) is not pose
+
+
+def test_a_system_under_other_effects_shares_no_pose():
+    system, q = system_of(Gravity(), FLOOR), (0.3, 0.2)
+    pose = system.pose(q)
+    assert system.with_effects((FLOOR,)).pose(q) is not pose
+
+
+def test_the_held_coordinates_are_those_of_the_elements():
+    system = system_of(JointFriction((1.0, 1.0)), FLOOR)
+    states = (S.STICKS, S.FORWARD, S.CLOSED, S.OPEN)
+    assert system.held(states) == tuple(held_coordinates(system.elements, states))
+    assert system.held(states) == (system.elements[0].tangent, system.elements[2].normal)
+    assert system.held((S.FORWARD, S.FORWARD, S.OPEN, S.OPEN)) == ()
+
+
+def test_a_system_is_equal_to_itself_only():
+    """So caches of two systems with the same values are apart: their effects may differ."""
+    assert system_of(Gravity()) != system_of(Gravity())
+
+
+def test_numbers_of_effects_are_of_the_precision_of_the_system():
+    pieces = SampledTorque((0.0, 1.0), (1.0, 2.0), (0.0, 0.0), "linear").piece_at(0.5)
+    assert system_of(Gravity()).effect_numbers == ()
+    found = system_of(pieces, precision="long double").effect_numbers
+    assert [float(number) for number in found] == list(pieces.numbers)
+    assert {type(number) for number in found} == {np.longdouble}

@@ -4,6 +4,7 @@ import ast
 import io
 import re
 import tokenize
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,7 @@ CONSTANTS = re.findall(r"^([A-Z_]+) = ", SOURCE, flags=re.MULTILINE)
 OF_REPORTS = {"mode.py": {"1e-12"}, "measure.py": {"1e-6", "1e-300"}}
 
 
+@cache
 def names_read(path):
     """Return all names and attributes that a module uses, other than in an import."""
     tree = ast.parse(path.read_text(encoding="utf-8"))

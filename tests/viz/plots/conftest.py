@@ -1,9 +1,9 @@
-"""Trajectories that several tests draw, each simulated once."""
+"""Trajectories shared by several tests, each simulated once."""
 
 import pytest
 
+from twolink.data import data_path
 from twolink.scene import Scene
-from twolink.shipped import shipped
 from twolink.simulation import simulate
 
 
@@ -14,7 +14,7 @@ def run():
 
     def of(name):
         if name not in known:
-            scene = Scene.load(shipped(f"scenes/{name}.toml"))
+            scene = Scene.load(data_path(f"scenes/{name}.toml"))
             known[name] = simulate(scene, accuracy=1e-9, samples=301)
         return known[name]
 

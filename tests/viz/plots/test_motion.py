@@ -1,4 +1,4 @@
-"""Plots of a motion: what is on the lines is the trajectory's, and its words can be read."""
+"""Plots of a motion: the lines are the trajectory's data, and texts are legible."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -44,6 +44,7 @@ def words_at_lines(axes):
     return [text for text in found if text.xy[0] == 1.0 and text.xycoords == "axes fraction"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scene", "kind"), EVERY)
 def test_axes_have_units_and_words_do_not_lie_on_each_other(run, scene, kind):
     made = PLOTS[kind](run(scene), "dark")
@@ -131,7 +132,7 @@ def test_the_path_is_where_kinematics_puts_D(run, scene):
     assert links == {"_link 1": B, "_link 2": (x[-1], y[-1])}
 
 
-def test_the_path_shows_what_was_struck(run):
+def test_the_path_shows_impacts(run):
     trajectory = run("bounce_to_rest")
     made = path(trajectory)
     (axes,) = made.axes
@@ -153,7 +154,7 @@ def test_the_path_shows_what_was_struck(run):
     assert f"{len(trajectory.impacts)} impacts" in made.get_supxlabel()
 
 
-def test_what_a_short_contact_takes_and_gives_back_is_seen(run):
+def test_the_energy_of_a_short_contact_is_resolved(run):
     """A few milliseconds, between samples: at its depth T is least."""
     trajectory = run("hertz_bounce")
     line = labelled(energy(trajectory).axes[0])["$T$, kinetic"]
@@ -193,12 +194,12 @@ def test_the_balance_of_energy_closes(run, scene):
     assert left < 1e-12
 
 
-def test_a_trajectory_in_a_file_says_what_it_does_not_know(run, tmp_path):
+def test_a_loaded_trajectory_reports_missing_works(run, tmp_path):
     run("slide_and_stop").save(tmp_path / "slide.npz")
     read = Trajectory.load(tmp_path / "slide.npz")
     made = energy(read)
     assert len(made.axes) == 1
-    assert "works of the effects are not known" in made.get_supxlabel()
+    assert "works of the effects are unknown" in made.get_supxlabel()
     for kind in ("angles", "phase", "path", "contact"):
         made = PLOTS[kind](read)
         assert made.axes
@@ -290,12 +291,12 @@ def test_impulses_are_those_of_the_impacts(run):
     assert axes.get_ylabel() == "impulse (N s)"
 
 
-def test_what_touches_nothing_has_no_contact_to_draw(run):
-    with pytest.raises(ParameterError, match="no friction and no obstacle; allowed is a scene"):
+def test_a_motion_without_contact_has_no_contact_plot(run):
+    with pytest.raises(ParameterError, match="must have friction or an obstacle"):
         contact(run("free_fall"))
 
 
-def test_where_the_accuracy_ends_is_said(run):
+def test_the_end_of_the_accuracy_is_marked(run):
     trajectory = replace(run("free_fall"), error=1.0, holds_until=6.5)
     made = angles(trajectory)
     said = [text for text in made.axes[0].texts if "until here" in text.get_text()]
@@ -303,6 +304,7 @@ def test_where_the_accuracy_ends_is_said(run):
     assert all(6.5 in [line.get_xdata()[0] for line in axes.lines] for axes in made.axes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PLOTS)
 def test_a_plot_is_the_same_file_twice(run, tmp_path, kind):
     for name in ("one", "two"):
@@ -317,5 +319,5 @@ def test_themes_differ(run, kind):
     light, dark = (PLOTS[kind](run("bounce_to_rest"), theme) for theme in THEMES)
     assert light.get_facecolor() == (1, 1, 1, 1)
     assert max(dark.get_facecolor()[:3]) < 0.2
-    with pytest.raises(PictureError, match="theme is 'sepia'"):
+    with pytest.raises(PictureError, match="theme must be one of light, dark; got 'sepia'"):
         PLOTS[kind](run("bounce_to_rest"), "sepia")

@@ -42,11 +42,12 @@ def test_theory_goes_through_the_stiffest(figure):
 def test_axes_carry_units(figure):
     above, below = figure.axes
     assert "(m/s)" in above.get_ylabel()
-    assert below.get_xlabel() == "speed of approach (m/s)"
+    assert below.get_xlabel() == "approach speed (m/s)"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_no_label_lies_over_another(theme):
+def test_labels_do_not_overlap(theme):
     figure = contact_plot(LIMITS, GIVEN_BACK, theme)
     figure.canvas.draw()
     for axes in figure.axes:
@@ -55,6 +56,7 @@ def test_no_label_lies_over_another(theme):
             assert not any(box.overlaps(other) for other in boxes[index + 1 :])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["svg", "png"])
 def test_the_same_data_give_the_same_bytes(tmp_path, kind):
     for name in "ab":

@@ -1,4 +1,4 @@
-"""The style of all plots: labels at the lines, themes, files that are the same each time."""
+"""The style of all plots: labels at lines, themes, reproducible files."""
 
 import colorsys
 import re
@@ -54,14 +54,14 @@ def test_overlaps_are_found():
     assert overlaps(words)
 
 
-def test_a_label_that_is_alone_stands_at_its_lines_end():
+def test_a_single_label_is_at_the_end_of_its_line():
     _made, axes = drawn(PALETTES["light"], ends=(0.3, 0.9))
     axes.set_ylim(0, 1)
     for word, end in zip(label_lines(axes), (0.3, 0.9), strict=True):
         assert word.xy[1] == pytest.approx(end)
 
 
-def test_lines_without_a_label_get_none():
+def test_lines_without_a_label_have_no_text():
     _made, (axes,) = figure(PALETTES["light"])
     axes.plot([0, 1], [0, 1])
     assert label_lines(axes) == []
@@ -122,10 +122,10 @@ def test_a_file_is_the_same_each_time(tmp_path, palette, kind):
         assert not re.search(rb"<dc:date>", one)
 
 
-def test_what_is_not_allowed_is_said(tmp_path):
+def test_invalid_arguments_are_rejected(tmp_path):
     made, _ = figure(PALETTES["light"])
-    with pytest.raises(ParameterError, match=r"plot\.pdf .*allowed is one of \.svg or \.png"):
+    with pytest.raises(ParameterError, match=r"plot\.pdf: the suffix must be \.svg or \.png"):
         save(made, tmp_path / "plot.pdf")
-    with pytest.raises(PictureError, match="'sepia'; allowed are light, dark"):
+    with pytest.raises(PictureError, match="theme must be one of light, dark; got 'sepia'"):
         palette_of("sepia")
     assert not list(tmp_path.iterdir())

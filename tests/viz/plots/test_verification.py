@@ -1,4 +1,4 @@
-"""The plot of differences over states: every state is in it, on the right side of the tolerance."""
+"""The plot of differences: every state, on the correct side of the tolerance."""
 
 import numpy as np
 import pytest
@@ -92,6 +92,7 @@ def test_words_keep_clear_of_each_other(theme):
     assert not any(one.overlaps(other) for n, one in enumerate(boxes) for other in boxes[n + 1 :])
 
 
+@pytest.mark.slow
 def test_the_plot_is_the_same_file_twice(tmp_path):
     for name in ("one", "two"):
         save(verification(made_up()), tmp_path / f"{name}.svg")

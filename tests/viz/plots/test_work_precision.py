@@ -6,12 +6,12 @@ from typer.testing import CliRunner
 
 from twolink.accuracy.study import study
 from twolink.cli import app
+from twolink.data import data_path
 from twolink.scene import Scene
-from twolink.shipped import shipped
 from viz.plots.style import save
 from viz.plots.work_precision import work_precision_plot
 
-SCENE = shipped("scenes") / "general.toml"
+SCENE = data_path("scenes") / "general.toml"
 
 
 @pytest.fixture(scope="module")
@@ -19,15 +19,20 @@ def found():
     return study(Scene.load(SCENE), methods=("taylor", "DOP853"), budget=3.0)
 
 
-def test_every_way_is_a_line_with_its_name_beside_it(found):
+@pytest.mark.slow
+def test_every_configuration_is_a_line_with_its_name(found):
     axes = work_precision_plot(found).axes[0]
     lines = {line.get_label(): line for line in axes.lines}
     names = {text.get_text() for text in axes.texts}
-    for way in {point.way for point in found.points}:
-        seen = [p for p in found.points if p.way == way and not p.failed and p.error < 1]
-        assert np.array_equal(lines[way].get_xdata(), [p.error for p in seen])
-        assert np.array_equal(lines[way].get_ydata(), [p.seconds for p in seen])
-        assert way in names
+    for configuration in {point.configuration for point in found.points}:
+        seen = [
+            p
+            for p in found.points
+            if p.configuration == configuration and not p.failed and p.error < 1
+        ]
+        assert np.array_equal(lines[configuration].get_xdata(), [p.error for p in seen])
+        assert np.array_equal(lines[configuration].get_ydata(), [p.seconds for p in seen])
+        assert configuration in names
 
 
 def test_the_axes_carry_units_and_accuracy_grows_to_the_right(found):
@@ -38,7 +43,7 @@ def test_the_axes_carry_units_and_accuracy_grows_to_the_right(found):
     assert axes.get_xscale() == axes.get_yscale() == "log"
 
 
-def test_no_name_lies_over_another(found):
+def test_names_do_not_overlap(found):
     figure = work_precision_plot(found)
     figure.canvas.draw()
     boxes = [text.get_window_extent() for text in figure.axes[0].texts if text.get_text().strip()]
@@ -47,6 +52,7 @@ def test_no_name_lies_over_another(found):
         assert not any(box.shrunk(0.98, 0.9).overlaps(other) for other in boxes[index + 1 :])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["svg", "png"])
 def test_the_same_figure_is_the_same_file(found, tmp_path, kind):
     files = [tmp_path / f"{name}.{kind}" for name in "ab"]
@@ -55,6 +61,7 @@ def test_the_same_figure_is_the_same_file(found, tmp_path, kind):
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
+@pytest.mark.slow
 def test_the_command_writes_all_four_files(tmp_path):
     folder = tmp_path / "new" / "folder"
     arguments = ["accuracy", str(SCENE), "--methods", "taylor", "--budget", "2"]

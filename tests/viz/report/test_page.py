@@ -88,7 +88,7 @@ def test_a_picture_is_the_same_each_time():
     assert picture(figure, "a") == picture(figure, "a")
 
 
-def test_it_is_written_whole(tmp_path):
+def test_it_is_written_atomically(tmp_path):
     write(tmp_path / "index.html", page("τ", "", []))
     assert "τ" in (tmp_path / "index.html").read_text(encoding="utf-8")
     assert [file.name for file in tmp_path.iterdir()] == ["index.html"]

@@ -6,10 +6,10 @@ from typer.testing import CliRunner
 from tests.viz.films import need_browser
 from tests.viz.report.test_page import read
 from twolink.cli import app
-from twolink.shipped import shipped
+from twolink.data import data_path
 from viz.browser import Browser
 
-SCENES = shipped("scenes")
+SCENES = data_path("scenes")
 
 
 @pytest.fixture(scope="module")
@@ -21,6 +21,7 @@ def made(tmp_path_factory):
     return result.stdout, folder
 
 
+@pytest.mark.slow
 def test_it_is_one_page_of_less_than_5_megabytes(made):
     output, folder = made
     assert [file.name for file in folder.iterdir()] == ["index.html"]
@@ -28,7 +29,7 @@ def test_it_is_one_page_of_less_than_5_megabytes(made):
     assert output.splitlines()[0].startswith("All 60 comparisons agree at 200 states")
 
 
-def test_it_says_all_that_it_should(made):
+def test_it_has_all_sections(made):
     document = (made[1] / "index.html").read_text(encoding="utf-8")
     for words in (
         "All 60 comparisons agree at 200 states",
@@ -50,7 +51,8 @@ def test_nothing_in_it_is_fetched(made):
         assert address.startswith(("#", "data:")), address[:80]
 
 
-def test_a_disagreement_ends_with_1_and_the_page_says_so(tmp_path, monkeypatch):
+@pytest.mark.slow
+def test_a_disagreement_exits_with_1_and_is_on_the_page(tmp_path, monkeypatch):
     from twolink import lagrange
 
     right = lagrange.kinetic_energy
@@ -68,8 +70,11 @@ def test_a_disagreement_ends_with_1_and_the_page_says_so(tmp_path, monkeypatch):
     ("arguments", "sentence"),
     [
         (["nowhere.toml"], "nowhere.toml"),
-        (["--states", "0"], "--states is 0; allowed is a positive whole number"),
-        (["--out", "README.md"], "--out is README.md; allowed is a folder"),
+        (["--states", "0"], "--states must be a positive whole number; got 0"),
+        (
+            ["--out", "README.md"],
+            "--out must be a folder that can be written to or made; got README.md",
+        ),
     ],
 )
 def test_bad_input_is_one_sentence_and_nothing_is_written(arguments, sentence, tmp_path):

@@ -1,4 +1,4 @@
-"""The report's scoreboard: every mark, the verdict, and what failed."""
+"""The report's scoreboard: marks, verdict and failures."""
 
 import re
 
@@ -7,8 +7,8 @@ from typer.testing import CliRunner
 
 from tests.viz.report.test_page import read
 from twolink.cli import app
+from twolink.data import data_path
 from twolink.hardcases import Case, Column, Mark, Outcome, catalogue, run
-from twolink.shipped import shipped
 from viz.report.page import page
 from viz.report.scoreboard import hard_cases
 
@@ -46,7 +46,7 @@ def test_each_mark_is_shown_and_explained():
     assert "said cannot" not in body
 
 
-def test_links_lead_to_what_a_case_is_about():
+def test_links_lead_to_the_description_of_a_case():
     reader = read(page("title", "", [section()]))
     inside = [address[1:] for address in reader.addresses if address.startswith("#")]
     assert set(inside) <= set(reader.ids)
@@ -63,7 +63,7 @@ def test_a_full_report_has_the_hard_cases(tmp_path, monkeypatch):
     chosen = tuple(catalogue.case_named(name) for name in ("aligned", "zeno"))
     monkeypatch.setattr(catalogue, "CASES", chosen)
     monkeypatch.setattr(run, "columns", lambda: run.OURS)
-    scene = str(shipped("scenes") / "slide_and_stop.toml")
+    scene = str(data_path("scenes") / "slide_and_stop.toml")
     arguments = ["report", scene, "--states", "50", "--full", "--out", str(tmp_path)]
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 0, result.output

@@ -1,8 +1,8 @@
-"""Contacts that are approached strike: the state after their impacts."""
+"""Collision: the state after the impacts of all contacts with a negative normal speed."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
 
 from twolink.arithmetic import Pair
 from twolink.simulation.hybrid import tolerances
@@ -10,18 +10,20 @@ from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
+    approach,
     at_rest,
     is_left_over,
     placed,
     speed_along,
 )
+from twolink.simulation.hybrid.resolution import resolve
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.smooth.taylor import rounding
 
 
 def nearby(system: HybridSystem, state: HybridState) -> list[int]:
-    """Return the rigid contacts whose gap is zero, but for rounding."""
+    """Return the rigid contacts whose gap is zero within round-off."""
     found = []
     for index, element in enumerate(system.elements):
         gap = state.gaps[index]
@@ -34,68 +36,66 @@ def nearby(system: HybridSystem, state: HybridState) -> list[int]:
 
 
 def touched_names(system: HybridSystem, state: HybridState) -> str:
-    """Return the names of the contacts that are touched, for a message."""
+    """Return the names of the touching contacts, for a message."""
     return ", ".join(system.names[i] for i in sorted(state.touching)) or "none"
 
 
 def collide(
     system: HybridSystem, state: HybridState, pose: Pose
-) -> tuple[HybridState, Pose, list[Strike]]:
-    """Return the state after all contacts that are approached have struck, and the impacts."""
+) -> tuple[HybridState, Pose, Sequence[Strike]]:
+    """Return the state after the impacts of all approached contacts, and the impacts."""
     near = nearby(system, state)
-    impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
-    if not any(impacts.approached(i, state.u) for i in near if i not in state.touching):
-        return state, pose, []
-    placed_at = pose
-    for index in near:
-        placed_at = place(system, placed_at, index, state)
-    if placed_at is not pose:
-        pose = placed_at
-        impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     resting = [i for i in near if i in state.touching]
-    found = impacts.resolve(state.u, near, resting)
+    rows = [pose.row(system.elements[i].normal) for i in near if i not in resting]  # type: ignore[arg-type]
+    if not any([approach(row, state.u, system.rounding) for row in rows]):
+        return state, pose, ()
+    for index in near:
+        pose = place(system, pose, index, state)
+    impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
+    found = resolve(impacts, state.u, near, resting)
     pressed_on = {i for i in state.touching if not system.elements[i].rigid}
     gaps = state.gaps
     for index in near:
         gaps = put(gaps, index, system.number(0))
-    state = replace(
-        state, q=pose.q, u=found.u, gaps=gaps, touching=found.resting | pressed_on,
+    state = state._replace(
+        q=pose.q, u=found.u, gaps=gaps, touching=found.resting | pressed_on,
         sliding=sliding_after(system, pose, state.u, found.u),
     )  # fmt: skip
-    return _pressed_still(system, state, pose), pose, list(found.strikes)
+    return _pressed_still(system, state, pose), pose, found.strikes
 
 
 def _pressed_still(system: HybridSystem, state: HybridState, pose: Pose) -> HybridState:
-    """Return the state in which presses that have just begun go on, begin at rest, or end.
+    """Return the state in which each press that has just begun continues, starts at rest, or ends.
 
-    Impacts elsewhere may have taken the speed with which a depth would have grown from zero.
+    Impacts on other contacts may have removed the speed of penetration.
     """
     for index, own in enumerate(state.compliant):
-        normal = system.elements[index].normal
-        if own is None or own.sqrt_depth is None or own.sqrt_depth != 0 or normal is None:
+        if own is None or own.sqrt_depth is None or own.sqrt_depth != 0:
             continue
+        normal = system.elements[index].normal
+        assert normal is not None
         row = pose.row(normal)
         if at_rest(row, state.u, system.rounding):
-            begun = replace(own, sqrt_depth=system.least_root)
-            state = replace(state, compliant=put(state.compliant, index, begun))
+            begun = own._replace(sqrt_depth=system.least_root)
+            state = state._replace(compliant=put(state.compliant, index, begun))
         elif speed_along(row, state.u) > 0:
-            ended = replace(own, sqrt_depth=None)
-            state = replace(
-                state, compliant=put(state.compliant, index, ended),
+            ended = own._replace(sqrt_depth=None)
+            state = state._replace(
+                compliant=put(state.compliant, index, ended),
                 touching=state.touching - {index},
             )  # fmt: skip
     return state
 
 
 def place(system: HybridSystem, pose: Pose, index: int, state: HybridState) -> Pose:
-    """Return the pose in which a contact is touched exactly."""
+    """Return the pose in which the gap of a contact is exactly zero."""
     element, own = system.elements[index], state.compliant[index]
     assert element.normal is not None
     surface = element.bound - (own.offset if own is not None else 0)
     # A start is given in float64.
     known = max(system.resolution, rounding("double")) if state.t == 0 else system.resolution
     q = placed(pose, element.normal, surface, known)
-    return pose if q == pose.q else Pose(system.chain, system.formulation, q)
+    return pose if q == pose.q else system.pose(q)
 
 
 def sliding_after(system: HybridSystem, pose: Pose, before: Pair, u: Pair) -> tuple[int, ...]:
@@ -107,7 +107,7 @@ def sliding_after(system: HybridSystem, pose: Pose, before: Pair, u: Pair) -> tu
 
 
 def direction_of(system: HybridSystem, row: Pair, before: Pair, u: Pair) -> int:
-    """Return the sign of row · u, 0 where that is the rounding of zero."""
+    """Return the sign of row · u, 0 within round-off."""
     if at_rest(row, u, system.rounding) or is_left_over(row, u, before, system.rounding):
         return 0
     return 1 if speed_along(row, u) > 0 else -1

@@ -1,12 +1,12 @@
-"""A mode as a heyoka integrator, in any precision: compiled when it is first entered.
+"""Compilation of a mode to a heyoka integrator, in any precision, when it is first entered.
 
-Beside q and u the integrator has as variables: the gap of each contact that is open, the depth to
-which each damped surface is still sunk in, and the root of each depth whose law takes it. In such a
-press the independent variable is not time but s, with dt = √depth ds, in which the motion is
-analytic from the first touch to the last; time is then a variable, too.
+The variables of the integrator are q and u, the gap of each open contact, the residual depth of
+each damped surface that has not recovered, and √depth for each law that depends on it. With √depth
+the independent variable is not time but s, with dt = √depth ds, in which the motion is analytic
+from the first touch to the last; time is then a variable as well.
 
-An event function f that is none of these variables is known by its integral, one more variable
-whose rate is f: the Taylor coefficients of f are those of the integral times 1, 2, 3, …
+An event function f that is not one of these variables is computed from its integral, an additional
+variable whose rate is f: the Taylor coefficients of f are those of the integral times 1, 2, 3, …
 """
 
 from __future__ import annotations
@@ -16,23 +16,29 @@ import itertools
 import operator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from twolink.arithmetic import Pair
-from twolink.chain import Chain
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
-from twolink.effects import Effect, nonsmooth
+from twolink.effects import Effect, ParametricEffect, contact_elements
 from twolink.optional import heyoka
 from twolink.simulation.hybrid.constraint import same_line
-from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, Pose, Solution, mode_solution
+from twolink.simulation.hybrid.dynamics import (
+    MOST_CONSTRAINTS,
+    Pose,
+    Solution,
+    held_coordinates,
+    mode_solution,
+)
 from twolink.simulation.hybrid.event_functions import OF_GAP, Surfaces, triggers, value
 from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import BAUMGARTE_RATE
+from twolink.simulation.pool import IntegratorPool
 from twolink.simulation.smooth.taylor import number_type, step_tolerance
+from twolink.values import Content
 
 
 @dataclass(frozen=True)
@@ -45,9 +51,22 @@ class Watched:
     integral: bool
 
 
+class Layout(NamedTuple):
+    """The event functions of a mode, in order: their triggers and variables.
+
+    `integral` is the mask of those computed from their integrals, or None; `reversed` are those
+    whose sign is opposite to that of their variable.
+    """
+
+    triggers: tuple[Trigger, ...]
+    variables: Any
+    integral: Any
+    reversed: frozenset[int]
+
+
 @dataclass(frozen=True)
 class CompiledMode:
-    """A mode's integrator and the layout of its variables.
+    """A mode's integrators and the layout of their variables.
 
     `gaps`, `sunk` and `roots` have the numbers of the elements, in the order of their variables
     after q and u; `clock` is the variable of time, where that is not the independent one. The
@@ -55,7 +74,7 @@ class CompiledMode:
     start of the arc (s).
     """
 
-    integrator: Any
+    pool: IntegratorPool
     operations: int
     numbers: int
     watched: tuple[Watched, ...]
@@ -67,51 +86,73 @@ class CompiledMode:
     number: Any
 
     @cached_property
+    def layout(self) -> Layout:
+        """The positions of the event functions among the variables."""
+        watched = self.watched
+        integral = np.array([w.integral for w in watched], dtype=bool)
+        return Layout(
+            triggers=tuple(w.trigger for w in watched),
+            variables=np.array([w.variable for w in watched], dtype=int),
+            integral=integral if integral.any() else None,
+            reversed=frozenset(place for place, w in enumerate(watched) if w.factor < 0),
+        )
+
+    @cached_property
     def falling(self) -> tuple[int, ...]:
-        """The variables that are event functions themselves."""
+        """The variables that are themselves event functions."""
         return tuple(w.variable for w in self.watched if not w.integral and w.factor > 0)
+
+    @cached_property
+    def shows_events(self) -> bool:
+        """Whether all event functions are variables, by whose signs steps show most events."""
+        return 0 < len(self.falling) == len(self.watched)
 
 
 def compiled_mode(
     system: HybridSystem, mode: Mode, formulation: str, sunk: tuple[int, ...]
 ) -> CompiledMode:
-    """Return a mode's integrator, compiled unless it already was.
+    """Return the integrator of a mode, compiled on first use.
 
-    `sunk` are the surfaces that have been left, and still spring back.
+    `sunk` are the surfaces that are not in contact and have not recovered.
     """
-    varying: tuple[Any, ...] = system.effects
-    blank = tuple(
-        effect.with_numbers((0.0,) * len(effect.numbers)) if hasattr(effect, "numbers") else effect
-        for effect in varying
-    )
-    chain = system.scene_chain
+    return _of_system(system, mode.kind, formulation, sunk)
+
+
+@functools.lru_cache(maxsize=512)
+def _of_system(
+    system: HybridSystem, kind: Mode, formulation: str, sunk: tuple[int, ...]
+) -> CompiledMode:
+    """Return the integrators of a kind of modes, cached by the identity of the system.
+
+    Systems whose effects differ only in parameters share integrators.
+    """
     return _compiled(
-        chain, blank, mode.kind, formulation, system.precision, system.order, sunk,
-        chain._exact_inertia,
+        Content((system.scene_chain,)), system.content, kind, formulation, system.precision,
+        system.order, sunk,
     )  # fmt: skip
 
 
 @functools.lru_cache(maxsize=512)
 def _compiled(
-    chain: Chain,
-    effects: tuple[Effect, ...],
+    content: Content,
+    blank: Content,
     mode: Mode,
     formulation: str,
     precision: str,
     order: int | None,
     sunk: tuple[int, ...],
-    exact_inertia: Pair | None,
 ) -> CompiledMode:
-    """Return a mode's integrator, kept for all arcs and all runs in modes of its kind."""
+    """Return the integrators of a kind of modes, cached for all arcs and runs."""
     from twolink.simulation.hybrid.formulations import FORMULATIONS
 
     hy, number = heyoka(), number_type(precision)
     parameters = itertools.count()
-    effects = _with_parameters(effects, parameters)
+    effects = _with_parameters(blank.objects, parameters)
+    (chain,) = content.objects
     own = chain.convert(number)
     system = HybridSystem(
-        chain, own, FORMULATIONS[formulation], effects, nonsmooth(effects, own), precision, order,
-        number, 0.0, 0.0,
+        chain, own, FORMULATIONS[formulation], effects, contact_elements(effects, own), precision,
+        order, number, 0.0, 0.0,
     )  # fmt: skip
     mode = mode.with_numbers(tuple(hy.par[next(parameters)] for _ in mode.numbers))
     return _Builder(system, mode, sunk, next(parameters)).compiled()
@@ -146,9 +187,9 @@ class _Builder:
         self._now = hy.par[numbers + 1] + self._clock if self._moving else hy.time
 
     def _is_held(self, index: int) -> bool:
-        """Return whether a mode keeps the place of a point across its surface."""
+        """Return whether a mode holds a point fixed along the normal of its surface."""
         elements, states = self._system.elements, self._mode.states
-        held = [c for e, s in zip(elements, states, strict=True) for c in e.holds(s)]
+        held = held_coordinates(elements, states)
         normal = elements[index].normal
         assert normal is not None
         chain = self._system.scene_chain
@@ -183,7 +224,7 @@ class _Builder:
             fp_type=system.number,
         )
         return CompiledMode(
-            integrator=integrator,
+            pool=IntegratorPool(integrator),
             operations=len(integrator.decomposition) - 2 * len(variables),
             numbers=self._numbers,
             watched=tuple(watched),
@@ -225,7 +266,7 @@ class _Builder:
     def _event_functions(
         self, pose: Pose, solution: Solution, variables: list[Any]
     ) -> tuple[list[Watched], list[Any]]:
-        """Return what is watched, and the rates of the integrals that this needs."""
+        """Return the event functions, and the rates of the integrals that they require."""
         watched: list[Watched] = []
         integrals: list[Any] = []
         surfaces = Surfaces(self._gaps, self._roots)
@@ -269,14 +310,14 @@ def _with_parameters(
     par = heyoka().par
     return tuple(
         effect.with_numbers(tuple(par[next(parameters)] for _ in effect.numbers))
-        if hasattr(effect, "numbers")
+        if isinstance(effect, ParametricEffect)
         else effect
         for effect in effects
     )
 
 
 def _is_constant(value: Any) -> bool:
-    """Return whether a number or an expression never changes: such an event never comes."""
+    """Return whether a number or an expression is constant, so that its event cannot occur."""
     try:
         float(str(value))
     except ValueError:

@@ -1,4 +1,4 @@
-"""The complementarity problem of friction and contact: its states, its laws, and their rounding."""
+"""The complementarity problem of friction and contact: states, conditions, and round-off."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from twolink.simulation.hybrid.dynamics import (
     Pose,
     Solution,
     constraints_of,
+    held_coordinates,
     local_equations,
     push_of,
 )
@@ -93,13 +94,9 @@ def problem_at(
 
 
 def is_solvable(problem: Problem, states: States) -> bool:
-    """Return whether the constraints of a mode are independent, and what shall slide is free to."""
+    """Return whether the constraints of a mode are independent and leave its slides free."""
     elements = problem.system.elements
-    held = [
-        coordinate
-        for element, state in zip(elements, states, strict=True)
-        for coordinate in element.holds(state)
-    ]
+    held = held_coordinates(elements, states)
     if len(held) > MOST_CONSTRAINTS:
         return False
     groups = constraints_of(problem.equations, elements, states)
@@ -142,7 +139,7 @@ def conditions(problem: Problem, states: States) -> Iterator[Condition]:
 def value_of(
     system: HybridSystem, equations: LocalEquations, solution: Solution, condition: Condition
 ) -> Any:
-    """Return a condition's value, which is not negative if it holds.
+    """Return the value of a condition, which is not negative if the condition holds.
 
     It is a force (N, N m), or an acceleration (m/s², rad/s²) where the element is free to move.
     """
@@ -158,14 +155,14 @@ def value_of(
 
 
 def _along(terms: ElementTerms, law: Law) -> Terms:
-    """Return the terms of the coordinate that a law is about."""
+    """Return the terms of the coordinate of a condition."""
     along = terms.normal if law in (Law.PUSHES, Law.SEPARATES) else terms.tangent
     assert along is not None
     return along
 
 
 def noise_of(problem: Problem, condition: Condition, solution: Solution) -> float:
-    """Return the rounding of a condition's value."""
+    """Return the round-off of the value of a condition."""
     M, det = problem.equations.M, problem.equations.det
     terms = problem.equations.terms[condition.number]
     assert terms is not None
@@ -183,7 +180,7 @@ def noise_of(problem: Problem, condition: Condition, solution: Solution) -> floa
 
 
 def vanishes(system: HybridSystem, row: Pair) -> bool:
-    """Return whether a row is the rounding of zero: no force acts along it in this pose."""
+    """Return whether a row is zero within round-off: no force acts along it in this pose."""
     lever = float(system.scene_chain.L1 + system.scene_chain.L2)
     return size_of(row) <= tolerances.NO_LEVER * lever
 

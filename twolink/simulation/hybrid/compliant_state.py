@@ -1,14 +1,13 @@
 """The state of a compliant surface: a frozen value that each contact event replaces.
 
-A law that takes the root of the depth has that root as a variable of the integration; a damped
-surface that was left has the depth to which it is still sunk in; one that yields has its dent.
+A law that depends on √depth has it as a variable of the integration; a damped surface that is not
+in contact has its residual depth; a yielding one has its plastic state.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from twolink.arithmetic import Scalar, sqrt
 from twolink.contact.elements import ContactElement
@@ -16,8 +15,7 @@ from twolink.contact.force_laws import Phase, PlasticState
 from twolink.simulation.hybrid.tolerances import NO_FORCE
 
 
-@dataclass(frozen=True, slots=True)
-class CompliantState:
+class CompliantState(NamedTuple):
     """`sqrt_depth` (m^½, None if not in use), `residual_depth` (m) still sunk in, and `plastic`."""
 
     sqrt_depth: Scalar | None = None
@@ -26,13 +24,13 @@ class CompliantState:
 
     @property
     def offset(self) -> Scalar:
-        """How far (m) the surface lies below where it was built."""
+        """The depth (m) of the surface below its undeformed position."""
         kept = self.plastic.residual if self.plastic is not None else 0
         return self.residual_depth + kept
 
 
 def undisturbed(element: ContactElement) -> CompliantState | None:
-    """Return the state of a surface that nothing has touched; None for a rigid element."""
+    """Return the state of an undeformed surface, or None for a rigid element."""
     if element.compliant is None:
         return None
     plastic = None if element.hysteresis is None else PlasticState(Phase.WHOLE)
@@ -42,7 +40,7 @@ def undisturbed(element: ContactElement) -> CompliantState | None:
 def pressed_at(element: ContactElement, state: CompliantState, depth: Any) -> CompliantState:
     """Return the state at the start of a run with a point pressed in to a depth (m).
 
-    A surface that yields has been pressed for the first time, on its curve of compression.
+    A yielding surface is on its curve of first compression.
     """
     plastic, law = state.plastic, element.compliant
     assert law is not None
@@ -65,10 +63,10 @@ def pressed(element: ContactElement, state: CompliantState, least: Any) -> Compl
 def released(
     element: ContactElement, state: CompliantState, speed: Any, depth: Any
 ) -> CompliantState:
-    """Return the state after a point has come off at a speed (m/s) and a depth (m).
+    """Return the state after a point has separated at a speed (m/s) and a depth (m).
 
-    Where the force of a damped surface has fallen to zero it springs back at that speed, and its
-    depth is known best from that; after an impact the point moves out faster than the surface.
+    If the force of a damped surface has fallen to zero, the surface recovers at that speed, which
+    determines its depth best; after an impact the point moves out faster than the surface.
     """
     law, plastic = element.compliant, state.plastic
     assert law is not None
@@ -83,8 +81,8 @@ def released(
 
 
 def overtaken(element: ContactElement, state: CompliantState, depth: Any) -> CompliantState:
-    """Return the state of a surface that is sunk in to a depth (m) and is not touched."""
-    return replace(state, sqrt_depth=None, residual_depth=depth)
+    """Return the state of a surface with a residual depth (m) that is not in contact."""
+    return state._replace(sqrt_depth=None, residual_depth=depth)
 
 
 def reached(element: ContactElement, state: CompliantState) -> CompliantState:
@@ -104,17 +102,17 @@ def turned(element: ContactElement, state: CompliantState) -> CompliantState:
 
 
 def cleared(state: CompliantState) -> CompliantState:
-    """Return the state of a surface whose dent the point has left."""
-    return replace(state, plastic=PlasticState(Phase.WHOLE))
+    """Return the state of a surface after the point has left its plastic indentation."""
+    return state._replace(plastic=PlasticState(Phase.WHOLE))
 
 
 def relaxed(state: CompliantState) -> CompliantState:
-    """Return the state of a surface that has sprung back."""
-    return replace(state, residual_depth=0 * state.residual_depth)
+    """Return the state of a surface that has recovered."""
+    return state._replace(residual_depth=0 * state.residual_depth)
 
 
 def relaxation_time(element: ContactElement, state: CompliantState, rounding: float) -> float:
-    """Return the time (s) until a surface has sprung back but for rounding: 0 if it has."""
+    """Return the time (s) until a surface has recovered within round-off, 0 if it has."""
     law = element.compliant
     assert law is not None
     depth = abs(float(state.residual_depth))

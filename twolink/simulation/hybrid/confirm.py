@@ -1,4 +1,4 @@
-"""Undecided conditions of a mode, decided by the next derivatives of the motion in it."""
+"""Decision of conditions that are zero within round-off, by higher derivatives of the motion."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ _EVENTS = {
 
 
 def confirmed(problem: Problem, candidate: Candidate) -> Orders | None:
-    """Return the orders at which a mode's event functions grow from zero, None if one falls.
+    """Return the orders at which the event functions of a mode grow from zero, None if one falls.
 
-    Undecided conditions must hold a moment later, in the motion in that mode.
+    Undecided conditions must hold immediately afterwards, in the motion of that mode.
     """
     found = {_trigger(c): _EVENTS[c.law][1] for c in candidate.decided}
     if not candidate.undecided:
@@ -48,7 +48,7 @@ def confirmed(problem: Problem, candidate: Candidate) -> Orders | None:
     try:
         leading = _decided(problem, candidate)
     except (ZeroDivisionError, OverflowError, ValueError):
-        # The motion is not analytic: its events say what comes next.
+        # The motion is not analytic: its events decide.
         return found
     for condition, (order, sign) in leading.items():
         if sign < 0 or (sign == 0 and condition.law is Law.ACCELERATES):
@@ -59,7 +59,7 @@ def confirmed(problem: Problem, candidate: Candidate) -> Orders | None:
 
 
 def _decided(problem: Problem, candidate: Candidate) -> dict[Condition, tuple[int, int]]:
-    """Return the order and the sign at which each undecided condition is decided, if it is."""
+    """Return the order and the sign that decide each undecided condition, where there are any."""
     for length in _LENGTHS:
         jets = _jets(problem, candidate.states, length)
         found = {c: _leading(problem, candidate, c, *jets) for c in candidate.undecided}
@@ -79,7 +79,7 @@ def _leading(
     solution: Solution,
     equations: LocalEquations,
 ) -> tuple[int, int]:
-    """Return the order of the first derivative of a condition beyond rounding, and its sign."""
+    """Return the order and the sign of the first derivative of a condition beyond round-off."""
     value = value_of(problem.system, equations, solution, condition)
     value = value if isinstance(value, Jet) else constant(value, 2)
     noise = noise_of(problem, condition, candidate.solution)

@@ -1,7 +1,7 @@
 """Accelerations under one or two constraints.
 
-A chain has two degrees of freedom, so one constraint leaves one motion, and two leave none. Both
-are solved in the motion that is left, so that what a constraint bars is exactly zero.
+A chain has two degrees of freedom: one constraint leaves one, and two leave none. The equations are
+solved in the remaining motion, so that the constrained speed is exactly zero.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ def cramer(M: Matrix, r: Pair, det: Scalar) -> Pair:
 def solved_with_one(M: Matrix, r: Pair, constraint: Constraint) -> tuple[Pair, tuple[Scalar, ...]]:
     """Return du and λ of M du = r + λ force, row · du = −bias.
 
-    du is the acceleration that the bias demands, along the row, and a motion across it, which the
-    equation of motion across the force gives.
+    du is the sum of a part along the row, given by the bias, and a part across it, given by the
+    equation of motion across the force.
     """
     (M11, M12), (_, M22) = M
     (x, y), bias, (X, Y) = constraint
@@ -60,16 +60,16 @@ def solved_with_two(
 
 
 def parallel(first: Pair, second: Pair) -> bool:
-    """Return whether two rows bar the same motion, but for rounding."""
+    """Return whether two rows are parallel within round-off."""
     x1, y1, x2, y2 = (float(entry) for entry in (*first, *second))
     size = (abs(x1) + abs(y1)) * (abs(x2) + abs(y2))
     return abs(x1 * y2 - x2 * y1) <= PARALLEL * size
 
 
 def same_line(first: ConstraintCoordinate, second: ConstraintCoordinate, chain: Chain) -> bool:
-    """Return whether two coordinates move together in every pose.
+    """Return whether the speeds of two coordinates are proportional in every pose.
 
-    Points of link 1 do with the joint A, and one and the same point does along one line.
+    This holds for points of link 1 and the joint A, and for one point along one line.
     """
     one, other = _motion(first, chain), _motion(second, chain)
     if one[0] != other[0]:

@@ -1,9 +1,10 @@
-"""A motion as a function of time: the polynomials of its steps."""
+"""Dense output: the motion as a function of time, by the polynomials of its steps."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Any, Literal
 
 import numpy as np
@@ -12,8 +13,8 @@ from twolink.simulation.hybrid.flow import Arc
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.smooth.taylor import number_type, numbers
 
-# Newton's steps by which a time is found on a step whose variable is not time: they converge
-# quadratically from within the step, and a few more cost nothing.
+# Newton iterations that invert the clock on a step whose variable is not time. They converge
+# quadratically from within the step; converged values are not iterated further.
 _NEWTON_STEPS = 60
 
 
@@ -37,7 +38,7 @@ class Polynomials:
     def at(self, times: Any, side: Literal["left", "right"] = "right") -> tuple[Any, Any]:
         """Return q and u, each of shape (2, m), at times (s); at a jump on one side of it."""
         moments = numbers(np.atleast_1d(times), self.precision)
-        # Times are given in float64, and so is the time of an event to those who ask for it.
+        # Times are float64 numbers, and so are the times of events in the results.
         index = np.searchsorted(self.starts.astype(float), moments.astype(float), side=side) - 1
         index = np.clip(index, 0, len(self.starts) - 1)
         x = moments - self.starts[index]
@@ -53,58 +54,77 @@ class Polynomials:
     def _on_clock(self, index: Any, elapsed: Any) -> Any:
         """Return the steps' own variable at times since their starts (s): the clock rises."""
         clocks, high = self.clocks[index], self.ends[index]
-        low, zero = 0 * high, 0 * high
-        x = high / 2
+        low, x = 0 * high, high / 2
+        found, left = x.copy(), np.arange(len(x))
         for _ in range(_NEWTON_STEPS):
-            value, slope = clocks[:, -1] + zero, zero
-            for k in range(clocks.shape[1] - 2, -1, -1):
-                slope = slope * x + value
-                value = value * x + clocks[:, k]
+            value, slope = _with_slope(clocks, x)
             miss = value - elapsed
             low, high = np.where(miss <= 0, x, low), np.where(miss > 0, x, high)
-            safe = np.where(slope > 0, slope, 1 + zero)
+            safe = np.where(slope > 0, slope, 1 + 0 * slope)
             following = x - miss / safe
             inside = (following >= low) & (following <= high) & (slope > 0)
             following = np.where(inside, following, (low + high) / 2)
-            if not (following != x).any():
+            found[left] = following
+            goes_on = (following != low) & (following != high)
+            if not goes_on.any():
                 break
-            x = following
-        return x
+            clocks, elapsed, left = clocks[goes_on], elapsed[goes_on], left[goes_on]
+            low, high, x = low[goes_on], high[goes_on], following[goes_on]
+        return found
+
+
+def _with_slope(coefficients: Any, x: Any) -> tuple[Any, Any]:
+    """Return the values and the slopes of polynomials, shape (n, p + 1), each at its own x."""
+    value, slope = coefficients[:, -1] + 0 * x, 0 * x
+    for k in range(coefficients.shape[1] - 2, -1, -1):
+        slope = slope * x + value
+        value = value * x + coefficients[:, k]
+    return value, slope
 
 
 def polynomials_of(arcs: Sequence[Arc], last: HybridState, precision: str) -> Polynomials:
-    """Return the steps of arcs as one function; the last state holds from its time on."""
-    order = max((block.coefficients.shape[2] for arc in arcs for block in arc.blocks), default=1)
-    number = number_type(precision)
-    starts, coefficients, clocks, by_clock, ends, numbers_of = [], [], [], [], [], []
-    kind = np.array([number(0)]).dtype
-    for index, arc in enumerate(arcs):
-        clock = arc.compiled.clock
-        for block in arc.blocks:
-            used = [i for i, length in enumerate(block.lengths) if length > 0]
-            if not used:
-                continue
-            rows = block.coefficients[used]
-            coefficients.append(rows[:, :4])
-            ends.append(block.lengths[used])
-            by_clock += [clock is not None] * len(used)
-            numbers_of += [index] * len(used)
-            if clock is None:
-                starts.append(block.starts[used])
-                clocks.append(np.zeros((len(used), order)).astype(kind))
-            else:
-                elapsed = rows[:, clock].copy()
-                starts.append(arc.start.t + elapsed[:, 0])
-                elapsed[:, 0] = 0
-                clocks.append(elapsed)
+    """Return the steps of arcs as one function; the last state applies from its time on."""
+    blocks = [(number, arc, block) for number, arc in enumerate(arcs) for block in arc.blocks]
+    order = max((block.coefficients.shape[2] for *_, block in blocks), default=1)
+    kind = np.array([number_type(precision)(0)]).dtype
     final = np.zeros((1, 4, order)).astype(kind)
     final[0, :, 0] = [*last.q, *last.u]
-    return Polynomials(
-        precision=precision,
-        starts=np.concatenate([*starts, np.array([last.t], kind)]),
-        coefficients=np.concatenate([*coefficients, final]),
-        clocks=np.concatenate([*clocks, np.zeros((1, order)).astype(kind)]),
-        by_clock=np.array([*by_clock, False]),
-        ends=np.concatenate([*ends, np.zeros(1).astype(kind)]),
-        arcs=np.array([*numbers_of, len(arcs)]),
+    counts = [*(len(block.lengths) for *_, block in blocks), 1]
+    firsts = list(accumulate(counts, initial=0))
+    by_clock = np.repeat([*(arc.compiled.clock is not None for _, arc, _ in blocks), False], counts)
+    starts = np.concatenate([*(block.starts for *_, block in blocks), np.array([last.t], kind)])
+    clocks = np.zeros((len(starts), order)).astype(kind)
+    for place in np.flatnonzero([arc.compiled.clock is not None for _, arc, _ in blocks]).tolist():
+        _, arc, block = blocks[place]
+        rows = slice(firsts[place], firsts[place] + counts[place])
+        clocks[rows] = block.coefficients[:, arc.compiled.clock]
+        starts[rows] = arc.start.t + clocks[rows, 0]
+        clocks[rows, 0] = 0 * clocks[rows, 0]
+    return _without_empty_steps(
+        Polynomials(
+            precision=precision,
+            starts=starts,
+            coefficients=np.concatenate([*(b.coefficients[:, :4] for *_, b in blocks), final]),
+            clocks=clocks,
+            by_clock=by_clock,
+            ends=np.concatenate([*(b.lengths for *_, b in blocks), final[:, 0, 0] * 0]),
+            arcs=np.repeat([*(number for number, *_ in blocks), len(arcs)], counts),
+        )
     )
+
+
+def _without_empty_steps(found: Polynomials) -> Polynomials:
+    """Return the polynomials of the steps of non-zero length, and of the last state."""
+    lasts = found.ends > 0
+    lasts[-1] = True
+    if lasts.all():
+        return found
+    arrays = (
+        found.starts,
+        found.coefficients,
+        found.clocks,
+        found.by_clock,
+        found.ends,
+        found.arcs,
+    )
+    return Polynomials(found.precision, *(array[lasts] for array in arrays))

@@ -1,8 +1,8 @@
 """Constrained dynamics of a mode, for numbers of any kind.
 
-In a mode the motion is smooth. An element that slides is resisted by a known force, one that sticks
-or rests is held by the force that its constraint takes. The row of a constraint is the generalized
-force of a unit load, by Kane's partial velocities or by Lagrange's gradients.
+In a mode the motion is smooth. A sliding element has a known friction force; a sticking or resting
+element has the constraint force that holds it. The row of a constraint is the generalized force of
+a unit load, by Kane's partial velocities or by Lagrange's gradients.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Pose:
     __slots__ = ("_inertia", "_rows", "chain", "formulation", "q")
 
     def __init__(self, chain: Chain, formulation: ModuleType, q: Pair) -> None:
-        """Take a chain and angles of any kind of number."""
+        """Store a chain and angles of any number type."""
         self.chain, self.formulation, self.q = chain, formulation, q
         # By identity: a coordinate takes longer to hash than its row.
         self._rows: dict[int, tuple[ConstraintCoordinate, Pair]] = {}
@@ -122,10 +122,10 @@ def _element_terms(
 def _terms(
     pose: Pose, coordinate: ConstraintCoordinate, u: Pair, rate: float, bound: Scalar | None
 ) -> Terms:
-    """Return the terms of a coordinate; a point that is held is pulled back to its bound.
+    """Return the terms of a coordinate; a held point is stabilized towards its bound.
 
-    A joint that is held does not move at all. A point that is held moves by the rounding of each
-    step, and the pull, zero where there is nothing to pull, keeps that from adding up.
+    A held joint does not move. A held point drifts by the round-off of each step; the stabilization
+    prevents this from accumulating.
     """
     chain, q = pose.chain, pose.q
     bias = coordinate.bias(chain, q, u)
@@ -148,9 +148,20 @@ def constraints_of(
     ]
 
 
+def held_coordinates(
+    elements: Sequence[ContactElement], states: Sequence[ContactState]
+) -> list[ConstraintCoordinate]:
+    """Return the coordinates whose speed the elements hold at zero in a mode."""
+    return [
+        coordinate
+        for element, state in zip(elements, states, strict=True)
+        for coordinate in element.holds(state)
+    ]
+
+
 def constraint_count(elements: Sequence[ContactElement], states: Sequence[ContactState]) -> int:
-    """Return how many constraints a mode has."""
-    return sum(len(element.holds(state)) for element, state in zip(elements, states, strict=True))
+    """Return the number of constraints of a mode."""
+    return len(held_coordinates(elements, states))
 
 
 def solve(
@@ -158,7 +169,7 @@ def solve(
     elements: Sequence[ContactElement],
     states: Sequence[ContactState],
 ) -> Solution:
-    """Return du/dt in a mode, and the forces that keep up its constraints."""
+    """Return du/dt in a mode, and the forces that enforce its constraints."""
     M, det, (r1, r2), every = equations
     for element, state, terms in zip(elements, states, every, strict=True):
         for force in () if terms is None else element.applied(state, terms):
@@ -200,7 +211,7 @@ def push_of(
 ) -> Scalar:
     """Return the normal force (N) of a pressed compliant surface, 0 for a rigid element.
 
-    The depth is that of the `root` (m^½) where it is given, else that of q.
+    The depth is `root` squared (m) if the `root` (m^½) is given, else that of q.
     """
     if element.compliant is None or element.normal is None:
         return 0
@@ -224,7 +235,7 @@ def loads_of(
     u: Pair,
     t: Scalar,
 ) -> Loads:
-    """Return everything that acts, the forces of the elements included."""
+    """Return all loads, including the forces of the elements."""
     given: list[Load] = []
     for element, forces in zip(elements, solution.forces, strict=True):
         for coordinate, force in zip((element.normal, element.tangent), forces, strict=True):
@@ -252,9 +263,9 @@ def mode_solution(
     roots: dict[int, Any] | None = None,
     rate: float = 0.0,
 ) -> Solution:
-    """Return du/dt and the forces in a mode at a state; `roots` (m^½) are depths' roots by number.
+    """Return du/dt and the forces in a mode at a state; `roots` (m^½) are √depth by element.
 
-    In a mode that holds the chain at rest there is nothing to stabilise.
+    A mode that holds the chain at rest needs no stabilization.
     """
     if constraint_count(elements, states) >= MOST_CONSTRAINTS:
         rate = 0.0

@@ -1,4 +1,4 @@
-"""The event functions of a mode: quantities that are positive, and whose fall ends the mode."""
+"""The event functions of a mode: positive quantities whose fall through zero ends the mode."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import LOCKING
 
-# Events that are a variable of the integration, or a number less one.
+# Events whose function is an integration variable, or a constant minus one.
 OF_GAP = (EventKind.HITS, EventKind.CLEARS)
 
 
 class Surfaces(NamedTuple):
-    """Variables of the integration that belong to surfaces, by number: gaps (m), roots (m^½)."""
+    """Integration variables of the elements, by number: gaps (m), √depth (m^½)."""
 
     gaps: dict[int, Scalar]
     roots: dict[int, Scalar]
@@ -42,8 +42,8 @@ def value(
 ) -> Scalar:
     """Return the event function of a trigger, for numbers of any kind.
 
-    It is a place (rad, m, m^½), a speed (rad/s, m/s), a force (N, N m), or the response of a normal
-    to its own push (1/kg).
+    It is a place (rad, m, m^½), a speed (rad/s, m/s), a force (N, N m), or a normal
+    acceleration per unit of normal force (1/kg).
     """
     kind, index, sense = trigger.kind, trigger.index, trigger.sense
     element, forces = system.elements[index], solution.forces[index]
@@ -54,7 +54,7 @@ def value(
     if kind is EventKind.LEAVES:
         return surfaces.roots.get(index, forces.normal)
     if kind is EventKind.BREAKS:
-        # Friction that is used up against a direction lets the element slide in that direction.
+        # At the static limit against a direction the element begins to slide in that direction.
         return element.limits(forces.normal)[1] + sense * forces.tangential
     along = element.tangent if kind is EventKind.STOPS else element.normal
     assert along is not None
@@ -65,7 +65,7 @@ def value(
 
 
 def _place(trigger: Trigger, system: HybridSystem, mode: Mode, surfaces: Surfaces) -> Scalar:
-    """Return the distance of a point from a surface, or from the end of a branch of its law."""
+    """Return the distance (m) of a point from a surface, or from the end of a branch of its law."""
     index = trigger.index
     if trigger.kind is EventKind.HITS:
         return surfaces.gaps[index]
@@ -76,9 +76,9 @@ def _place(trigger: Trigger, system: HybridSystem, mode: Mode, surfaces: Surface
 
 
 def locks(system: HybridSystem, mode: Mode, pose: Pose, index: int) -> bool:
-    """Return whether friction leaves hardly any response of a slide's normal to its own push.
+    """Return whether friction almost cancels the normal acceleration by a normal force.
 
-    Then the normal force grows without bound while the slide comes to rest (Painlevé).
+    The normal force then grows without bound while the slide stops (Painlevé).
     """
     normal = system.elements[index].normal
     assert normal is not None
@@ -88,7 +88,7 @@ def locks(system: HybridSystem, mode: Mode, pose: Pose, index: int) -> bool:
 
 
 def response_to_push(system: HybridSystem, mode: Mode, pose: Pose, index: int) -> Scalar:
-    """Return the normal acceleration that a push on a sliding contact gives (1/kg)."""
+    """Return the normal acceleration per unit of normal force on a sliding contact (1/kg)."""
     element = system.elements[index]
     assert element.normal is not None
     assert element.tangent is not None

@@ -1,16 +1,15 @@
 """One arc: the flow of a mode from a state to its first event.
 
 The integrator runs ahead for a few steps, and the event functions on all of them are certified
-together (`certificate`). The arc ends at the first event, or at the time that is asked for.
+together (`certificate`). The arc ends at the first event, or at the requested time.
 """
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,25 +21,25 @@ from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.certificate import Block, Certificate, Finding, powers
 from twolink.simulation.hybrid.compile import CompiledMode, compiled_mode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
-from twolink.simulation.hybrid.dynamics import Pose, push_of
+from twolink.simulation.hybrid.dynamics import push_of
 from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import stopped
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
+from twolink.simulation.hybrid.roots import product
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
 
-# The steps by which the integrator runs ahead of the certificate, at first and at most: a step in
-# a long precision costs more than its certificate.
+# Initial and largest number of steps between certificates. A step in a long precision costs more
+# than its certificate.
 _AHEAD = {"double": (8, 32), "long double": (2, 16), "quadruple": (1, 4)}
 
 
-@dataclass(frozen=True)
-class Arc:
+class Arc(NamedTuple):
     """The motion in one mode between two jumps: its ends, its steps, and the event that ended it.
 
-    `event` is None if the arc ends at the time that was asked for. The last step is cut where the
-    arc ends.
+    `event` is None if the arc ends at the requested time. The last step is truncated at the end of
+    the arc.
     """
 
     mode: Mode
@@ -64,15 +63,15 @@ def flow(
     mode: Mode,
     until: Any,
     formulation: str,
-    progress: Callable[[float], None],
+    progress: Callable[[float, int], None],
     expected: int = 0,
     orders: Orders = NO_ORDERS,
 ) -> Arc:
     """Return the arc of a mode from a state until a time (s), or to its first event.
 
-    `progress` receives the time (s) that is reached, now and then; `expected` is the number of
-    steps to take before the first look, 0 for a usual one; `orders` has how many leading
-    coefficients of an event function are zero, where the selection of the mode has found that.
+    `progress` receives the time (s) reached and the size (bytes) of the steps so far; `expected` is
+    the number of steps before the first event detection, 0 for the default; `orders` has the
+    numbers of leading coefficients of event functions that are zero by the mode selection.
     Raises `IntegrationError` where the motion does not stay finite, or its steps become too short.
     """
     begun = perf_counter()
@@ -80,163 +79,192 @@ def flow(
     compile_seconds = perf_counter() - begun
     if compiled.roots:
         until = min(until, state.t + system.number(tolerances.LONGEST_PRESS))
-    _set_up(system, compiled, mode, state)
-    pressing = _pressing(system, mode, state)
-    certificate = Certificate(system, compiled, mode, until - state.t, pressing, orders)
+    with compiled.pool.lend() as integrator:
+        course = _Course(system, compiled, integrator, mode, state, until, compile_seconds)
+        return _followed(course, orders, expected, progress)
+
+
+def _followed(
+    course: _Course, orders: Orders, expected: int, progress: Callable[[float, int], None]
+) -> Arc:
+    """Return the arc that an integrator computes from the start of a course."""
+    system, compiled, mode = course.system, course.compiled, course.mode
+    _set_up(course)
+    span = course.until - course.state.t
+    certificate = Certificate(system, compiled, mode, span, _pressing(course), orders)
     blocks: list[Block] = []
     doubts: list[Doubt] = []
     taken = 0
     ahead, most_ahead = _AHEAD[system.precision]
-    ahead = min(expected or ahead, most_ahead)
+    # An event that is visible at the end of a step stops the integrator.
+    ahead = most_ahead if compiled.shows_events else min(expected or ahead, most_ahead)
     while True:
-        block, over, failure = _take_steps(system, compiled, state, until, ahead)
+        block, over, failure = _take_steps(course, ahead)
         found: Finding | None = None
         if len(block.lengths):
             found, touched = certificate.first_event(block, at_start=not blocks)
             doubts += touched
             blocks.append(block if found is None else _cut(block, found))
         if found is not None or over:
-            break
+            trigger = None if found is None else found.trigger
+            return _ended(course, blocks, doubts, trigger, None if trigger else course.until)
         taken += len(block.lengths)
-        if not failure and taken > tolerances.MANY_STEPS and _never_ends(compiled, block, until):
+        if not failure and taken > tolerances.MANY_STEPS and _never_ends(course, block):
             failure = "its steps become too short"
         if failure:
-            return _failed(system, compiled, mode, state, blocks, doubts, compile_seconds, failure)
+            return _failed(course, blocks, doubts, failure)
         ahead = min(2 * ahead, most_ahead)
-        progress(float(_now(compiled, state)))
-    trigger = found.trigger if found is not None else None
-    end = _end_state(system, compiled, mode, state, blocks, until if trigger is None else None)
-    return Arc(mode, state, end, tuple(blocks), trigger, tuple(doubts), compiled, compile_seconds)
+        progress(float(_now(course)), sum(block.coefficients.nbytes for block in blocks))
 
 
-def _never_ends(compiled: CompiledMode, block: Block, until: Any) -> bool:
-    """Return whether an arc would take far too many steps at the pace of the last ones."""
-    if compiled.clock is not None:
-        return False
-    left, pace = until - block.starts[-1], block.lengths.mean()
-    return bool(left > tolerances.MOST_STEPS * pace)
+class _Course(NamedTuple):
+    """An arc to be integrated: its mode, its start, and its latest end (s)."""
+
+    system: HybridSystem
+    compiled: CompiledMode
+    integrator: Any
+    mode: Mode
+    state: HybridState
+    until: Any
+    compile_seconds: float
 
 
-def _failed(
-    system: HybridSystem,
-    compiled: CompiledMode,
-    mode: Mode,
-    state: HybridState,
-    blocks: list[Block],
-    doubts: list[Doubt],
-    compile_seconds: float,
-    failure: str,
+def _ended(
+    course: _Course, blocks: list[Block], doubts: list[Doubt], trigger: Trigger | None, until: Any
 ) -> Arc:
+    """Return the arc at a time (s) or, if that is None, where its last step was cut."""
+    end = _end_state(course, blocks[-1], until) if blocks else course.state._replace(t=until)
+    return Arc(
+        course.mode, course.state, end, tuple(blocks), trigger, tuple(doubts), course.compiled,
+        course.compile_seconds,
+    )  # fmt: skip
+
+
+def _never_ends(course: _Course, block: Block) -> bool:
+    """Return whether the arc would require too many steps of the last, short, length."""
+    if course.compiled.clock is not None:
+        return False
+    left, pace = course.until - block.starts[-1], block.lengths.mean()
+    short = pace < tolerances.SHORT_STEPS * course.system.longest_step
+    return bool(short and left > tolerances.MOST_STEPS * pace)
+
+
+def _failed(course: _Course, blocks: list[Block], doubts: list[Doubt], failure: str) -> Arc:
     """Return the arc up to where a slide locks, since its normal force grows without bound.
 
     Raises `IntegrationError` for any other failure.
     """
-    end = _end_state(system, compiled, mode, state, blocks, None) if blocks else state
-    pose = Pose(system.chain, system.formulation, end.q)
+    system, mode = course.system, course.mode
+    arc = _ended(course, blocks, doubts, None, None if blocks else course.state.t)
+    pose = system.pose(arc.end.q)
     for index, (element, own) in enumerate(zip(system.elements, mode.states, strict=True)):
         if element.rigid and own.slips and locks(system, mode, pose, index):
-            trigger = Trigger(EventKind.JAMS, index, own.direction)
-            return Arc(
-                mode, state, end, tuple(blocks), trigger, tuple(doubts), compiled, compile_seconds
-            )
+            return arc._replace(event=Trigger(EventKind.JAMS, index, own.direction))
     raise IntegrationError(
-        f"the motion could not be followed beyond {float(end.t):.9g} s ({failure}) while {mode}; "
-        "the motion must stay finite"
+        f"the motion could not be integrated beyond {float(arc.end.t):.9g} s ({failure}) while "
+        f"{mode}; the motion must stay finite"
     )
 
 
 def _springing_back(state: HybridState) -> tuple[int, ...]:
-    """Return the surfaces that have been left and are still sunk in."""
+    """Return the surfaces that are not in contact and have not recovered."""
+    if not any(state.compliant):
+        return ()
     return tuple(
         i for i, own in enumerate(state.compliant) if own is not None and own.residual_depth != 0
     )
 
 
-def _set_up(system: HybridSystem, compiled: CompiledMode, mode: Mode, state: HybridState) -> None:
+def _set_up(course: _Course) -> None:
     """Set the integrator of a mode to the start of an arc."""
-    integrator, compliant = compiled.integrator, state.compliant
+    system, compiled, integrator, mode, state, *_ = course
+    compliant = state.compliant
     surfaces = [compliant[i].residual_depth for i in compiled.sunk]  # type: ignore[union-attr]
     surfaces += [compliant[i].sqrt_depth for i in compiled.roots]  # type: ignore[union-attr]
-    vector = [*state.q, *state.u, *(state.gaps[i] for i in compiled.gaps), *surfaces]
-    vector += [system.number(0)] * (len(integrator.state) - len(vector))
-    integrator.state[:] = vector
+    vector = [*state.q, *state.u, *[state.gaps[i] for i in compiled.gaps], *surfaces]
+    values = integrator.state
+    vector += [system.number(0)] * (len(values) - len(vector))
+    values[:] = vector
     integrator.time = system.number(0) if compiled.clock is not None else state.t
-    numbers = [n for effect in system.effects for n in getattr(effect, "numbers", ())]
-    numbers += mode.numbers
-    pars = [*(system.number(n) for n in numbers), system.number(system.force_scale), state.t]
-    # The last of them may be in no expression of this mode.
-    count = len(integrator.pars)
-    integrator.pars[:] = pars[:count]
+    parameters = integrator.pars
+    if count := len(parameters):
+        own = [system.number(n) for n in mode.numbers]
+        every = [*system.effect_numbers, *own, system.number(system.force_scale), state.t]
+        # The last parameters may not occur in the expressions of this mode.
+        parameters[:] = every[:count]
 
 
-def _pressing(system: HybridSystem, mode: Mode, state: HybridState) -> float:
+def _pressing(course: _Course) -> float:
     """Return the sum of the accelerations (rad/s²) that single compliant surfaces give."""
-    found, pose = 0.0, None
-    for index, (element, own) in enumerate(zip(system.elements, state.compliant, strict=True)):
+    system, _, _, mode, state, *_ = course
+    found = 0.0
+    for index, own in enumerate(state.compliant):
+        element = system.elements[index]
         if own is None or element.normal is None or mode.states[index] is ContactState.OPEN:
             continue
-        pose = pose or Pose(system.chain, system.formulation, state.q)
+        pose = system.pose(state.q)
         push = push_of(pose, element, mode.dent(index), state.u, own.sqrt_depth)
         given = pose.impulse_response(pose.row(element.normal))
         found += abs(float(push)) * max(abs(float(x)) for x in given)
     return found
 
 
-def _take_steps(
-    system: HybridSystem, compiled: CompiledMode, state: HybridState, until: Any, ahead: int
-) -> tuple[Block, bool, str]:
-    """Return the next steps, whether they come to the end of the arc, and why they fail if so."""
-    integrator, clock = compiled.integrator, compiled.clock
+def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
+    """Return the next steps, whether they reach the end of the arc, and the failure if any."""
+    system, compiled, integrator, _, state, until, _ = course
+    clock, integrals = compiled.clock, compiled.integrals
     (limit, success), longest = _outcomes(), system.number(system.longest_step)
-    over, failure, count = False, "", 0
-    values, integrals, tc = integrator.state, compiled.integrals, integrator.tc
-    watches_integrals = integrals.stop > integrals.start
-    starts, lengths = np.empty(ahead, values.dtype), np.empty(ahead, values.dtype)
+    falling, watches_integrals = compiled.falling, integrals.stop > integrals.start
+    span = until - state.t
+    # Views of the integrator's own memory.
+    values, tc = integrator.state, integrator.tc
+    starts: list[Any] = []
+    lengths: list[Any] = []
     coefficients = np.empty((ahead, *tc.shape), values.dtype)
-    falling = compiled.falling
-    while count < ahead:
+    over, failure = False, ""
+    for place in range(ahead):
         start = integrator.time
-        if clock is None:
-            left = until - start
-            over = not left > 0
-            if over:
-                break
-            outcome, length = integrator.step(min(left, longest), write_tc=True)
-        else:
+        left = until - start if clock is None else None
+        if left is None:
             outcome, length = integrator.step(write_tc=True)
-        if outcome is not limit and outcome is not success and outcome not in (limit, success):
+        elif left > 0:
+            outcome, length = integrator.step(left if left < longest else longest, write_tc=True)
+        else:
+            over = True
+            break
+        if outcome not in (success, limit):
             failure = outcome.name
             break
-        starts[count], lengths[count], coefficients[count] = start, length, tc
-        count += 1
+        starts.append(start)
+        lengths.append(length)
+        coefficients[place] = tc
         if watches_integrals:
             values[integrals] = 0
-        if clock is not None and values[clock] >= until - state.t:
-            break
-        if clock is None and length == left:
-            over = True
+        over = left is not None and length == left
+        if over or (clock is not None and values[clock] >= span):
             break
         if not length > (SHORTEST_STEP * start if clock is None else 0):
             failure = "its steps become too short"
             break
-        if any(values[variable] < 0 for variable in falling):
-            # An event has come.
+        if min(map(values.__getitem__, falling), default=0) < 0:
+            # An event has occurred.
             break
-    return Block(starts[:count], lengths[:count], coefficients[:count]), over, failure
+    count = len(lengths)
+    starts_, lengths_ = np.array(starts, values.dtype), np.array(lengths, values.dtype)
+    return Block(starts_, lengths_, coefficients[:count]), over, failure
 
 
 @functools.cache
 def _outcomes() -> tuple[Any, Any]:
-    """Return heyoka's outcomes of a step: cut at its longest, and not."""
+    """Return heyoka's outcomes of a capped and of a full step."""
     outcomes = heyoka().taylor_outcome
     return outcomes.time_limit, outcomes.success
 
 
-def _now(compiled: CompiledMode, state: HybridState) -> Any:
+def _now(course: _Course) -> Any:
     """Return the time (s) that the integrator has reached."""
-    if compiled.clock is None:
-        return compiled.integrator.time
-    return state.t + compiled.integrator.state[compiled.clock]
+    integrator, clock = course.integrator, course.compiled.clock
+    return integrator.time if clock is None else course.state.t + integrator.state[clock]
 
 
 def _cut(block: Block, found: Finding) -> Block:
@@ -247,68 +275,54 @@ def _cut(block: Block, found: Finding) -> Block:
     return Block(block.starts[:count], lengths, block.coefficients[:count])
 
 
-def _end_state(
-    system: HybridSystem,
-    compiled: CompiledMode,
-    mode: Mode,
-    state: HybridState,
-    blocks: list[Block],
-    until: Any,
-) -> HybridState:
+def _end_state(course: _Course, last: Block, until: Any) -> HybridState:
     """Return the state at the end of an arc, at a time (s) or, if that is None, where it was cut.
 
     The speeds that the mode holds are exactly zero.
     """
-    if not blocks:
-        return replace(state, t=until)
-    last = blocks[-1]
+    system, compiled, _, mode, state, *_ = course
     by_power = powers(last.lengths[-1:], last.coefficients.shape[2])[0]
-    values = (last.coefficients[-1] @ by_power).tolist()
+    values = product(last.coefficients[-1], by_power).tolist()
     t = until
     if t is None and compiled.clock is None:
-        t = last.starts[-1] + last.lengths[-1]
+        (t,) = (last.starts[-1:] + last.lengths[-1:]).tolist()
     elif t is None:
         t = state.t + values[compiled.clock]
     gaps, compliant = list(state.gaps), list(state.compliant)
     rest = iter(values[4:])
     for index in compiled.gaps:
         gap = next(rest)
-        # What is touched is held off by others, and stays touched.
+        # A touching contact that carries no force stays touching.
         gaps[index] = 0 * gap if index in state.touching else gap
     for index in compiled.sunk:
-        compliant[index] = replace(compliant[index], residual_depth=next(rest))  # type: ignore[type-var]
+        compliant[index] = compliant[index]._replace(residual_depth=next(rest))  # type: ignore[union-attr]
     for index in compiled.roots:
-        compliant[index] = replace(compliant[index], sqrt_depth=next(rest))  # type: ignore[type-var]
+        compliant[index] = compliant[index]._replace(sqrt_depth=next(rest))  # type: ignore[union-attr]
     q, u = (values[0], values[1]), (values[2], values[3])
-    u = _held(system, mode, q, u)
-    sliding = tuple(
-        own.direction
-        if own.slips
-        else _carried(system, element, index in state.touching, own, q, u)
-        for index, (element, own) in enumerate(zip(system.elements, mode.states, strict=True))
-    )
-    if t == state.t or (u[0] == 0 and u[1] == 0):
-        sliding = state.sliding if t == state.t else (0,) * len(sliding)
+    held = system.held(mode.states)
+    if held:
+        u = stopped(system.pose(q), held, u, system.rounding)
+    sliding = _sliding(course, t, q, u)
     return HybridState(t, q, u, tuple(gaps), state.touching, sliding, tuple(compliant))
 
 
-def _carried(
-    system: HybridSystem, element: ContactElement, touching: bool, own: ContactState, q: Any, u: Any
-) -> int:
+def _sliding(course: _Course, t: Any, q: Any, u: Any) -> tuple[int, ...]:
+    """Return the direction in which each element slides at the end of an arc."""
+    system, _, _, mode, state, *_ = course
+    if t == state.t:
+        return state.sliding
+    if u[0] == 0 and u[1] == 0:
+        return (0,) * len(state.sliding)
+    found = [own.direction if own.slips else 0 for own in mode.states]
+    for index in state.touching:
+        if mode.states[index] is ContactState.OPEN:
+            found[index] = _carried(system, system.elements[index], q, u)
+    return tuple(found)
+
+
+def _carried(system: HybridSystem, element: ContactElement, q: Any, u: Any) -> int:
     """Return the direction in which a contact slides that another one holds off its surface."""
-    if own is not ContactState.OPEN or not touching or element.tangent is None:
+    if element.tangent is None:
         return 0
     speed = element.tangent.speed(system.chain, q, u)
     return 0 if speed == 0 else 1 if speed > 0 else -1
-
-
-def _held(system: HybridSystem, mode: Mode, q: Any, u: Any) -> Any:
-    """Return u without the speeds that a mode holds at zero."""
-    held = [
-        coordinate
-        for element, own in zip(system.elements, mode.states, strict=True)
-        for coordinate in element.holds(own)
-    ]
-    return (
-        stopped(Pose(system.chain, system.formulation, q), held, u, system.rounding) if held else u
-    )

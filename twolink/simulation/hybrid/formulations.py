@@ -1,4 +1,4 @@
-"""The formulations in which a mode can be written: with speeds, and never with momenta."""
+"""The formulations of a mode: those in speeds, not in momenta."""
 
 from types import ModuleType
 

@@ -1,4 +1,4 @@
-"""The log of a run's impacts, written for all of them at once."""
+"""The impact log of a run, computed for all impacts at once."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from twolink.simulation.smooth.taylor import numbers
 
 
 def impact_log(chain: Chain, strikes: Sequence[Strike], precision: str) -> tuple[Impact, ...]:
-    """Return the log of the impacts on a chain, all in numbers of a precision."""
+    """Return the log of the impacts on a chain, in numbers of one precision."""
     if not strikes:
         return ()
     q = _columns([strike.q for strike in strikes], precision)

@@ -1,7 +1,7 @@
-"""Jets: truncated power series of a time, as a kind of number.
+"""Jets: truncated power series in time, as a number type.
 
-Where an acceleration or a force is zero at an instant, its next derivatives decide the mode. The
-formulas of the library run on jets as on any number, by `twolink.arithmetic`.
+If an acceleration or a force is zero at an instant, its higher derivatives decide the mode. The
+formulas of the library accept jets as any number, by `twolink.arithmetic`.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ class Jet:
     """The first coefficients of a power series in time, of numbers of any real kind."""
 
     __slots__ = ("_circular", "terms")
-    # NumPy's numbers leave arithmetic with a jet to the jet.
+    # NumPy scalars defer arithmetic with a jet to the jet.
     __array_ufunc__ = None
 
     def __init__(self, terms: tuple[Any, ...]) -> None:
-        """Take the coefficients, of which all jets in a computation have the same number."""
+        """Store the coefficients; all jets of a computation have equally many."""
         self.terms = terms
         self._circular: tuple[Jet, Jet] | None = None
 
     @property
     def circular(self) -> tuple[Jet, Jet]:
-        """The sine and the cosine of the jet (rad), computed once: angles are asked for often."""
+        """The sine and the cosine of the jet (rad), cached because angles recur."""
         if self._circular is None:
             self._circular = _sine_and_cosine(self)
         return self._circular
@@ -94,7 +94,7 @@ def constant(value: Any, length: int) -> Jet:
 
 
 def leading_term(terms: tuple[Any, ...], noise: float = 0.0, rate: float = 1.0) -> tuple[int, int]:
-    """Return the order of the first coefficient beyond rounding, and its sign: 0 if there is none.
+    """Return the order and the sign of the first coefficient beyond round-off, sign 0 if none is.
 
     The k-th is known within noise · rate^k.
     """

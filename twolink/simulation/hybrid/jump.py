@@ -1,25 +1,23 @@
 """Jumps: the state and the mode that follow an event.
 
-Each kind of event has one reaction, found in a table. A reaction changes the state and may restrict
-the states of some elements; then the jump is settled: contacts that are approached strike, bounces
-that end within rounding are left out (Zeno), and the mode in which the motion goes on is selected.
+Each kind of event has one reaction, in a table. A reaction changes the state and may restrict the
+states of some elements. Then impacts are resolved, bounces that end within round-off are omitted
+(Zeno), and the next mode is selected.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from twolink.contact.states import ContactState
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.collision import collide, touched_names
-from twolink.simulation.hybrid.complementarity import Orders, States
+from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
 from twolink.simulation.hybrid.constraint import same_line
-from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, Pose
-from twolink.simulation.hybrid.impact import (
-    Strike,
-)
+from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS
+from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.painleve import strike_without_collision
 from twolink.simulation.hybrid.reactions import REACTIONS, Reaction
@@ -28,16 +26,15 @@ from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.zeno import NO_PAST, Past, left_out
 
-# Impacts without collision and Zeno limits at one instant before a jump is given up.
+# Largest number of impacts without collision and Zeno limits at one instant before failure.
 _MOST_ROUNDS = 40
 
 
-@dataclass(frozen=True)
-class Jump:
+class Jump(NamedTuple):
     """The state and mode after a jump, its impacts, and sentences on choices that the laws leave.
 
-    `delay` (s) is the time by which bounces that were left out would have lasted. `orders` has how
-    many leading coefficients of an event function are zero, where the selection has found that.
+    `delay` (s) is the duration of omitted bounces. `orders` has the numbers of leading coefficients
+    of event functions that are zero by the selection.
     """
 
     state: HybridState
@@ -45,7 +42,7 @@ class Jump:
     strikes: tuple[Strike, ...] = ()
     notes: tuple[str, ...] = ()
     delay: float = 0.0
-    orders: Orders = field(default_factory=dict)
+    orders: Orders = NO_ORDERS
     doubts: tuple[Doubt, ...] = ()
 
 
@@ -56,16 +53,15 @@ def jump(
     trigger: Trigger | None,
     past: Past = NO_PAST,
 ) -> Jump:
-    """Return what follows an event, or a discontinuity of the effects (None).
+    """Return the jump at an event, or at a discontinuity of the effects (None).
 
-    `past` are the impacts of the last moments, for the Zeno limit. Raises
-    `IntegrationError` where the laws allow no motion.
+    `past` has the most recent impacts, for the Zeno limit. Raises `IntegrationError` if the laws
+    admit no motion.
     """
     reaction = Reaction(state, {})
     if trigger is not None:
         reaction = REACTIONS[trigger.kind](system, state, mode, trigger)
-    following = settle(system, reaction.state, reaction.known, past)
-    return replace(following, strikes=reaction.strikes + following.strikes)
+    return settle(system, reaction.state, reaction.known, past, reaction.strikes)
 
 
 def settle(
@@ -73,14 +69,18 @@ def settle(
     state: HybridState,
     known: Mapping[int, States],
     past: Past = NO_PAST,
+    before: tuple[Strike, ...] = (),
 ) -> Jump:
-    """Return the mode that a state goes on in, after the impacts that come before it."""
+    """Return the jump to the next mode of a state, after resolution of its impacts.
+
+    `before` are impacts of the same jump that have changed the state already.
+    """
     strikes: list[Strike] = []
     notes: list[str] = []
     doubts: list[Doubt] = []
     delay = 0.0
     for _ in range(_MOST_ROUNDS):
-        pose = Pose(system.chain, system.formulation, state.q)
+        pose = system.pose(state.q)
         state, pose, struck = collide(system, state, pose)
         strikes += struck
         if struck:
@@ -91,18 +91,16 @@ def settle(
         if selection is None:
             state, strike = strike_without_collision(system, state, pose)
             strikes.append(strike)
-            struck, known = [strike], {}
+            struck, known = (strike,), {}
             selection = select(system, state, pose, {})
             if selection is None:
                 continue
         mode = Mode(system.names, selection.states, _dents(state))
-        ended = left_out(
-            system, state, pose, mode, struck, past._replace(strikes=[*past.strikes, *strikes])
-        )
+        ended = left_out(system, state, pose, mode, struck, past, strikes) if struck else None
         if ended is None:
             notes += _notes(system, state, mode, selection)
             return Jump(
-                _tidied(system, state, mode), mode, tuple(strikes), tuple(notes), delay,
+                _tidied(system, state, mode), mode, (*before, *strikes), tuple(notes), delay,
                 selection.orders, tuple(doubts),
             )  # fmt: skip
         state, strikes, delay, known = ended.state, [*strikes, *ended.strikes], ended.delay, {}
@@ -115,12 +113,14 @@ def settle(
 
 
 def _dents(state: HybridState) -> tuple[Any, ...]:
+    if not any(state.compliant):
+        return ()
     dents = tuple(own.plastic if own is not None else None for own in state.compliant)
     return dents if any(dents) else ()
 
 
 def _notes(system: HybridSystem, state: HybridState, mode: Mode, selection: Selection) -> list[str]:
-    """Return a sentence if the laws leave a choice, or rounding does not let them decide."""
+    """Return a note if the laws admit several motions, or round-off leaves the choice open."""
     if not selection.confirmed:
         return [
             f"At {float(state.t):.9g} s rounding does not let the laws of contact decide: "
@@ -138,22 +138,19 @@ def _notes(system: HybridSystem, state: HybridState, mode: Mode, selection: Sele
 
 
 def _tidied(system: HybridSystem, state: HybridState, mode: Mode) -> HybridState:
-    """Return the state in which contacts that a mode lets go are no longer touched.
+    """Return the state in which contacts that open in a mode are no longer touching.
 
-    A contact that is held off by others is touched still.
+    A touching contact that carries no force stays touching.
     """
-    elements = system.elements
-    held = [
-        coordinate
-        for element, own in zip(elements, mode.states, strict=True)
-        for coordinate in element.holds(own)
-    ]
+    if not state.touching:
+        return state
+    held = system.held(mode.states)
     leaving = set()
     for index in state.touching:
-        normal = elements[index].normal
+        normal = system.elements[index].normal
         if mode.states[index] is not ContactState.OPEN or normal is None:
             continue
         off = any(same_line(normal, other, system.scene_chain) for other in held)
         if len(held) < MOST_CONSTRAINTS and not off:
             leaving.add(index)
-    return replace(state, touching=state.touching - leaving) if leaving else state
+    return state._replace(touching=state.touching - leaving) if leaving else state

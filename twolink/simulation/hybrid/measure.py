@@ -1,20 +1,21 @@
-"""A hybrid run whose global error was measured by an independent run of a longer precision.
+"""A hybrid run whose global error is measured by an independent run of a longer precision.
 
-A run is judged by one that shares neither its rounding nor its equations: the next precision, by
-the other formulation, at a higher order. Their difference is the error of the run that is kept, as
-far as the judge is the better one, which the ladder of precisions and orders makes sure of.
+The second run shares neither round-off nor equations with the first: it uses the next precision,
+the other formulation and a higher order. Their difference is the error of the first run, provided
+that the second is more accurate, which the sequence of precisions and orders ensures.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid.run import Effort, HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import MOST_JUMPS, PATIENCE
@@ -22,44 +23,48 @@ from twolink.simulation.hybrid.tolerances import MOST_JUMPS, PATIENCE
 Array = NDArray[np.float64]
 Progress = Callable[[str], Callable[[float], None] | None]
 
-# What holds in a mode shall hold to rounding, whatever the accuracy.
+# The constraints of a mode hold to round-off at any accuracy.
 _LOWEST_ORDER = 15
 
-# The factor by which errors of a step may grow over a run before it is tried again.
+# Assumed growth of the errors of a step over a run, before a retry.
 _GROWTH = 1e3
 
-# What the judge's own error adds to the difference: it is a thousandth, and stated as a tenth.
+# Allowance for the error of the measuring run: it is a thousandth, and stated as a tenth.
 _MARGIN = 1.1
 
-# Two runs in the same precision may be as wrong as each other.
+# Two runs in the same precision may have equal errors.
 _MARGIN_OF_EQUALS = 3.0
 
-# Impacts of two runs that are closer than this many times the accuracy (s) are one and the same.
+# Impacts of two runs that differ by less than this many times the accuracy (s) are identified.
 _SAME_IMPACT = 1e3
 
-# A step in quadruple precision takes about a millisecond, and a jump as long as some steps: longer
-# runs are not tried in it, and those that turn out to be longer are ended.
+# A step in quadruple precision takes about a millisecond, and a jump as long as several steps.
+# Longer runs are not attempted in it, and runs that exceed the limit are ended.
 _MOST_WORK = 8_000
 _STEPS_OF_A_JUMP = 4
 _MOST_JUMPS = {"quadruple": _MOST_WORK // _STEPS_OF_A_JUMP, "long double": 12_000}
 
-# The order at which double precision loses nothing, and the steps above which lower ones do.
+# The order without truncation error in double precision, and the steps above which lower orders
+# lose accuracy.
 _BEST_ORDER = 21
 _MANY_STEPS_OF_A_LOW_ORDER = 3000
 
-# So many times the accuracy is more than a higher order of the same precision gains.
+# A higher order of the same precision gains less than this many times the accuracy.
 _LOST = 1e4
 
-# Runs whose ends differ in this decimal of the whole reach equally far.
+# Relative difference of the ends of two runs that reach equally far.
 _DIGITS = 4
 
-# The judge follows so many times as many bounces before it leaves out those that do not end.
+# Memory of a run, its polynomials, and the measuring run with numbers twice as long.
+_RUNS_AT_ONCE = 4
+
+# Factor on the number of bounces that the measuring run resolves before it omits endless ones.
 _MORE_PATIENCE = 2
 
-# At so many places of each step are runs compared.
+# Number of places of each step at which runs are compared.
 _PLACES = (0.25, 0.5, 0.75)
 
-# With so many steps they are compared in the middle only.
+# Number of steps above which runs are compared only in the middle of steps.
 _MANY_STEPS = 20_000
 
 
@@ -74,7 +79,7 @@ class Rung(NamedTuple):
 
 @dataclass(frozen=True)
 class Measured:
-    """The run that is kept, its largest error so far at each time (rad, rad/s), and all runs."""
+    """The result, its largest error up to each time (rad, rad/s), and all runs."""
 
     kept: HybridRun
     errors: Array
@@ -82,12 +87,17 @@ class Measured:
 
 
 def measured_run(
-    scene: Scene, times: Array, accuracy: float, formulation: str, progress: Progress
+    scene: Scene,
+    times: Array,
+    accuracy: float,
+    formulation: str,
+    progress: Progress,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Measured:
-    """Return a run that meets an accuracy, or the best that there is.
+    """Return a run that meets an accuracy, or the most accurate one.
 
-    `progress` takes the name of a run and returns what receives its share. Raises `SimulationError`
-    where not even the start can be followed.
+    `progress` maps the name of a run to a function that receives its completed share. Raises
+    `SimulationError` if not even the start can be integrated.
     """
     own = "kane" if formulation == "kane" else "lagrange"
     other = "lagrange" if own == "kane" else "kane"
@@ -105,17 +115,18 @@ def measured_run(
             known[key] = hybrid_run(
                 scene, times, formulation=by, precision=precision, order=order, partial=True,
                 effort=effort, progress=progress(f"order {order}, {precision}"),
+                limits=replace(limits, memory=limits.memory / _RUNS_AT_ONCE),
             )  # fmt: skip
         return known[key]
 
     for rung in _rungs(accuracy):
         if rung.precision == "double" and best is not None and best[0] > _LOST * accuracy:
-            # Not even a higher order brings that many digits.
+            # A higher order does not gain that many digits.
             continue
         kept = run(rung.precision, rung.order, own)
         many = kept.steps > _MANY_STEPS_OF_A_LOW_ORDER or (kept.failure and kept.exhausted)
         if rung.order < _BEST_ORDER and many:
-            # What so many steps leave out adds up to more than the accuracy.
+            # The truncation errors of so many steps add up to more than the accuracy.
             continue
         judge = run(rung.judge, rung.judging_order, other)
         margin = _MARGIN if rung.precision != rung.judge else _MARGIN_OF_EQUALS
@@ -135,7 +146,7 @@ def measured_run(
 
 
 def _rungs(accuracy: float) -> Iterator[Rung]:
-    """Yield the precisions and orders to try, the cheapest that may do first."""
+    """Yield the precisions and orders to try, the cheapest sufficient one first."""
     wanted = -math.log(accuracy / _GROWTH) / 2 - 1
     order = max(_LOWEST_ORDER, 2 * math.ceil((wanted - 1) / 2) + 3)
     if order <= 19:
@@ -150,14 +161,14 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     """Return the largest difference of two runs up to each time (rad, rad/s), shape (n,).
 
     They are compared at the times and several times within every step. Between the two instants of
-    one and the same impact speeds cannot be compared; there the difference of the instants counts.
-    What `second` leaves undecided counts as what it would make.
+    the same impact speeds are not compared; the difference of the instants is used instead. A
+    choice that `second` leaves undecided adds the difference that it could cause.
     """
     end = min(first.reached, second.reached)
     moments = _moments(first, times, end)
     ours, theirs = (np.concatenate(run.polynomials.at(moments)) for run in (first, second))
     if ours.dtype != theirs.dtype:
-        # NumPy does not mix long doubles with heyoka's quadruple numbers.
+        # NumPy does not convert between long double and heyoka's quadruple numbers.
         ours = np.vectorize(type(theirs.flat[0]), otypes=[theirs.dtype])(ours)
     found = np.abs(ours - theirs).max(axis=0).astype(float)
     for start, stop in _impacts_apart(first, second, accuracy):
@@ -172,7 +183,7 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     so_far = np.maximum.accumulate(found)
     asked = times[times <= first.reached]
     place = np.searchsorted(moments, asked, side="right") - 1
-    # Beyond the judge's end nothing is known.
+    # The error is unknown beyond the end of the measuring run.
     return np.where(asked <= end, so_far[np.maximum(place, 0)], np.inf)
 
 
@@ -190,9 +201,9 @@ def _impacts_apart(
     first: HybridRun, second: HybridRun, accuracy: float
 ) -> Iterator[tuple[float, float]]:
     """Yield the two instants (s) of each impact that both runs have."""
-    for index in {impact.index for impact in first.impacts}:
-        ours = np.array([i.time for i in first.impacts if i.index == index])
-        theirs = np.array([i.time for i in second.impacts if i.index == index])
+    for number in {strike.number for strike in first.strikes}:
+        ours = np.array([s.time for s in first.strikes if s.number == number])
+        theirs = np.array([s.time for s in second.strikes if s.number == number])
         if not len(theirs):
             continue
         after = np.clip(np.searchsorted(theirs, ours), 0, len(theirs) - 1)

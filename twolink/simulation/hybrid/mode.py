@@ -34,7 +34,7 @@ class Mode:
 
     @property
     def numbers(self) -> tuple[Scalar, ...]:
-        """The numbers in which modes of the same kind differ: those of their dents."""
+        """The numbers in which modes of the same kind differ: those of their plastic states."""
         return tuple(number for dent in self.dents if dent for number in dent.numbers)
 
     def with_numbers(self, numbers: tuple[Scalar, ...]) -> Mode:
@@ -63,7 +63,7 @@ class Mode:
         return replace(self, dents=dents)
 
     def __str__(self) -> str:
-        """Return the mode in words; elements that are free are left out."""
+        """Return the description of the mode, without free elements."""
         words = [
             f"{name} {state.value}{_words(self.dent(index))}"
             for index, (name, state) in enumerate(zip(self.names, self.states, strict=True))
@@ -90,10 +90,10 @@ class Trigger:
 
 
 class Doubt(NamedTuple):
-    """A choice at a time (s) that rounding or the amount of work has made.
+    """A choice at a time (s) that was made by round-off or by the limit of work.
 
-    An event function has touched zero without falling, or bounces were left out. `speed` (rad/s or
-    m/s) is that of the impacts which may have been passed over, or infinity.
+    An event function has touched zero without falling, or bounces were omitted. `speed` (rad/s or
+    m/s) is that of the impacts that may have been missed, or infinity.
     """
 
     time: float
@@ -105,8 +105,7 @@ class Doubt(NamedTuple):
 class Event:
     """The beginning of a mode at a time (s).
 
-    After bounces that end at a Zeno limit the mode was `entered` at the last bounce that was
-    followed, a moment earlier.
+    After a Zeno limit the mode was `entered` at the last resolved bounce, slightly earlier.
     """
 
     time: float
@@ -115,7 +114,7 @@ class Event:
 
     @property
     def what(self) -> str:
-        """The mode in words."""
+        """The description of the mode."""
         return str(self.mode)
 
 
@@ -124,7 +123,7 @@ class Impact:
     """An impact at a time (s) on the element of this number and name.
 
     Speeds are those along the element's normal (rad/s or m/s), before and after, and `sliding`
-    those along its tangent where it is rough; impulses likewise (N m s or N s). `kinetic_energy` is
+    those along its tangent if it is rough; impulses likewise (N m s or N s). `kinetic_energy` is
     T before and after (J), and `link_energies` those of link 1 and link 2. `regime` describes the
     sliding.
     """
@@ -149,16 +148,16 @@ class Impact:
 
     @property
     def creates_energy(self) -> bool:
-        """Whether T grows by more than rounding, other than where bounces are summed up."""
+        """Whether T increases beyond round-off in an impact that does not sum up bounces."""
         of_note = self.regime != BOUNCES_DIE_AWAY
         return of_note and self.energy_change > 1e-12 * max(self.kinetic_energy)
 
     @property
     def what(self) -> str:
-        """The impact in words."""
+        """The description of the impact."""
         before, after = self.speeds
         if self.regime == BOUNCES_DIE_AWAY:
-            # The friction that goes with them acts as the contact begins.
+            # Their friction acts as the contact begins.
             return f"{self.name}: bounces of {before:.6g} and less die away"
         gain = "; this law of restitution creates energy here" if self.creates_energy else ""
         return (

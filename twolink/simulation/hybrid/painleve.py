@@ -1,13 +1,12 @@
-"""Slides that friction locks (Painlevé), and the impact that ends them.
+"""Jammed slides (Painlevé), and the impact without collision that ends them.
 
-On a slide with much friction a push may press the point on instead of off. Then neither sliding on
-nor leaving may be possible, although nothing is approached.
+With much friction the normal force on a sliding contact may accelerate the point into the surface.
+Then neither sliding nor separation may be possible, although no contact is approached.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import tolerances
@@ -25,10 +24,10 @@ from twolink.simulation.hybrid.system import HybridSystem
 
 
 def jammed(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
-    """Return the rigid contacts whose slide friction locks (Painlevé), the fastest slide first.
+    """Return the rigid contacts whose slide is jammed (Painlevé), the fastest slide first.
 
-    There row · M⁻¹ (normal + friction) is negative: pushing presses the point on. One
-    without a lever is `wedged` instead.
+    There row · M⁻¹ (normal + friction) is negative: the contact force accelerates the point into
+    the surface. A contact whose force has no lever arm is `wedged` instead.
     """
     found: list[tuple[float, int]] = []
     for index in sorted(state.touching):
@@ -50,10 +49,10 @@ def jammed(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int
 def strike_without_collision(
     system: HybridSystem, state: HybridState, pose: Pose
 ) -> tuple[HybridState, Strike]:
-    """Return the state after the impact of a slide that friction locks (Painlevé).
+    """Return the state after the impact without collision of a jammed slide (Painlevé).
 
-    Neither sliding on nor leaving is possible. Friction drives the point into an impact, although
-    it does not approach, until it no longer slides.
+    Neither sliding nor separation is possible. Friction causes an impact, although the normal speed
+    is zero, that lasts until the slide stops.
     """
     locked = jammed(system, state, pose)
     if not locked:
@@ -74,16 +73,16 @@ def strike_without_collision(
     sliding = sliding_after(system, pose, state.u, after)
     if strike.impulse.regime.endswith("sticks"):
         sliding = put(sliding, index, 0)
-    state = replace(state, u=after, touching=touching, sliding=sliding)
+    state = state._replace(u=after, touching=touching, sliding=sliding)
     return state, strike
 
 
 def wedged(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
-    """Return the contacts that the chain drives along a line on which no force has a lever.
+    """Return the contacts that the chain drives along a line on which no force has a lever arm.
 
-    In a stretched or folded pose the end of the chain moves along one line, so that it may be at
-    rest while the links turn. Then their turning pulls it along the other line: if the surface or
-    its friction keeps it from following, no finite impulse stops the links.
+    In a stretched or folded pose the end of the chain moves along one line only, so it may be at
+    rest while the links turn. The rotation then accelerates it along the other line: if the surface
+    or its friction prevents this, no finite impulse stops the links.
     """
     if not any(state.u):
         return ()
@@ -101,7 +100,7 @@ def wedged(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int
 
 
 def _without_motion(system: HybridSystem, state: HybridState, pose: Pose) -> str:
-    """Return the reason why the laws allow no motion, as a sentence."""
+    """Return a sentence on why the laws admit no motion."""
     stuck = wedged(system, state, pose)
     if stuck:
         return (

@@ -1,12 +1,11 @@
 """The reactions to events, one for each kind, in a table.
 
-A reaction changes the state right after an event, and may restrict the states of some elements.
+A reaction gives the state immediately after an event, and may restrict the states of some elements.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 from twolink.contact.states import ContactState, EventKind, pressed, slipping
@@ -19,7 +18,8 @@ from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
-    at_rest,
+    approach,
+    moves,
     speed_along,
     stopped,
 )
@@ -30,7 +30,7 @@ from twolink.simulation.hybrid.system import HybridSystem
 
 
 class Reaction(NamedTuple):
-    """The state right after an event, and the states to which elements are restricted."""
+    """The state immediately after an event, and the states to which elements are restricted."""
 
     state: HybridState
     known: Mapping[int, States]
@@ -38,25 +38,25 @@ class Reaction(NamedTuple):
 
 
 def _hits(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
-    """A contact is made: a rigid one will be struck, a compliant one begins to press."""
+    """A gap closes: a rigid contact has an impact, a compliant one begins to press."""
     index = trigger.index
     element, own = system.elements[index], state.compliant[index]
     assert element.normal is not None
-    state = replace(state, gaps=put(state.gaps, index, system.number(0)))
-    pose = Pose(system.chain, system.formulation, state.q)
+    state = state._replace(gaps=put(state.gaps, index, system.number(0)))
+    pose = system.pose(state.q)
     row = pose.row(element.normal)
-    slow = at_rest(row, state.u, system.rounding) or bool(speed_along(row, state.u) >= 0)
+    slow = not approach(row, state.u, system.rounding)
     if element.rigid and not slow:
         return Reaction(state, {})
     pose = place(system, pose, index, state)
-    state = replace(state, q=pose.q)
+    state = state._replace(q=pose.q)
     if slow:
-        # It is reached without speed.
-        state = replace(state, u=stopped(pose, [element.normal], state.u, system.rounding))
+        # The surface is reached without speed.
+        state = state._replace(u=stopped(pose, [element.normal], state.u, system.rounding))
     if own is not None:
         return Reaction(press(system, state, pose, index, slow), {})
     sliding = put(state.sliding, index, sliding_of(system, pose, index, state.u))
-    state = replace(state, touching=state.touching | {index}, sliding=sliding)
+    state = state._replace(touching=state.touching | {index}, sliding=sliding)
     return Reaction(state, {})
 
 
@@ -65,39 +65,39 @@ def press(
 ) -> HybridState:
     """Return the state at the beginning of a press on a compliant surface.
 
-    One that is touched without speed starts at the least depth, from where its root can grow.
+    A press without speed starts at the least depth, from which √depth can grow.
     """
     element, own = system.elements[index], state.compliant[index]
     assert element.normal is not None
     assert own is not None
-    # Two roots that are both zero would stay so.
+    # Two values of √depth that are both zero would remain zero.
     slow = slow or any(other is not None and other.sqrt_depth == 0 for other in state.compliant)
     least = system.least_root if slow else system.number(0)
     compliant = put(state.compliant, index, compliant_state.pressed(element, own, least))
     sliding = put(state.sliding, index, sliding_of(system, pose, index, state.u))
-    return replace(
-        state, compliant=compliant, touching=state.touching | {index}, sliding=sliding,
+    return state._replace(
+        compliant=compliant, touching=state.touching | {index}, sliding=sliding,
         gaps=put(state.gaps, index, system.number(0)),
     )  # fmt: skip
 
 
 def _leaves(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
-    """A contact no longer pushes: it opens, unless a push would press it on."""
+    """A normal force vanishes: the contact opens, unless the slide is jammed."""
     index = trigger.index
     element, own = system.elements[index], state.compliant[index]
-    pose = Pose(system.chain, system.formulation, state.q)
+    pose = system.pose(state.q)
     if own is None:
         if index in jammed(system, state, pose):
             return Reaction(state, {})
-        state = replace(state, touching=state.touching - {index})
-        state = replace(state, gaps=put(state.gaps, index, system.number(0)))
+        state = state._replace(touching=state.touching - {index})
+        state = state._replace(gaps=put(state.gaps, index, system.number(0)))
         return Reaction(state, {index: (ContactState.OPEN,)})
     assert element.normal is not None
     speed = speed_along(pose.row(element.normal), state.u)
     depth = element.bound - own.offset - element.normal.coordinate(system.chain, state.q)
     released = compliant_state.released(element, own, speed, depth)
-    state = replace(
-        state, touching=state.touching - {index}, gaps=put(state.gaps, index, system.number(0)),
+    state = state._replace(
+        touching=state.touching - {index}, gaps=put(state.gaps, index, system.number(0)),
         compliant=put(state.compliant, index, released),
     )  # fmt: skip
     return Reaction(state, {index: (ContactState.OPEN,)})
@@ -108,58 +108,57 @@ def _stops(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigge
     index = trigger.index
     tangent = system.elements[index].tangent
     assert tangent is not None
-    pose = Pose(system.chain, system.formulation, state.q)
+    pose = system.pose(state.q)
     if system.elements[index].rigid and locks(system, mode, pose, index):
         return _jams(system, state, mode, Trigger(EventKind.JAMS, index, trigger.sense))
-    still = [tangent, *_held(system, mode)]
+    still = [tangent, *system.held(mode.states)]
     return Reaction(_brought_to_rest(system, state, still, trigger.index), {})
-
-
-def _held(system: HybridSystem, mode: Mode) -> list[Any]:
-    return [
-        coordinate
-        for element, own in zip(system.elements, mode.states, strict=True)
-        for coordinate in element.holds(own)
-    ]
 
 
 def _brought_to_rest(
     system: HybridSystem, state: HybridState, still: list[Any], index: int
 ) -> HybridState:
-    """Return the state without speed along some coordinates and without an element's slide."""
-    pose = Pose(system.chain, system.formulation, state.q)
+    """Return the state with zero speed along some coordinates and a stopped slide of an element.
+
+    Other slides along the same line stop with it, except those of a point of link 1 in a singular
+    pose while the link turns.
+    """
+    pose = system.pose(state.q)
     u = stopped(pose, still, state.u, system.rounding)
     if u[0] == 0 and u[1] == 0:
-        return replace(state, u=u, sliding=(0,) * len(state.sliding))
+        return state._replace(u=u, sliding=(0,) * len(state.sliding))
     tangent, chain = system.elements[index].tangent, system.scene_chain
+    assert tangent is not None
     sliding = tuple(
-        0 if along and tangent and same_line(along, tangent, chain) else direction
-        for along, direction in zip(
-            (e.tangent for e in system.elements), state.sliding, strict=True
-        )
+        0
+        if element.tangent is not None
+        and same_line(element.tangent, tangent, chain)
+        and not moves(pose.row(element.tangent), u, system.rounding)
+        else direction
+        for element, direction in zip(system.elements, state.sliding, strict=True)
     )
-    return replace(state, u=u, sliding=put(sliding, index, 0))
+    return state._replace(u=u, sliding=put(sliding, index, 0))
 
 
 def _breaks(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
-    """A static limit is reached: the element slides, or is saturated where others hold it."""
+    """A static limit is reached: the element slides, or is saturated if other elements hold it."""
     sense = trigger.sense
     return Reaction(state, {trigger.index: (slipping(sense), pressed(sense))})
 
 
 def _jams(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
-    """Friction locks a slide, or no longer does: the mode is selected again.
+    """A slide jams or no longer does: the mode is selected again.
 
-    With a sense the normal force has grown without bound, and the slide ends in an impact.
+    With a sense, the normal force has grown without bound and the slide ends in an impact.
     """
     if not trigger.sense:
         return Reaction(state, {})
-    pose = Pose(system.chain, system.formulation, state.q)
+    pose = system.pose(state.q)
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     strike = impacts.locked(trigger.index, state.u, trigger.sense)
     after = strike.u[1]
     sliding = put(sliding_after(system, pose, state.u, after), trigger.index, 0)
-    return Reaction(replace(state, u=after, sliding=sliding), {}, (strike,))
+    return Reaction(state._replace(u=after, sliding=sliding), {}, (strike,))
 
 
 def _reaches(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
@@ -170,18 +169,18 @@ def _reaches(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trig
 def _turns(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
     """Compression turns into restitution, or back; or a law no longer pushes, or does so again.
 
-    Where the mode holds the chain in another direction, all of it is at rest at this instant.
+    If the mode holds the chain in another direction, the chain is at rest at this instant.
     """
     index = trigger.index
     turns_at = system.elements[index].branch(mode.dent(index)).rate
     state = _with(system, state, index, compliant_state.turned)
     if turns_at:
-        # A law that would pull: the point moves on.
+        # The law would pull: the point keeps moving.
         return Reaction(state, _as_before(mode))
     normal = system.elements[index].normal
     assert normal is not None
-    still = [normal, *_held(system, mode)]
-    pose = Pose(system.chain, system.formulation, state.q)
+    still = [normal, *system.held(mode.states)]
+    pose = system.pose(state.q)
     rows = [pose.row(coordinate) for coordinate in still]
     if all(parallel(rows[0], row) for row in rows[1:]):
         return Reaction(state, _as_before(mode))
@@ -189,11 +188,11 @@ def _turns(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigge
 
 
 def _clears(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
-    """A dent is left behind: its surface is whole again."""
+    """The point leaves a plastic indentation: the surface is as undeformed again."""
     own = state.compliant[trigger.index]
     assert own is not None
-    state = replace(
-        state, compliant=put(state.compliant, trigger.index, compliant_state.cleared(own)),
+    state = state._replace(
+        compliant=put(state.compliant, trigger.index, compliant_state.cleared(own)),
         gaps=put(state.gaps, trigger.index, system.number(0)),
     )  # fmt: skip
     return Reaction(state, _as_before(mode))
@@ -204,11 +203,11 @@ def _with(
 ) -> HybridState:
     """Return the state after a change of a compliant surface."""
     own = change(system.elements[index], state.compliant[index])
-    return replace(state, compliant=put(state.compliant, index, own))
+    return state._replace(compliant=put(state.compliant, index, own))
 
 
 def _as_before(mode: Mode) -> dict[int, States]:
-    """Return the restriction of all elements to the states that they have."""
+    """Return the restriction of all elements to their present states."""
     return {index: (state,) for index, state in enumerate(mode.states)}
 
 

@@ -2,17 +2,17 @@
 
 An event function is a polynomial of the step's Taylor coefficients. Its Bernstein coefficients on
 [0, 1] bound it from both sides: if all are positive there is no root, and if they change sign once
-there is exactly one. Otherwise the interval is halved (de Casteljau). What is lost to rounding is a
-bound on the coefficients, so that a polynomial that touches zero is told apart from one that
-crosses it only where the numbers can tell.
+there is exactly one. Otherwise the interval is halved (de Casteljau). Round-off is a bound on
+the coefficients, so that a touch of zero and a crossing are distinguished only if they differ by
+more than the bound.
 """
 
 from __future__ import annotations
 
 import functools
 import math
+import operator
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,123 +26,139 @@ Array = NDArray[np.float64]
 _EPSILON = float(np.finfo(float).eps)
 
 
-class Root(NamedTuple):
-    """A place x in [0, 1] where a polynomial falls through zero, or touches it within rounding.
+class Search(NamedTuple):
+    """The first place x in [0, 1] where a polynomial falls through zero, and a touch before it.
 
-    `touches` says that the polynomial is positive again afterwards, or that it may not cross zero.
+    `fall` is None if the polynomial does not fall. `touch` is the first place before the fall at
+    which the polynomial is zero within its bound without a proven fall, or None. `unsure`
+    says that the search ended before all pieces were decided.
     """
 
-    x: Any
-    touches: bool = False
+    fall: Any | None = None
+    touch: float | None = None
+    unsure: bool = False
 
 
 @functools.lru_cache(maxsize=64)
-def bernstein_matrix(length: int) -> Array:
+def bernstein_matrix(length: int, number: Any = float) -> Any:
     """Return T, shape (n, n): c @ T are the Bernstein coefficients of Σ c_k x^k on [0, 1]."""
     degree = length - 1
-    matrix = np.zeros((length, length))
-    for k in range(length):
-        for j in range(k, length):
-            matrix[k, j] = math.comb(j, k) / math.comb(degree, k)
-    return matrix
+    zero = number(0)
+    return np.array(
+        [
+            [number(math.comb(j, k)) / number(math.comb(degree, k)) if j >= k else zero
+             for j in range(length)]
+            for k in range(length)
+        ]
+    )  # fmt: skip
 
 
 @functools.lru_cache(maxsize=64)
-def halving_matrix(length: int) -> Array:
+def halving_matrix(length: int, number: Any = float) -> Any:
     """Return H, shape (n, n): b @ H are the Bernstein coefficients on the left half of [0, 1]."""
-    matrix = np.zeros((length, length))
-    for j in range(length):
-        for k in range(j + 1):
-            matrix[k, j] = math.comb(j, k) / 2**j
-    return matrix
+    return np.array(
+        [[number(math.comb(j, k) / 2**j) for j in range(length)] for k in range(length)]
+    )
 
 
-def rounding_bounds(coefficients: Any, rounding: float) -> Array:
-    """Return how well each polynomial is known, from its terms: shape (m,) of shape (m, n)."""
-    return _bounds(np.abs(coefficients).astype(float, copy=False), rounding)
+def product(matrix: Any, vector: Any) -> Any:
+    """Return matrix @ vector, faster than NumPy for numbers longer than float64."""
+    if vector.dtype == np.float64:
+        return matrix @ vector
+    return np.add.reduce(matrix * vector, -1)
 
 
-def _bounds(sizes: Array, rounding: float) -> Array:
-    cut = sizes[..., -1] + sizes[..., -2]
-    return np.asarray(POLYNOMIAL * rounding * np.add.reduce(sizes, -1) + cut)
+def rounding_bound(coefficients: Sequence[Any], rounding: float) -> float:
+    """Return a bound on the error of the values of a polynomial, from its terms."""
+    cut = abs(coefficients[-1]) + abs(coefficients[-2])
+    return POLYNOMIAL * rounding * float(sum(map(abs, coefficients))) + float(cut)
 
 
-def are_positive(coefficients: Any, rounding: float) -> NDArray[np.bool_]:
+def are_positive(
+    coefficients: Any, rounding: float, more: Array | float = 0.0
+) -> NDArray[np.bool_]:
     """Return which of the polynomials, shape (m, n), are proven positive on [0, 1].
 
-    Longer numbers are rounded to float64 here: what that loses is left to `first_fall`.
+    `more`, of shape (m,), adds to the bounds that follow from the coefficients. Numbers of longer
+    precision are rounded to float64: a polynomial that this leaves undecided goes to `first_fall`.
     """
     in_floats = np.asarray(coefficients, dtype=float)
-    bounds = _bounds(np.abs(in_floats), max(rounding, _EPSILON))
-    bernstein = in_floats @ bernstein_matrix(in_floats.shape[-1])
-    return np.asarray(np.minimum.reduce(bernstein, -1) > bounds)
+    length = in_floats.shape[-1]
+    bounds = np.abs(in_floats) @ _weights(length, max(rounding, _EPSILON)) + more
+    bernstein = in_floats @ bernstein_matrix(length)
+    proven: NDArray[np.bool_] = np.minimum.reduce(bernstein, -1) > bounds
+    return proven
 
 
-def first_fall(coefficients: Sequence[Any], bound: float) -> Root | None:
-    """Return the first place in [0, 1] at which Σ c_k x^k falls through zero, or touches it.
+@functools.lru_cache(maxsize=64)
+def _weights(length: int, rounding: float) -> Array:
+    """Return w, shape (n,): |c| @ w is `rounding_bound` of c."""
+    weights = np.full(length, POLYNOMIAL * rounding)
+    weights[-2:] += 1
+    return weights
 
-    The polynomial is positive at first. `bound` is how well its values are known.
+
+def first_fall(coefficients: Sequence[Any], bound: float) -> Search:
+    """Find the first place in [0, 1] at which Σ c_k x^k falls through zero, and a touch before it.
+
+    The polynomial is positive at first. `bound` is that on the error of its values.
     """
     coefficients = list(coefficients)
     waiting: list[tuple[Any, float, float]] = [(_bernstein(coefficients), 0.0, 1.0)]
-    touched: float | None = None
+    touch: float | None = None
+    doubtful: float | None = None
     pieces = 0
     while waiting:
         b, low, high = waiting.pop()
         pieces += 1
+        tired = pieces > MOST_PIECES
         if min(b) > bound:
-            if touched is not None:
-                return Root(touched, touches=True)
+            # An undecided interval that ends above zero was a touch.
+            touch, doubtful = doubtful if touch is None else touch, None
             continue
-        if max(b) < -bound:
-            # Left of here the sign was lost to rounding: what the numbers say is as good as any.
-            return Root(polished(coefficients, low if touched is None else touched, high))
-        if touched is None and b[0] > bound and b[-1] < -bound and _changes(b) == 1:
-            return Root(polished(coefficients, low, high))
-        in_doubt = high - low < 2.0**-MOST_HALVINGS or pieces > MOST_PIECES
+        below = b[-1] < -bound
+        if max(b) < -bound or (below and tired):
+            # To the left the sign is lost to round-off: the computed sign decides.
+            start = low if doubtful is None else doubtful
+            return Search(polished(coefficients, start, high), touch, tired)
+        if doubtful is None and b[0] > bound and below and _changes(b) == 1:
+            # The end coefficients are the values at both ends.
+            chord = float(b[0] / (b[0] - b[-1]))
+            fall = polished(coefficients, low, high, low + chord * (high - low))
+            return Search(fall, touch, tired)
+        in_doubt = high - low < 2.0**-MOST_HALVINGS or tired
         if in_doubt or max(abs(x) for x in b) <= bound:
-            touched = low if touched is None else touched
+            doubtful = low if doubtful is None else doubtful
             continue
         left, right = _halves(b)
         middle = (low + high) / 2
         waiting.append((right, middle, high))
         waiting.append((left, low, middle))
-    return None if touched is None else Root(touched, touches=True)
+    return Search(None, doubtful if touch is None else touch, pieces > MOST_PIECES)
 
 
 def _bernstein(coefficients: Sequence[Any]) -> list[Any]:
-    """Return the Bernstein coefficients of Σ c_k x^k on [0, 1], in numbers of any kind."""
-    if isinstance(coefficients[0], float):
-        matrix = bernstein_matrix(len(coefficients))
-        return list((np.array(coefficients) @ matrix).tolist())
-    # By differences, since b_j = Σ_k (j over k) c_k/(n over k): each row sums up the one before.
-    degree = len(coefficients) - 1
-    row = [c / math.comb(degree, k) for k, c in enumerate(coefficients)]
-    found = []
-    while row:
-        found.append(row[0])
-        row = [x + y for x, y in pairwise(row)]
+    """Return the Bernstein coefficients of Σ c_k x^k on [0, 1], in numbers of any type."""
+    matrix = bernstein_matrix(len(coefficients), _kind(coefficients))
+    found: list[Any] = product(matrix.T, np.array(coefficients)).tolist()
     return found
 
 
 def _halves(b: Sequence[Any]) -> tuple[list[Any], list[Any]]:
     """Return the Bernstein coefficients on both halves of an interval (de Casteljau)."""
-    if isinstance(b[0], float):
-        matrix = halving_matrix(len(b))
-        left = (np.array(b) @ matrix).tolist()
-        return left, (np.array(b[::-1]) @ matrix).tolist()[::-1]
-    row = list(b)
-    left, right = [row[0]], [row[-1]]
-    while len(row) > 1:
-        row = [(x + y) / 2 for x, y in pairwise(row)]
-        left.append(row[0])
-        right.append(row[-1])
-    return left, right[::-1]
+    matrix = halving_matrix(len(b), _kind(b)).T
+    left = product(matrix, np.array(b)).tolist()
+    return left, product(matrix, np.array(b[::-1])).tolist()[::-1]
+
+
+def _kind(numbers: Sequence[Any]) -> Any:
+    """Return the type of the numbers in a sequence."""
+    return float if isinstance(numbers[0], float) else type(numbers[0])
 
 
 def _changes(b: Sequence[Any]) -> int:
     signs = [x > 0 for x in b if x != 0]
-    return sum(x != y for x, y in pairwise(signs))
+    return sum(map(operator.ne, signs, signs[1:]))
 
 
 def _horner(coefficients: Sequence[Any], x: Any) -> Any:
@@ -152,16 +168,22 @@ def _horner(coefficients: Sequence[Any], x: Any) -> Any:
     return value
 
 
-def polished(coefficients: Sequence[Any], low: float, high: float) -> Any:
+def polished(
+    coefficients: Sequence[Any], low: float, high: float, near: float | None = None
+) -> Any:
     """Return the only root in an interval, by Newton's method kept inside a bracket.
 
-    Where the polynomial is not positive at the lower end, that is the root.
+    It starts `near` a place, by default in the middle. Where the polynomial is not positive at the
+    lower end, that is the root.
     """
+    if not isinstance(coefficients[0], float):
+        # From the root in float64, few iterations in longer precision remain.
+        near = polished([float(c) for c in coefficients], low, high, near)
     zero = 0 * coefficients[-1]
     low, high = zero + low, zero + high
     if _horner(coefficients, low) <= 0:
         return low
-    x = (low + high) / 2
+    x = (low + high) / 2 if near is None or not low < near < high else zero + near
     for _ in range(200):
         value, slope = zero, zero
         for c in reversed(coefficients):

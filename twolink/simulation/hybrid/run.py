@@ -1,18 +1,21 @@
-"""A scene's motion through its events: flow and jump in turn, in any precision."""
+"""The hybrid simulation loop: flow and jump in turn, in any precision."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import takewhile
 from time import perf_counter
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from twolink.effects import breaks, effects_during, nonsmooth
+from twolink.effects import contact_elements, discontinuities, pieces_at
 from twolink.errors import IntegrationError
+from twolink.limits import UNLIMITED, Forecast, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
@@ -29,21 +32,24 @@ from twolink.simulation.hybrid.zeno import Past
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.taylor import default_longest_step, number_type, rounding
 
+# Number of last impacts that suffices to detect too many within the Zeno time.
+_RECENT = 201
+
 
 @dataclass(frozen=True, kw_only=True)
 class HybridRun(MotionRun):
     """A motion with events: arcs in one mode each, and the jumps between them.
 
-    `since` has the time (s) at which each arc's mode begins: after bounces that were left out, a
-    little later than the arc. `failure` is the reason why the run ends early, at `reached` (s), or
-    empty; q and u then have only the times up to there. `exhausted` says that the amount of work
-    has ended the run, or has left out bounces.
+    `since` has the time (s) at which the mode of each arc begins: after omitted bounces, slightly
+    later than the arc. `failure` is the reason why the run ends early, at `reached` (s), or
+    empty; q and u then have only the times up to there. `exhausted` says that the limit of work
+    has ended the run, or has omitted bounces.
     """
 
     arcs: tuple[Arc, ...]
     polynomials: Polynomials
     since: tuple[float, ...]
-    impacts: tuple[Impact, ...]
+    strikes: tuple[Strike, ...]
     remarks: tuple[str, ...]
     doubts: tuple[Doubt, ...]
     reached: float
@@ -52,7 +58,7 @@ class HybridRun(MotionRun):
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """The beginnings of all modes that last, the first at 0 s; none if nothing makes modes."""
+        """The starts of modes of non-zero duration, the first at 0 s; empty without elements."""
         if not self.arcs or not self.arcs[0].mode.names:
             return ()
         found: list[Event] = []
@@ -64,6 +70,12 @@ class HybridRun(MotionRun):
                 found.append(Event(max(since, start), mode, start))
         return tuple(found)
 
+    @cached_property
+    def impacts(self) -> tuple[Impact, ...]:
+        """The impacts with their energies, in the order of time."""
+        chain = self.scene.moving_chain.convert(number_type(self.precision))
+        return impact_log(chain, self.strikes, self.precision)
+
     @property
     def log(self) -> tuple[Impact, ...]:
         """The impacts, in the order of time."""
@@ -71,8 +83,12 @@ class HybridRun(MotionRun):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Where the laws of contact left a choice, in sentences."""
+        """Sentences on choices that the laws of contact leave open."""
         return self.remarks
+
+    def step_times(self) -> Any:
+        """Return the times (s) between which its steps are, in float64."""
+        return self.polynomials.starts.astype(float)
 
     def dense(self) -> Callable[..., tuple[Any, Any]]:
         """Return q and u as functions of time (s): the very polynomials of this run's steps."""
@@ -84,9 +100,9 @@ class HybridRun(MotionRun):
 
 
 class Effort(NamedTuple):
-    """How much work a run may take: jumps and steps in all, and bounces without loss on a contact.
+    """The limit of work of a run: jumps and steps in all, and lossless bounces on a contact.
 
-    Bounces that do not end are left out after as many as `patience`.
+    Bounces that do not end are omitted after `patience` of them.
     """
 
     jumps: int = tolerances.MOST_JUMPS
@@ -95,6 +111,9 @@ class Effort(NamedTuple):
 
 
 DEFAULT_EFFORT = Effort()
+
+# Memory of an arc beside its steps, and how much of it is looked at together.
+_BYTES_OF_AN_ARC, _MEMORY_WINDOW = 4000, 16e6
 
 
 def hybrid_run(
@@ -108,18 +127,19 @@ def hybrid_run(
     progress: Callable[[float], None] | None = None,
     partial: bool = False,
     effort: Effort = DEFAULT_EFFORT,
+    limits: Limits = UNLIMITED,
 ) -> HybridRun:
-    """Return a scene's motion through its events at increasing times (s), the first of them 0.
+    """Return the hybrid motion of a scene at increasing times (s), the first of them 0.
 
-    `progress` receives the share that is done. Raises `IntegrationError` where the motion cannot be
-    followed to the last time, unless a `partial` run is accepted, or where that takes more than an
-    `effort`.
+    `progress` receives the completed share. Raises `IntegrationError` if the motion cannot be
+    integrated to the last time, unless a `partial` run is accepted, or if that takes more than an
+    `effort`, and `TooMuchError` where its steps would take more memory than the `limits` allow.
     """
-    # Modes are written with speeds, so momenta are none of their variables.
+    # Modes are formulated in speeds, not in momenta.
     formulation = "kane" if formulation == "kane" else "lagrange"
     cap = longest_step or default_longest_step(scene)
     begun = perf_counter()
-    history = _History(scene, formulation, precision, order, cap, float(times[-1]), effort)
+    history = _History(scene, formulation, precision, order, cap, float(times[-1]), effort, limits)
     failure = ""
     try:
         history.follow(progress or (lambda share: None))
@@ -146,7 +166,7 @@ def hybrid_run(
         arcs=tuple(history.arcs),
         polynomials=polynomials,
         since=tuple(history.since),
-        impacts=impact_log(history.system.chain, history.strikes, precision),
+        strikes=tuple(history.strikes),
         remarks=tuple(dict.fromkeys(history.notes)),
         doubts=tuple(history.doubts),
         reached=reached,
@@ -156,14 +176,14 @@ def hybrid_run(
 
 
 def _event_of(arc: Arc) -> str:
-    """Return the event that ended an arc, in words."""
+    """Return the description of the event that ended an arc."""
     if arc.event is None:
         return "nothing"
     return f"{arc.event.kind.value} ({arc.mode.names[arc.event.index]})"
 
 
 class _History:
-    """A run on its way: the state, the arcs so far, and the logs."""
+    """A run in progress: the state, the arcs so far, and the logs."""
 
     def __init__(
         self,
@@ -174,19 +194,20 @@ class _History:
         cap: float,
         end: float,
         effort: Effort,
+        limits: Limits,
     ) -> None:
-        """Stand at the start of a scene that is to be followed to an end (s)."""
+        """Initialize at the start of a scene, to be integrated to an end (s)."""
         number = number_type(precision)
-        chain, effects = scene.equipped, effects_during(scene.effects, 0.0)
+        chain, effects = scene.moving_chain, pieces_at(scene.effects, 0.0)
         own = chain.convert(number)
         self._scene, self._formulation = scene, formulation
         self.system = HybridSystem(
-            chain, own, FORMULATIONS[formulation], effects, nonsmooth(effects, own), precision,
-            order, number, rounding(precision), cap,
+            chain, own, FORMULATIONS[formulation], effects, contact_elements(effects, own),
+            precision, order, number, rounding(precision), cap,
         )  # fmt: skip
         self.system.check()
         self._end = number(end)
-        self._breaks = [number(t) for t in breaks(scene.effects) if 0 < t < end]
+        self._breaks = [number(t) for t in discontinuities(scene.effects) if 0 < t < end]
         self.arcs: list[Arc] = []
         self.since: list[float] = []
         self.strikes: list[Strike] = []
@@ -195,21 +216,27 @@ class _History:
         self._bounces: Counter[int] = Counter()
         self._last: dict[int, float] = {}
         self._effort, self._steps = effort, 0
+        self._limits, self._bytes = limits, 0
+        self._growth = Forecast(_MEMORY_WINDOW)
         self.compile_seconds = 0.0
         self.exhausted = False
         self.state: HybridState = start_state(self.system, scene)
 
     def follow(self, progress: Callable[[float], None]) -> None:
-        """Follow the motion to its end: flow and jump in turn."""
+        """Integrate the motion to its end: flow and jump in turn."""
         at_once = 0
+
+        def reached(t: float, size: int) -> None:
+            self._check_memory(t, self._bytes + size)
+            progress(t / self._scene.duration)
+
         following = settle(self.system, self.state, {})
         self._keep(following)
         while self.state.t < self._end:
             until = min(self._end, *self._breaks[:1], self._relaxed())
             arc = flow(
                 self.system, self.state, following.mode, until, self._formulation,
-                lambda t: progress(t / self._scene.duration), self._expected(following),
-                following.orders,
+                reached, self._expected(following), following.orders,
             )  # fmt: skip
             advanced = arc.end.t > self.state.t
             self.state = arc.end
@@ -224,6 +251,9 @@ class _History:
                     f"{arc.mode}, then {_event_of(arc)}"
                 )
             self._steps += arc.step_count
+            self._bytes += _BYTES_OF_AN_ARC
+            reached(float(arc.end.t), sum(block.coefficients.nbytes for block in arc.blocks))
+            self._bytes += sum(block.coefficients.nbytes for block in arc.blocks)
             too_many = len(self.arcs) > self._effort.jumps or self._steps > self._effort.steps
             if too_many or self._is_stuck():
                 self.exhausted = True
@@ -234,8 +264,16 @@ class _History:
             following = self._jump(arc, until)
             self._keep(following)
 
+    def _check_memory(self, t: float, size: int) -> None:
+        """Raise `TooMuchError` if the whole motion would take more memory than is allowed.
+
+        `size` (bytes) is that of the motion until t (s).
+        """
+        what = f"the motion over {self._scene.duration:g} s"
+        self._limits.check_growth(what, self._growth, t / float(self._end), size)
+
     def _is_stuck(self) -> bool:
-        """Return whether modes change so often that the run would never end, without impacts."""
+        """Return whether modes change without impacts so often that the run would not end."""
         count = tolerances.MANY_JUMPS
         if len(self.arcs) % count:
             return False
@@ -257,46 +295,43 @@ class _History:
         if arc.event is not None:
             now, system = float(state.t), self.system
             limit = tolerances.zeno_time(system.longest_step, system.rounding)
-            recent = [s for s in self.strikes[-200:] if s.time >= now - limit]
-            tired = frozenset(
-                i for i, count in self._bounces.items() if count >= self._effort.patience
-            )
-            past = Past(recent, self._last, tired, float(self._end - state.t))
+            late = takewhile(lambda s: s.time >= now - limit, self.strikes[:-_RECENT:-1])
+            recent = tuple(late)[::-1]
+            tired = [i for i, count in self._bounces.items() if count >= self._effort.patience]
+            past = Past(recent, self._last, frozenset(tired), float(self._end - state.t))
             return jump(self.system, state, arc.mode, arc.event, past)
         if self._breaks and state.t >= self._breaks[0]:
             begins = float(self._breaks.pop(0))
-            self.system = self.system.with_effects(effects_during(self._scene.effects, begins))
+            self.system = self.system.with_effects(pieces_at(self._scene.effects, begins))
             return jump(self.system, state, arc.mode, None)
         return Jump(state, arc.mode)
 
     def _keep(self, following: Jump) -> None:
         self.state = self._sprung_back(following.state)
         self.strikes += following.strikes
-        self._bounces.update(strike.number for strike in following.strikes)
-        self._last |= {strike.number: strike.time for strike in following.strikes}
+        for strike in following.strikes:
+            self._bounces[strike.number] += 1
+            self._last[strike.number] = strike.time
         self.doubts += following.doubts
         self.exhausted = self.exhausted or bool(following.doubts)
         self.notes += following.notes
 
     def _relaxed(self) -> Any:
-        """Return when (s) the next surface has sprung back, but for rounding; else the end."""
-        soonest = min(
-            (
-                compliant_state.relaxation_time(element, own, self.system.rounding)
-                for element, own in zip(self.system.elements, self.state.compliant, strict=True)
-                if own is not None and own.residual_depth != 0
-            ),
-            default=None,
-        )
-        return self._end if soonest is None else self.state.t + self.system.number(soonest)
+        """Return the time (s) of the next recovery of a surface within round-off, else the end."""
+        times = [
+            compliant_state.relaxation_time(self.system.elements[index], own, self.system.rounding)
+            for index, own in enumerate(self.state.compliant)
+            if own is not None and own.residual_depth != 0
+        ]
+        return self.state.t + self.system.number(min(times)) if times else self._end
 
     def _sprung_back(self, state: HybridState) -> HybridState:
-        """Return the state in which surfaces are back that are so but for rounding."""
+        """Return the state with surfaces undeformed that have recovered within round-off."""
         compliant = state.compliant
         for index, own in enumerate(compliant):
-            element = self.system.elements[index]
             if own is None or own.residual_depth == 0:
                 continue
+            element = self.system.elements[index]
             if compliant_state.relaxation_time(element, own, self.system.rounding) == 0:
                 compliant = put(compliant, index, compliant_state.relaxed(own))
-        return state if compliant is state.compliant else replace(state, compliant=compliant)
+        return state if compliant is state.compliant else state._replace(compliant=compliant)

@@ -1,24 +1,24 @@
 """Mode selection: the complementarity problem of friction and contact, by enumeration.
 
-Every combination of the states that are possible is solved with all its constraints in place, and
-kept if it satisfies every law: contacts push, those that open separate, elements that stick stay
-within the static limit, and elements that begin to slide accelerate against their friction. A
-condition that is zero to rounding is decided by the next derivatives of the motion in that mode.
+Every combination of possible states is solved with all its constraints, and kept if it satisfies
+every law: contacts push, opening contacts separate, sticking elements stay within the static limit,
+and elements that begin to slide accelerate against their friction. A condition that is zero within
+round-off is decided by the higher derivatives of the motion in that mode.
 
-Where the laws leave more than one motion, these rules hold, in this order:
+If the laws admit more than one motion, these rules apply in this order:
 
 0. A chain at rest stays at rest as long as any distribution of forces within the laws holds it.
-1. An element at rest goes on sticking as long as its static limit can hold it with all others in
-   the states that they have in the same mode. So it begins to slide only in a mode in which
-   sticking in its place would exceed its limit.
+1. An element at rest keeps sticking as long as its static limit can hold it with all others in
+   their states of the same mode. So it begins to slide only in a mode in which sticking instead
+   would exceed its limit.
 2. If the limits of several elements at rest are exceeded when all of them are held, the one that is
    exceeded by the largest factor begins to slide.
 3. The mode with the fewest elements that begin to slide, then with the fewest saturated frictions,
    and then with the fewest contacts that open is taken. If such modes still differ in their
    motion, the choice is noted.
 
-Where more elements than two hold a chain at rest, their forces are not unique although the motion
-is. Then friction holds as much as it can, and contacts carry the least total normal force.
+If more than two elements hold a chain at rest, their forces are not unique although the motion is.
+Then friction carries as much as it can, and contacts have the least total normal force.
 """
 
 from __future__ import annotations
@@ -57,9 +57,9 @@ from twolink.simulation.hybrid.system import HybridSystem
 
 
 class Selection(NamedTuple):
-    """The states of the mode that follows, and the other modes that the laws allow, if any.
+    """The states of the next mode, and the other modes that the laws admit.
 
-    It is not `confirmed` if the next derivatives contradict every mode that is left.
+    It is not `confirmed` if the higher derivatives contradict every remaining mode.
     """
 
     states: States
@@ -71,10 +71,10 @@ class Selection(NamedTuple):
 def select(
     system: HybridSystem, state: HybridState, pose: Pose, known: Mapping[int, States]
 ) -> Selection | None:
-    """Return the mode in which the motion goes on, or None if the laws allow none.
+    """Return the next mode, or None if the laws admit none.
 
-    Where the derivatives contradict every mode that is left, rounding is to blame unless friction
-    locks a slide. `known` has the states to which elements are restricted, by number.
+    If the derivatives contradict every remaining mode, the cause is round-off unless a slide is
+    jammed. `known` has the states to which elements are restricted, by number.
     """
     options = tuple(
         known.get(i) or element.options(i in state.touching, state.sliding[i])
@@ -134,7 +134,7 @@ def _candidates(problem: Problem, with_pressed: bool) -> Iterator[Candidate]:
 
 
 def _could_stick(problem: Problem, states: States) -> bool:
-    """Return whether an element that begins to slide could stick in its place (rule 1)."""
+    """Return whether an element that begins to slide could stick instead (rule 1)."""
     elements = problem.system.elements
     for index, state in enumerate(states):
         begins = state.slips and not problem.directions[index] and len(problem.options[index]) > 1
@@ -158,7 +158,7 @@ def _could_stick(problem: Problem, states: States) -> bool:
 def _preferred(
     problem: Problem, found: list[Candidate], orders: Mapping[States, Orders]
 ) -> Selection:
-    """Return the mode that the rules take, and the others that differ from it in their motion."""
+    """Return the mode selected by the rules, and the modes whose motion differs from it."""
     overloaded = _most_overloaded(problem) if len(found) > 1 else None
     if overloaded is not None:
         slipping = [c for c in found if c.states[overloaded].slips]
@@ -196,7 +196,7 @@ def _cost(problem: Problem, candidate: Candidate) -> tuple[float, ...]:
 
 
 def _most_overloaded(problem: Problem) -> int | None:
-    """Return the element whose static limit is exceeded most when all at rest are held (rule 2)."""
+    """Return the element whose static limit is exceeded most if all at rest are held (rule 2)."""
     stuck = tuple(
         ContactState.STICKS if ContactState.STICKS in options else options[0]
         for options in problem.options

@@ -1,8 +1,7 @@
-"""The state at the start of a run: contacts that are touched, and surfaces that are pressed."""
+"""The initial hybrid state: touching contacts and pressed surfaces."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from twolink.contact.elements import ContactElement
@@ -19,14 +18,14 @@ from twolink.simulation.smooth.taylor import rounding
 
 
 def start_state(system: HybridSystem, scene: Scene) -> HybridState:
-    """Return a scene's state at its start, before any impact.
+    """Return the initial state of a scene, before any impact.
 
-    Raises `SimulationError` where a point starts inside a rigid contact.
+    Raises `SimulationError` if a point starts inside a rigid contact.
     """
     number = system.number
     q = number(scene.q[0]), number(scene.q[1])
     u = number(scene.u[0]), number(scene.u[1])
-    pose = Pose(system.chain, system.formulation, q)
+    pose = system.pose(q)
     state = HybridState(
         t=number(0),
         q=q,
@@ -38,7 +37,7 @@ def start_state(system: HybridSystem, scene: Scene) -> HybridState:
     )
     for index, element in enumerate(system.elements):
         if element.normal is not None:
-            pose = Pose(system.chain, system.formulation, state.q)
+            pose = system.pose(state.q)
             state = _touched(system, state, pose, index)
     return state
 
@@ -54,7 +53,7 @@ def _touched(system: HybridSystem, state: HybridState, pose: Pose, index: int) -
     element, gap = system.elements[index], state.gaps[index]
     assert element.normal is not None
     assert gap is not None
-    # A start is given in float64, and lies on a contact to its rounding.
+    # A start is given in float64, and lies on a contact within round-off of float64.
     near = tolerances.CONTACT_GAP * rounding("double") * max(1.0, abs(float(element.bound)))
     row = pose.row(element.normal)
     still = is_left_over(row, state.u, state.u, rounding("double"))
@@ -63,22 +62,22 @@ def _touched(system: HybridSystem, state: HybridState, pose: Pose, index: int) -
     if gap < -near:
         if element.rigid:
             raise SimulationError(
-                f"{element.name}: the scene starts {-float(gap):.6g} inside; allowed is a start on "
-                "its outside, or on it"
+                f"{element.name}: the scene must start outside or in contact; got a start"
+                f" {-float(gap):.6g} inside"
             )
         return _pressed_in(system, state, index, -gap)
-    state = replace(state, gaps=put(state.gaps, index, system.number(0)))
+    state = state._replace(gaps=put(state.gaps, index, system.number(0)))
     recedes = not still and speed_along(row, state.u) > 0
     if recedes:
         return state
     if not element.rigid:
-        # A stiff surface would push by the rounding of the place.
+        # Round-off of the position would cause a force of a stiff surface.
         pose = place(system, pose, index, state)
-        return press(system, replace(state, q=pose.q), pose, index, still)
+        return press(system, state._replace(q=pose.q), pose, index, still)
     if not still:
         return state
     u = stopped(pose, [element.normal], state.u, system.rounding)
-    return replace(state, u=u, touching=state.touching | {index})
+    return state._replace(u=u, touching=state.touching | {index})
 
 
 def _sliding(pose: Pose, element: ContactElement, u: Any) -> int:
@@ -100,10 +99,10 @@ def _pressed_in(system: HybridSystem, state: HybridState, index: int, depth: Any
     if force < 0 and element.hysteresis is not None:
         pressed = compliant_state.turned(element, pressed)
     elif force < 0:
-        # It moves out faster than the surface springs back.
+        # The point moves out faster than the surface recovers.
         pressed = compliant_state.overtaken(element, pressed, depth)
-        return replace(state, compliant=put(state.compliant, index, pressed), gaps=gaps)
-    return replace(
-        state, compliant=put(state.compliant, index, pressed), gaps=gaps,
+        return state._replace(compliant=put(state.compliant, index, pressed), gaps=gaps)
+    return state._replace(
+        compliant=put(state.compliant, index, pressed), gaps=gaps,
         touching=state.touching | {index},
     )  # fmt: skip

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.simulation.hybrid.compliant_state import CompliantState
 
 
-@dataclass(frozen=True, slots=True)
-class HybridState:
+class HybridState(NamedTuple):
     """q (rad) and u (rad/s) at a time t (s), and the state of each element.
 
-    `gaps` (rad or m) are variables of their own and no differences of positions, so that a low
-    bounce keeps all its digits; None for friction. `touching` are the contacts that are neither
+    `gaps` (rad or m) are variables, not differences of positions, so that a low bounce keeps
+    full relative accuracy; None for friction. `touching` are the contacts that are neither
     approached nor left, though they may not push. `sliding` is the direction in which each element
-    slides, +1 or −1, and 0 for one that does not: it is known from the events that made it so, and
-    not found from rounded speeds. `compliant` is None for elements that are rigid.
+    slides, +1 or −1, and 0 without a slide; it is set by events, not computed from rounded speeds.
+    `compliant` is None for rigid elements.
     """
 
     t: Scalar
@@ -30,5 +28,5 @@ class HybridState:
 
 
 def put(values: tuple[Any, ...], index: int, value: Any) -> tuple[Any, ...]:
-    """Return values with another one at an index."""
+    """Return a copy of values with the one at an index replaced."""
     return (*values[:index], value, *values[index + 1 :])

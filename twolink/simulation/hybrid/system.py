@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import functools
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from types import ModuleType
 from typing import Any
 
+from twolink.arithmetic import Pair
 from twolink.chain import Chain
+from twolink.contact.coordinates import ConstraintCoordinate
 from twolink.contact.elements import ContactElement
-from twolink.effects import Effect, nonsmooth
+from twolink.contact.states import ContactState
+from twolink.effects import Effect, ParametricEffect, contact_elements
 from twolink.errors import SimulationError
+from twolink.simulation.hybrid.dynamics import Pose, held_coordinates
 from twolink.simulation.hybrid.tolerances import TRUNCATION
 from twolink.simulation.smooth.taylor import step_tolerance
+from twolink.values import Content, Own
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HybridSystem:
-    """All that stays the same between two discontinuities of the effects.
+    """The constants of a motion between two discontinuities of the effects.
 
     `chain` has numbers of the type `number`, of the named `precision` whose relative spacing is
-    `rounding`; `scene_chain` is the same in float64. `longest_step` is in s.
+    `rounding`; `scene_chain` is the same in float64. `longest_step` is in s. A system is equal only
+    to itself, so that caches use its identity.
     """
 
     scene_chain: Chain
@@ -32,27 +40,62 @@ class HybridSystem:
     number: Any
     rounding: float
     longest_step: float
+    own: Own = field(default_factory=Own, repr=False)
+    _last_pose: list[Pose] = field(default_factory=list, init=False, repr=False)
 
-    @property
+    @cached_property
+    def content(self) -> Content:
+        """The effects as a key of compiled modes, without the numbers that are parameters."""
+        varying: tuple[Any, ...] = self.effects
+        blank = tuple(
+            e.with_numbers((0.0,) * len(e.numbers)) if isinstance(e, ParametricEffect) else e
+            for e in varying
+        )
+        return Content(blank, self.own)
+
+    def pose(self, q: Pair) -> Pose:
+        """Return the chain in a pose q (rad).
+
+        The last pose is kept with its rows and its inertia: the steps of a jump share it.
+        """
+        if not self._last_pose or self._last_pose[0].q is not q:
+            self._last_pose[:] = (Pose(self.chain, self.formulation, q),)
+        return self._last_pose[0]
+
+    def held(self, states: tuple[ContactState, ...]) -> tuple[ConstraintCoordinate, ...]:
+        """Return the coordinates whose speed the elements hold at zero in their states."""
+        return _held(self, states)
+
+    @cached_property
+    def effect_numbers(self) -> tuple[Any, ...]:
+        """The numbers of effects that differ from piece to piece, as parameters of integrators."""
+        varying = (e for e in self.effects if isinstance(e, ParametricEffect))
+        return tuple(self.number(n) for effect in varying for n in effect.numbers)
+
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """The names of the elements."""
         return tuple(element.name for element in self.elements)
 
-    @property
+    @cached_property
     def resolution(self) -> float:
-        """The relative accuracy of a state at an event: of rounding, or of a truncated series."""
+        """The relative accuracy of a state at an event: round-off or truncation error."""
         return max(self.rounding, TRUNCATION * step_tolerance(self.precision, self.order))
 
     @property
     def least_root(self) -> Any:
-        """The root of the depth (m^½) at which a press without speed begins: zero would stay so."""
+        """The √depth (m^½) at which a press without speed begins, as zero would remain zero."""
         return self.number(self.rounding**0.5)
 
-    @property
+    @cached_property
+    def lever(self) -> float:
+        """The length of the stretched chain (m)."""
+        return float(self.scene_chain.L1 + self.scene_chain.L2)
+
+    @cached_property
     def force_scale(self) -> float:
-        """The factor that brings forces to the order of 1, as the other variables are."""
-        chain, step = self.scene_chain, float(self.longest_step)
-        lever = float(chain.L1 + chain.L2)
+        """The factor that scales forces to order 1, like the other variables."""
+        chain, step, lever = self.scene_chain, float(self.longest_step), self.lever
         inertia = float(chain.I_C1 + chain.I_C2 + (chain.m1 + chain.m2) * lever * lever)
         return step * step * max(lever, 1.0) / inertia
 
@@ -67,4 +110,11 @@ class HybridSystem:
 
     def with_effects(self, effects: tuple[Effect, ...]) -> HybridSystem:
         """Return the system under other effects that have the same elements."""
-        return replace(self, effects=effects, elements=nonsmooth(effects, self.chain))
+        return replace(self, effects=effects, elements=contact_elements(effects, self.chain))
+
+
+@functools.lru_cache(maxsize=512)
+def _held(
+    system: HybridSystem, states: tuple[ContactState, ...]
+) -> tuple[ConstraintCoordinate, ...]:
+    return tuple(held_coordinates(system.elements, states))

@@ -1,7 +1,6 @@
 """Every threshold of the hybrid simulator, with its unit, its reason and its readers.
 
-A threshold "in roundings" is a multiple of the distance from 1 to the next number of the precision
-that is in use, so it shrinks with a longer precision.
+A threshold "in roundings" is a multiple of the machine epsilon of the precision in use.
 """
 
 # Part of the tolerance of a step, to which it is truncated: where more than rounding, states at
@@ -12,25 +11,26 @@ TRUNCATION = 2.0**-8
 # of the point, the force has fallen to zero, and not jumped below it. Read by compliant_state.
 NO_FORCE = 1e-9
 
-# Roundings of a position (relative to max(1 m or rad, |bound|)). A start is given in float64 and
-# lies on a contact if its gap is smaller. Read by start, collision and certificate.
+# Roundings of a position (relative to max(1 m or rad, |bound|)). A start, given in float64, is on a
+# contact if its gap is smaller. Read by start, collision and certificate.
 CONTACT_GAP = 64
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
 # smaller is zero as far as the precision can tell, and the next derivatives decide. The factor
-# covers the solution of two equations in a pose near a singular one. Read by complementarity
-# and impact.
+# covers the solution of two equations in a pose near a singular one. Read by complementarity,
+# impact and resolution.
 UNDECIDED = 2.0**20
 
-# Roundings of the terms of a speed. A smaller speed along a coordinate is the rounding of zero.
+# Roundings of the terms of a speed. A smaller speed along a coordinate is zero within round-off.
 # Read by impact.
 AT_REST = 64
 
-# Roundings of the speeds before an impact. A smaller speed after it is the rounding of zero. Read
+# Roundings of the speeds before an impact. A smaller speed after it is round-off of zero. Read
 # by impact and painleve.
 LEFT_OVER = 64
 
-# Roundings of the approach speed. A slower rebound is the rounding of none. Read by impact.
+# Roundings of the approach speed. A slower rebound counts as zero. Read by
+# resolution.
 NO_REBOUND = 512
 
 # Part of the other row, or of the length of the chain. A shorter Jacobian row is the rounding of
@@ -38,19 +38,19 @@ NO_REBOUND = 512
 # same in all precisions. Read by impact and complementarity.
 NO_LEVER = 2.0**-46
 
-# Part of the product of two rows. If their determinant is smaller, they bar the same motion. Read
+# Part of the product of two rows. If their determinant is smaller, they are parallel. Read
 # by constraint.
 PARALLEL = 1e-9
 
 # Times the kinetic energy before. Newton's law of restitution with friction can create energy, near
-# singular poses without a bound: an impact that gives more is refused. Read by impact.
+# singular poses without a bound: an impact that gives more is refused. Read by resolution.
 MOST_ENERGY = 1e6
 
 # Impacts at one instant before those that answer each other are ended in their limit, which is rest
-# of all contacts that take part. Each takes energy, so that they grow weaker. Read by impact.
+# of all contacts that take part. Each takes energy, so that they grow weaker. Read by resolution.
 MOST_IMPACTS = 1000
 
-# Jumps without time passing before a run is given up: more would go on for ever. Read by run.
+# Jumps at one instant after which a run fails, as more would not end. Read by run.
 MOST_JUMPS_AT_ONCE = 24
 
 # Bounces on a contact before further ones are left out if they would not end. The run that judges
@@ -82,12 +82,16 @@ BAUMGARTE_RATE = 8.0
 # who ask for the motion. Read by flow.
 SHORTEST_STEP = 2.0**-42
 
-# Steps of an arc after which it is given up if it would take more than as many as MOST_STEPS at the
-# pace of the last ones. Read by flow.
+# Steps of an arc after which it fails if it would take more than MOST_STEPS at the pace of the last
+# ones. Read by flow.
 MANY_STEPS = 2_000
 
 # See MANY_STEPS. Read by flow.
 MOST_STEPS = 1_000_000
+
+# Part of the longest step. Only an arc whose steps are shorter is given up for their number: a long
+# motion takes many steps of the usual length. Read by flow.
+SHORT_STEPS = 1e-3
 
 # Part of the response of a normal to its own push. Where steps become too short while a point
 # slides and friction leaves less of that response, friction locks the slide (Painlevé). Read by
@@ -114,7 +118,7 @@ LEADING_SHARE = 2048
 MOST_HALVINGS = 60
 
 # Pieces of a step that are looked at before those that are left count as double roots: where an
-# event function hardly exceeds its rounding, halving tells nothing more. Read by roots.
+# event function hardly exceeds its round-off, halving decides nothing more. Read by roots.
 MOST_PIECES = 1000
 
 # Terms of the series by which undecided modes are told apart. Read by confirm.
@@ -126,7 +130,7 @@ SAME_MOTION = 1e-6
 
 
 def zeno_time(longest_step: float, rounding: float) -> float:
-    """Return the time (s) below which all further bounces are left out.
+    """Return the time (s) below which all further bounces are omitted.
 
     The sum of the bounces that remain, T, changes the state by terms of the order of T² once their
     impulses are replaced by those of rest: with T = h √ε for the longest step h, by rounding ε.

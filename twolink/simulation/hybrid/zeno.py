@@ -1,10 +1,9 @@
-"""The Zeno limit: bounces that all end within rounding are left out."""
+"""The Zeno limit: infinitely many bounces that end within round-off are replaced by rest."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -21,15 +20,16 @@ from twolink.simulation.hybrid.impact import (
     speed_along,
 )
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
+from twolink.simulation.hybrid.resolution import ended
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 
 
 class Past(NamedTuple):
-    """The impacts before a jump, and the contacts that have bounced very often.
+    """The impacts before a jump, and the contacts with very many bounces.
 
     `last` has the time (s) of the last impact on each contact, by number. `tired` are those whose
-    bounces are left out if they would not end in the `remaining` time (s).
+    bounces are omitted if they would not end in the `remaining` time (s).
     """
 
     strikes: Sequence[Strike] = ()
@@ -42,9 +42,9 @@ NO_PAST = Past()
 
 
 class LeftOut(NamedTuple):
-    """The state in which contacts rest, the impacts that take their speeds, and their `delay` (s).
+    """The state in which contacts rest, the impacts that stop them, and the `delay` (s).
 
-    `doubts` and `notes` say how fast the bounces were that would have gone on.
+    `doubts` and `notes` give the speeds of omitted bounces that would not have ended.
     """
 
     state: HybridState
@@ -55,7 +55,7 @@ class LeftOut(NamedTuple):
 
 
 class _Flight(NamedTuple):
-    """A bounce that begins: the speeds (m/s or rad/s) at its ends, and the acceleration back."""
+    """The start of a bounce: the speeds (m/s or rad/s) at its ends, and the acceleration back."""
 
     leaves: float
     lands: float
@@ -63,7 +63,7 @@ class _Flight(NamedTuple):
 
     @property
     def time(self) -> float:
-        """How long it takes (s); infinity if nothing presses back."""
+        """The duration (s), infinity without an acceleration back."""
         return (self.leaves + self.lands) / self.back if self.back > 0 else math.inf
 
 
@@ -74,29 +74,31 @@ def left_out(
     mode: Mode,
     struck: Sequence[Strike],
     past: Past,
+    recent: Sequence[Strike],
 ) -> LeftOut | None:
-    """Return the state in which contacts rest whose further bounces are left out, or None.
+    """Return the state in which contacts rest whose further bounces are omitted, or None.
 
     From a speed v and under an acceleration −a bounces take the time 2v/a, e times that, e² times
     that, …: together 2v/a/(1 − e), where e is the ratio of the speeds of the last bounce. Contacts
     that interrupt each other have no such sum: if very many impacts fall into the Zeno time, all
-    contacts that take part come to rest. Bounces without loss have none either: after very many of
-    them, if far more would follow, the contact comes to rest, and a note says so.
+    contacts involved come to rest. Nor do bounces without loss: after very many, if far more would
+    follow, the contact comes to rest, and a note says so. `recent` are the impacts of this jump, of
+    which those in `struck` are the last.
     """
     now = float(state.t)
     limit = tolerances.zeno_time(float(system.longest_step), system.rounding)
     flying = [s.number for s in struck if s.number not in state.touching]
     if not flying:
         return None
-    crowd = [strike for strike in past.strikes if strike.time >= now - limit]
+    strikes = [*past.strikes, *recent]
+    crowd = [strike for strike in strikes if strike.time >= now - limit]
     if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
         return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
-    # A contact that was struck a moment before ends its bounces with those of the others.
-    flying = list(dict.fromkeys([*flying, *(s.number for s in crowd)]))
-    if not past.tired and all(
-        now - past.last.get(i, now) > tolerances.LONG_FLIGHT * limit for i in flying
-    ):
-        # Bounces do not become so much shorter from one to the next.
+    # A contact with a very recent impact comes to rest with the others.
+    flying = list(dict.fromkeys([*flying, *[s.number for s in crowd]]))
+    shortest = min([now - past.last.get(i, now) for i in flying])
+    if not past.tired and shortest > tolerances.LONG_FLIGHT * limit:
+        # Successive bounces do not shorten by so large a factor.
         return None
     flights = {
         index: _flight(system, state, pose, mode, index)
@@ -104,12 +106,12 @@ def left_out(
         if index not in state.touching
     }
     lasting = {
-        index: _bounces_last(flight, _ratio(system, past.strikes, index))
+        index: _bounces_last(flight, _ratio(system, strikes, index))
         for index, flight in flights.items()
     }
-    ended = [index for index, time in lasting.items() if time <= limit]
-    if ended:
-        return _clamped(system, state, pose, ended, max(lasting[index] for index in ended))
+    dying = [index for index, time in lasting.items() if time <= limit]
+    if dying:
+        return _clamped(system, state, pose, dying, max(lasting[index] for index in dying))
     endless = [
         index
         for index in flights
@@ -150,17 +152,17 @@ def _ratio(system: HybridSystem, strikes: Sequence[Strike], index: int) -> float
 
 
 def _bounces_last(flight: _Flight, ratio: float) -> float:
-    """Return the time (s) of all further bounces, infinity if they do not end."""
+    """Return the duration (s) of all further bounces, infinity if they do not end."""
     if flight.back <= 0 or ratio >= 1:
         return math.inf
-    # Until it lands, and then for all bounces from the speed at which it does.
+    # The flight until it lands, and then all bounces from the landing speed.
     return flight.time + 2 * flight.lands * ratio / (1 - ratio) / flight.back
 
 
 def _given_up(
     system: HybridSystem, state: HybridState, pose: Pose, flights: dict[int, _Flight]
 ) -> LeftOut:
-    """Return the state in which contacts rest though their bounces would go on and on."""
+    """Return the state in which contacts rest although their bounces would not end."""
     now = float(state.t)
     found = _clamped(system, state, pose, sorted(flights), 0.0)
     doubts = tuple(Doubt(now, Trigger(EventKind.HITS, i), f.lands) for i, f in flights.items())
@@ -176,10 +178,10 @@ def _given_up(
 def _clamped(
     system: HybridSystem, state: HybridState, pose: Pose, indices: Sequence[int], delay: float
 ) -> LeftOut:
-    """Return the state with contacts at rest, and the impacts that take their speeds."""
+    """Return the state with contacts at rest, and the impacts that stop them."""
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     slides = [index for index in indices if state.sliding[index]]
-    strikes = impacts.ended(indices, state.u, slides)
+    strikes = ended(impacts, indices, state.u, slides)
     u, gaps = strikes[-1].u[1], state.gaps
     for index in indices:
         gaps = put(gaps, index, system.number(0))
@@ -190,12 +192,12 @@ def _clamped(
     }
     sliding = sliding_after(system, pose, state.u, u)
     touching = frozenset({*indices, *still})
-    state = replace(state, u=u, gaps=gaps, touching=touching, sliding=sliding)
+    state = state._replace(u=u, gaps=gaps, touching=touching, sliding=sliding)
     return LeftOut(state, strikes, delay)
 
 
 def _rests(system: HybridSystem, pose: Pose, index: int, before: Pair, u: Pair) -> bool:
-    """Return whether the speed along a contact is zero, but for the rounding of what it was."""
+    """Return whether the speed along a contact is zero within round-off of its earlier value."""
     normal = system.elements[index].normal
     assert normal is not None
     return is_left_over(pose.row(normal), u, before, system.rounding)

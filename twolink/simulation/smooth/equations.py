@@ -1,9 +1,9 @@
-"""The equations of motion as first-order equations, in the variables an integrator likes.
+"""The equations of motion as first-order systems, in three choices of variables.
 
 Three sets of variables describe the same motion: (q, u) with Kane's equations, (q, u) with
-Lagrange's, and (q, p) with the momenta p = M u, in which the equations are shortest. The text is
-that of `twolink.kane` and `twolink.lagrange`, for numbers of any kind: evaluated on heyoka's
-expressions it is compiled, on floats or arrays it is a function.
+Lagrange's, and (q, p) with the momenta p = M u, in which the equations are shortest. The
+formulas are those of `twolink.kane` and `twolink.lagrange`, for numbers of any type: heyoka's
+expressions give compiled code, floats or arrays give values.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ class SpeedEquations:
 class MomentumEquations:
     """q and p as variables: dq/dt = M⁻¹ p, and dp/dt = ∂T/∂q + Q, by (6.9).
 
-    This is Lagrange's text with its constants gathered, so that an integrator has the operations
-    that are needed when the equations of this chain are written by hand, and no more.
+    These are Lagrange's equations with combined constants, so that an integrator has as few
+    operations as equations of this chain written by hand.
     """
 
     name: str = "momenta"
@@ -84,7 +84,7 @@ def _mass(chain: Chain, q: Pair) -> tuple[Scalar, Scalar, Scalar, Scalar]:
 
 
 def _ahead_and_across(chain: Chain, q: Pair) -> Pair:
-    """Return m2 L1 times how far C2 is ahead of B along link 1, and across it (kg m²)."""
+    """Return m2 L1 times the coordinates of C2 relative to B along and across link 1 (kg m²)."""
     _, a, b = chain.C2
     elbow, first = q[1] - q[0], chain.m2 * chain.L1
     s, c = sin(elbow), cos(elbow)
@@ -95,7 +95,7 @@ def _gathered_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
     """Return Q_1 and Q_2 (N m), each with one sine and one cosine for all forces.
 
     A force (X, Y) at (a, b) of a link gives cos(q) (a Y − b X) − sin(q) (a X + b Y); one on link 2
-    also acts on link 1, at B. What is constant is added up before it meets an angle.
+    also acts on link 1, at B. Constants are summed before they multiply a sine or cosine.
     """
     along: list[Scalar] = [0, 0]
     across: list[Scalar] = [0, 0]
@@ -119,7 +119,7 @@ def _gathered_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
 
 Equations = SpeedEquations | MomentumEquations
 
-# The first is the default: it was measured to cost least (benchmarks/simulation.py).
+# The first is the default, as it has the lowest measured cost (benchmarks/simulation.py).
 EQUATIONS: dict[str, Equations] = {
     "momenta": MomentumEquations(),
     "lagrange": SpeedEquations("lagrange", lagrange),

@@ -1,8 +1,8 @@
-"""Fixed-step methods, each with the order it declares.
+"""Fixed-step methods and their orders.
 
 The Gauss–Legendre methods (the implicit midpoint rule is the first of them) and the semi-implicit
 Euler method are symplectic in the variables (q, p). Their equations are solved by fixed-point
-iteration, until the iterates stop approaching each other: to rounding.
+iteration until the change no longer decreases, at round-off.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class FixedStep:
 
 
 def _explicit(tableau: Tableau) -> Step:
-    """Return the step of an explicit Runge–Kutta method, without its products by zero."""
+    """Return the step of an explicit Runge–Kutta method, without products by zero."""
     weights = np.array(tableau.b)
     stages = [
         (c, [(a, j) for j, a in enumerate(row) if a])
@@ -87,7 +87,7 @@ def _fixed_point(improved: Callable[[Array], Array], guess: Array) -> Array:
         if change == 0 or (change >= smallest and change <= 1e-12 * np.abs(found).max()):
             return found
         smallest, guess = min(smallest, change), found
-    raise SimulationError("an implicit step did not converge; allowed is a shorter step")
+    raise SimulationError("an implicit step did not converge; the step must be shorter")
 
 
 FIXED_STEP: dict[str, FixedStep] = {

@@ -1,4 +1,4 @@
-"""Motion by methods that only ask for rates: SciPy's, and the fixed-step ones of this library."""
+"""Motion by methods that evaluate only rates: those of SciPy, and the fixed-step methods."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.compilation import Compiled
-from twolink.effects import Effect, breaks, effects_during
+from twolink.effects import Effect, discontinuities, pieces_at
 from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS
@@ -29,7 +29,7 @@ SCIPY = {"DOP853": 8, "RK45": 5, "Radau": 5, "LSODA": None}
 
 @dataclass(frozen=True)
 class NumericRun:
-    """A motion at the times that were asked for, and what it cost.
+    """A motion at the requested times, and its cost.
 
     `q` (rad) and `u` (rad/s) have shape (2, n); the rates were evaluated `evaluations` times.
     """
@@ -50,13 +50,13 @@ def numeric_run(
     fineness: float,
     progress: Callable[[float], None] | None = None,
 ) -> NumericRun:
-    """Return a scene's motion at increasing times (s), the first of them 0.
+    """Return the motion of a scene at increasing times (s), the first of them 0.
 
     `fineness` is the tolerance (rtol and atol) of a SciPy method, or the step (s) of a fixed-step
-    one, which is shortened to divide the time between two samples. Raises `SimulationError` when
-    the method gives up.
+    one, which is shortened to divide the time between two samples. Raises `SimulationError` if
+    the method fails.
     """
-    equations, chain = EQUATIONS[formulation], scene.equipped
+    equations, chain = EQUATIONS[formulation], scene.moving_chain
     variables = np.array([*scene.q, *equations.from_speeds(chain, scene.q, scene.u)], dtype=float)
     found, steps, evaluations, seconds = [variables[:, None]], 0, 0, 0.0
     for piece, effects in _pieces(scene, times):
@@ -69,7 +69,8 @@ def numeric_run(
         found.append(states[:, 1:][:, np.isin(piece[1:], times)])
         if not np.isfinite(states).all():
             raise SimulationError(
-                f"{method} leaves the numbers at fineness {fineness:.3g}; allowed is a finer one"
+                f"{method} produced non-finite values at tolerance {fineness:.3g}; it must be"
+                " smaller"
             )
     whole = np.concatenate(found, axis=1)
     u = np.array(equations.to_speeds(chain, tuple(whole[:2]), tuple(whole[2:])))
@@ -77,11 +78,11 @@ def numeric_run(
 
 
 def _pieces(scene: Scene, times: Array) -> Iterator[tuple[Array, tuple[Effect, ...]]]:
-    """Return the times of each stretch between breaks, its ends included, and what acts in it."""
-    inside = [t for t in breaks(scene.effects) if times[0] < t < times[-1]]
+    """Return the times of each interval between discontinuities, with its ends, and its effects."""
+    inside = [t for t in discontinuities(scene.effects) if times[0] < t < times[-1]]
     for start, end in pairwise([float(times[0]), *inside, float(times[-1])]):
         within = times[(times > start) & (times < end)]
-        yield np.array([start, *within, end]), effects_during(scene.effects, start)
+        yield np.array([start, *within, end]), pieces_at(scene.effects, start)
 
 
 def _rates(chain: Chain, effects: tuple[Effect, ...], formulation: str) -> Rates:
@@ -95,14 +96,20 @@ def _rates(chain: Chain, effects: tuple[Effect, ...], formulation: str) -> Rates
 
     def rates(t: float, variables: Array) -> Array:
         q1, q2, x1, x2 = variables.tolist()
-        first, second = compiled((q1, q2), (x1, x2), (float(t), 0.0))
+        try:
+            first, second = compiled((q1, q2), (x1, x2), (float(t), 0.0))
+        except (ArithmeticError, ValueError) as error:
+            raise SimulationError(
+                f"the motion could not be integrated beyond {t:.6g} s ({error}); it must stay"
+                " finite"
+            ) from error
         return np.array([*first, *second])
 
     return rates
 
 
 class _Counted:
-    """A function that counts its calls, and tells now and then how far they have come."""
+    """A function that counts its calls and reports progress."""
 
     _EVERY = 4096
 
@@ -126,7 +133,7 @@ def _by_scipy(
 
     solve_ivp: Any = integrate.solve_ivp
     span = (float(times[0]), float(times[-1]))
-    # What is asked between the ends is interpolated by SciPy, and its steps are not told.
+    # SciPy interpolates values between the ends, and does not report its steps.
     inside = times if len(times) > 2 else None
     solution = solve_ivp(
         rates, span, start, method=method, t_eval=inside, rtol=tolerance, atol=tolerance

@@ -1,4 +1,4 @@
-"""The coefficients of Runge–Kutta methods, apart from how a step of them is taken."""
+"""The coefficients of Runge–Kutta methods."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ class Tableau:
 
     @property
     def c(self) -> tuple[float, ...]:
-        """The nodes: at which share of a step each stage is."""
+        """The nodes of the stages, as parts of a step."""
         return tuple(math.fsum(row) for row in self.A)
 
     @property
     def explicit(self) -> bool:
-        """Whether each stage needs only those before it."""
+        """Whether each stage depends only on earlier ones."""
         return not any(a for i, row in enumerate(self.A) for a in row[i:])
 
 

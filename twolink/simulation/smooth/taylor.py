@@ -1,7 +1,7 @@
 """Motion by Taylor series: a scene's equations compiled by heyoka, in any precision.
 
-The equations are evaluated once on heyoka's expressions with exactly the scene's loads, so the
-compiled code has the operations that the scene calls for and no other.
+The equations are evaluated once on heyoka's expressions with exactly the loads of the scene, so the
+compiled code has no other operations.
 """
 
 from __future__ import annotations
@@ -9,37 +9,43 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from twolink.arithmetic import Pair
 from twolink.chain import Chain
-from twolink.effects import Effect, breaks
+from twolink.effects import discontinuities
 from twolink.errors import IntegrationError, SimulationError
 from twolink.optional import heyoka
 from twolink.scene import Scene
+from twolink.simulation.pool import IntegratorPool
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.values import Content
 
-# The order that brings a step down to rounding in each precision. Orders are odd: from the source's
-# natural start (q = 0 at rest) only every fourth coefficient of a series in t is there, and an
-# order that ends on two missing ones, a multiple of four, sees an endless step.
+# The order whose truncation error is at round-off in each precision. Orders are odd: from q = 0 at
+# rest only every fourth coefficient of a series in t is non-zero, and an order that ends on two
+# zero ones, a multiple of four, would give an unbounded step.
 FULL_ORDERS = {"double": 21, "long double": 23, "quadruple": 41}
 PRECISIONS = tuple(FULL_ORDERS)
 
 
-# At so many times between start and end is looked at what acts.
+# Number of times between start and end at which loads are evaluated.
 _LOOKS = 33
 
-# So long (s) an integrator may run before it is compiled again, optimised, which takes as long.
-_WORTH_OPTIMISING = 0.4
+# heyoka compiles fifteen times faster without optimization, and that code takes less than twice as
+# long. So a run of more steps than these, which take as long as optimization, restarts with
+# optimized code. Only the scene decides which code runs, since the two differ in round-off.
+_WORTH_OPTIMISING = 80_000
+
+# Steps between two checks of signals and progress: a few tenths of a second.
+_STEPS_AT_ONCE = {"double": 20_000, "long double": 8_000, "quadruple": 128}
 
 
 def step_tolerance(precision: str, order: int | None = None) -> float:
-    """Return the tolerance of a step for which heyoka takes an order; by default the full one.
+    """Return the step tolerance for which heyoka selects an order, by default the full order.
 
     heyoka takes the smallest order p with exp(−2 (p − 1)) below the tolerance (Jorba and Zou, A
     software package for the numerical integration of ODEs by means of high-order Taylor methods,
@@ -62,10 +68,10 @@ def rounding(precision: str) -> float:
 
 
 def compact(precision: str) -> bool:
-    """Return whether a precision's integrators are compiled as loops, and not unrolled.
+    """Return whether the integrators of a precision are compiled as loops, not unrolled.
 
-    Quadruple numbers are computed by calls of a library: loops of them are compiled fifty times as
-    fast, take a twentieth longer, and leave nothing to optimise.
+    Quadruple precision uses library calls: loops of them compile fifty times faster, run a
+    twentieth longer, and do not benefit from optimization.
     """
     return precision == "quadruple"
 
@@ -80,28 +86,47 @@ def heyoka_is_here() -> bool:
 
 
 def number_type(precision: str) -> Any:
-    """Return the kind of number that heyoka computes with in a precision."""
+    """Return the number type of heyoka in a precision."""
     kinds = {"double": float, "long double": np.longdouble}
     return kinds[precision] if precision in kinds else heyoka().real128
 
 
+@dataclass(frozen=True, kw_only=True)
 class TaylorRun(MotionRun):
-    """A motion without events, by one run of one integrator."""
+    """A motion without events, by one run of one integrator, `compiled` for it."""
+
+    compiled: _Compiled | None = field(repr=False, compare=False)
+    optimised: bool
 
     def dense(self) -> Callable[..., tuple[Any, Any]]:
-        """Return q and u as functions of time (s): the very polynomials of this run's steps."""
-        compiled, kind = _ready(self.scene, self.formulation, self.precision, self.order)
-        *_, output, _ = compiled.integrator.propagate_until(
-            kind(self.scene.duration), c_output=True, max_delta_t=kind(self.longest_step)
+        """Return q and u as functions of time (s): the polynomials of the steps of this run."""
+        compiled = self.compiled or _ready(
+            self.scene, self.formulation, self.precision, self.order, self.optimised
         )
-        equations, chain = EQUATIONS[self.formulation], compiled.chain
 
         def at(times: Any, side: str = "right") -> tuple[Any, Any]:
-            variables = np.array(output(numbers(times, self.precision))).T
-            q, second = variables[:2], variables[2:]
-            return q, np.array(equations.to_speeds(chain, q, second))
+            # The run is repeated step for step, so that its steps need not be stored.
+            moments, place = np.unique(times, return_inverse=True)
+            ends = np.array([0.0, self.scene.duration])
+            grid, places = np.unique(np.concatenate([ends, moments]), return_inverse=True)
+            found = compiled.follow(
+                self.scene, numbers(grid, self.precision), self.longest_step, None
+            )
+            assert found is not None
+            return tuple(values[:, places[2:][place]] for values in (found.q, found.u))
 
         return at
+
+    def step_times(self) -> Any:
+        """Return the boundaries (s) of the steps, in float64."""
+        compiled = self.compiled or _ready(
+            self.scene, self.formulation, self.precision, self.order, self.optimised
+        )
+        return compiled.step_times(self.scene, self.longest_step)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the run without its compiled code, which is recompiled on demand."""
+        return {**self.__dict__, "compiled": None}
 
 
 def taylor_run(
@@ -115,162 +140,192 @@ def taylor_run(
     optimised: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> TaylorRun:
-    """Return a scene's motion by Taylor series at increasing times (s), the first of them 0.
+    """Return the motion of a scene by Taylor series at increasing times (s), the first of them 0.
 
-    Each step goes to rounding, unless a lower `order` is given; `longest_step` (s) caps it. With
-    `optimised` the integrator is compiled for long use at once. Raises `SimulationError` when the
-    motion cannot be followed to the last time. `progress` is told the share that is done.
+    Truncation errors are at round-off, unless a lower `order` is given; `longest_step` (s) caps the
+    step. With `optimised` the integrator is compiled with optimization at once. Raises
+    `SimulationError` if the motion cannot be integrated to the last time. `progress` receives the
+    completed share.
     """
-    start = perf_counter()
-    compiled, kind = _ready(scene, formulation, precision, order)
-    if not compiled.optimised and (optimised or compiled.spent > _WORTH_OPTIMISING):
-        compiled.optimise()
-        compiled, kind = _ready(scene, formulation, precision, order)
-    compile_seconds = perf_counter() - start
-    integrator = compiled.integrator
     cap = longest_step or default_longest_step(scene)
-    start = perf_counter()
-    told = {} if progress is None else {"callback": _Teller(progress, scene.duration)}
-    outcome, _, _, steps, _, variables = integrator.propagate_grid(
-        numbers(times, precision), max_delta_t=kind(cap), **told
-    )
-    run_seconds = perf_counter() - start
-    compiled.spent += run_seconds
-    if outcome != heyoka().taylor_outcome.time_limit:
-        raise IntegrationError(
-            f"the motion could not be followed beyond {float(integrator.time):.6g} s "
-            f"({outcome.name}); allowed are scenes whose motion stays finite until "
-            f"{scene.duration:.6g} s"
-        )
-    q, second = np.array(variables).T[:2], np.array(variables).T[2:]
+    grid = numbers(times, precision)
+    optimised = optimised and not compact(precision)
+    found, compile_seconds = None, 0.0
+    while found is None:
+        start = perf_counter()
+        compiled = _ready(scene, formulation, precision, order, optimised)
+        compile_seconds += perf_counter() - start
+        most = math.inf if optimised or compact(precision) else _WORTH_OPTIMISING
+        start = perf_counter()
+        found = compiled.follow(scene, grid, cap, progress, most)
+        run_seconds = perf_counter() - start
+        optimised = optimised or found is None
     return TaylorRun(
         scene=scene,
         formulation=formulation,
         precision=precision,
         longest_step=cap,
-        q=q,
-        u=np.array(EQUATIONS[formulation].to_speeds(compiled.chain, q, second)),
-        steps=steps,
-        order=integrator.order,
+        q=found.q,
+        u=found.u,
+        steps=found.steps,
+        order=compiled.pool.original.order,
         operations=compiled.operations,
         compile_seconds=compile_seconds,
         run_seconds=run_seconds,
+        compiled=compiled,
+        optimised=optimised,
     )
 
 
-class _Teller:
-    """A callback of heyoka's that tells now and then which share of a run is done."""
-
-    _EVERY = 256
-
-    def __init__(self, progress: Callable[[float], None], duration: float) -> None:
-        self._progress, self._duration, self._steps = progress, duration, 0
-
-    def __call__(self, integrator: Any) -> bool:
-        self._steps += 1
-        if self._steps % self._EVERY == 0:
-            self._progress(float(integrator.time) / self._duration)
-        return True
-
-
 def default_longest_step(scene: Scene) -> float:
-    """Return the longest step to allow (s), from how fast the scene starts, and is driven later.
+    """Return the cap of the step (s), from the initial speeds and from the accelerations over time.
 
     The series of a chain that turns through a radian in a time τ does not converge much beyond τ.
-    A longer step is one that the last coefficients, vanishing by some symmetry, have feigned: that
-    of a torque which begins as t³, for one, pushes a chain at rest by t⁵ and then by t¹⁵.
+    A longer step results from last coefficients that vanish by symmetry: a torque that begins as
+    t³, for example, moves a chain at rest by t⁵ and then by t¹⁵.
     """
     later = np.linspace(0.0, scene.duration, _LOOKS)
-    jumps = [t for t in breaks(scene.effects) if 0 < t < scene.duration]
+    jumps = [t for t in discontinuities(scene.effects) if 0 < t < scene.duration]
     times = np.union1d(later, jumps)
-    # From where the chain stands, by all that acts then.
+    # At the initial pose, under the loads at each of these times.
     lagrange = EQUATIONS["lagrange"]
-    _, rates = lagrange.rates(scene.equipped, scene.effects, scene.q, scene.u, times)
+    _, rates = lagrange.rates(scene.moving_chain, scene.effects, scene.q, scene.u, times)
     if not all(np.isfinite(du).all() for du in rates):
         raise SimulationError(
-            f"from q = {scene.q!r} and u = {scene.u!r} the accelerations are no finite numbers; "
-            "allowed are speeds and loads that float64 can follow"
+            "accelerations at the start must be finite in float64; got non-finite ones at"
+            f" q = {scene.q!r}, u = {scene.u!r}"
         )
     strongest = max(float(np.abs(du).max()) for du in rates)
     fastest = max(*(abs(float(u)) for u in scene.u), math.sqrt(strongest), 1e-300)
     return min(scene.duration, 1 / fastest)
 
 
-@dataclass
+class _Followed(NamedTuple):
+    """q and u at the requested times, each of shape (2, n), and the number of steps."""
+
+    q: Any
+    u: Any
+    steps: int
+
+
+@dataclass(frozen=True)
 class _Compiled:
-    """An integrator that is ready for any start, and the chain in its numbers.
+    """Integrators for any start of a scene, in a precision, and the chain in that precision."""
 
-    heyoka compiles fifteen times as fast without optimising, and what it compiles then takes less
-    than twice as long. So it optimises what has run for as long as that takes (`spent`, in s).
-    """
-
-    make: Callable[[int], Any]
+    pool: IntegratorPool
     chain: Chain
-    spent: float = 0.0
-    optimised: bool = False
+    formulation: str
+    precision: str
+    operations: int
 
-    def __post_init__(self) -> None:
-        self.integrator = self.make(0)
-        self.operations = len(self.integrator.decomposition) - 8
+    def follow(
+        self,
+        scene: Scene,
+        grid: Any,
+        cap: float,
+        progress: Callable[[float], None] | None,
+        most: float = math.inf,
+    ) -> _Followed | None:
+        """Return the motion at the times of a grid (s), or None if it takes `most` steps.
 
-    def optimise(self) -> None:
-        """Compile again, to the best that heyoka can do."""
-        if not self.optimised:
-            self.integrator, self.optimised = self.make(3), True
+        No step is longer than `cap` (s). Raises `IntegrationError` if the motion cannot be
+        integrated to the last time.
+        """
+        equations, kind = EQUATIONS[self.formulation], number_type(self.precision)
+        outcomes = heyoka().taylor_outcome
+        rows: list[Any] = []
+        steps, ahead = 0, grid
+        with self.pool.lend() as integrator:
+            self._start(integrator, scene)
+            while True:
+                outcome, _, _, taken, _, found = integrator.propagate_grid(
+                    ahead, max_delta_t=kind(cap), max_steps=_STEPS_AT_ONCE[self.precision]
+                )
+                # After the first check, the first time is the end of the last part.
+                known = np.array(found)[1 if rows else 0 :]
+                ahead = ahead[1 if rows else 0 :][len(known) :]
+                rows.append(known)
+                steps += taken
+                if outcome != outcomes.step_limit:
+                    break
+                if steps >= most:
+                    return None
+                if progress is not None:
+                    progress(float(integrator.time) / scene.duration)
+                # The grid continues at exactly the time of the integrator.
+                integrator.time = kind(integrator.time)
+                ahead = np.concatenate([numbers([integrator.time], self.precision), ahead])
+            reached = float(integrator.time)
+        if outcome != outcomes.time_limit:
+            raise IntegrationError(
+                f"the motion could not be integrated beyond {reached:.6g} s ({outcome.name}); it"
+                f" must stay finite until {scene.duration:.6g} s"
+            )
+        variables = np.concatenate(rows).T
+        speeds = np.array(equations.to_speeds(self.chain, variables[:2], variables[2:]))
+        return _Followed(variables[:2], speeds, steps)
+
+    def step_times(self, scene: Scene, cap: float) -> Any:
+        """Return the boundaries (s) of the steps of a motion, none longer than `cap` (s)."""
+        kind, ends = number_type(self.precision), [0.0]
+
+        def note(integrator: Any) -> bool:
+            ends.append(float(integrator.time))
+            return True
+
+        with self.pool.lend() as integrator:
+            self._start(integrator, scene)
+            integrator.propagate_until(kind(scene.duration), max_delta_t=kind(cap), callback=note)
+        return np.array(ends)
+
+    def _start(self, integrator: Any, scene: Scene) -> None:
+        """Set an integrator to the start of a scene."""
+        kind = number_type(self.precision)
+        q, u = (tuple(map(kind, pair)) for pair in (scene.q, scene.u))
+        second = EQUATIONS[self.formulation].from_speeds(self.chain, q, u)
+        integrator.state[:] = [*q, *second]
+        integrator.time = kind(0)
 
 
 def _ready(
-    scene: Scene, formulation: str, precision: str, order: int | None
-) -> tuple[_Compiled, Any]:
-    """Return a scene's compiled integrator, set to its start, and its kind of number."""
-    compiled = _compiled(
-        scene.equipped,
-        scene.effects,
+    scene: Scene, formulation: str, precision: str, order: int | None, optimised: bool
+) -> _Compiled:
+    """Return the compiled integrators of a scene."""
+    chain = scene.moving_chain
+    return _compiled(
+        Content((chain,)),
+        Content(scene.effects),
         formulation,
         precision,
         order or FULL_ORDERS[precision],
-        scene.equipped._exact_inertia,
+        optimised,
     )
-    kind = number_type(precision)
-    q = (kind(scene.q[0]), kind(scene.q[1]))
-    u = (kind(scene.u[0]), kind(scene.u[1]))
-    second = EQUATIONS[formulation].from_speeds(compiled.chain, q, u)
-    compiled.integrator.state[:] = [*q, *second]
-    compiled.integrator.time = kind(0)
-    return compiled, kind
 
 
 @functools.lru_cache(maxsize=128)
 def _compiled(
-    chain: Chain,
-    effects: tuple[Effect, ...],
+    chain: Content,
+    effects: Content,
     formulation: str,
     precision: str,
     order: int,
-    exact_inertia: Pair | None,
+    optimised: bool,
 ) -> _Compiled:
-    """Return a compiled integrator, kept for scenes that differ in their start alone.
-
-    `exact_inertia` is part of the key because chains that differ in it alone count as equal.
-    """
+    """Return compiled integrators, cached for scenes that differ only in their start."""
     hy = heyoka()
     kind = number_type(precision)
-    own = chain.convert(kind)
+    (given,) = chain.objects
+    own = given.convert(kind)
     names = ("q1", "q2", "x1", "x2")
     q1, q2, x1, x2 = hy.make_vars(*names)
-    first, second = EQUATIONS[formulation].rates(own, effects, (q1, q2), (x1, x2), hy.time)
-    system = list(zip((q1, q2, x1, x2), (*first, *second), strict=True))
-    zeros = np.array([kind(0)] * 4)
-    tolerance = kind(step_tolerance(precision, order))
-
-    def make(level: int) -> Any:
-        return hy.taylor_adaptive(
-            system,
-            zeros,
-            tol=tolerance,
-            fp_type=kind,
-            opt_level=level,
-            compact_mode=compact(precision),
-        )
-
-    return _Compiled(make, own, optimised=compact(precision))
+    first, second = EQUATIONS[formulation].rates(own, effects.objects, (q1, q2), (x1, x2), hy.time)
+    integrator = hy.taylor_adaptive(
+        list(zip((q1, q2, x1, x2), (*first, *second), strict=True)),
+        np.array([kind(0)] * 4),
+        tol=kind(step_tolerance(precision, order)),
+        fp_type=kind,
+        opt_level=3 if optimised else 0,
+        compact_mode=compact(precision),
+    )
+    operations = len(integrator.decomposition) - 8
+    return _Compiled(IntegratorPool(integrator), own, formulation, precision, operations)

@@ -1,0 +1,208 @@
+"""The program as a whole: one sentence and an exit code, whatever happens."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from twolink.cli import app
+from twolink.data import data_path
+from twolink.errors import BrowserError, FileError, IntegrationError, ParameterError
+
+FREE_FALL = data_path("scenes") / "free_fall.toml"
+
+
+def run(*words):
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def started(*words, **options):
+    return subprocess.Popen(
+        [sys.executable, "-m", "twolink.cli", *map(str, words)],
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["verify", "--states", "many"], "--states must be a whole number; got 'many'"),
+        (["simulate", "a", "--accuracy=x"], "--accuracy must be a number; got 'x'"),
+        (
+            ["verify", "--formulation", "kan"],
+            "--formulation must be one of kane, lagrange; got 'kan' (did you mean 'kane'?)",
+        ),
+        (["simulate"], "SCENE is missing; see `twolink simulate --help`"),
+        (["simulate", "--accuracy"], "Option '--accuracy' requires an argument"),
+        (["verify", "a"], "Got unexpected extra argument"),
+        (["verify", "--state", "3"], "got '--state' (did you mean '--states'"),
+        (["verfy"], "got 'verfy' (did you mean 'verify'?)"),
+        (["--verion"], "one of --version, --help; got '--verion' (did you mean '--version'?)"),
+        (["urdf", "shw"], "the command must be one of show, repair, write, convert; got 'shw'"),
+        (["\x1b[2J"], "got '\\x1b[2J'"),
+        (["hardcases", "--case", "zen"], "case must be one of zeno, zeno-slow; got 'zen'"),
+        (["hardcases", "--case", "q" * 4000], "(91 in all)"),
+        (["hardcases", "--engine", "kana"], "(did you mean 'kane'?)"),
+        (["simulate", "no\x1b[31m\nsuch"], "no\\x1b[31m\\nsuch: there is no file of this name"),
+        (["simulate", "x" * 300], ": is a name that is too long"),
+        (["simulate", "/dev/zero"], "/dev/zero: must be a regular file; got a device"),
+        (["verify", "--urdf", "/dev/zero"], "/dev/zero: must be a regular file; got a device"),
+        (["plot", FREE_FALL, "--out", "a.svg", "--kind", "angels"], "(did you mean 'angles'?)"),
+        (
+            ["plot", "a.npz", "--kind", "angles", "--out", "a.svg", "--samples", "-1"],
+            "--samples must",
+        ),
+        (["reference", FREE_FALL, "--out", "x" * 300 + ".csv"], "is a name that is too long"),
+        (["record", FREE_FALL, "--out", "a.html", "--ghost", "x" * 300], "--ghost, unless it is"),
+        (["simulate", FREE_FALL, "--out", "x" * 300 + ".csv"], "is a name that is too long"),
+        (
+            ["verify", "--json", "/dev/null"],
+            "must be a regular file, or a new one; got a device",
+        ),
+        (["verify", "--json", "/proc/x.json"], "/proc/x.json: cannot be written"),
+    ],
+)
+def test_a_refusal_is_one_short_sentence(words, sentence):
+    result = run(*words)
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert result.stderr.startswith("twolink: ")
+    assert result.stderr.count("\n") == 1
+    assert len(result.stderr) < 700
+    assert "\x1b" not in result.stderr
+    assert result.stdout == ""
+
+
+def test_without_words_it_says_what_there_is():
+    assert run().exit_code == 0
+    assert "Commands:" in run().stdout
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (IntegrationError("it failed"), 1, "it failed"),
+        (BrowserError("it failed"), 1, "it failed"),
+        (FileError("a: cannot be written (full)"), 1, "a: cannot be written (full)"),
+        (ParameterError("q must be 1; got 2"), 2, "q must be 1; got 2"),
+        (MemoryError(), 1, "there is not enough memory (none is left)"),
+        (MemoryError("needs 7 TiB"), 1, "there is not enough memory (needs 7 TiB)"),
+        (OSError(28, "No space left on device", "b"), 1, "b: No space left on device"),
+        (KeyboardInterrupt(), 130, None),
+    ],
+)
+def test_every_error_has_an_exit_code(error, code, words, monkeypatch):
+    def fails(*_):
+        raise error
+
+    monkeypatch.setattr(sys.modules["twolink.cli.simulate"], "check_target", fails)
+    result = run("simulate", FREE_FALL)
+    assert result.exit_code == code
+    assert result.stderr == (f"twolink: {words}\n" if words else "")
+
+
+def test_a_fault_of_the_program_is_not_hidden(monkeypatch):
+    def fails(*_):
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr(sys.modules["twolink.cli.simulate"], "check_target", fails)
+    assert isinstance(run("simulate", FREE_FALL).exception, ZeroDivisionError)
+
+
+@pytest.mark.parametrize("words", [["scenes"], ["verify", "--states", "20"]], ids=" ".join)
+def test_a_full_standard_output_is_one_sentence(words):
+    with Path("/dev/full").open("w") as full:
+        process = started(*words, stdout=full)
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert said == ("twolink: the standard output cannot be written to (No space left on device)\n")
+
+
+def test_a_reader_that_goes_away_is_one_sentence():
+    theirs, ours = os.pipe()
+    os.close(theirs)
+    process = started("scenes", stdout=ours)
+    os.close(ours)
+    _, said = process.communicate(timeout=60)
+    assert (process.returncode, said) == (
+        1,
+        "twolink: the standard output cannot be written to (Broken pipe)\n",
+    )
+
+
+@pytest.mark.parametrize("closed", ["stdout", "stderr", "stdin", "both"])
+def test_streams_that_are_closed_are_not_taken_for_files(closed, tmp_path):
+    """The next file that is opened would get the number of the standard output."""
+    file = tmp_path / "verdict.json"
+    shut = {"stdout": ">&-", "stderr": "2>&-", "stdin": "<&-", "both": ">&- 2>&-"}[closed]
+    command = f'"{sys.executable}" -m twolink.cli verify --states 20 --json "{file}" {shut}'
+    run = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+    if closed in ("stdout", "both"):
+        assert run.returncode == 1
+        assert not file.exists()
+        if closed == "stdout":
+            assert run.stderr == "twolink: the standard output is closed\n"
+    else:
+        assert run.returncode == 0
+        assert file.read_text().startswith("{")
+    assert "Traceback" not in run.stderr
+
+
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+)
+def test_signals_end_a_command_cleanly(number, code, tmp_path):
+    file = tmp_path / "verdict.json"
+    # A pipe that opens once the work has begun: the file's name is known to be writable then.
+    program = (
+        "import os, signal, time\n"
+        "from twolink.cli import app, verify\n"
+        "def slow(*_):\n"
+        "    print('working', flush=True)\n"
+        "    time.sleep(30)\n"
+        "verify._verdict = slow\n"
+        f"app(['verify', '--json', {str(file)!r}])\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", program.replace("from twolink.cli import app, verify\n",
+         "from twolink.cli import app\nimport sys\nverify = sys.modules['twolink.cli.verify']\n")],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout.readline() == "working\n"
+    process.send_signal(number)
+    _, said = process.communicate(timeout=20)
+    assert (process.returncode, said) == (code, "")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interrupt_before_a_command_begins_is_clean(monkeypatch):
+    from twolink import cli
+
+    def interrupted():
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "app", interrupted)
+    with pytest.raises(SystemExit) as caught:
+        cli.main()
+    assert caught.value.code == 130
+
+
+def test_an_ignored_signal_stays_ignored():
+    program = (
+        "import os, signal\n"
+        "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
+        "from twolink.cli.program import _ended_by_signals\n"
+        "with _ended_by_signals():\n"
+        "    os.kill(os.getpid(), signal.SIGHUP)\n"
+        "print('alive')\n"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert run.stdout == "alive\n"

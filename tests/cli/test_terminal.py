@@ -1,0 +1,116 @@
+"""Text is text: nothing from a file or a command line steers the terminal or is read as markup."""
+
+import ast
+import io
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from twolink.cli import app
+from twolink.cli.terminal import console, progress_bar, say, styled, write_json
+from twolink.data import data_path
+
+HOSTILE = r"[/nope] [bold]a[/] :smile: \u001b[31mred\u0007 <b>&amp;</b> $\\frac $1"
+FITTING = r"[/nope] [bold]a[/] :smile: \x1b[31mred\x07 <b>&amp;</b> $\frac $1"
+CLI = Path(__file__).parent.parent.parent / "twolink" / "cli"
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """A scene whose title, surface and file name are hostile."""
+    text = (data_path("scenes") / "free_fall.toml").read_text()
+    lines = [f'title = "{HOSTILE}"', *(x for x in text.splitlines() if not x.startswith("title"))]
+    file = tmp_path / "[red]\x1b[2J.toml"
+    file.write_text("\n".join(lines).replace("duration = 10.0", "duration = 0.5"))
+    return file
+
+
+def run(*words):
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def test_titles_are_printed_as_they_are(scene, tmp_path):
+    for words in (["simulate", scene], ["reference", scene, "--digits", "12"]):
+        result = run(*words)
+        assert result.exit_code == 0, result.output
+        assert "[/nope] [bold]a[/] :smile: \\x1b[31mred\\x07" in result.stdout
+        assert "\x1b" not in result.output
+
+
+def test_titles_in_plots_and_pages(scene, tmp_path):
+    out = tmp_path / "all.svg"
+    assert run("plot", scene, "--kind", "angles", "--out", out).exit_code == 0
+    drawn = out.read_text()
+    assert not set("\x1b\x07") & set(drawn)
+    # matplotlib keeps the words it draws in comments.
+    assert "[31mred\\x07 &lt;b" in drawn or "\\x07 <b>" in drawn
+    page = tmp_path / "a.html"
+    result = run("record", scene, "--out", page)
+    assert result.exit_code == 0, result.output
+    assert not set("\x1b\x07") & set(page.read_text())
+    assert "<b>&amp;</b>" not in page.read_text().split("<script")[0]
+
+
+def test_file_names_that_are_no_text(tmp_path):
+    file = tmp_path / b"bad\xff\x1b.toml".decode(errors="surrogateescape")
+    file.write_text((data_path("scenes") / "free_fall.toml").read_text())
+    result = run("record", file, "--out", tmp_path / "a.html", "--ghost", "kane", "--fps", "2")
+    assert result.exit_code == 0, result.output
+    result = run("simulate", f"{file}x")
+    assert result.exit_code == 2
+    assert "bad\\xff\\x1b.tomlx: there is no file" in result.stderr
+    urdf = tmp_path / b"bad\xff.urdf".decode(errors="surrogateescape")
+    urdf.write_text(data_path("twolink.urdf").read_text())
+    result = run("verify", "--urdf", urdf, "--states", "5", "--json", tmp_path / "v.json")
+    assert result.exit_code == 0, result.output
+    assert "bad\\xff.urdf in Pinocchio" in result.stdout
+    assert "bad\\udcff.urdf" in (tmp_path / "v.json").read_text()
+
+
+def test_the_console_reads_no_markup(capsys):
+    from rich.table import Table
+
+    page = console()
+    table = Table(title="[bold]title", caption="\x1b[1mcaption")
+    table.add_column("[red]head")
+    table.add_row("[/nope]\x07:smile:")
+    page.print(table)
+    page.print(styled(("[b]\x1b", "bold"), "\x9b"), "\x1b]0;window\x07")
+    said = capsys.readouterr().out
+    for words in ("[bold]title", "\\x1b[1mcaption", "[red]head", "[/nope]\\x07:smile:"):
+        assert words in said
+    assert "[b]\\x1b\\x9b" in said
+    assert not set("\x1b\x07\x9b") & set(said)
+
+
+def test_progress_reads_no_markup(monkeypatch):
+    from rich.console import Console
+
+    monkeypatch.setattr(Console, "is_terminal", True)
+    with progress_bar() as bar:
+        stream = io.StringIO()
+        bar.console.file = stream
+        bar.add_task("[/nope]\x1b[31m", total=1.0)
+        bar.refresh()
+    assert "[/nope]\\x1b[31m" in stream.getvalue()
+
+
+def test_say_escapes(capsys):
+    say("a\x1bb\nc")
+    assert capsys.readouterr().out == "a\\x1bb\nc\n"
+
+
+def test_json_of_half_a_character_is_json(tmp_path):
+    import json
+
+    write_json(tmp_path / "a.json", {"name": "\udcff", "x": float("nan")})
+    assert json.loads((tmp_path / "a.json").read_bytes()) == {"name": "\udcff", "x": "nan"}
+
+
+@pytest.mark.parametrize("file", sorted(CLI.glob("*.py")), ids=lambda file: file.stem)
+def test_only_the_terminal_s_module_prints(file):
+    """All that is printed goes one way, on which text is text."""
+    tree = ast.parse(file.read_text())
+    calls = {ast.unparse(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    assert file.stem == "terminal" or not calls & {"typer.echo", "print", "Console", "typer.secho"}

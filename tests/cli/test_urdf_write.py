@@ -1,0 +1,59 @@
+import pytest
+from typer.testing import CliRunner
+
+from twolink.chain import Chain
+from twolink.cli import app
+from twolink.data import data_path
+from twolink.urdf import read_planar_urdf
+
+
+def run(*arguments: object):
+    return CliRunner().invoke(app, ["urdf", "write", *map(str, arguments)])
+
+
+def test_by_default_it_is_the_shipped_file(tmp_path):
+    out = tmp_path / "arm.urdf"
+    result = run("--out", out)
+    assert (result.exit_code, result.stdout.split()) == (0, [str(out)])
+    assert out.read_bytes() == data_path("twolink.urdf").read_bytes()
+
+
+def test_every_parameter(tmp_path):
+    out = tmp_path / "arm.urdf"
+    result = run(
+        *("--out", out, "--mass", 2, 3, "--length", 1, 0.5, "--centre", 0.4, 0.1, 0.2, -0.3),
+        *("--inertia", 0.7, 0.2, "--joint", "revolute", "--limits", -1, 2, -3, 0.5),
+        *("--damping", 0.1, 0.2, "--friction", 0.3, 0.4, "--name", "mine"),
+    )
+    assert result.exit_code == 0
+    read = read_planar_urdf(out)
+    chain = Chain((2.0, 3.0), (1.0, 0.5), ((0.4, 0.1), (0.2, -0.3)), (0.7, 0.2))
+    assert Chain.from_links(read.links) == chain
+    assert read.limits == ((-1.0, 2.0), (-3.0, 0.5))
+    assert (read.damping, read.friction) == ((0.1, 0.2), (0.3, 0.4))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--mass", "-1", "1"], "mass must be a positive"),
+        (["--length", "0", "1"], "length must be a positive"),
+        (["--inertia", "-1", "1"], "inertia must be zero or a positive"),
+        (["--joint", "revolute"], "--joint revolute needs --limits"),
+        (["--joint", "continuous", "--limits", "0", "1", "0", "1"], "--joint must be revolute"),
+        (["--limits", "1", "0", "0", "1"], "limits must be a lower angle below an upper one"),
+        (["--damping", "-1", "0"], "damping must be zero"),
+        (["--name", ""], "name must be printable"),
+    ],
+)
+def test_refusals(tmp_path, arguments, words):
+    out = tmp_path / "arm.urdf"
+    result = run("--out", out, *arguments)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert words in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert not out.exists()
+
+
+def test_a_target_of_another_kind(tmp_path):
+    assert run("--out", tmp_path / "arm.txt").exit_code == 2

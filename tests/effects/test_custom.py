@@ -1,0 +1,190 @@
+"""Effects of users: one sentence for what cannot be compiled, whatever the method would be."""
+
+import math
+import threading
+from dataclasses import dataclass, replace
+from math import sin as plain_sin
+
+import numpy as np
+import pytest
+
+from twolink import arithmetic
+from twolink.arithmetic import cos, exp, sign, sin, sqrt
+from twolink.chain import Chain
+from twolink.effects import Effect
+from twolink.effects.gravity import Gravity
+from twolink.errors import ParameterError
+from twolink.kinematics import velocity
+from twolink.loads import Force, Torque, motor_loads
+from twolink.scene import Scene
+from twolink.simulation import simulate
+
+SCENE = Scene(Chain.uniform_bars(), (0.3, 0.5), (0.2, -0.1), 0.5, (Gravity(),))
+
+
+class Acting(Effect):
+    """An effect whose loads are a function of the state."""
+
+    def __init__(self, function):
+        self.function = function
+
+    def loads(self, chain, q, u, t=0.0):
+        return self.function(chain, q, u, t)
+
+
+def a_torque(function):
+    return Acting(lambda chain, q, u, t: (Torque(1, function(q, u, t)),))
+
+
+def branching(chain, q, u, t):
+    if u[0] == 0:
+        return ()
+    return (Torque(1, u[0]),)
+
+
+def branching_on_time(chain, q, u, t):
+    if t < 1:
+        return ()
+    return (Torque(1, u[0]),)
+
+
+@pytest.mark.parametrize(
+    ("effect", "words"),
+    [
+        (a_torque(lambda q, u, t: np.sin(q[0])), "calls numpy.sin in `np.sin"),
+        (a_torque(lambda q, u, t: math.sin(q[0])), "no value .*|none yet, in `math.sin"),
+        (a_torque(lambda q, u, t: plain_sin(q[0])), "in `plain_sin"),
+        (a_torque(lambda q, u, t: np.hypot(q[0], 1.0)), "calls numpy.hypot"),
+        (a_torque(lambda q, u, t: abs(u[0])), "in `abs"),
+        (a_torque(lambda q, u, t: max(u)), "compares a number"),
+        (a_torque(lambda q, u, t: float(u[0])), "in `float"),
+        (a_torque(lambda q, u, t: sign(u[0])), "takes a sign, which is not smooth"),
+        (a_torque(lambda q, u, t: q[0] ** 0.5), "takes a power"),
+        (a_torque(lambda q, u, t: 1.0 if u[0] else 2.0), "none yet, in `"),
+        (Acting(branching), "compares a number that has no value yet, in `u"),
+        (Acting(branching_on_time), "compares a number that has no value yet, in `t < 1"),
+    ],
+)
+def test_loads_that_cannot_be_compiled(effect, words):
+    with pytest.raises(ParameterError, match=words) as caught:
+        replace(SCENE, effects=(effect,))
+    sentence = str(caught.value)
+    assert sentence.startswith("effect Acting: loads ")
+    assert "twolink.arithmetic" in sentence
+    assert "\n" not in sentence
+
+
+@pytest.mark.parametrize(
+    ("function", "words"),
+    [
+        (lambda *_: None, "effect Acting: loads must be a tuple of Force and Torque; got None"),
+        (
+            lambda *_: Torque(1, 2.0),
+            "effect Acting: loads must be a tuple of Force and Torque; got",
+        ),
+        (lambda *_: (1.0,), r"loads must be a tuple of Force and Torque; got 1\.0 in it"),
+        (lambda *_: (Torque(3, 1.0),), "effect Acting: link must be 1 or 2; got 3"),
+        (lambda *_: (Torque(1, "2"),), "effect Acting: a load must be a number; got '2'"),
+        (lambda c, *_: (Force(c.D, 1.0),), "components must be a pair of numbers; got 1"),
+        (lambda c, q, u, t: 1 / 0, "raised ZeroDivisionError: division by zero"),
+        (lambda chain: (), "raised TypeError: "),
+    ],
+)
+def test_loads_that_are_none(function, words):
+    with pytest.raises(ParameterError, match=words):
+        replace(SCENE, effects=(Acting(function),))
+
+
+@pytest.mark.parametrize("effect", [3, "gravity", None, Gravity, object(), Acting])
+def test_what_is_no_effect(effect):
+    words = "effects must be a sequence of instances of twolink.effects.Effect; got .* in it"
+    with pytest.raises(ParameterError, match=words):
+        replace(SCENE, effects=(effect,))
+
+
+def test_what_cannot_be_copied_or_compared():
+    locked = Acting(lambda *_: ())
+    locked.lock = threading.Lock()
+    with pytest.raises(ParameterError, match="Acting must be an object that copy"):
+        replace(SCENE, effects=(locked,))
+
+    @dataclass
+    class Field(Effect):
+        values: object
+
+        def loads(self, chain, q, u, t=0.0):
+            return ()
+
+    with pytest.raises(ParameterError, match="effect Field must be an object that can be compared"):
+        replace(SCENE, effects=(Field(np.zeros(3)),))
+
+
+class Everything(Effect):
+    """All that loads may do, and the same by hand for floats."""
+
+    def __init__(self, size=1.0):
+        self.size = size
+
+    def loads(self, chain, q, u, t=0.0):
+        vx, vy = velocity(chain, q, u, chain.D)
+        drag = Force(chain.D, (-0.1 * vx * vx * vx, np.float64(-0.1) * vy**3))
+        tau = self.size * sin(3 * t) * exp(-(u[0] ** 2)) / sqrt(1 + u[1] * u[1])
+        return (drag, *motor_loads(tau, cos(q[0]) - 0.5))
+
+
+@pytest.mark.parametrize("method", ["taylor", "DOP853", "rk4", "gauss-legendre-4", "LSODA"])
+def test_all_functions_of_arithmetic_act_by_every_method(method):
+    scene = replace(SCENE, effects=(Gravity(), Everything()), accuracy=1e-6, method=method)
+    expected = simulate(replace(scene, method="taylor"), accuracy=1e-11)
+    found = simulate(scene)
+    assert found.met
+    assert found.q == pytest.approx(expected.q, abs=1e-6)
+
+
+def test_a_changed_effect_is_never_served_from_a_cache():
+    wind = Everything(1.0)
+    first = simulate(replace(SCENE, effects=(wind,)))
+    wind.size = 5.0
+    second = simulate(replace(SCENE, effects=(wind,)))
+    assert abs(first.q - second.q).max() > 1e-3
+    fresh = simulate(replace(SCENE, effects=(Everything(5.0),)))
+    assert (second.q == fresh.q).all()
+
+
+def test_a_scene_keeps_the_effect_that_it_was_given():
+    wind = Everything(1.0)
+    scene = replace(SCENE, effects=(wind,))
+    before = simulate(scene)
+    wind.size = 5.0
+    assert (simulate(scene).q == before.q).all()
+    assert (before.at(before.t)[0] == before.q).all()
+
+
+def test_a_changed_effect_of_a_scene_is_simulated_anew_and_old_trajectories_stay():
+    scene = replace(SCENE, effects=(Everything(1.0),))
+    before = simulate(scene)
+    scene.effects[0].size = 5.0
+    assert abs(simulate(scene).q - before.q).max() > 1e-3
+    assert (before.at(before.t)[0] == before.q).all()
+    assert before.scene.effects[0].size == 1.0
+
+
+def test_a_frozen_effect_is_kept_as_it_is():
+    @dataclass(frozen=True)
+    class Steady(Effect):
+        tau: float
+
+        def loads(self, chain, q, u, t=0.0):
+            return motor_loads(self.tau, 0.0)
+
+    effect = Steady(1.0)
+    scene = replace(SCENE, effects=[effect])
+    assert scene.effects[0] is effect
+    simulate(scene)
+    assert simulate(replace(scene, q=(0.1, 0.1))).statistics.compile_seconds < 0.02
+
+
+def test_functions_of_arithmetic_are_all_known():
+    """What is offered to users is tried out, but for the sign, which is not smooth."""
+    offered = {n for n in vars(arithmetic) if n in ("sin", "cos", "sqrt", "exp", "sign")}
+    assert offered == {"sin", "cos", "sqrt", "exp", "sign"}

@@ -1,0 +1,105 @@
+"""The contracts of effects: a class that lacks a method cannot be instantiated."""
+
+import inspect
+
+import pytest
+
+from twolink import effects
+from twolink.chain import Chain
+from twolink.effects import (
+    EFFECTS,
+    ConservativeEffect,
+    ContactEffect,
+    Effect,
+    EndForce,
+    Gravity,
+    JointFriction,
+    JointSpring,
+    JointStop,
+    MotorInertia,
+    ParametricEffect,
+    PiecewiseEffect,
+    RotorEffect,
+    SampledTorque,
+    contact_elements,
+    discontinuities,
+    effect_class,
+    pieces_at,
+    potential_energy,
+    smooth_loads,
+    with_rotors,
+)
+from twolink.loads import motor_loads
+
+BARS = Chain.uniform_bars()
+Q, U = (0.3, 0.5), (0.2, -0.1)
+STEPS = SampledTorque((0.0, 1.0), (1.0, 2.0), (0.0, 0.0), "hold")
+CONTRACTS = [
+    (Effect, {"loads"}),
+    (ConservativeEffect, {"loads", "potential_energy"}),
+    (ContactEffect, {"loads", "smooth_loads", "contact_elements"}),
+    (RotorEffect, {"with_rotors"}),
+    (PiecewiseEffect, {"loads", "discontinuities", "piece_at"}),
+    (ParametricEffect, {"loads", "numbers", "with_numbers"}),
+]
+
+
+@pytest.mark.parametrize(
+    ("contract", "methods"), CONTRACTS, ids=lambda x: getattr(x, "__name__", "")
+)
+def test_an_incomplete_effect_is_refused_by_the_name_of_what_is_missing(contract, methods):
+    assert contract.__abstractmethods__ == methods
+    for missing in methods:
+        names = {name: lambda self, *_: () for name in methods - {missing}}
+        incomplete = type("Incomplete", (contract,), names)
+        with pytest.raises(TypeError, match=rf"abstract method '?{missing}'?"):
+            incomplete()
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_every_registered_effect_fulfils_a_contract(name):
+    kind = effect_class(name)
+    assert issubclass(kind, Effect)
+    assert not inspect.isabstract(kind)
+
+
+def test_the_contracts_are_public():
+    assert {contract.__name__ for contract, _ in CONTRACTS} <= set(dir(effects))
+
+
+def test_smooth_loads_are_those_beside_contact_elements():
+    """The loads of friction and stops depend on the mode; those of a force on D do not."""
+    force = EndForce(-2.0, 0.5)
+    acting = (Gravity(), JointFriction((1.0, 1.0)), JointStop("A", lower=0.0), force)
+    found = smooth_loads(acting, BARS, Q, U)
+    assert found == (*Gravity().loads(BARS, Q, U), *force.smooth_loads(BARS, Q, U))
+    assert len(contact_elements(acting, BARS)) == 4
+
+
+def test_an_effect_has_smooth_loads_unless_it_says_otherwise():
+    class Motor(Effect):
+        def loads(self, chain, q, u, t=0.0):
+            return motor_loads(1.0, 0.0)
+
+    assert smooth_loads((Motor(),), BARS, Q, U) == motor_loads(1.0, 0.0)
+    assert contact_elements((Motor(),), BARS) == ()
+
+
+def test_potential_energies_are_added():
+    spring = JointSpring((2.0, 3.0))
+    total = potential_energy((Gravity(), spring, MotorInertia((0.1, 0.0))), BARS, Q)
+    assert total == Gravity().potential_energy(BARS, Q) + spring.potential_energy(BARS, Q)
+
+
+def test_pieces_follow_each_other_at_the_discontinuities():
+    acting = (Gravity(), STEPS)
+    assert discontinuities(acting) == (0.0, 1.0)
+    before, after = (pieces_at(acting, t)[1].loads(BARS, Q, U, t) for t in (0.5, 1.5))
+    assert before == STEPS.loads(BARS, Q, U, 0.5)
+    assert after == STEPS.loads(BARS, Q, U, 1.5)
+    assert pieces_at(acting, 0.5)[0] is acting[0]
+
+
+def test_rotors_of_all_effects_are_added():
+    chain = with_rotors((MotorInertia((0.1, 0.0)), Gravity(), MotorInertia((0.0, 0.2))), BARS)
+    assert len(chain.rotors) == 2

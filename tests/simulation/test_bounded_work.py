@@ -1,0 +1,176 @@
+"""Bounded work: what would take too long or too much memory is refused with an estimate."""
+
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from twolink.accuracy.reference import reference
+from twolink.chain import Chain
+from twolink.cli import app
+from twolink.data import data_path
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.joint_torque import JointTorque
+from twolink.effects.pd_control import PdControl
+from twolink.errors import SimulationError, TooMuchError, TwolinkError
+from twolink.limits import UNLIMITED, Limits
+from twolink.scene import Scene
+from twolink.simulation import simulate
+from twolink.simulation.hybrid.run import hybrid_run
+
+FALL = Scene(Chain.uniform_bars(), (0.3, 0.5), (0.0, 0.0), 1.0, (Gravity(),))
+DIVERGING = replace(FALL, duration=60.0, effects=(Gravity(), PdControl((0.0, 0.0), (-50.0, -50.0))))
+DRIVEN = replace(
+    FALL,
+    effects=(
+        JointTorque(amplitude=(5.0, 2.0), frequency=(3.0, 2.0)),
+        JointFriction((1.0, 0.5), (1.2, 0.6)),
+    ),
+)
+SHIPPED_STOPS = Scene.load(data_path("scenes") / "joint_stops.toml")
+STOPS = replace(FALL, effects=(Gravity(), JointStop("B", -1.0, 1.0, 1.0)))
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        replace(FALL, duration=1e308),
+        replace(Scene.load(data_path("scenes") / "joint_stops.toml"), duration=1e6),
+    ],
+    ids=["1e308 s", "1e6 s of stops"],
+)
+def test_a_duration_without_end_is_refused_soon(scene):
+    with pytest.raises(
+        TooMuchError, match=r"the motion over .* s would take .* of (computing|memory)"
+    ):
+        simulate(scene)
+
+
+@pytest.mark.parametrize("method", ["taylor", "DOP853", "rk4"])
+def test_control_that_diverges_is_refused_soon(method):
+    """By fixed steps it produces non-finite values, which is another message."""
+    with pytest.raises(
+        SimulationError, match=r"would take .* of computing|could not be integrated"
+    ):
+        simulate(DIVERGING, method=method, accuracy=1e-3, limits=Limits(seconds=60.0))
+
+
+def test_a_duration_that_is_next_to_nothing():
+    found = simulate(replace(FALL, duration=5e-324))
+    assert np.isfinite(found.q).all()
+
+
+def test_rest_without_effects():
+    result = CliRunner().invoke(app, ["simulate", str(data_path("scenes") / "free_fall.toml")])
+    assert result.exit_code == 0
+    found = simulate(replace(FALL, q=(0.0, 0.0), effects=()))
+    assert found.met
+    assert not found.q.any()
+
+
+def test_memory_of_a_run_with_events_is_refused_with_an_estimate():
+    scene = replace(DRIVEN, duration=3e5)
+    with pytest.raises(TooMuchError, match=r"300000 s would take about .* of memory \(0\..% are"):
+        hybrid_run(scene, np.linspace(0, 3e5, 3), limits=Limits(memory=20e6))
+
+
+def test_the_memory_of_a_run_is_estimated_rightly():
+    """The estimate of a tenth of the run is near to all that the run has in the end."""
+    scene = replace(DRIVEN, duration=100.0)
+    run = hybrid_run(scene, np.array([0.0, 100.0]))
+    size = sum(b.coefficients.nbytes for arc in run.arcs for b in arc.blocks)
+    size += 4000 * len(run.arcs)
+    hybrid_run(scene, np.array([0.0, 100.0]), limits=Limits(memory=size + 1))
+    with pytest.raises(TooMuchError):
+        hybrid_run(scene, np.array([0.0, 100.0]), limits=Limits(memory=size - 1))
+
+
+@pytest.mark.parametrize("samples", [10**7, 10**12, 10**30])
+def test_too_many_samples_are_refused_beforehand(samples):
+    start = time.monotonic()
+    with pytest.raises(TooMuchError, match=rf"^{samples} samples would take about .* of memory"):
+        simulate(FALL, samples=samples)
+    assert time.monotonic() - start < 1
+
+
+def test_by_force():
+    with pytest.raises(TooMuchError):
+        simulate(FALL, samples=1000, limits=Limits(memory=1e6))
+    assert simulate(FALL, samples=1000, limits=UNLIMITED).met
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["verify", "--states", "99999999999999"],
+        ["simulate", str(data_path("scenes") / "free_fall.toml"), "--samples", "999999999999"],
+        [
+            *["plot", str(data_path("scenes") / "free_fall.toml"), "--samples", "99999999999"],
+            *["--kind", "angles", "--out", "never.svg"],
+        ],
+    ],
+)
+def test_commands_refuse_with_an_estimate(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code == 2
+    assert "would take about" in result.stderr
+    assert "--force lifts it" in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_reference_at_the_start():
+    assert reference(FALL, 20, (0.0,)).states[0][0] == "0.29999999999999998890"
+    stopped = reference(replace(STOPS, duration=0.1), 20, (0.0,))
+    assert stopped.states[0][0] == "0.29999999999999998890"
+
+
+@pytest.mark.parametrize(
+    ("digits", "times", "words"),
+    [
+        ("60", None, "digits must be a whole number of 0 or more; got '60'"),
+        (60.5, None, r"digits must be a whole number of 0 or more; got 60\.5"),
+        (20, "0.5", "times must be a number of seconds, or a row of them; got '0.5'"),
+        (20, (0.5, float("nan")), "times must increase from 0 to 1 s"),
+    ],
+)
+def test_wrong_arguments_of_reference(digits, times, words):
+    with pytest.raises(TwolinkError, match=words):
+        reference(FALL, digits, times)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("options", "busy"),
+    [
+        (["reference", "general.toml", "--digits", "900"], 8.0),
+        (["reference", "general.toml", "--digits", "350", "--rigorous"], 12.0),
+        (["simulate", "general.toml", "--accuracy", "1e-25", "--force"], 3.0),
+        (["verify", "--states", "99999999", "--force"], 3.0),
+    ],
+)
+def test_ctrl_c_is_answered_within_a_second(options, busy):
+    """And two more on a machine that is busy."""
+    import signal
+
+    words = [str(data_path("scenes") / w) if w.endswith(".toml") else w for w in options]
+    program = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"
+    program += "from twolink.cli import main; main()"
+    run = subprocess.Popen(
+        [sys.executable, "-c", program, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    time.sleep(busy)
+    assert run.poll() is None
+    start = time.monotonic()
+    run.send_signal(signal.SIGINT)
+    _, errors = run.communicate(timeout=60)
+    assert time.monotonic() - start < 3
+    assert run.returncode == 130
+    assert b"Traceback" not in errors

@@ -1,0 +1,64 @@
+"""The contributor's guide and the architecture page name what is there."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PAGES = ["CONTRIBUTING.md", "docs/architecture.md", "docs/derivation.md"]
+GUIDE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_files_that_are_named_are_there(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for name in re.findall(r"`((?:twolink|tests|docs|viz|models)/[\w./]*)`", text):
+        if not re.search(r"/a/(test_)?b\.py$", name):
+            assert (ROOT / name).exists(), name
+    for link in re.findall(r"\]\(([\w./]+)\)", text):
+        assert ((ROOT / page).parent / link).exists(), link
+
+
+@pytest.mark.parametrize(
+    ("file", "names"),
+    [
+        ("twolink/effects/__init__.py", ["EFFECTS", "__all__"]),
+        ("twolink/contact/impact_laws.py", ["LAWS", "rough_impulse", "guided_impulse"]),
+        ("twolink/effects/compliant_surface.py", ["_LAWS", "_law"]),
+        ("twolink/verification/jointspace.py", ["FORMULATIONS"]),
+        ("twolink/simulation/smooth/equations.py", ["EQUATIONS"]),
+        ("twolink/simulation/hybrid/formulations.py", ["FORMULATIONS"]),
+        ("twolink/engines/registry.py", ["ENGINES"]),
+        ("twolink/cli/plot.py", ["OF_MOTION", "_plots_of_motion"]),
+        ("twolink/hardcases/friction.py", ["CASES"]),
+    ],
+)
+def test_what_is_to_be_extended_has_its_name(file, names):
+    text = (ROOT / file).read_text(encoding="utf-8")
+    for name in names:
+        assert f"`{name}`" in GUIDE
+        assert re.search(rf"^\s*(def )?{name}\b", text, re.MULTILINE), name
+
+
+def test_there_are_five_commands():
+    console = re.search(r"```console\n(.*?)```", GUIDE, re.DOTALL)
+    assert console is not None
+    assert len(console[1].splitlines()) == len(re.findall(r"^\d\. ", GUIDE, re.MULTILINE)) == 5
+
+
+def test_hooks_are_local():
+    hooks = (ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8")
+    assert re.findall(r"repo: (\S+)", hooks) == ["local"]
+    assert set(re.findall(r"language: (\S+)", hooks)) == {"system"}
+
+
+def test_the_license_is_the_same_everywhere():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert project["license"] == "BSD-2-Clause"
+    assert "urls" not in project
+    assert (ROOT / "LICENSE").read_text(encoding="utf-8").startswith("BSD 2-Clause License")
+    assert f"license: {project['license']}\n" in citation
+    assert f"version: {project['version']}\n" in citation

@@ -1,0 +1,49 @@
+"""The fuzz campaign: hostile inputs are handled, and its checks fire on commands that are wrong."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.fuzz.__main__ import campaign
+from tests.fuzz.dice import Input
+from tests.fuzz.run import Ended, faults
+
+
+@pytest.mark.parametrize(
+    ("given", "ended", "words"),
+    [
+        (Input([], refused=True), Ended(2, "", "twolink: no\n", 0.1), None),
+        (Input([]), Ended(None, "", "", 60.0), "hangs"),
+        (Input([]), Ended(70, "", "", 0.1), "exit code 70"),
+        (Input([]), Ended(-11, "", "", 0.1), "exit code -11"),
+        (Input([]), Ended(1, "", "Traceback (most", 0.1), "a traceback"),
+        (Input([], refused=True), Ended(0, "", "a\n", 0.1), "exit code 0 where 2 is due"),
+        (Input([], refused=False), Ended(2, "", "a\n", 0.1), "exit code 2 where 0 is due"),
+        (Input([], refused=True), Ended(2, "", "a\nb\n", 0.1), "2 lines of a refusal"),
+        (Input([]), Ended(2, "", "x" * 2000, 0.1), "2000 characters"),
+        (Input([]), Ended(0, "\x1b[31m", "", 0.1), "an escape sequence"),
+    ],
+)
+def test_the_checks_fire(given, ended, words, tmp_path):
+    found = faults(given, ended, set(), tmp_path)
+    assert found == [] if words is None else any(fault.startswith(words) for fault in found)
+
+
+def test_files_that_are_left_are_seen(tmp_path):
+    (tmp_path / ".twolink-1").touch()
+    (tmp_path / "a.json").touch()
+    given = Input([], out=(tmp_path / "a.json",))
+    assert faults(given, Ended(0, "", "", 0.1), set(), tmp_path) == ["left behind: .twolink-1"]
+    found = faults(given, Ended(2, "", "a\n", 0.1), set(), tmp_path)
+    assert "a.json written" in found
+
+
+@pytest.mark.slow
+def test_five_hundred_inputs():
+    here = Path.cwd()
+    lines, codes = campaign(500, seed=20261122)
+    assert lines == []
+    assert codes[0] > 50
+    assert codes[2] > 200
+    assert os.getcwd() == str(here)

@@ -1,0 +1,163 @@
+"""Arguments as values: tuples and Python's numbers, or one sentence that names the argument."""
+
+import itertools
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+import pytest
+import sympy
+
+from twolink import inputs
+from twolink.errors import ParameterError
+from twolink.text import quoted
+
+
+@pytest.mark.parametrize(
+    ("given", "kept"),
+    [
+        (1, 1),
+        (0.5, 0.5),
+        (np.float64(0.5), 0.5),
+        (np.float32(0.5), 0.5),
+        (np.int8(3), 3),
+        (np.array(2.0), 2.0),
+        (Fraction(1, 3), Fraction(1, 3)),
+        (np.longdouble(2), np.longdouble(2)),
+        (sympy.Symbol("x"), sympy.Symbol("x")),
+    ],
+)
+def test_numbers_of_any_kind(given, kept):
+    found = inputs.as_number("x", given)
+    assert found == kept
+    assert type(found) is type(kept)
+
+
+@pytest.mark.parametrize(
+    "given", ["1", b"1", None, True, np.True_, [1.0], (1.0,), {}, np.zeros(2), object(), float, 1j]
+)
+def test_what_is_no_number_is_refused(given):
+    with pytest.raises(ParameterError, match="x must be a number; got ") as caught:
+        inputs.as_number("x", given)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("given", [10**400, -(10**400)])
+def test_an_integer_beyond_float64_is_refused(given):
+    with pytest.raises(ParameterError, match="x must be a number that float64 can hold; got"):
+        inputs.as_number("x", given)
+
+
+@pytest.mark.parametrize("given", [0.0, -1.0, math.nan, math.inf])
+def test_what_is_not_positive_is_refused(given):
+    with pytest.raises(ParameterError, match="x must be a positive number; got"):
+        inputs.as_positive("x", given)
+
+
+@pytest.mark.parametrize("given", [math.nan, math.inf])
+def test_what_is_not_finite_is_refused(given):
+    with pytest.raises(ParameterError, match="x must be a finite real number; got"):
+        inputs.as_real("x", given)
+
+
+@pytest.mark.parametrize("given", [1, np.int64(1)])
+def test_counts(given):
+    assert inputs.as_count("n", given, 1) == 1
+
+
+@pytest.mark.parametrize("given", [0, -1, 1.0, "1", None, True])
+def test_what_is_no_count_is_refused(given):
+    with pytest.raises(ParameterError, match="n must be a whole number of 1 or more; got"):
+        inputs.as_count("n", given, 1)
+
+
+@pytest.mark.parametrize(
+    "given", [(1.0, 2.0), [1.0, 2.0], np.array([1.0, 2.0]), (x for x in (1.0, 2.0)), range(1, 3)]
+)
+def test_sequences_become_tuples(given):
+    found = inputs.as_pair("q", given)
+    assert found == (1.0, 2.0)
+    assert type(found) is tuple
+    assert all(type(x) in (int, float) for x in found)
+
+
+@pytest.mark.parametrize(
+    "given", [1.0, "ab", (1.0,), (1.0, 2.0, 3.0), {1.0, 2.0}, {1: 2, 3: 4}, None, np.array(1.0)]
+)
+def test_what_is_no_pair_is_refused(given):
+    with pytest.raises(ParameterError, match="q must be a pair of numbers; got"):
+        inputs.as_pair("q", given)
+
+
+def test_an_entry_is_named():
+    with pytest.raises(ParameterError, match=r"q\[1\] must be a number; got 'b'"):
+        inputs.as_pair("q", (1.0, "b"))
+    with pytest.raises(ParameterError, match=r"q\[0\] must be a number; got array"):
+        inputs.as_pair("q", np.eye(2))
+
+
+def test_a_generator_without_an_end_is_refused(monkeypatch):
+    monkeypatch.setattr(inputs, "MOST_ENTRIES", 100)
+    with pytest.raises(ParameterError, match="effects must have 100 entries or fewer"):
+        inputs.as_tuple("effects", itertools.count(), "a sequence")
+
+
+@pytest.mark.parametrize("given", ["abc", "1", [[1.0]], None, {}, ["a"], [1.0, [2.0]]])
+def test_what_is_no_row_of_times_is_refused(given):
+    with pytest.raises(ParameterError, match="times must be a number of seconds, or a row of"):
+        inputs.as_times(given)
+
+
+def test_times():
+    assert inputs.as_times(1).tolist() == [1.0]
+    assert inputs.as_times(x / 2 for x in range(3)).tolist() == [0.0, 0.5, 1.0]
+
+
+def test_what_is_shown_is_one_short_line():
+    class Rude:
+        def __repr__(self):
+            raise RuntimeError
+
+    assert quoted(float) == "the class float"
+    assert quoted(Rude()) != ""
+    assert len(quoted("x" * 9999)) < 150
+    assert "\n" not in quoted(np.eye(3))
+
+
+@dataclass(frozen=True)
+class Drawn:
+    size: float
+    pair: tuple[float, float] | None = None
+    rows: tuple[float, ...] = ()
+    kind: Literal["a", "b"] = "a"
+    on: tuple[Literal["B", "D"], ...] = ("D",)
+    whole: bool = False
+
+    def __post_init__(self):
+        inputs.take_fields(self, "drawn")
+
+
+def test_fields_are_taken_by_their_annotations():
+    drawn = Drawn(np.float32(1), [1, 2], iter([3.0]), "b", ["B"], np.True_)
+    assert drawn == Drawn(1.0, (1, 2), (3.0,), "b", ("B",), True)
+    assert hash(drawn)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"size": None}, "drawn: size must be a number; got None"),
+        ({"pair": "ab"}, "drawn: pair must be a pair of numbers; got 'ab'"),
+        ({"pair": (1, "b")}, r"drawn: pair\[1\] must be a number; got 'b'"),
+        ({"rows": 3}, "drawn: rows must be a sequence of numbers; got 3"),
+        ({"kind": ["a"]}, r"drawn: kind must be a string; got \['a'\]"),
+        ({"on": "D"}, "drawn: on must be a sequence of strings; got 'D'"),
+        ({"on": [1]}, r"drawn: on\[0\] must be a string; got 1"),
+        ({"whole": 1}, "drawn: whole must be True or False; got 1"),
+    ],
+)
+def test_a_field_that_is_something_else_is_refused(change, words):
+    with pytest.raises(ParameterError, match=words):
+        Drawn(**{"size": 1.0, **change})

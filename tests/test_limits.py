@@ -1,0 +1,92 @@
+"""Limits of time and memory: runs that would take more end with an estimate."""
+
+import math
+
+import pytest
+
+from twolink import limits
+from twolink.errors import TooMuchError
+from twolink.limits import UNLIMITED, Forecast, Limits, in_bytes, in_time
+
+
+def test_a_forecast_goes_by_the_recent_pace():
+    forecast = Forecast(1.0)
+    assert forecast.total(0.1, 0.5) == 0.0
+    assert forecast.total(0.2, 1.0) == 0.0
+    # Half as fast from now on: 1 s so far, 1 s for 0.1, 7 s for what is left.
+    assert forecast.total(0.3, 2.0) == pytest.approx(min(1.0 + 4.0, 2.0 + 7.0))
+    assert forecast.total(0.4, 3.0) == pytest.approx(2.0 + 7.0)
+
+
+def test_one_slow_part_is_no_forecast():
+    forecast = Forecast(1.0)
+    forecast.total(0.2, 1.0)
+    assert forecast.total(0.2, 5.0) < 10
+    assert forecast.total(0.4, 6.0) < 10
+
+
+def test_a_run_that_stands_still_never_ends():
+    forecast = Forecast(1.0)
+    forecast.total(0.2, 1.0)
+    forecast.total(0.2, 2.0)
+    assert forecast.total(0.2, 3.0) == math.inf
+
+
+@pytest.mark.parametrize(("share", "words"), [(1e-9, "about .* years"), (0.0, "more time")])
+def test_a_run_that_is_too_long_is_ended(share, words, monkeypatch):
+    clock = iter(range(0, 1000, 2))
+    monkeypatch.setattr(limits, "thread_time", lambda: next(clock))
+    told = []
+    progress = Limits(seconds=600.0).timed("the motion", told.append)
+    progress(share)
+    with pytest.raises(TooMuchError, match=rf"the motion would take {words}.*; the limit is 10 m"):
+        progress(share * 2)
+    assert told[0] == share
+
+
+def test_nothing_ends_a_run_without_limits(monkeypatch):
+    clock = iter(range(0, 10_000, 100))
+    monkeypatch.setattr(limits, "thread_time", lambda: next(clock))
+    progress = UNLIMITED.timed("the motion")
+    for _ in range(50):
+        progress(0.0)
+    UNLIMITED.check_memory("samples", 1e300)
+
+
+def test_memory():
+    Limits().check_memory("3 samples", 1e3)
+    with pytest.raises(TooMuchError) as caught:
+        Limits().check_memory("samples", 7e12)
+    assert str(caught.value) == (
+        "samples would take about 7 TB of memory; the limit is 4 GB (--force lifts it, and "
+        "limits=UNLIMITED in Python)"
+    )
+
+
+def test_growth_is_refused_before_it_is_there():
+    growth = Forecast(1e6)
+    bounds = Limits(memory=1e9)
+    bounds.check_growth("the motion", growth, 0.0001, 1e6)
+    with pytest.raises(TooMuchError, match=r"about 10 GB of memory \(0\.0% are done\)"):
+        bounds.check_growth("the motion", growth, 0.0002, 2e6)
+    with pytest.raises(TooMuchError, match="about 2 GB"):
+        bounds.check_growth("the motion", Forecast(1e99), 0.9, 2e9)
+
+
+def test_words():
+    assert in_bytes(2.5e9) == "2.5 GB"
+    assert in_bytes(12) == "12 bytes"
+    assert in_time(90) == "1.5 minutes"
+    assert in_time(3600) == "60 minutes"
+    assert in_time(1e7) == "116 days"
+
+
+def test_a_slow_part_of_a_run_does_not_end_it(monkeypatch):
+    """A third of the work is done at once, and then nothing for 10 s of the 3600 s allowed."""
+    clock = iter([0.0, 0.1, 2.0, 4.0, 6.0, 10.0, 61.0])
+    monkeypatch.setattr(limits, "thread_time", lambda: next(clock))
+    report = Limits().timed("a run")
+    for share in (0.3, 0.33, 0.33, 0.33, 0.33):
+        report(share)
+    with pytest.raises(TooMuchError):
+        report(0.33)

@@ -1,0 +1,45 @@
+import pytest
+
+from twolink.text import choice, one_line, printable, quoted
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("Ärger θ̇ 摆 [bold]", "Ärger θ̇ 摆 [bold]"),
+        ("\x1b[31mred", "\\x1b[31mred"),
+        ("a\x00b\x07c\rd\x7fe\x9bf", "a\\x00b\\x07c\\rd\\x7fe\\x9bf"),
+        ("a\u202eb\u2066c\u2028d\ufeff", "a\\u202eb\\u2066c\\u2028d\\ufeff"),
+        ("byte \udcff, half \ud83d", "byte \\xff, half \\ud83d"),
+        ("two\nlines\tand a tab", "two\nlines\tand a tab"),
+    ],
+)
+def test_nothing_steers_a_terminal(text, shown):
+    assert printable(text) == shown
+    assert printable(shown) == shown
+    shown.encode("utf-8")
+
+
+def test_one_line_is_one_line_and_bounded():
+    assert one_line("a\nb\tc") == "a\\nb\\tc"
+    long = one_line("x" * 10_000, 100)
+    assert len(long) <= 100
+    assert " … " in long
+
+
+@pytest.mark.parametrize(
+    "value", ["y" * 9999, list(range(9999)), 10**9999, {"a": "\x1b" * 500}], ids=type
+)
+def test_what_was_received_is_short(value):
+    assert len(quoted(value)) <= 200
+    assert "\x1b" not in quoted(value)
+
+
+def test_a_name_that_is_unknown_has_a_neighbour():
+    assert choice("the kind", "angels", ["angles", "phase"]) == (
+        "the kind must be one of angles, phase; got 'angels' (did you mean 'angles'?)"
+    )
+    assert "did you mean" not in choice("the kind", "\x1b[2J", ["angles"])
+    many = choice("the case", "x" * 5000, [f"case-{n}" for n in range(91)])
+    assert "(91 in all)" in many
+    assert len(many) < 400

@@ -1,0 +1,5 @@
+"""`python -m twolink` is `twolink`."""
+
+from twolink.cli import main
+
+main()

@@ -1,0 +1,197 @@
+"""Method configurations: each a method with one parameter that trades time for accuracy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import chain as joined
+from typing import Any
+
+from numpy.typing import NDArray
+
+from twolink.errors import SimulationError
+from twolink.scene import Scene
+from twolink.simulation.hybrid.mode import Event, Impact
+from twolink.simulation.motion import has_modes, motion_run
+from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.fixed_step import FIXED_STEP
+from twolink.simulation.smooth.numeric import SCIPY, numeric_run
+from twolink.simulation.smooth.taylor import PRECISIONS, taylor_run
+from twolink.text import choice
+
+# Parameter values, from coarse to fine. Orders are odd (see `simulation.smooth.taylor`); orders
+# above a precision's full order would only repeat its rounding.
+_ORDERS = {
+    "double": (7, 9, 11, 13, 15, 17, 19, 21),
+    "long double": (15, 19, 23),
+    "quadruple": (21, 31, 41),
+}
+# Compiling an order takes longer than its run; other formulations use fewer orders.
+_FEW_ORDERS = (9, 13, 17, 21)
+# Events are located to rounding, which the lowest orders do not reach.
+_LOWEST_WITH_MODES = 13
+TOLERANCES = tuple(10.0**-digits for digits in range(3, 14))
+STEPS = tuple(0.1 / 2**halvings for halvings in range(15))
+
+# The engine name of this library's own methods.
+OWN = "twolink"
+
+
+@dataclass(frozen=True)
+class MeasuredRun:
+    """The result of one run: states at the requested times, and cost.
+
+    `q` (rad) and `u` (rad/s) have shape (2, n), in the scalar type of the run; `seconds` is the
+    time of the run and `compile_seconds` the time before it. `evaluations` of the rates, or of a
+    series' terms, have `operations` each; None if the engine does not report it.
+    """
+
+    q: Any
+    u: Any
+    seconds: float
+    compile_seconds: float
+    steps: int | None
+    evaluations: int | None
+    operations: int | None = None
+    events: tuple[Event, ...] = ()
+    impacts: tuple[Impact, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class MethodConfiguration:
+    """A method for a formulation in an engine, and the parameter values to try.
+
+    `order` is the declared order of the method, or None. `run` takes a parameter value and times
+    (s) that start with 0.
+    """
+
+    engine: str
+    method: str
+    equations: str
+    precision: str
+    order: int | None
+    parameter: str
+    sweep: tuple[float, ...]
+    run: Callable[[float, NDArray[Any]], MeasuredRun]
+
+    @property
+    def name(self) -> str:
+        """The name of the configuration in tables."""
+        precise = "" if self.precision == "double" else f", {self.precision}"
+        own = self.engine == OWN
+        return (
+            f"{self.method}{precise} on {self.equations}"
+            if own
+            else (f"{self.engine} {self.method}")
+        )
+
+
+def own_configurations(scene: Scene) -> tuple[MethodConfiguration, ...]:
+    """Return this library's method configurations for a scene.
+
+    Taylor series with each formulation, SciPy's methods, and the fixed-step ones in momenta, for
+    which symplectic methods are symplectic. A scene with modes has only Taylor series.
+    """
+    if has_modes(scene):
+        return tuple(_taylor_with_modes(scene))
+    return tuple(joined(_taylor(scene), _scipy(scene), _fixed_steps(scene)))
+
+
+def _taylor(scene: Scene) -> Iterator[MethodConfiguration]:
+    for precision in PRECISIONS:
+        for equations in EQUATIONS if precision == "double" else ("momenta",):
+
+            def run(
+                order: float, times: Any, precision: str = precision, equations: str = equations
+            ) -> MeasuredRun:
+                found = taylor_run(
+                    scene,
+                    times,
+                    formulation=equations,
+                    precision=precision,
+                    order=int(order),
+                    optimised=True,
+                )
+                return _of_series(found)
+
+            orders = _ORDERS[precision] if equations == "momenta" else _FEW_ORDERS
+            yield MethodConfiguration(
+                OWN, "taylor", equations, precision, None, "order", orders, run
+            )
+
+
+def _taylor_with_modes(scene: Scene) -> Iterator[MethodConfiguration]:
+    for precision in PRECISIONS:
+        for equations in ("lagrange", "kane") if precision == "double" else ("lagrange",):
+
+            def run(
+                order: float, times: Any, precision: str = precision, equations: str = equations
+            ) -> MeasuredRun:
+                found = motion_run(
+                    scene, times, formulation=equations, precision=precision, order=int(order)
+                )
+                return _of_series(found)
+
+            orders = tuple(n for n in _ORDERS[precision] if n >= _LOWEST_WITH_MODES)
+            yield MethodConfiguration(
+                OWN, "taylor", equations, precision, None, "order", orders, run
+            )
+
+
+def _of_series(found: Any) -> MeasuredRun:
+    return MeasuredRun(
+        q=found.q,
+        u=found.u,
+        seconds=found.run_seconds,
+        compile_seconds=found.compile_seconds,
+        steps=found.steps,
+        evaluations=found.steps * found.order,
+        operations=found.operations,
+        events=found.events,
+        impacts=found.log,
+    )
+
+
+def _scipy(scene: Scene) -> Iterator[MethodConfiguration]:
+    for method, order in SCIPY.items():
+        for equations in EQUATIONS if method == "DOP853" else ("momenta",):
+            yield _numeric(scene, method, equations, order, "tolerance", TOLERANCES)
+
+
+def _fixed_steps(scene: Scene) -> Iterator[MethodConfiguration]:
+    for name, method in FIXED_STEP.items():
+        yield _numeric(scene, name, "momenta", method.order, "step", STEPS)
+
+
+def _numeric(
+    scene: Scene,
+    method: str,
+    equations: str,
+    order: int | None,
+    parameter: str,
+    sweep: tuple[float, ...],
+) -> MethodConfiguration:
+    def run(value: float, times: Any) -> MeasuredRun:
+        found = numeric_run(scene, times, method=method, formulation=equations, fineness=value)
+        return MeasuredRun(found.q, found.u, found.run_seconds, 0.0, found.steps, found.evaluations)
+
+    return MethodConfiguration(OWN, method, equations, "double", order, parameter, sweep, run)
+
+
+def chosen(
+    configurations: tuple[MethodConfiguration, ...], methods: tuple[str, ...]
+) -> tuple[MethodConfiguration, ...]:
+    """Return the configurations of the named methods; all, if no method is named.
+
+    Raises `SimulationError` for an unknown name.
+    """
+    known = list(dict.fromkeys(configuration.method for configuration in configurations))
+    for name in methods:
+        if name not in known:
+            raise SimulationError(choice("method, for this scene,", name, known))
+    return tuple(
+        configuration
+        for configuration in configurations
+        if not methods or configuration.method in methods
+    )

@@ -1,0 +1,24 @@
+"""The option --force: limits of time and memory, and none."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from twolink.limits import Limits
+
+Force = Annotated[
+    bool,
+    typer.Option(
+        "--force", help="Run on, even if it takes more than an hour, or more than 4 GB of memory."
+    ),
+]
+
+
+def limits_of(force: bool) -> Limits:
+    """Return the limits of a run: none if it is to be done by force."""
+    from twolink.limits import DEFAULT_LIMITS, UNLIMITED
+
+    return UNLIMITED if force else DEFAULT_LIMITS

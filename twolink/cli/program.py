@@ -1,0 +1,167 @@
+"""The program `twolink`: where every error becomes one sentence and an exit code.
+
+Exit code 0: done. 1: a fault, such as a full disk. 2: the input was refused. 130, 143 and 129: it
+was ended by SIGINT, SIGTERM and SIGHUP.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from itertools import pairwise
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from twolink.cli.terminal import BAD_INPUT, FAILED, flush, warn
+from twolink.errors import BrowserError, FileError, IntegrationError, TwolinkError
+from twolink.text import choice, one_line, quoted
+
+# What was asked for was right, and could not be done.
+_FAULTS = (BrowserError, FileError, IntegrationError)
+
+# Typer brings its own copy of click since 0.29: the error is found by one that derives from it.
+_UsageError: type[Exception] = typer.BadParameter.__bases__[0]
+
+
+class Program(TyperGroup):
+    """The commands of `twolink`, each of which ends with one sentence and an exit code."""
+
+    def main(self, args: Sequence[str] | None = None, *_: Any, **__: Any) -> Any:
+        """Run a command and end the process with its exit code."""
+        words = list(sys.argv[1:] if args is None else args)
+        sys.exit(self._run(words or ["--help"]))
+
+    def _run(self, words: list[str]) -> int:
+        """Run a command; return its exit code, and say in a sentence what went wrong."""
+        try:
+            with _ended_by_signals():
+                code = self._invoked(words)
+                flush()
+                return code
+        except KeyboardInterrupt:
+            return 128 + signal.SIGINT
+        except (_UsageError, TwolinkError, MemoryError, OSError) as error:
+            code, sentence = _ending(error, words)
+            warn(f"twolink: {one_line(sentence)}")
+            return code
+        finally:
+            _leave_nothing_to_write()
+
+    def _invoked(self, words: list[str]) -> int:
+        try:
+            with self.make_context("twolink", words) as context:
+                self.invoke(context)
+        except typer.Exit as end:
+            return int(end.exit_code)
+        return 0
+
+
+def _ending(error: Exception, words: Sequence[str]) -> tuple[int, str]:
+    """Return the exit code of an error, and its sentence."""
+    if isinstance(error, _UsageError):
+        return BAD_INPUT, usage_sentence(error, words)
+    if isinstance(error, MemoryError):
+        # NumPy states how much memory it requested.
+        return FAILED, f"there is not enough memory ({str(error) or 'none is left'})"
+    if isinstance(error, OSError):
+        name = "" if error.filename is None else f"{one_line(error.filename, 300)}: "
+        return FAILED, f"{name}{error.strerror or error}"
+    return FAILED if isinstance(error, _FAULTS) else BAD_INPUT, str(error)
+
+
+def _leave_nothing_to_write() -> None:
+    """Empty the standard output, so that Python does not complain again where it is closed."""
+    try:
+        if sys.stdout is sys.__stdout__ and sys.stdout is not None:
+            sys.stdout.flush()
+    except (OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        with suppress(OSError, ValueError):
+            os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+
+
+@contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """Let SIGTERM and SIGHUP end the work within as Ctrl-C does: with everything put away.
+
+    A signal that is ignored, as by nohup, stays ignored.
+    """
+
+    def end(number: int, frame: object) -> None:
+        raise SystemExit(128 + number)
+
+    before: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():
+        for name in ("SIGTERM", "SIGHUP"):
+            number = getattr(signal, name, None)
+            if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+                before[number] = signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def usage_sentence(error: Any, words: Sequence[str]) -> str:
+    """Return what is wrong with a command line, in one sentence."""
+    context, parameter = getattr(error, "ctx", None), getattr(error, "param", None)
+    option = getattr(error, "option_name", None)
+    command = context.command_path if context is not None else "twolink"
+    message, hint = one_line(error.format_message()).rstrip("."), f"see `{command} --help`"
+    if type(error).__name__ == "NoSuchOption" and context is not None:
+        known = [word for each in context.command.get_params(context) for word in each.opts]
+        return choice(f"an option of `{command}`", option, known)
+    if type(error).__name__ == "MissingParameter" and parameter is not None:
+        return f"{_named(parameter)} is missing; {hint}"
+    if parameter is not None:
+        return _bad_value(parameter, error.message, words)
+    given = [word for word in words if not word.startswith("-")]
+    # `twolink urdf shw`: the groups come before the unknown name.
+    depth = len(command.split()) - 1
+    if "No such command" in message and given[depth:] and context is not None:
+        return choice("the command", given[depth], context.command.commands)
+    return f"{message}; {hint}"
+
+
+def _bad_value(parameter: Any, message: str, words: Sequence[str]) -> str:
+    """Return the sentence that an option's value is of another type."""
+    name, received = _named(parameter), quoted(_received(parameter, words))
+    _, of_names, names = message.rpartition(" is not one of ")
+    if of_names:
+        known = re.findall(r"'([^']+)'", names)
+        return choice(name, _received(parameter, words), known)
+    for word, noun in (
+        ("integer", "a whole number"),
+        ("number", "a number"),
+        ("float", "a number"),
+    ):
+        if word in message:
+            return f"{name} must be {noun}; got {received}"
+    return f"{name} is {received}: {one_line(message)}"
+
+
+def _received(parameter: Any, words: Sequence[str]) -> str:
+    """Return the value that an option has on a command line; the last one counts."""
+    found = ""
+    for word, following in pairwise([*words, ""]):
+        for option in parameter.opts:
+            if word == option:
+                found = following
+            elif word.startswith(f"{option}="):
+                found = word.removeprefix(f"{option}=")
+    return found
+
+
+def _named(parameter: Any) -> str:
+    """Return an option as it is typed, or an argument as the help names it."""
+    option = parameter.opts[0]
+    return option if option.startswith("-") else parameter.metavar or option.upper()

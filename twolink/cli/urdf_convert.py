@@ -1,0 +1,54 @@
+"""The command `twolink urdf convert`."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from twolink.cli.terminal import check_target, fail, say
+from twolink.errors import EngineError
+from twolink.files import atomic_write
+
+
+class Format(StrEnum):
+    """The formats that a URDF is converted to."""
+
+    mjcf = "mjcf"
+    sdf = "sdf"
+
+
+SUFFIXES = {Format.mjcf: ".xml", Format.sdf: ".sdf"}
+
+
+def convert(
+    urdf: Annotated[Path, typer.Argument(metavar="FILE", help="A URDF of a planar chain.")],
+    to: Annotated[Format, typer.Option(help="The format to write.")],
+    out: Annotated[
+        Path | None, typer.Option(help="The file to write. Default: FILE with .xml or .sdf.")
+    ] = None,
+) -> None:
+    """Convert a URDF to MJCF (by MuJoCo's writer) or to SDF, and check it in an engine.
+
+    MuJoCo or Drake reads the file back, and its mass matrix is compared at random states. Exit code
+    0: the file is written. 1: the engine is missing, refuses the file or disagrees, and nothing is
+    written. 2: the input was refused.
+    """
+    target = out or urdf.with_suffix(SUFFIXES[to])
+    check_target("--out", target)
+    from twolink.engines.urdf_conversion import convert as converted
+    from twolink.urdf import read_planar_urdf
+
+    try:
+        made = converted(read_planar_urdf(urdf), to.value)
+    except EngineError as error:
+        fail(str(error))
+    with atomic_write(target) as file:
+        file.write_text(made.text, encoding="utf-8")
+    say(
+        f"{made.engine} reads it back; its mass matrix differs by at most {made.difference:.1e}"
+        " of the largest entry."
+    )
+    say(target)

@@ -1,0 +1,232 @@
+"""Drake: its `Simulator` on a continuous `MultibodyPlant`, with its own integrators."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from twolink.arithmetic import Pair
+from twolink.engines.joint_model import JOINTS, JointModel, Samples, joint_model
+from twolink.engines.protocol import Array
+from twolink.engines.simulation_engine import (
+    EngineMethod,
+    EngineRun,
+    Prepared,
+    SimulationEngine,
+    stretches,
+)
+from twolink.errors import EngineError
+from twolink.scene import Scene
+
+_DISCRETE = "friction in a continuous plant is regularised, without sticking"
+_REASONS = {
+    "joint_friction": "its joints have no dry friction",
+    "joint_stop": "its joint limits are springs and dampers, and act only in discrete plants",
+    "surface": "its contacts are compliant, and it has no coefficient of restitution",
+    "compliant_surface": "its contact law is k x (1 + d dx/dt), none of the scene's three laws",
+    "end_force": _DISCRETE,
+    "drive": "it rejects negative damping",
+}
+_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "samples"})
+
+# Its longest step with error control stays at the default of 0.1 s.
+_ERROR_CONTROLLED = (
+    ("runge_kutta3", 3),
+    ("runge_kutta5", 5),
+    ("bogacki_shampine3", 3),
+    ("radau3", 3),
+)
+_FIXED = (
+    ("runge_kutta2", 2),
+    ("runge_kutta3", 3),
+    ("runge_kutta5", 5),
+    ("bogacki_shampine3", 3),
+    ("radau3", 3),
+    ("radau1", 1),
+    ("implicit_euler", 1),
+    ("semi_explicit_euler", 1),
+)
+
+
+class Drake(SimulationEngine):
+    """Drake; see `SimulationEngine`.
+
+    The parameter of a method with error control is Drake's `accuracy`; a method named "…, fixed
+    step" takes equal steps.
+    """
+
+    name = "Drake"
+    methods = (
+        *(EngineMethod(name, order, "tolerance") for name, order in _ERROR_CONTROLLED),
+        *(EngineMethod(f"{name}, fixed step", order, "step") for name, order in _FIXED),
+    )
+    packages = (("drake", "pydrake"),)
+    expresses = _EXPRESSES
+    reasons = _REASONS
+
+    def _prepared(self, scene: Scene, method: str) -> Prepared:
+        """Return a function that runs a scene; plant and simulator are built once."""
+        chosen = next(each for each in self.methods if each.name == method)
+        begin = perf_counter()
+        model = joint_model(scene)
+        built = _built(model)
+        controlled = chosen.parameter == "tolerance"
+        scheme = method.partition(",")[0]
+        setup = perf_counter() - begin
+
+        def run(parameter: float, times: Array) -> EngineRun:
+            begin = perf_counter()
+            simulator = _simulator(built, model, scheme, parameter, controlled)
+            integrator = simulator.get_mutable_integrator()
+            sizes = [size for _, size in stretches(times, parameter)] if not controlled else []
+            preparing = perf_counter() - begin
+            found = np.empty((len(times), 4))
+            context = simulator.get_context()
+            found[0] = context.get_continuous_state_vector().CopyToVector()
+            begin = perf_counter()
+            try:
+                for index, time in enumerate(times[1:].tolist(), start=1):
+                    if sizes:
+                        integrator.set_maximum_step_size(sizes[index - 1])
+                    simulator.AdvanceTo(time)
+                    found[index] = context.get_continuous_state_vector().CopyToVector()
+            except RuntimeError as error:
+                raise EngineError(f"Drake stopped: {error}") from error
+            seconds = perf_counter() - begin
+            q = np.array(JOINTS.absolute_angles((found[:, 0], found[:, 1])))
+            u = np.array(JOINTS.absolute_speeds((found[:, 2], found[:, 3])))
+            return EngineRun(
+                q,
+                u,
+                seconds,
+                setup + preparing,
+                int(integrator.get_num_derivative_evaluations()),
+                int(integrator.get_num_steps_taken()),
+            )
+
+        return run
+
+    def _accelerations(self, model: JointModel) -> Pair:
+        """Return du (rad/s²) at the start of a model, by the plant's own time derivatives."""
+        built = _built(model)
+        context = built.system.CreateDefaultContext()
+        _start(built, model, context)
+        try:
+            rates = built.system.EvalTimeDerivatives(context).CopyToVector()
+        except RuntimeError as error:
+            raise EngineError(f"Drake rejects the state: {error}") from error
+        du1, du2 = JOINTS.absolute_speeds((rates[2], rates[3]))
+        return float(du1), float(du2)
+
+
+@dataclass(frozen=True)
+class _Built:
+    """The simulated system and the plant in it."""
+
+    system: Any
+    plant: Any
+
+
+def _built(model: JointModel) -> _Built:
+    """Return the plant of a model, in a diagram with torque sources if torques vary with time."""
+    from pydrake.systems.framework import DiagramBuilder
+
+    builder = DiagramBuilder()
+    try:
+        plant = builder.AddSystem(_plant(model))
+    except RuntimeError as error:
+        raise EngineError(f"Drake rejects the chain: {error}") from error
+    if model.uses & {"torque", "waves", "samples"}:
+        _add_torques(builder, plant, model)
+    return _Built(builder.Build(), plant)
+
+
+def _plant(model: JointModel) -> Any:
+    """Return a finalised continuous plant without scene graph, so that shapes are ignored."""
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+    from pydrake.multibody.tree import RevoluteSpring
+
+    plant = MultibodyPlant(0.0)
+    Parser(plant).AddModelsFromString(model.chain.to_urdf(), "urdf")
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("ground"))
+    plant.mutable_gravity_field().set_gravity_vector(model.gravity_in_space)
+    for index, name in enumerate(("joint1", "joint2")):
+        joint = plant.GetJointByName(name)
+        if model.damping[index]:
+            joint.set_default_damping_vector([model.damping[index]])
+        if model.stiffness[index]:
+            spring = RevoluteSpring(joint, model.rest[index], model.stiffness[index])
+            plant.AddForceElement(spring)
+        if model.armature[index]:
+            motor = plant.AddJointActuator(f"{name}_motor", joint)
+            motor.set_default_rotor_inertia(model.armature[index])
+            motor.set_default_gear_ratio(1.0)
+    plant.Finalize()
+    return plant
+
+
+def _add_torques(builder: Any, plant: Any, model: JointModel) -> None:
+    """Wire constant torques, sines and samples to the plant's generalized forces."""
+    from pydrake.systems.primitives import Adder, ConstantVectorSource, Sine, TrajectorySource
+
+    total = builder.AddSystem(Adder(1 + len(model.waves) + len(model.samples), 2))
+    steady: Any = np.array(model.torque)
+    constant = builder.AddSystem(ConstantVectorSource(steady))
+    builder.Connect(constant.get_output_port(), total.get_input_port(0))
+    for number, wave in enumerate(model.waves, start=1):
+        of_joint = np.eye(2)[wave.joint]
+        sine = builder.AddSystem(
+            Sine(of_joint * wave.amplitude, of_joint * wave.frequency, of_joint * wave.phase)
+        )
+        builder.Connect(sine.get_output_port(0), total.get_input_port(number))
+    for number, samples in enumerate(model.samples, start=1 + len(model.waves)):
+        source = builder.AddSystem(TrajectorySource(_trajectory(samples)))
+        builder.Connect(source.get_output_port(), total.get_input_port(number))
+    builder.Connect(total.get_output_port(), plant.get_applied_generalized_force_input_port())
+
+
+def _trajectory(samples: Samples) -> Any:
+    """Return samples as a Drake trajectory with constant extrapolation at its ends."""
+    from pydrake.trajectories import PiecewisePolynomial
+
+    times, values = np.array(samples.times), np.array(samples.values)
+    if samples.interpolation == "hold":
+        # The last sample is held, too.
+        times, values = np.append(times, times[-1] + 1.0), np.c_[values, values[:, -1]]
+        return PiecewisePolynomial.ZeroOrderHold(times, values)
+    if samples.interpolation == "linear":
+        return PiecewisePolynomial.FirstOrderHold(times, values)
+    return PiecewisePolynomial.CubicWithContinuousSecondDerivatives(times, values)
+
+
+def _start(built: _Built, model: JointModel, context: Any) -> None:
+    """Set the chain to its initial state."""
+    context.SetTime(0.0)
+    own = built.plant.GetMyMutableContextFromRoot(context)
+    built.plant.SetPositions(own, model.theta)
+    built.plant.SetVelocities(own, model.theta_speed)
+
+
+def _simulator(
+    built: _Built, model: JointModel, scheme: str, parameter: float, controlled: bool
+) -> Any:
+    """Return an initialised simulator at the initial state."""
+    from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+
+    simulator = Simulator(built.system)
+    config = SimulatorConfig(integration_scheme=scheme, use_error_control=controlled)
+    if controlled:
+        config.accuracy = parameter
+    else:
+        config.max_step_size = parameter
+    _start(built, model, simulator.get_mutable_context())
+    try:
+        ApplySimulatorConfig(config, simulator)
+        simulator.Initialize()
+    except RuntimeError as error:
+        raise EngineError(f"Drake rejects the run: {error}") from error
+    return simulator

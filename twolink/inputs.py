@@ -1,0 +1,183 @@
+"""Arguments of users as values: numbers, pairs and tuples that nothing can change afterwards.
+
+Sequences, arrays and generators become tuples, and NumPy's scalars Python's. Numbers may be of any
+kind (float, long double, mpmath, SymPy symbols); what is no number is refused by name.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import types
+from collections.abc import Mapping, Set
+from dataclasses import fields
+from datetime import timedelta
+from itertools import islice
+from numbers import Real
+from typing import Any, Literal, NoReturn, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from twolink.errors import ParameterError
+from twolink.text import quoted
+
+# More entries than these are no input but a generator without an end.
+MOST_ENTRIES = 10_000_000
+
+
+def refuse(name: str, value: Any, wanted: str) -> NoReturn:
+    """Raise `ParameterError`: an argument must be something else."""
+    raise ParameterError(f"{name} must be {wanted}; got {quoted(value)}")
+
+
+def as_number(name: str, value: Any) -> Any:
+    """Return a number of any kind; those of NumPy that float64 holds as Python's."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    if isinstance(value, (np.bool_, bool)) or not _counts(value):
+        refuse(name, value, "a number")
+    if isinstance(value, np.integer):
+        return int(value)
+    if isinstance(value, (np.float64, np.float32, np.float16)):
+        return float(value)
+    if isinstance(value, int) and abs(value) > _LARGEST:
+        refuse(name, value, "a number that float64 can hold")
+    return value
+
+
+_LARGEST = int(np.finfo(float).max)
+
+
+def as_scalar(name: str, value: Any) -> Any:
+    """Return a number of any kind, complex too, or a copy of an array of numbers."""
+    if isinstance(value, np.ndarray) and value.ndim and value.dtype.kind in "iufcO":
+        return value.copy()
+    if isinstance(value, (complex, np.complexfloating)):
+        return value
+    return as_number(name, value)
+
+
+_NO_NUMBERS = (
+    *(str, bytes, bytearray, list, tuple, np.ndarray, type),
+    *(complex, np.complexfloating, timedelta, np.datetime64, np.timedelta64),
+)
+
+
+def _counts(value: Any) -> bool:
+    """Return whether an object can be computed with, and is no collection, complex or a time."""
+    if isinstance(value, _NO_NUMBERS):
+        return False
+    return hasattr(type(value), "__mul__") and hasattr(type(value), "__sub__")
+
+
+def as_real(name: str, value: Any) -> Any:
+    """Return a finite real number."""
+    number = as_number(name, value)
+    if not isinstance(number, Real) or not math.isfinite(number):
+        refuse(name, value, "a finite real number")
+    return number
+
+
+def as_positive(name: str, value: Any) -> Any:
+    """Return a positive and finite real number."""
+    number = as_number(name, value)
+    if not isinstance(number, Real) or not 0 < float(number) < math.inf:
+        refuse(name, value, "a positive number")
+    return number
+
+
+def as_count(name: str, value: Any, least: int = 0) -> int:
+    """Return a whole number that is not below the least one."""
+    number = None if isinstance(value, (bool, np.bool_)) else value
+    try:
+        count = number.__index__()  # type: ignore[union-attr]
+    except AttributeError:
+        refuse(name, value, f"a whole number of {least} or more")
+    if count < least:
+        refuse(name, value, f"a whole number of {least} or more")
+    return int(count)
+
+
+def as_word(name: str, value: Any) -> str:
+    """Return a string."""
+    if not isinstance(value, str):
+        refuse(name, value, "a string")
+    return value
+
+
+def as_tuple(name: str, value: Any, wanted: str) -> tuple[Any, ...]:
+    """Return the entries of a sequence, an array or a generator."""
+    unordered = isinstance(value, (str, bytes, bytearray, Mapping, Set))
+    if unordered or not hasattr(value, "__iter__") or isinstance(value, type):
+        refuse(name, value, wanted)
+    try:
+        entries = tuple(islice(value, MOST_ENTRIES + 1))
+    except TypeError:
+        # An array without dimensions says that it can be iterated over, and cannot.
+        refuse(name, value, wanted)
+    if len(entries) > MOST_ENTRIES:
+        raise ParameterError(f"{name} must have {MOST_ENTRIES} entries or fewer; got more")
+    return entries
+
+
+def as_pair(name: str, value: Any, wanted: str = "a pair of numbers") -> tuple[Any, Any]:
+    """Return a pair of numbers of any kind."""
+    entries = as_tuple(name, value, wanted)
+    if len(entries) != 2:
+        refuse(name, value if isinstance(value, (tuple, list)) else entries, wanted)
+    first, second = (as_number(f"{name}[{k}]", entry) for k, entry in enumerate(entries))
+    return first, second
+
+
+def as_times(value: Any) -> np.ndarray[Any, Any]:
+    """Return one time, or a row of them (s), as an array of shape (n,)."""
+    wanted = "a number of seconds, or a row of them"
+    if hasattr(value, "__next__"):
+        value = as_tuple("times", value, wanted)
+    try:
+        found = np.array(value, dtype=float, ndmin=1)
+    except (TypeError, ValueError):
+        refuse("times", value, wanted)
+    if found.ndim != 1 or value is None or isinstance(value, (str, bytes)):
+        refuse("times", value, wanted)
+    return found
+
+
+def take_fields(owner: Any, where: str) -> None:
+    """Set the fields of a frozen data class to the values of its arguments.
+
+    The annotations say what each must be: a number, a pair or a tuple of numbers, a truth value, a
+    string, or a tuple of strings. Raises `ParameterError` for anything else.
+    """
+    kind: Any = type(owner)
+    for name, annotation in _annotations(kind).items():
+        value = _taken(f"{where}: {name}", getattr(owner, name), annotation)
+        object.__setattr__(owner, name, value)
+
+
+@functools.cache
+def _annotations(kind: type) -> dict[str, Any]:
+    hints = get_type_hints(kind)
+    return {field.name: hints[field.name] for field in fields(kind) if field.init}
+
+
+def _taken(name: str, value: Any, annotation: Any) -> Any:
+    """Return an argument as a value of its annotation."""
+    if get_origin(annotation) in (Union, types.UnionType):
+        if value is None:
+            return None
+        (annotation,) = (part for part in get_args(annotation) if part is not type(None))
+    if annotation is bool:
+        if not isinstance(value, (bool, np.bool_)):
+            refuse(name, value, "True or False")
+        return bool(value)
+    if annotation is str or get_origin(annotation) is Literal:
+        return as_word(name, value)
+    if get_origin(annotation) is not tuple:
+        return as_number(name, value)
+    kind, *rest = get_args(annotation)
+    if rest == [kind]:
+        return as_pair(name, value)
+    word = get_origin(kind) is Literal
+    entries = as_tuple(name, value, "a sequence of strings" if word else "a sequence of numbers")
+    return tuple(_taken(f"{name}[{k}]", entry, kind) for k, entry in enumerate(entries))

@@ -1,0 +1,56 @@
+"""Long calls that Ctrl-C ends at once: they run in threads, and the caller waits beside them.
+
+A step in hundreds of digits is one call of compiled code, which takes up to minutes and answers no
+signal. The caller of such code does, and leaves the call to itself: its result is not used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Event, Thread
+from typing import Any
+
+# Time (s) between two looks at signals.
+_WAIT = 0.05
+
+
+class AbandonedError(BaseException):
+    """Nobody waits for the result of this call any more."""
+
+
+def side_by_side(*functions: Callable[[Callable[[], None]], Any]) -> list[Any]:
+    """Return what functions give, each called in a thread of its own.
+
+    A function takes a callable that it calls now and then, which ends it if the caller was
+    interrupted, or another function has failed. Raises the first error of any of them.
+    """
+    ended = Event()
+    results: list[Any] = [None] * len(functions)
+    errors: list[BaseException] = []
+
+    def go_on() -> None:
+        if ended.is_set():
+            raise AbandonedError
+
+    def call(number: int) -> None:
+        try:
+            results[number] = functions[number](go_on)
+        except AbandonedError:
+            pass
+        except BaseException as error:
+            errors.append(error)
+            ended.set()
+
+    # A thread that is left to itself does not keep the interpreter from ending.
+    threads = [Thread(target=call, args=(k,), daemon=True) for k in range(len(functions))]
+    try:
+        for thread in threads:
+            thread.start()
+        while not errors and any(thread.is_alive() for thread in threads):
+            for thread in threads:
+                thread.join(_WAIT)
+    finally:
+        ended.set()
+    if errors:
+        raise errors[0]
+    return results

@@ -1,0 +1,118 @@
+"""How much time and memory a run may take, and estimates of what it would.
+
+A run that would take more is refused before it begins, where that is known, and else on its way.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import thread_time
+
+from twolink.errors import TooMuchError
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The most that a run may take: seconds of computing, and bytes of memory."""
+
+    seconds: float = 3600.0
+    memory: float = 4e9
+
+    def check_memory(self, what: str, size: float) -> None:
+        """Raise `TooMuchError` if something would take more bytes than are allowed."""
+        if size > self.memory:
+            raise TooMuchError(
+                f"{what} would take about {in_bytes(size)} of memory; the limit is "
+                f"{in_bytes(self.memory)}{_LIFTED}"
+            )
+
+    def timed(
+        self, what: str, progress: Callable[[float], None] | None = None
+    ) -> Callable[[float], None]:
+        """Return a progress callback that ends a run whose estimated time is too long.
+
+        It is called in the thread that computes, with the share that is done, and passes it on to
+        `progress`. Raises `TooMuchError`.
+        """
+        forecast, start = Forecast(_WINDOW), thread_time()
+
+        def told(share: float) -> None:
+            spent = thread_time() - start
+            total = forecast.total(share, spent)
+            far = spent > _FAR * self.seconds * share
+            if total > self.seconds and (far or spent > _SURE * self.seconds):
+                estimate = f"about {in_time(total)} of computing"
+                if not math.isfinite(total):
+                    estimate = "more time than can be estimated"
+                raise TooMuchError(
+                    f"{what} would take {estimate}; the limit is {in_time(self.seconds)}{_LIFTED}"
+                )
+            if progress is not None:
+                progress(share)
+
+        return told
+
+    def check_growth(self, what: str, forecast: Forecast, share: float, size: float) -> None:
+        """Raise `TooMuchError` if what has grown to a size will be too large in the end."""
+        total = max(forecast.total(share, size), size)
+        if total > self.memory:
+            raise TooMuchError(
+                f"{what} would take about {in_bytes(total)} of memory ({share:.1%} are done); the "
+                f"limit is {in_bytes(self.memory)}{_LIFTED}"
+            )
+
+
+UNLIMITED = Limits(math.inf, math.inf)
+DEFAULT_LIMITS = Limits()
+
+_LIFTED = " (--force lifts it, and limits=UNLIMITED in Python)"
+
+# An estimate is made from so many seconds of computing.
+_WINDOW = 1.5
+
+# A part of a run may be far slower than the rest, such as bounces that accumulate. An estimate
+# ends a run when this share of the limit is spent, or when the pace since the start exceeds the
+# limit by this factor.
+_SURE, _FAR = 1 / 60, 1000.0
+
+
+class Forecast:
+    """What a run will have spent in the end, from its pace in the last two windows.
+
+    A window is over when the run has spent so much in it. The lesser of two estimates counts: a
+    part of a run may be slower than the rest.
+    """
+
+    def __init__(self, window: float) -> None:
+        """Begin at a share of 0 with nothing spent."""
+        self._window = window
+        self._last = (0.0, 0.0)
+        self._estimates = (0.0, 0.0)
+
+    def total(self, share: float, spent: float) -> float:
+        """Return an estimate of all that will be spent: 0 as long as there is none."""
+        done, before = self._last
+        if spent - before >= self._window:
+            gained = share - done
+            left = math.inf if gained <= 0 else max(1 - share, 0.0) * (spent - before) / gained
+            self._estimates = (self._estimates[1], spent + left)
+            self._last = (share, spent)
+        return min(self._estimates)
+
+
+def in_bytes(size: float) -> str:
+    """Return a number of bytes in words."""
+    for unit, factor in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
+        if size >= factor:
+            return f"{size / factor:.3g} {unit}"
+    return f"{size:.3g} bytes"
+
+
+def in_time(seconds: float) -> str:
+    """Return a number of seconds in words."""
+    for unit, factor in (("years", 31_557_600.0), ("days", 86_400.0), ("hours", 3600.0)):
+        if seconds >= 2 * factor:
+            return f"{seconds / factor:.3g} {unit}"
+    return f"{seconds / 60:.3g} minutes"

@@ -1,0 +1,111 @@
+"""Impact resolution: the impacts of all approached contacts, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import NamedTuple
+
+from twolink.arithmetic import Pair
+from twolink.errors import IntegrationError
+from twolink.simulation.hybrid.constraint import parallel
+from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS
+from twolink.simulation.hybrid.impact import (
+    Impacts,
+    Strike,
+    approach,
+    at_rest,
+    is_left_over,
+    largest,
+    stopped,
+)
+from twolink.simulation.hybrid.tolerances import MOST_ENERGY, MOST_IMPACTS, NO_REBOUND, UNDECIDED
+
+
+class Resolution(NamedTuple):
+    """The speeds u (rad/s) after impacts, the impacts, and the contacts that end at rest."""
+
+    u: Pair
+    strikes: tuple[Strike, ...]
+    resting: frozenset[int]
+
+
+def resolve(
+    impacts: Impacts, u: Pair, contacts: Collection[int], resting: Collection[int]
+) -> Resolution:
+    """Return the speeds after the impacts of all approached contacts.
+
+    Impacts are sequential, the fastest approach first, until no contact is approached any more:
+    each takes no energy or gives none, so neither do they all. `resting` are the contacts whose
+    normal speed is zero exactly. Raises `IntegrationError` where a law is out of its range.
+    """
+    rounding = impacts.rounding
+    strikes: list[Strike] = []
+    rows = {index: impacts.row(index) for index in contacts}
+    still = {i for i in contacts if i in resting or at_rest(rows[i], u, rounding)}
+    before = u
+    for _ in range(MOST_IMPACTS):
+        if strikes:
+            still |= {i for i, row in rows.items() if is_left_over(row, u, before, rounding)}
+            if _is_lost(impacts, still, u, before):
+                strikes += ended(impacts, sorted(still), u, ())
+            normals = [impacts.contact(i).normal for i in sorted(still)]
+            u = stopped(impacts.pose, normals, u, rounding)
+        approached = [
+            (float(speed), index)
+            for index, row in rows.items()
+            if index not in still and (speed := approach(row, u, rounding))
+        ]
+        if not approached:
+            return Resolution(u, tuple(strikes), frozenset(still))
+        _, index = min(approached)
+        strike = impacts.impact(index, u)
+        _refuse_energy(impacts, strike)
+        strikes.append(strike)
+        u = strike.u[1]
+        still = {i for i in still if i != index and at_rest(rows[i], u, rounding)}
+        if abs(strike.speeds[1]) <= NO_REBOUND * rounding * abs(strike.speeds[0]):
+            still.add(index)
+    # Repeated impacts between contacts become weaker: in the limit all come to rest.
+    strikes += ended(impacts, sorted({strike.number for strike in strikes}), u, ())
+    u = strikes[-1].u[1]
+    still = {i for i in contacts if is_left_over(rows[i], u, before, rounding)}
+    return Resolution(u, tuple(strikes), frozenset(still))
+
+
+def ended(
+    impacts: Impacts, indices: Sequence[int], u: Pair, sliding: Collection[int]
+) -> list[Strike]:
+    """Return the impacts that bring contacts to rest whose further bounces are omitted.
+
+    Two independent contacts bring the chain to rest; `sliding` are the contacts along which a point
+    slides on.
+    """
+    first = indices[0]
+    for second in indices[1:]:
+        if not parallel(impacts.row(first), impacts.row(second)):
+            return impacts.both_ended(first, second, u)
+    return [impacts.clamped(first, u, sticks=first not in sliding)]
+
+
+def _is_lost(impacts: Impacts, still: Collection[int], u: Pair, before: Pair) -> bool:
+    """Return whether contacts at rest stop a motion of the chain that exceeds round-off.
+
+    Two nearly parallel rows leave a motion across them that round-off hides.
+    """
+    if len(still) < MOST_CONSTRAINTS:
+        return False
+    rows = [impacts.row(index) for index in sorted(still)]
+    fast = largest(u) > UNDECIDED * impacts.rounding * largest(before)
+    return bool(fast) and any(not parallel(rows[0], row) for row in rows[1:])
+
+
+def _refuse_energy(impacts: Impacts, strike: Strike) -> None:
+    """Raise `IntegrationError` if a law of restitution is far outside its range."""
+    early, late = impacts.energy(strike.u[0]), impacts.energy(strike.u[1])
+    if late > MOST_ENERGY * early:
+        law = impacts.contact(strike.number).law
+        raise IntegrationError(
+            f"at {strike.time:.9g} s the impact on {strike.name} is beyond the range of its law "
+            f"({law}): near a singular pose it would give the chain {late:.3g} J, which had "
+            f"{early:.3g} J"
+        )

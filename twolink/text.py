@@ -1,0 +1,74 @@
+"""Text from files and command lines, made fit for a terminal, a sentence or a page."""
+
+from __future__ import annotations
+
+import re
+import reprlib
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+# Controls (but for line feeds and tabs), marks that reorder text, other line ends, and halves of
+# characters, of which Python makes the bytes of file names that are not UTF-8.
+_UNFIT = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]"
+)
+_UNFIT_IN_A_LINE = re.compile(_UNFIT.pattern[:-1] + "\t\n]")
+
+_LONGEST_SENTENCE = 600
+_MOST_NAMES = 12
+
+_SHORT = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80
+_SHORT.maxtuple = _SHORT.maxlist = _SHORT.maxdict = 12
+
+
+def printable(text: object) -> str:
+    r"""Return text with escapes such as `\x1b` in place of characters that steer a terminal."""
+    return _UNFIT.sub(_escaped, str(text))
+
+
+def one_line(text: object, longest: int = _LONGEST_SENTENCE) -> str:
+    """Return printable text on one line, without its middle where it is longer than `longest`."""
+    line = _UNFIT_IN_A_LINE.sub(_escaped, str(text))
+    half = (longest - 3) // 2
+    return line if len(line) <= longest else f"{line[:half]} … {line[-half:]}"
+
+
+def quoted(value: object) -> str:
+    """Return the representation of a received value on one line, shortened if it is long."""
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    try:
+        return one_line(_SHORT.repr(value), 200)
+    except ValueError:
+        # Python converts no integer of more than some thousand digits to text.
+        return "an integer of thousands of digits"
+    except Exception:
+        return f"an object of type {type(value).__name__}"
+
+
+def nearest(name: str, known: Iterable[str], cutoff: float) -> list[str]:
+    """Return up to three known names that are similar to a name, the most similar first."""
+    return get_close_matches(name[:100], list(known), n=3, cutoff=cutoff)
+
+
+def choice(what: str, received: object, known: Iterable[str]) -> str:
+    """Return the sentence that rejects an unknown name, with the known names and the nearest.
+
+    Of more than a dozen known names the first dozen are listed.
+    """
+    names = list(known)
+    near = nearest(str(received), names, cutoff=0.5)
+    listed = ", ".join(names[:_MOST_NAMES])
+    more = f", … ({len(names)} in all)" if len(names) > _MOST_NAMES else ""
+    hint = f" (did you mean {' or '.join(map(repr, near))}?)" if near else ""
+    return f"{what} must be one of {listed}{more}; got {quoted(received)}{hint}"
+
+
+def _escaped(match: re.Match[str]) -> str:
+    code = ord(match[0])
+    # A byte of a file name that is not UTF-8.
+    if 0xDC80 <= code <= 0xDCFF:
+        code -= 0xDC00
+    short = {0x09: "\\t", 0x0A: "\\n", 0x0D: "\\r"}
+    return short.get(code) or (f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}")

@@ -1,0 +1,142 @@
+"""From a URDF of a planar two-link chain to SDF, as Gazebo, Drake and DART read it.
+
+Links that fixed joints hold together are one link of SDF, with their inertia in space lumped; their
+frames remain. SDF has no links without mass, and the first joint's parent is the world.
+"""
+
+from __future__ import annotations
+
+import math
+from xml.sax.saxutils import quoteattr
+
+from twolink.urdf.lumping import RigidBody, two_bodies
+from twolink.urdf.planar import parse_planar_urdf
+from twolink.urdf.reading import naming, parse_tree
+from twolink.urdf.spatial import (
+    Matrix3,
+    Pose,
+    Vector3,
+    add,
+    dot,
+    scale,
+    subtract,
+    transpose,
+    turn,
+)
+
+
+def sdf_of(text: str, *, source: str = "<string>") -> str:
+    """Return the SDF of URDF text that describes a planar two-link chain.
+
+    Masses, inertias in space, poses, axes, damping, friction and limits are kept; geometry is left
+    out. Raises `UrdfError` for anything else.
+    """
+    read = parse_planar_urdf(text, source=source)
+    with naming(source):
+        first, second = two_bodies(parse_tree(text))
+    parts = [
+        _link(first, f"<pose>{_pose(first.pose)}</pose>"),
+        _link(
+            second,
+            f"<pose relative_to={quoteattr(first.joint.child)}>{_pose(second.pose)}</pose>",
+        ),
+        _joint(first, "world"),
+        _joint(second, first.joint.child),
+        *_frames(first),
+        *_frames(second),
+    ]
+    name = quoteattr("_".join(read.joint_names))
+    head = ['<?xml version="1.0"?>', '<sdf version="1.9">', f"<model name={name}>"]
+    return "\n".join([*head, *parts, "</model>", "</sdf>", ""])
+
+
+def lump_in_space(body: RigidBody) -> tuple[float, Vector3, Matrix3]:
+    """Return mass (kg), mass centre (m) and inertia about it (kg m²), in the body's frame."""
+    mass = sum(part.mass for part in body.inertials)
+    centre: Vector3 = (0.0, 0.0, 0.0)
+    for part in body.inertials:
+        centre = add(centre, scale(part.mass / mass, part.pose.position))
+    rows = [[0.0] * 3 for _ in range(3)]
+    for part in body.inertials:
+        turned = _turned(part.inertia, part.pose.rotation)
+        off = subtract(part.pose.position, centre)
+        for i in range(3):
+            for j in range(3):
+                steiner = (dot(off, off) if i == j else 0.0) - off[i] * off[j]
+                rows[i][j] += turned[i][j] + part.mass * steiner
+    x, y, z = ((row[0], row[1], row[2]) for row in rows)
+    return mass, centre, (x, y, z)
+
+
+def _turned(inertia: Matrix3, rotation: Matrix3) -> Matrix3:
+    """Return R I Rᵀ."""
+    # A row of I Rᵀ is a row of I, turned; so is a column of R (I Rᵀ).
+    x, y, z = (turn(rotation, row) for row in inertia)
+    a, b, c = (turn(rotation, column) for column in transpose((x, y, z)))
+    return transpose((a, b, c))
+
+
+def _link(body: RigidBody, pose: str) -> str:
+    mass, centre, inertia = lump_in_space(body)
+    moments = "".join(
+        f"<{name}>{inertia[i][j]!r}</{name}>"
+        for name, i, j in (
+            ("ixx", 0, 0),
+            ("ixy", 0, 1),
+            ("ixz", 0, 2),
+            ("iyy", 1, 1),
+            ("iyz", 1, 2),
+            ("izz", 2, 2),
+        )
+    )
+    return (
+        f"  <link name={quoteattr(body.joint.child)}>\n    {pose}\n"
+        f"    <inertial><pose>{_numbers(centre)} 0 0 0</pose><mass>{mass!r}</mass>"
+        f"<inertia>{moments}</inertia></inertial>\n  </link>"
+    )
+
+
+def _joint(body: RigidBody, parent: str) -> str:
+    joint = body.joint
+    limits = joint.limits
+    bounds = "" if limits is None else f"<lower>{limits[0]!r}</lower><upper>{limits[1]!r}</upper>"
+    return (
+        f"  <joint name={quoteattr(joint.name)} type={quoteattr(joint.type)}>\n"
+        f"    <parent>{_escaped(parent)}</parent><child>{_escaped(joint.child)}</child>\n"
+        f"    <axis><xyz>{_numbers(joint.axis)}</xyz><limit>{bounds}</limit><dynamics>"
+        f"<damping>{joint.damping!r}</damping><friction>{joint.friction!r}</friction>"
+        "</dynamics></axis>\n  </joint>"
+    )
+
+
+def _frames(body: RigidBody) -> list[str]:
+    """Return the links that were lumped, as frames."""
+    attached = quoteattr(body.joint.child)
+    return [
+        f"  <frame name={quoteattr(name)} attached_to={attached}><pose>{_pose(pose)}</pose></frame>"
+        for name, pose in body.frames.items()
+        if name != body.joint.child
+    ]
+
+
+def _escaped(name: str) -> str:
+    return name.replace("&", "&amp;").replace("<", "&lt;")
+
+
+def _pose(pose: Pose) -> str:
+    return f"{_numbers(pose.position)} {_numbers(_rpy(pose.rotation))}"
+
+
+def _rpy(rotation: Matrix3) -> Vector3:
+    """Return roll, pitch and yaw (rad) of a rotation, well conditioned near a pitch of π/2."""
+    (r00, r01, _), (r10, r11, _), (r20, r21, r22) = rotation
+    across = math.hypot(r21, r22)
+    pitch = math.atan2(-r20, across)
+    if across > 1e-12:
+        return math.atan2(r21, r22), pitch, math.atan2(r10, r00)
+    # Roll and yaw turn about one line; all of it is yaw.
+    return 0.0, pitch, math.atan2(-r01, r11)
+
+
+def _numbers(vector: Vector3) -> str:
+    return " ".join(repr(number + 0.0) for number in vector)
