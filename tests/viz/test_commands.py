@@ -108,7 +108,7 @@ def test_a_scene_s_own_urdf_is_shown(tmp_path):
     [
         (["none.toml"], "none.toml: there is no file"),
         (["none.npz"], "none.npz: there is no file"),
-        (["robot.urdf"], "says how a chain is made and not how it moves"),
+        (["robot.urdf"], "got a URDF, which has no motion"),
         ([SCENES / "drop.toml", "--size", "wide"], "--size must be width x height in pixels"),
         ([SCENES / "drop.toml", "--size", "9x9"], "must be 160 to 7680 pixels"),
         ([SCENES / "drop.toml", "--fps", "0"], "fps must be 0.01 to 240; got 0.0"),
@@ -215,7 +215,7 @@ def test_view_on_another_address_prints_a_warning(short, scratch):
     ("words", "said"),
     [
         (["--port", "70000"], "--port must be 0 to 65535; got 70000"),
-        (["--host", "192.0.2.1"], "nothing can listen at"),
+        (["--host", "192.0.2.1"], "must be an address of this machine and a free port"),
     ],
 )
 def test_view_refuses_where_it_cannot_listen(words, said, short):
