@@ -55,9 +55,13 @@ class Limits:
         return told
 
     def check_growth(self, what: str, forecast: Forecast, share: float, size: float) -> None:
-        """Raise `TooMuchError` if what has grown to a size will be too large in the end."""
+        """Raise `TooMuchError` if the final size is estimated to be larger than the limit.
+
+        `size` (bytes) is the present one, at a share of the run. The estimate counts as soon as a
+        part of the limit is in use.
+        """
         total = max(forecast.total(share, size), size)
-        if total > self.memory:
+        if total > self.memory and size > _USED * self.memory:
             raise TooMuchError(
                 f"{what} would take about {in_bytes(total)} of memory ({share:.1%} are done); the "
                 f"limit is {in_bytes(self.memory)}{_LIFTED}"
@@ -77,11 +81,14 @@ _WINDOW = 1.5
 # limit by this factor.
 _SURE, _FAR = 1 / 60, 1000.0
 
+# Likewise, many short bounces may need more memory than the rest of a run.
+_USED = 1 / 8
+
 
 class Forecast:
-    """What a run will have spent in the end, from its pace in the last two windows.
+    """Estimate of the final time or memory of a run, from its pace in the last two windows.
 
-    A window is over when the run has spent so much in it. The lesser of two estimates counts: a
+    A window ends when the run has spent `window` in it. The lesser of two estimates counts: a
     part of a run may be slower than the rest.
     """
 

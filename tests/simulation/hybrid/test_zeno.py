@@ -34,6 +34,15 @@ def test_bounces_are_left_out_where_all_of_them_fit_into_the_zeno_time(share, di
     assert after.delay == pytest.approx(2 * (-arrives / 2) / (2.0 * 0.5), rel=1e-6)
 
 
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+def test_a_speed_below_the_least_float_dies_away(precision):
+    system = stopped_chain(precision=precision)
+    arrives = -system.number("1e-400")
+    after = jump(system, hitting(system, arrives), mode_of(system, S.OPEN), Trigger(E.HITS, 0))
+    assert after.mode.states == (S.CLOSED,)
+    assert after.state.u[0] == 0
+
+
 def test_bounces_that_nothing_presses_back_go_on():
     system = system_of(STOP, chain=BALANCED)
     state = hitting(system, -1e-12)

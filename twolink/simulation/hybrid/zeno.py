@@ -147,7 +147,8 @@ def _ratio(system: HybridSystem, strikes: Sequence[Strike], index: int) -> float
     """Return the ratio of the speeds after and before the last bounce on a contact."""
     before, after = next(s.speeds for s in reversed(strikes) if s.number == index)
     if before < 0:
-        return float(after) / -float(before)
+        # In longer precisions a speed may be less than the least float.
+        return float(after / -before)
     return system.elements[index].restitution  # type: ignore[attr-defined]
 
 
