@@ -22,6 +22,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.engines.registry import engine_named
+from twolink.formulations import EquationsName
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.smooth.equations import EQUATIONS
@@ -51,7 +52,7 @@ def timed(function: Callable[[], tuple[float, ...]]) -> Run:
     return run
 
 
-def taylor(formulation: str, scene: Scene, order: int | None = None) -> Run:
+def taylor(formulation: EquationsName, scene: Scene, order: int | None = None) -> Run:
     """Return a run of the bare integrator for a formulation, timed like heyoka's own."""
     ends = (0.0, scene.duration)
 

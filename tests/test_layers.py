@@ -33,6 +33,7 @@ LAYERS = [
     "twolink.contact",
     "twolink.kane",
     "twolink.lagrange",
+    "twolink.formulations",
     "twolink.effects",
     "twolink.scene",
     "twolink.engines",
@@ -82,7 +83,7 @@ ROWS = {
     ],
     "twolink.simulation.smooth": ["equations tableaus", "fixed_step taylor", "numeric"],
     "twolink.simulation.hybrid": [
-        "formulations jet mode tolerances",
+        "jet mode tolerances",
         "compliant_state constraint roots",
         "dynamics state",
         "system",

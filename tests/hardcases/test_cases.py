@@ -5,8 +5,9 @@ import pytest
 from twolink.hardcases.catalogue import CASES
 from twolink.hardcases.input_trial import InputTrial
 from twolink.hardcases.parallel import parallel_scoreboard
-from twolink.hardcases.record import FORMULATIONS, Column, Mark
+from twolink.hardcases.record import Column, Mark
 from twolink.hardcases.run import OURS, failed_by_us, outcome
+from twolink.simulation.smooth.equations import EQUATIONS
 
 LONG = {
     "natural-start",
@@ -33,7 +34,7 @@ def is_quick(case):
 
 @pytest.mark.parametrize("case", list(filter(is_quick, CASES)), ids=lambda case: case.name)
 def test_every_formulation_passes(case):
-    for formulation in FORMULATIONS:
+    for formulation in EQUATIONS:
         found = outcome(case, Column(formulation))
         assert found.mark is Mark.PASS, f"{formulation}: {found.words}; {found.said}"
 

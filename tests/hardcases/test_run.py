@@ -10,9 +10,10 @@ import pytest
 from twolink.engines.registry import ENGINES, engine_named
 from twolink.errors import EngineError, SimulationError
 from twolink.hardcases.catalogue import CASES, case_named
-from twolink.hardcases.record import FORMULATIONS, Case, Column, Mark, Result
+from twolink.hardcases.record import Case, Column, Mark, Result
 from twolink.hardcases.run import columns, document, failed_by_us, outcome, scoreboard
 from twolink.hardcases.trajectory_trial import Answer, TrajectoryTrial
+from twolink.simulation.smooth.equations import EQUATIONS
 
 
 class Trial:
@@ -82,7 +83,7 @@ def test_the_scoreboard_goes_on_after_a_failure():
 
 def test_columns():
     names = [column.name for column in columns()]
-    assert tuple(names[:3]) == FORMULATIONS
+    assert tuple(names[:3]) == tuple(EQUATIONS)
     assert set(names[3:]) == {engine.name for engine in ENGINES if not engine.missing()}
     assert [column.name for column in columns(["KANE", "heyoka"])] == ["kane", "heyoka"]
     assert [column.name for column in columns(["pinocchio"])] == ["SciPy over Pinocchio"]

@@ -8,12 +8,13 @@ import pytest
 
 from twolink import arithmetic, kane, lagrange
 from twolink.hardcases.catalogue import case_named
-from twolink.hardcases.record import FORMULATIONS, Case, Column, Mark
+from twolink.hardcases.record import Case, Column, Mark
 from twolink.hardcases.run import outcome
 from twolink.hardcases.trajectory_trial import TrajectoryTrial
 from twolink.simulation.hybrid import certificate, measure, run, tolerances
 from twolink.simulation.hybrid import compile as compilation
 from twolink.simulation.smooth import equations, taylor
+from twolink.simulation.smooth.equations import EQUATIONS
 
 
 def fresh(name: str, seconds: float = 20.0) -> Case:
@@ -48,7 +49,7 @@ def cancelling(chain, q):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", EQUATIONS)
 @pytest.mark.parametrize("name", ["point-masses-heavy-tip-aligned", "nearly-aligned"])
 def test_a_determinant_that_cancels(name, formulation, monkeypatch):
     assert mark(name, formulation) is Mark.PASS
@@ -62,7 +63,7 @@ def test_a_determinant_that_cancels(name, formulation, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", EQUATIONS)
 def test_steps_without_a_cap(formulation, monkeypatch):
     assert mark("soft-torque", formulation) is Mark.PASS
     monkeypatch.setattr(run, "default_longest_step", lambda scene: scene.duration)
@@ -88,7 +89,7 @@ def within_a_turn(x):
     return math.remainder(x, 2 * math.pi) if isinstance(x, float) else x
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", EQUATIONS)
 def test_angles_that_are_brought_into_one_turn(formulation, monkeypatch):
     assert mark("angles-of-1e8", formulation) is Mark.PASS
     for text in (kane, lagrange, equations):

@@ -32,6 +32,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.errors import ParameterError
+from twolink.formulations import FORMULATIONS, Formulation
 from twolink.simulation.hybrid import constraint, dynamics
 from twolink.simulation.hybrid.dynamics import Pose, mode_solution
 from twolink.simulation.hybrid.impact import Impacts
@@ -39,7 +40,7 @@ from twolink.urdf import parse_planar_urdf, read_planar_urdf
 from twolink.verification import contact
 from twolink.verification.contact import CONTACT, ContactSpace, verify_contact
 from twolink.verification.contact_tolerance import _Contact, contact_tolerance
-from twolink.verification.jointspace import FORMULATIONS, Formulation, PlanarModel
+from twolink.verification.jointspace import PlanarModel
 from twolink.verification.quantities import Formula
 from twolink.verification.states import random_contact_states
 from twolink.verification.tolerance import Problem, Scale

@@ -10,10 +10,10 @@ from twolink import kane
 from twolink.data import data_path
 from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.errors import ParameterError
+from twolink.formulations import Formulation
 from twolink.urdf import read_planar_urdf
 from twolink.verification import verify
 from twolink.verification.differences import differences
-from twolink.verification.jointspace import Formulation
 from twolink.verification.states import random_states
 
 SHIPPED = read_planar_urdf(data_path("twolink.urdf"))

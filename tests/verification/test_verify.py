@@ -9,9 +9,9 @@ from twolink.chain import Chain
 from twolink.data import data_path
 from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.errors import ParameterError, UrdfError
+from twolink.formulations import FORMULATIONS
 from twolink.urdf import parse_planar_urdf, read_planar_urdf
 from twolink.verification import verify
-from twolink.verification.jointspace import FORMULATIONS
 from twolink.verification.quantities import DYNAMICS, MOTION
 from twolink.verification.states import random_states
 

@@ -15,9 +15,10 @@ from tests.verification.chains import GENERAL
 from twolink import kane, kinematics, lagrange
 from twolink.chain import Rotor
 from twolink.engines.pinocchio_engine import Pinocchio
+from twolink.formulations import Formulation
 from twolink.urdf import parse_planar_urdf
 from twolink.verification import verify
-from twolink.verification.jointspace import Formulation, PlanarModel, PointMotion
+from twolink.verification.jointspace import PlanarModel, PointMotion
 
 STATES = 5
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain as joined
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from twolink.errors import SimulationError
+from twolink.formulations import EquationsName, FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.motion import has_modes, motion_run
@@ -100,10 +101,13 @@ def own_configurations(scene: Scene) -> tuple[MethodConfiguration, ...]:
 
 def _taylor(scene: Scene) -> Iterator[MethodConfiguration]:
     for precision in PRECISIONS:
-        for equations in EQUATIONS if precision == "double" else ("momenta",):
+        for equations in _equations(every=precision == "double"):
 
             def run(
-                order: float, times: Any, precision: str = precision, equations: str = equations
+                order: float,
+                times: Any,
+                precision: str = precision,
+                equations: EquationsName = equations,
             ) -> MeasuredRun:
                 found = taylor_run(
                     scene,
@@ -123,10 +127,13 @@ def _taylor(scene: Scene) -> Iterator[MethodConfiguration]:
 
 def _taylor_with_modes(scene: Scene) -> Iterator[MethodConfiguration]:
     for precision in PRECISIONS:
-        for equations in ("lagrange", "kane") if precision == "double" else ("lagrange",):
+        for equations in _in_speeds(every=precision == "double"):
 
             def run(
-                order: float, times: Any, precision: str = precision, equations: str = equations
+                order: float,
+                times: Any,
+                precision: str = precision,
+                equations: EquationsName = equations,
             ) -> MeasuredRun:
                 found = motion_run(
                     scene, times, formulation=equations, precision=precision, order=int(order)
@@ -137,6 +144,17 @@ def _taylor_with_modes(scene: Scene) -> Iterator[MethodConfiguration]:
             yield MethodConfiguration(
                 OWN, "taylor", equations, precision, None, "order", orders, run
             )
+
+
+def _equations(*, every: bool) -> Iterable[EquationsName]:
+    """Return the names of all equations, or of the cheapest alone."""
+    return tuple(EQUATIONS) if every else tuple(EQUATIONS)[:1]
+
+
+def _in_speeds(*, every: bool) -> Iterable[FormulationName]:
+    """Return the names of all formulations that modes can have, or of the cheapest alone."""
+    names = tuple(dict.fromkeys(equations.in_speeds for equations in EQUATIONS.values()))
+    return names if every else names[:1]
 
 
 def _of_series(found: Any) -> MeasuredRun:
@@ -155,7 +173,7 @@ def _of_series(found: Any) -> MeasuredRun:
 
 def _scipy(scene: Scene) -> Iterator[MethodConfiguration]:
     for method, order in SCIPY.items():
-        for equations in EQUATIONS if method == "DOP853" else ("momenta",):
+        for equations in _equations(every=method == "DOP853"):
             yield _numeric(scene, method, equations, order, "tolerance", TOLERANCES)
 
 
@@ -167,7 +185,7 @@ def _fixed_steps(scene: Scene) -> Iterator[MethodConfiguration]:
 def _numeric(
     scene: Scene,
     method: str,
-    equations: str,
+    equations: EquationsName,
     order: int | None,
     parameter: str,
     sweep: tuple[float, ...],

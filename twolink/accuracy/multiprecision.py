@@ -9,6 +9,7 @@ from typing import Any
 
 from twolink.chain import Chain
 from twolink.errors import SimulationError
+from twolink.formulations import EquationsName
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS, Equations
@@ -60,7 +61,7 @@ class PreciseMotion:
             )
 
 
-def precise_motion(scene: Scene, equations: str, digits: int) -> PreciseMotion:
+def precise_motion(scene: Scene, equations: EquationsName, digits: int) -> PreciseMotion:
     """Return an integrator at a scene's initial state with steps accurate to `digits` digits."""
     hy = heyoka()
     # Additional bits for the rounding of a step's sums.

@@ -19,6 +19,7 @@ from twolink.accuracy.multiprecision import precise_motion
 from twolink.effects import discontinuities
 from twolink.environment import package_versions
 from twolink.errors import SimulationError
+from twolink.formulations import EquationsName
 from twolink.inputs import as_count, as_times
 from twolink.interruptible import side_by_side
 from twolink.limits import DEFAULT_LIMITS, Limits
@@ -49,7 +50,7 @@ State = tuple[str, str, str, str]
 class ReferenceRun:
     """One of the two runs: its formulation, bits, the order of its series, and its steps."""
 
-    equations: str
+    equations: EquationsName
     bits: int
     order: int
     steps: int
@@ -167,7 +168,7 @@ def _side_by_side(
     """Return two runs with additional digits, in parallel threads."""
     done = {"lagrange": 0.0, "momenta": 0.0}
 
-    def run(equations: str, guard: int) -> Callable[[Callable[[], None]], _Run]:
+    def run(equations: EquationsName, guard: int) -> Callable[[Callable[[], None]], _Run]:
         def followed(go_on: Callable[[], None]) -> _Run:
             def told(share: float) -> None:
                 go_on()
@@ -220,7 +221,7 @@ def _check(scene: Scene, digits: int) -> None:
 def _precise(
     scene: Scene,
     grid: tuple[float, ...],
-    equations: str,
+    equations: EquationsName,
     digits: int,
     report: Callable[[float], None],
 ) -> _Run:
@@ -251,7 +252,7 @@ def _by_events(
 ) -> tuple[_Run, _Run]:
     """Return two runs in 113 bits with different orders and formulations."""
 
-    def followed(equations: str, order: int, told: Callable[[float], None]) -> _Run:
+    def followed(equations: EquationsName, order: int, told: Callable[[float], None]) -> _Run:
         run = motion_run(
             scene,
             np.array(grid),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from twolink.accuracy.reference_trajectory import ReferenceTrajectory, reference_trajectory
 from twolink.scene import Scene
-from twolink.simulation.motion import has_modes, motion_run
+from twolink.simulation.motion import motion_run
 from twolink.simulation.smooth.taylor import FULL_ORDERS
 
 _SAMPLES = 401
@@ -52,8 +52,7 @@ def roundoff_floor(scene: Scene) -> RoundoffFloor:
     """Return the growth of round-off over a scene's run, measured against 113 bits."""
     times = np.linspace(0.0, scene.duration, _SAMPLES)
     exact = reference_trajectory(scene, times)
-    equations = "lagrange" if has_modes(scene) else "momenta"
-    run = motion_run(scene, times, formulation=equations, order=FULL_ORDERS["double"])
+    run = motion_run(scene, times, formulation="momenta", order=FULL_ORDERS["double"])
     errors = np.maximum.accumulate(_errors(exact, run.q, run.u))
     # If modes change, samples next to an impact may be before or after it.
     seen = errors > 0

@@ -40,14 +40,13 @@ Ghosts = Annotated[
     ),
 ]
 Nearby = Annotated[
-    float | None, typer.Option(help="A ghost that starts with q1 larger by so much (rad).")
+    float | None, typer.Option(help="A ghost that starts with q1 larger by this angle (rad).")
 ]
 OwnGeometry = Annotated[
     Path | None, typer.Option(help="Show this URDF's own geometry. Default: the scene's.")
 ]
 
 KEPT = (".npz", ".csv", ".parquet")
-_FORMULATIONS = ("momenta", "lagrange", "kane")
 _PINOCCHIO = "pinocchio"
 
 # The tolerance of SciPy's steps where Pinocchio moves the chain: near the finest it accepts.
@@ -124,9 +123,10 @@ def _check_frames(
 def _ghost(ghost: str, first: Trajectory, step: float, bar: Progress, limits: Limits) -> Run:
     """Return the run that a word or a file names."""
     from twolink.scene import scene_file
+    from twolink.simulation.smooth.equations import EQUATIONS
     from viz.run import Run
 
-    if ghost in _FORMULATIONS:
+    if ghost in EQUATIONS:
         return Run(ghost, _simulated(first.scene, bar, ghost, limits, formulation=ghost))
     if ghost == _PINOCCHIO:
         return Run("Pinocchio, by SciPy's DOP853", _by_pinocchio(first, step))
@@ -137,7 +137,7 @@ def _ghost(ghost: str, first: Trajectory, step: float, bar: Progress, limits: Li
             choice(
                 "--ghost, unless it is the path of a scene or a trajectory,",
                 ghost,
-                (*_FORMULATIONS, _PINOCCHIO),
+                (*EQUATIONS, _PINOCCHIO),
             )
         )
     return Run(file.stem, _trajectory(file, bar, limits))

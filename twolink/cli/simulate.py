@@ -14,6 +14,7 @@ from twolink.cli.terminal import FAILED, check_target, console, progress_bar
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from twolink.formulations import EquationsName
     from twolink.scene import Scene
     from twolink.simulation import Trajectory
 
@@ -54,12 +55,13 @@ def simulate(
     check_target("--out", out, (".npz", ".csv", ".parquet"))
     from twolink.scene import Scene
     from twolink.simulation import simulate as run
+    from twolink.simulation.smooth.equations import equations_named
     from twolink.simulation.storage import check_kind
 
     if out is not None:
         check_kind(out)
     if effects_cost:
-        _print_effects_cost(Scene.load(scene), formulation)
+        _print_effects_cost(Scene.load(scene), equations_named(formulation))
         return
     loaded = Scene.load(scene)
     with progress_bar() as bar:
@@ -68,7 +70,7 @@ def simulate(
             loaded,
             accuracy=accuracy,
             method=method,
-            formulation=formulation,
+            formulation=equations_named(formulation),
             samples=samples,
             limits=limits_of(force),
             progress=lambda what, share: bar.update(
@@ -82,7 +84,7 @@ def simulate(
         raise typer.Exit(FAILED)
 
 
-def _print_effects_cost(scene: Scene, formulation: str) -> None:
+def _print_effects_cost(scene: Scene, formulation: EquationsName) -> None:
     """Print the cost of a step, and what it is without each effect."""
     from rich import box
     from rich.table import Table

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,18 +20,12 @@ from twolink.cli.terminal import (
     styled,
     write_json,
 )
+from twolink.text import choice
 
 if TYPE_CHECKING:
     from rich.text import Text
 
     from twolink.verification import Comparison, Verdict
-
-
-class FormulationName(StrEnum):
-    """The formulations of the equations of motion, as the command line names them."""
-
-    kane = "kane"
-    lagrange = "lagrange"
 
 
 def verify(
@@ -43,7 +36,7 @@ def verify(
     states: Annotated[int, typer.Option(help="How many random states to compare at.")] = 10_000,
     seed: Annotated[int, typer.Option(help="Seed of the random states.")] = 1,
     formulation: Annotated[
-        FormulationName | None, typer.Option(help="Check this one alone. Default: both.")
+        str | None, typer.Option(help="Check this one alone: kane or lagrange. Default: both.")
     ] = None,
     tip: Annotated[
         str | None, typer.Option(help="The URDF's link to take as the free end D.")
@@ -82,26 +75,29 @@ def _verdict(
     urdf: Path | None,
     states: int,
     seed: int,
-    formulation: FormulationName | None,
+    formulation: str | None,
     tip: str | None,
     contact: bool,
     force: bool,
 ) -> Verdict:
     """Run the verification under a progress bar."""
     from twolink.data import data_path
+    from twolink.formulations import FORMULATIONS
     from twolink.urdf import read_planar_urdf
-    from twolink.verification.jointspace import FORMULATIONS
 
     compare = _comparing(contact)
     read = read_planar_urdf(urdf or data_path("twolink.urdf"), tip=tip)
-    names = list(FORMULATIONS) if formulation is None else [formulation.value]
+    if formulation is not None and formulation not in FORMULATIONS:
+        refuse(choice("--formulation", formulation, FORMULATIONS))
     with progress_bar() as bar:
         task = bar.add_task(f"comparing at {states} states", total=1.0)
         return compare(
             read,
             states=states,
             seed=seed,
-            formulations={name: FORMULATIONS[name] for name in names},
+            formulations={
+                name: found for name, found in FORMULATIONS.items() if formulation in (None, name)
+            },
             progress=limits_of(force).timed(
                 f"comparing at {states} states", lambda share: bar.update(task, completed=share)
             ),

@@ -14,6 +14,7 @@ from twolink.effects import effect_class
 from twolink.effects.gravity import Gravity
 from twolink.errors import TwolinkError
 from twolink.files import scratch_folder
+from twolink.formulations import EquationsName
 from twolink.hardcases.input_trial import URDFS, InputTrial, refused
 from twolink.hardcases.record import Case, Result
 from twolink.scene import Scene
@@ -31,10 +32,10 @@ def _case(name: str, hard: str, trial: InputTrial, expected: str = _EXPECTED) ->
     return Case(name, "input", hard, expected, "the input itself", _BOUND, trial)
 
 
-def _simulated(**changes: Any) -> Callable[[str], object]:
+def _simulated(**changes: Any) -> Callable[[EquationsName], object]:
     """Return a function that simulates a scene of uniform bars with some fields changed."""
 
-    def attempt(formulation: str) -> object:
+    def attempt(formulation: EquationsName) -> object:
         scene: dict[str, Any] = {
             "chain": Chain.uniform_bars(),
             "q": (0.3, -0.4),
@@ -47,7 +48,7 @@ def _simulated(**changes: Any) -> Callable[[str], object]:
     return attempt
 
 
-def _made(**changes: Any) -> Callable[[str], object]:
+def _made(**changes: Any) -> Callable[[EquationsName], object]:
     """Return a function that creates a chain of uniform bars with some fields changed."""
     return lambda _: replace(Chain.uniform_bars(), **changes)
 
@@ -103,10 +104,10 @@ def _spoilt(value: Any, number: float) -> list[Any]:
     return []
 
 
-def _spoilt_effects(numbers: tuple[float, ...]) -> Callable[[str], object]:
+def _spoilt_effects(numbers: tuple[float, ...]) -> Callable[[EquationsName], object]:
     """Return a function that simulates effects with one invalid number, each in turn."""
 
-    def attempt(formulation: str) -> object:
+    def attempt(formulation: EquationsName) -> object:
         last: TwolinkError | None = None
         for name, entries in _EFFECTS.items():
             for key, value in entries.items():
@@ -119,7 +120,7 @@ def _spoilt_effects(numbers: tuple[float, ...]) -> Callable[[str], object]:
     return attempt
 
 
-def _refusal(formulation: str, name: str, entries: dict[str, Any]) -> TwolinkError:
+def _refusal(formulation: EquationsName, name: str, entries: dict[str, Any]) -> TwolinkError:
     """Return the error that rejects an effect, or an error that it was accepted."""
 
     def attempt() -> object:
@@ -132,7 +133,7 @@ def _refusal(formulation: str, name: str, entries: dict[str, Any]) -> TwolinkErr
     return TwolinkError(result.said)
 
 
-def _every_chain_number(numbers: tuple[float, ...]) -> Callable[[str], object]:
+def _every_chain_number(numbers: tuple[float, ...]) -> Callable[[EquationsName], object]:
     """Return a function that creates chains with one invalid number, each in turn."""
 
     def attempt(_: str) -> object:

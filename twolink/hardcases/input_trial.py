@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from twolink.data import data_path
 from twolink.errors import TwolinkError
 from twolink.files import scratch_folder
+from twolink.formulations import EquationsName
 from twolink.hardcases.record import Result
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ class InputTrial:
     may also be loaded within the limits.
     """
 
-    attempt: Callable[[str], object] | None = None
+    attempt: Callable[[EquationsName], object] | None = None
     hostile: str = ""
     hostile_attempt: Callable[[str], Result] | None = None
     urdf: str = ""
@@ -47,7 +48,7 @@ class InputTrial:
     harmless: bool = False
     _found: dict[str, Result] = field(default_factory=dict, repr=False, compare=False)
 
-    def ours(self, formulation: str, check: Callable[[], None]) -> Result:
+    def ours(self, formulation: EquationsName, check: Callable[[], None]) -> Result:
         """Return whether the library rejects it with one sentence."""
         if self.attempt is not None:
             return refused(lambda: self.attempt(formulation))  # type: ignore[misc]

@@ -9,15 +9,13 @@ from enum import Enum
 from typing import TYPE_CHECKING, Protocol
 
 from twolink.errors import TwolinkError
+from twolink.formulations import EquationsName
 
 if TYPE_CHECKING:
     from twolink.engines.sandbox import TaskResult
     from twolink.engines.simulation_engine import SimulationEngine
 
 GROUPS = ("evaluation", "smooth", "friction", "contact", "input")
-
-FORMULATIONS = ("momenta", "lagrange", "kane")
-"""The columns of this library."""
 
 # A larger excess over the bound without a warning is a silent error.
 _SILENTLY = 10.0
@@ -135,7 +133,7 @@ class LateError(TwolinkError):
 class Trial(Protocol):
     """The procedure of a case, for this library and for external engines."""
 
-    def ours(self, formulation: str, check: Callable[[], None]) -> Result:
+    def ours(self, formulation: EquationsName, check: Callable[[], None]) -> Result:
         """Return the result for one of this library's formulations.
 
         `check` is called repeatedly and raises `LateError` at the time limit. The caller handles

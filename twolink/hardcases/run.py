@@ -11,13 +11,15 @@ from typing import TYPE_CHECKING
 
 from twolink.environment import package_versions, this_machine
 from twolink.errors import EngineError, TwolinkError
-from twolink.hardcases.record import FORMULATIONS, Case, Column, LateError, Mark, Outcome, Result
+from twolink.formulations import EquationsName
+from twolink.hardcases.record import Case, Column, LateError, Mark, Outcome, Result
+from twolink.simulation.smooth.equations import EQUATIONS, equations_named
 from twolink.text import choice
 
 if TYPE_CHECKING:
     from twolink.engines.sandbox import TaskResult
 
-OURS = tuple(Column(name) for name in FORMULATIONS)
+OURS = tuple(Column(name) for name in EQUATIONS)
 
 
 def columns(names: Iterable[str] | None = None) -> tuple[Column, ...]:
@@ -52,7 +54,11 @@ def columns(names: Iterable[str] | None = None) -> tuple[Column, ...]:
 
 def outcome(case: Case, column: Column) -> Outcome:
     """Return the outcome of a case in a column; exceptions other than interrupts are outcomes."""
-    return _of_an_engine(case, column) if column.engine else _of_ours(case, column.name)
+    return (
+        _of_an_engine(case, column)
+        if column.engine
+        else _of_ours(case, equations_named(column.name))
+    )
 
 
 def scoreboard(
@@ -72,7 +78,7 @@ def scoreboard(
     return board
 
 
-def _of_ours(case: Case, formulation: str) -> Outcome:
+def _of_ours(case: Case, formulation: EquationsName) -> Outcome:
     """Return the outcome of a case with one of this library's formulations, in this process."""
     begin = perf_counter()
 
@@ -170,7 +176,7 @@ def failed_by_us(board: dict[str, dict[str, Outcome]]) -> list[tuple[str, str]]:
         (name, column)
         for name, row in board.items()
         for column, found in row.items()
-        if column in FORMULATIONS and found.mark is not Mark.PASS
+        if column in EQUATIONS and found.mark is not Mark.PASS
     ]
 
 
@@ -182,7 +188,7 @@ def counts(board: dict[str, dict[str, Outcome]], column: str) -> dict[Mark, int]
 
 def verdict(board: dict[str, dict[str, Outcome]]) -> tuple[bool, str]:
     """Return whether this library passes all its cases, and a sentence on it."""
-    tried = [name for name in FORMULATIONS if any(name in row for row in board.values())]
+    tried = [name for name in EQUATIONS if any(name in row for row in board.values())]
     failed = {name for name, _ in failed_by_us(board)}
     cases = f"{len(board)} hard case{'' if len(board) == 1 else 's'}"
     if not tried:

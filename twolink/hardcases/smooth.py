@@ -13,6 +13,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.sampled_torque import SampledTorque
+from twolink.formulations import EquationsName
 from twolink.hardcases import exact, stored_references
 from twolink.hardcases.record import Case, Result
 from twolink.hardcases.reference_integrator import ReferenceMotion, ReferenceStates
@@ -77,7 +78,7 @@ _EVERY_ORDER = range(5, 32, 2)
 _ORDERS_SAMPLES = 4
 
 
-def _every_order(formulation: str, check: Check) -> Iterator[Result]:
+def _every_order(formulation: EquationsName, check: Check) -> Iterator[Result]:
     """Check every order of the library: the step size must stay finite.
 
     The error of a step is exp(−2 (p + 1)) at order p plus the rounding of all N operations; the

@@ -20,12 +20,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from twolink import kane, lagrange
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.compilation import Compiled
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
+from twolink.formulations import FORMULATIONS, EquationsName
 from twolink.hardcases import exact
 from twolink.hardcases.record import Result
 from twolink.simulation.smooth.equations import MomentumEquations
@@ -59,11 +59,11 @@ class StateTrial:
     torque: Numbers = (0.3, -0.7)
     p: Numbers | None = None
 
-    def ours(self, formulation: str, check: Callable[[], None]) -> Result:
+    def ours(self, formulation: EquationsName, check: Callable[[], None]) -> Result:
         """Return the error of one of the formulations."""
         if formulation == "momenta":
             return self._by_momenta()
-        text = kane if formulation == "kane" else lagrange
+        text = FORMULATIONS[formulation].equations
 
         def forward(q: Pair, u: Pair) -> Pair:
             return text.forward_dynamics(self.chain, q, u, self._loads(q, u))

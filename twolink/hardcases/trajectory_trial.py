@@ -22,11 +22,13 @@ from twolink import lagrange
 from twolink.effects import potential_energy
 from twolink.engines.protocol import Array
 from twolink.errors import IntegrationError
+from twolink.formulations import EquationsName
 from twolink.hardcases.record import Result
 from twolink.hardcases.reference_integrator import ReferenceMotion, ReferenceStates
 from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
 from twolink.simulation.motion import has_modes
+from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.taylor import default_longest_step
 from twolink.verification.tolerance import EPSILON
 
@@ -93,17 +95,17 @@ class TrajectoryTrial:
     samples: int = 11
     accuracies: tuple[float, ...] = ()
     tolerances: tuple[float, ...] = ()
-    also: Callable[[str, Check], Iterable[Result]] | None = None
+    also: Callable[[EquationsName, Check], Iterable[Result]] | None = None
     _found: dict[str, Result] = field(default_factory=dict, repr=False, compare=False)
 
-    def ours(self, formulation: str, check: Check) -> Result:
+    def ours(self, formulation: EquationsName, check: Check) -> Result:
         """Return the worst result of one of the formulations.
 
         Modes use speeds: for them the library replaces momenta by Lagrange's equations, whose
         result is reused.
         """
         modal = has_modes(self.scene)
-        text = "lagrange" if modal and formulation == "momenta" else formulation
+        text: EquationsName = EQUATIONS[formulation].in_speeds if modal else formulation
         if modal and text in self._found:
             return self._found[text]
         found: list[Result] = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import statistics
 from dataclasses import dataclass, replace
 
+from twolink.formulations import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
 from twolink.simulation.smooth.taylor import default_longest_step
@@ -28,7 +29,7 @@ class EffectsCost:
     without: dict[str, StepCost]
 
 
-def effects_cost(scene: Scene, *, formulation: str = "momenta") -> EffectsCost:
+def effects_cost(scene: Scene, *, formulation: EquationsName = "momenta") -> EffectsCost:
     """Return the cost of a step with all effects, and with each one omitted.
 
     Operations are counted in the compiled code; times are medians of several interleaved runs.

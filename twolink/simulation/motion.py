@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from twolink.effects import contact_elements, discontinuities
+from twolink.formulations import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.taylor import taylor_run
@@ -25,7 +26,7 @@ def motion_run(
     scene: Scene,
     times: Any,
     *,
-    formulation: str,
+    formulation: EquationsName,
     precision: str = "double",
     order: int | None = None,
     longest_step: float | None = None,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twolink.formulations import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact
 
@@ -41,7 +42,7 @@ class MotionRun(ABC):
     """
 
     scene: Scene
-    formulation: str
+    formulation: EquationsName
     precision: str
     longest_step: float
     q: Any

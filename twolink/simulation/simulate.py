@@ -17,12 +17,13 @@ from typing import Any
 import numpy as np
 
 from twolink.errors import SimulationError
+from twolink.formulations import EquationsName
 from twolink.inputs import as_count, as_number, as_word, refuse
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import METHODS, Scene
 from twolink.simulation.motion import has_events, has_modes, motion_run
 from twolink.simulation.run import Array, MotionRun, Statistics
-from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.equations import equations_named
 from twolink.simulation.smooth.numeric import SCIPY, NumericRun, numeric_run
 from twolink.simulation.smooth.taylor import (
     FULL_ORDERS,
@@ -64,7 +65,7 @@ def simulate(
     *,
     accuracy: float | None = None,
     method: str | None = None,
-    formulation: str = "momenta",
+    formulation: EquationsName = "momenta",
     samples: int = 501,
     progress: Callable[[str, float], None] | None = None,
     limits: Limits = DEFAULT_LIMITS,
@@ -115,7 +116,7 @@ class _Asked:
 
     scene: Scene
     accuracy: float
-    formulation: str
+    formulation: EquationsName
     times: Array
     limits: Limits
     progress: Callable[[str, float], None] | None = None
@@ -142,8 +143,7 @@ def _check(scene: Scene, accuracy: Any, method: Any, formulation: Any, samples: 
         raise SimulationError(f"accuracy must be positive and finite; got {accuracy!r}")
     if method not in METHODS:
         raise SimulationError(choice("method", method, METHODS))
-    if formulation not in EQUATIONS:
-        raise SimulationError(choice("formulation", formulation, EQUATIONS))
+    equations_named(formulation)
     if samples < 2:
         raise SimulationError(f"samples must be 2 or more; got {samples}")
     if has_modes(scene) and method != "taylor":

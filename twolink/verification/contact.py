@@ -20,11 +20,12 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.engines.protocol import Engine
 from twolink.errors import ParameterError
+from twolink.formulations import FORMULATIONS, Formulation, FormulationName
 from twolink.loads import Force, Loads, Torque
 from twolink.simulation.hybrid.dynamics import Pose, Solution, mode_solution
 from twolink.urdf import PlanarUrdf
 from twolink.verification.contact_tolerance import contact_tolerance
-from twolink.verification.jointspace import FORMULATIONS, Formulation, PlanarModel
+from twolink.verification.jointspace import PlanarModel
 from twolink.verification.quantities import Quantity
 from twolink.verification.states import Array, ContactStates, random_contact_states
 from twolink.verification.verify import ComparisonPlan, Progress, Verdict, cases
@@ -273,7 +274,7 @@ def verify_contact(
     *,
     states: int = 10_000,
     seed: int = 1,
-    formulations: Mapping[str, Formulation] = FORMULATIONS,
+    formulations: Mapping[FormulationName, Formulation] = FORMULATIONS,
     engine: Engine | None = None,
     draw: Callable[..., ContactStates] = random_contact_states,
     progress: Progress = lambda share: None,
@@ -286,7 +287,9 @@ def verify_contact(
     file.
     """
     model = PlanarModel(Chain.from_links(urdf.links), urdf.joints, urdf.gravity)
-    texts = {name: ContactSpace(f, model) for name, f in formulations.items()}
+    texts: dict[str, ContactSpace] = {
+        name: ContactSpace(f, model) for name, f in formulations.items()
+    }
     plan = ComparisonPlan(
         urdf,
         engine or Pinocchio(urdf),

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from twolink.engines.protocol import Engine
+from twolink.formulations import FORMULATIONS, Formulation, FormulationName
 from twolink.urdf import PlanarUrdf
-from twolink.verification.jointspace import FORMULATIONS, Formulation
 from twolink.verification.states import Array
 from twolink.verification.verify import Progress, motion_plan
 
@@ -32,7 +32,7 @@ def differences(
     *,
     states: int = 10_000,
     seed: int = 1,
-    formulations: Mapping[str, Formulation] = FORMULATIONS,
+    formulations: Mapping[FormulationName, Formulation] = FORMULATIONS,
     engine: Engine | None = None,
     progress: Progress = lambda share: None,
 ) -> tuple[Differences, ...]:

@@ -2,32 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
 
-from twolink import kane, kinematics, lagrange
+from twolink import kinematics
 from twolink.arithmetic import Matrix, Pair, Scalar
 from twolink.chain import Chain, Point
 from twolink.coordinates import JointConvention
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
+from twolink.formulations import Formulation
 from twolink.loads import Force, Loads
-
-
-@dataclass(frozen=True)
-class Formulation:
-    """A derivation of the equations of motion and its function for a point's Jacobian."""
-
-    name: str
-    equations: ModuleType
-    jacobian: Callable[[Chain, Pair, Point], tuple[Pair, Pair]]
-
-
-FORMULATIONS: Mapping[str, Formulation] = {
-    "kane": Formulation("Kane", kane, kane.partial_velocities),
-    "lagrange": Formulation("Lagrange", lagrange, lagrange.position_gradients),
-}
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,10 @@ from twolink.data import data_path
 from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.engines.protocol import Engine
 from twolink.environment import package_versions, this_machine
+from twolink.formulations import FORMULATIONS, Formulation, FormulationName
 from twolink.inputs import as_count
 from twolink.urdf import PlanarUrdf, read_planar_urdf
 from twolink.verification.jointspace import (
-    FORMULATIONS,
-    Formulation,
     JointSpace,
     PlanarModel,
     PointMotion,
@@ -107,7 +106,7 @@ def verify(
     *,
     states: int = 10_000,
     seed: int = 1,
-    formulations: Mapping[str, Formulation] = FORMULATIONS,
+    formulations: Mapping[FormulationName, Formulation] = FORMULATIONS,
     engine: Engine | None = None,
     motion: PointMotion | None = None,
     progress: Progress = lambda share: None,
@@ -128,13 +127,13 @@ def verify(
 
 def motion_plan(
     urdf: PlanarUrdf,
-    formulations: Mapping[str, Formulation] = FORMULATIONS,
+    formulations: Mapping[FormulationName, Formulation] = FORMULATIONS,
     engine: Engine | None = None,
     motion: PointMotion | None = None,
 ) -> ComparisonPlan:
     """Return the comparison plan of `verify`: equations of motion and motion of the points."""
     model = PlanarModel(Chain.from_links(urdf.links), urdf.joints, urdf.gravity)
-    texts = {name: JointSpace(f, model) for name, f in formulations.items()}
+    texts: dict[str, JointSpace] = {name: JointSpace(f, model) for name, f in formulations.items()}
     kinematics = {"kinematics": motion or PointMotion(model)}
     return ComparisonPlan(
         urdf,

@@ -11,8 +11,8 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
+from twolink.formulations import FORMULATIONS
 from twolink.scene import Scene
-from twolink.simulation.hybrid.formulations import FORMULATIONS
 from twolink.simulation.hybrid.mode import Mode
 from twolink.simulation.hybrid.start import start_state
 from twolink.simulation.hybrid.state import HybridState
@@ -44,7 +44,7 @@ def system_of(
     own = chain.convert(number)
     found = contact_elements(effects, own) if elements is None else tuple(elements)
     return HybridSystem(
-        chain, own, FORMULATIONS[formulation], effects, found, precision, None, number,
+        chain, own, FORMULATIONS[formulation].equations, effects, found, precision, None, number,
         rounding(precision), longest_step,
     )  # fmt: skip
 

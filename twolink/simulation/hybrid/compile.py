@@ -23,6 +23,7 @@ import numpy as np
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
 from twolink.effects import Effect, ParametricEffect, contact_elements
+from twolink.formulations import FORMULATIONS, FormulationName
 from twolink.optional import heyoka
 from twolink.simulation.hybrid.constraint import same_line
 from twolink.simulation.hybrid.dynamics import (
@@ -109,7 +110,7 @@ class CompiledMode:
 
 
 def compiled_mode(
-    system: HybridSystem, mode: Mode, formulation: str, sunk: tuple[int, ...]
+    system: HybridSystem, mode: Mode, formulation: FormulationName, sunk: tuple[int, ...]
 ) -> CompiledMode:
     """Return the integrator of a mode, compiled on first use.
 
@@ -120,7 +121,7 @@ def compiled_mode(
 
 @functools.lru_cache(maxsize=512)
 def _of_system(
-    system: HybridSystem, kind: Mode, formulation: str, sunk: tuple[int, ...]
+    system: HybridSystem, kind: Mode, formulation: FormulationName, sunk: tuple[int, ...]
 ) -> CompiledMode:
     """Return the integrators of a kind of modes, cached by the identity of the system.
 
@@ -137,22 +138,20 @@ def _compiled(
     content: Content,
     blank: Content,
     mode: Mode,
-    formulation: str,
+    formulation: FormulationName,
     precision: str,
     order: int | None,
     sunk: tuple[int, ...],
 ) -> CompiledMode:
     """Return the integrators of a kind of modes, cached for all arcs and runs."""
-    from twolink.simulation.hybrid.formulations import FORMULATIONS
-
     hy, number = heyoka(), number_type(precision)
     parameters = itertools.count()
     effects = _with_parameters(blank.objects, parameters)
     (chain,) = content.objects
     own = chain.convert(number)
     system = HybridSystem(
-        chain, own, FORMULATIONS[formulation], effects, contact_elements(effects, own), precision,
-        order, number, 0.0, 0.0,
+        chain, own, FORMULATIONS[formulation].equations, effects, contact_elements(effects, own),
+        precision, order, number, 0.0, 0.0,
     )  # fmt: skip
     mode = mode.with_numbers(tuple(hy.par[next(parameters)] for _ in mode.numbers))
     return _Builder(system, mode, sunk, next(parameters)).compiled()

@@ -8,7 +8,6 @@ a unit load, by Kane's partial velocities or by Lagrange's gradients.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from types import ModuleType
 from typing import Any, NamedTuple
 
 from twolink.arithmetic import Matrix, Pair, Scalar, sqrt
@@ -18,6 +17,7 @@ from twolink.contact.elements import Constraint, ContactElement, ContactForces, 
 from twolink.contact.force_laws import PlasticState
 from twolink.contact.states import ContactState
 from twolink.effects import Effect, smooth_loads
+from twolink.formulations import EquationsOfMotion
 from twolink.loads import Force, Load, Loads, Torque
 from twolink.simulation.hybrid.constraint import cramer, solved_with_one, solved_with_two
 
@@ -37,7 +37,7 @@ class Pose:
 
     __slots__ = ("_inertia", "_rows", "chain", "formulation", "q")
 
-    def __init__(self, chain: Chain, formulation: ModuleType, q: Pair) -> None:
+    def __init__(self, chain: Chain, formulation: EquationsOfMotion, q: Pair) -> None:
         """Store a chain and angles of any number type."""
         self.chain, self.formulation, self.q = chain, formulation, q
         # By identity: a coordinate takes longer to hash than its row.

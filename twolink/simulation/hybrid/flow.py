@@ -16,6 +16,7 @@ import numpy as np
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
 from twolink.errors import IntegrationError
+from twolink.formulations import FormulationName
 from twolink.optional import heyoka
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.certificate import Block, Certificate, Finding, powers
@@ -62,7 +63,7 @@ def flow(
     state: HybridState,
     mode: Mode,
     until: Any,
-    formulation: str,
+    formulation: FormulationName,
     progress: Callable[[float, int], None],
     expected: int = 0,
     orders: Orders = NO_ORDERS,

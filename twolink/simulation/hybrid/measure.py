@@ -15,10 +15,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from twolink.formulations import FORMULATIONS, EquationsName, FormulationName
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid.run import Effort, HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import MOST_JUMPS, PATIENCE
+from twolink.simulation.smooth.equations import EQUATIONS
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], Callable[[float], None] | None]
@@ -90,7 +92,7 @@ def measured_run(
     scene: Scene,
     times: Array,
     accuracy: float,
-    formulation: str,
+    formulation: EquationsName,
     progress: Progress,
     limits: Limits = DEFAULT_LIMITS,
 ) -> Measured:
@@ -99,12 +101,12 @@ def measured_run(
     `progress` maps the name of a run to a function that receives its completed share. Raises
     `SimulationError` if not even the start can be integrated.
     """
-    own = "kane" if formulation == "kane" else "lagrange"
-    other = "lagrange" if own == "kane" else "kane"
-    known: dict[tuple[str, int, str], HybridRun] = {}
+    own = EQUATIONS[formulation].in_speeds
+    other = next(name for name in FORMULATIONS if name != own)
+    known: dict[tuple[str, int, FormulationName], HybridRun] = {}
     best: tuple[float, HybridRun, Array] | None = None
 
-    def run(precision: str, order: int, by: str) -> HybridRun:
+    def run(precision: str, order: int, by: FormulationName) -> HybridRun:
         key = precision, order, by
         if key not in known:
             effort = Effort(

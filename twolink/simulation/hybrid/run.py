@@ -15,12 +15,12 @@ import numpy as np
 
 from twolink.effects import contact_elements, discontinuities, pieces_at
 from twolink.errors import IntegrationError
+from twolink.formulations import FORMULATIONS, EquationsName, FormulationName
 from twolink.limits import UNLIMITED, Forecast, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
 from twolink.simulation.hybrid.flow import Arc, flow
-from twolink.simulation.hybrid.formulations import FORMULATIONS
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.impact_log import impact_log
 from twolink.simulation.hybrid.jump import Jump, jump, settle
@@ -30,6 +30,7 @@ from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.zeno import Past
 from twolink.simulation.run import MotionRun
+from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.taylor import default_longest_step, number_type, rounding
 
 # Number of last impacts that suffices to detect too many within the Zeno time.
@@ -120,7 +121,7 @@ def hybrid_run(
     scene: Scene,
     times: Any,
     *,
-    formulation: str = "lagrange",
+    formulation: EquationsName = "lagrange",
     precision: str = "double",
     order: int | None = None,
     longest_step: float | None = None,
@@ -136,10 +137,10 @@ def hybrid_run(
     `effort`, and `TooMuchError` where its steps would take more memory than the `limits` allow.
     """
     # Modes are formulated in speeds, not in momenta.
-    formulation = "kane" if formulation == "kane" else "lagrange"
+    own = EQUATIONS[formulation].in_speeds
     cap = longest_step or default_longest_step(scene)
     begun = perf_counter()
-    history = _History(scene, formulation, precision, order, cap, float(times[-1]), effort, limits)
+    history = _History(scene, own, precision, order, cap, float(times[-1]), effort, limits)
     failure = ""
     try:
         history.follow(progress or (lambda share: None))
@@ -153,7 +154,7 @@ def hybrid_run(
     q, u = polynomials.at(asked[asked <= reached])
     return HybridRun(
         scene=scene,
-        formulation=formulation,
+        formulation=own,
         precision=precision,
         longest_step=cap,
         q=q,
@@ -188,7 +189,7 @@ class _History:
     def __init__(
         self,
         scene: Scene,
-        formulation: str,
+        formulation: FormulationName,
         precision: str,
         order: int | None,
         cap: float,
@@ -202,8 +203,8 @@ class _History:
         own = chain.convert(number)
         self._scene, self._formulation = scene, formulation
         self.system = HybridSystem(
-            chain, own, FORMULATIONS[formulation], effects, contact_elements(effects, own),
-            precision, order, number, rounding(precision), cap,
+            chain, own, FORMULATIONS[formulation].equations, effects,
+            contact_elements(effects, own), precision, order, number, rounding(precision), cap,
         )  # fmt: skip
         self.system.check()
         self._end = number(end)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import ModuleType
 from typing import Any
 
 from twolink.arithmetic import Pair
@@ -15,6 +14,7 @@ from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState
 from twolink.effects import Effect, ParametricEffect, contact_elements
 from twolink.errors import SimulationError
+from twolink.formulations import EquationsOfMotion
 from twolink.simulation.hybrid.dynamics import Pose, held_coordinates
 from twolink.simulation.hybrid.tolerances import TRUNCATION
 from twolink.simulation.smooth.taylor import step_tolerance
@@ -32,7 +32,7 @@ class HybridSystem:
 
     scene_chain: Chain
     chain: Chain
-    formulation: ModuleType
+    formulation: EquationsOfMotion
     effects: tuple[Effect, ...]
     elements: tuple[ContactElement, ...]
     precision: str

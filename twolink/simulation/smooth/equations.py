@@ -9,29 +9,33 @@ expressions give compiled code, floats or arrays give values.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from types import ModuleType
 from typing import Any
 
-from twolink import kane, lagrange
+from twolink import lagrange
 from twolink.arithmetic import Pair, Scalar, cos, sin
 from twolink.chain import Chain
 from twolink.effects import Effect, smooth_loads
+from twolink.errors import SimulationError
+from twolink.formulations import FORMULATIONS, EquationsName, FormulationName
 from twolink.loads import Loads, Torque
+from twolink.text import choice
 
 
 @dataclass(frozen=True)
 class SpeedEquations:
-    """q and u as variables: dq/dt = u, and du/dt by one formulation's forward dynamics."""
+    """q and u as variables: dq/dt = u, and du/dt by one formulation's forward dynamics.
 
-    name: str
-    formulation: ModuleType
+    `in_speeds` is the name of that formulation.
+    """
+
+    in_speeds: FormulationName
 
     def rates(
         self, chain: Chain, effects: tuple[Effect, ...], q: Pair, u: Pair, t: Scalar
     ) -> tuple[Pair, Pair]:
         """Return dq/dt (rad/s) and du/dt (rad/s²)."""
         loads = smooth_loads(effects, chain, q, u, t)
-        return u, self.formulation.forward_dynamics(chain, q, u, loads)
+        return u, FORMULATIONS[self.in_speeds].equations.forward_dynamics(chain, q, u, loads)
 
     def from_speeds(self, chain: Chain, q: Pair, u: Pair) -> Pair:
         """Return the second pair of variables of a state: u itself."""
@@ -47,10 +51,11 @@ class MomentumEquations:
     """q and p as variables: dq/dt = M⁻¹ p, and dp/dt = ∂T/∂q + Q, by (6.9).
 
     These are Lagrange's equations with combined constants, so that an integrator has as few
-    operations as equations of this chain written by hand.
+    operations as equations of this chain written by hand. `in_speeds` is the formulation that
+    replaces them where speeds must be variables, as in the modes of contact and friction.
     """
 
-    name: str = "momenta"
+    in_speeds: FormulationName = "lagrange"
 
     def rates(
         self, chain: Chain, effects: tuple[Effect, ...], q: Pair, p: Pair, t: Scalar
@@ -120,8 +125,16 @@ def _gathered_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
 Equations = SpeedEquations | MomentumEquations
 
 # The first is the default, as it has the lowest measured cost (benchmarks/simulation.py).
-EQUATIONS: dict[str, Equations] = {
+EQUATIONS: dict[EquationsName, Equations] = {
     "momenta": MomentumEquations(),
-    "lagrange": SpeedEquations("lagrange", lagrange),
-    "kane": SpeedEquations("kane", kane),
+    **{name: SpeedEquations(name) for name in reversed(FORMULATIONS)},
 }
+"""The equations by the names that options take, the cheapest first."""
+
+
+def equations_named(name: str) -> EquationsName:
+    """Return a name of `EQUATIONS`; raises `SimulationError` for any other."""
+    for known in EQUATIONS:
+        if name == known:
+            return known
+    raise SimulationError(choice("formulation", name, EQUATIONS))

@@ -16,6 +16,7 @@ from twolink.chain import Chain
 from twolink.compilation import Compiled
 from twolink.effects import Effect, discontinuities, pieces_at
 from twolink.errors import SimulationError
+from twolink.formulations import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.fixed_step import FIXED_STEP
@@ -46,7 +47,7 @@ def numeric_run(
     times: Array,
     *,
     method: str,
-    formulation: str,
+    formulation: EquationsName,
     fineness: float,
     progress: Callable[[float], None] | None = None,
 ) -> NumericRun:
@@ -85,7 +86,7 @@ def _pieces(scene: Scene, times: Array) -> Iterator[tuple[Array, tuple[Effect, .
         yield np.array([start, *within, end]), pieces_at(scene.effects, start)
 
 
-def _rates(chain: Chain, effects: tuple[Effect, ...], formulation: str) -> Rates:
+def _rates(chain: Chain, effects: tuple[Effect, ...], formulation: EquationsName) -> Rates:
     """Return the rates of the equations' variables as a function of time and variables."""
     equations = EQUATIONS[formulation]
 

@@ -18,6 +18,7 @@ import numpy as np
 from twolink.chain import Chain
 from twolink.effects import discontinuities
 from twolink.errors import IntegrationError, SimulationError
+from twolink.formulations import EquationsName
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.pool import IntegratorPool
@@ -133,7 +134,7 @@ def taylor_run(
     scene: Scene,
     times: Any,
     *,
-    formulation: str,
+    formulation: EquationsName,
     precision: str = "double",
     order: int | None = None,
     longest_step: float | None = None,
@@ -214,7 +215,7 @@ class _Compiled:
 
     pool: IntegratorPool
     chain: Chain
-    formulation: str
+    formulation: EquationsName
     precision: str
     operations: int
 
@@ -288,7 +289,7 @@ class _Compiled:
 
 
 def _ready(
-    scene: Scene, formulation: str, precision: str, order: int | None, optimised: bool
+    scene: Scene, formulation: EquationsName, precision: str, order: int | None, optimised: bool
 ) -> _Compiled:
     """Return the compiled integrators of a scene."""
     chain = scene.moving_chain
@@ -306,7 +307,7 @@ def _ready(
 def _compiled(
     chain: Content,
     effects: Content,
-    formulation: str,
+    formulation: EquationsName,
     precision: str,
     order: int,
     optimised: bool,

@@ -1,23 +1,36 @@
-"""The formulations of the simulator: both, and both of the same chain."""
+"""The registry of formulations: each is complete, and both are of the same chain."""
+
+import inspect
+import typing
 
 import numpy as np
 import pytest
 
 from tests.verification.chains import GENERAL
 from twolink import kane, lagrange
+from twolink.formulations import FORMULATIONS, EquationsOfMotion, FormulationName
 from twolink.loads import Force
-from twolink.simulation.hybrid.formulations import FORMULATIONS
 
 
 def test_both_formulations_are_there_by_name():
-    assert {"kane": kane, "lagrange": lagrange} == FORMULATIONS
+    assert [f.equations for f in FORMULATIONS.values()] == [kane, lagrange]
+    assert typing.get_args(FormulationName) == tuple(FORMULATIONS)
+
+
+def test_every_function_of_the_contract_is_there():
+    contract = {name for name in vars(EquationsOfMotion) if not name.startswith("_")}
+    assert len(contract) == 8
+    for found in FORMULATIONS.values():
+        for name in contract:
+            expected = list(inspect.signature(getattr(EquationsOfMotion, name)).parameters)[1:]
+            assert list(inspect.signature(getattr(found.equations, name)).parameters) == expected
 
 
 @pytest.mark.parametrize("name", FORMULATIONS)
 def test_each_has_what_a_mode_is_made_of(name, random):
     """M is symmetric and positive, its determinant is its own, and the force of a load is its
     power by the speeds."""
-    formulation = FORMULATIONS[name]
+    formulation = FORMULATIONS[name].equations
     for _ in range(20):
         q, u, force = (tuple(random.normal(size=2)) for _ in range(3))
         M = np.array(formulation.mass_matrix(GENERAL, q))
