@@ -2,18 +2,12 @@ import json
 
 from typer.testing import CliRunner
 
-from tests.urdf.drawing import arm, at, joint
+from tests.urdf.drawing import arm_with_elbow
 from twolink.cli import app
 from twolink.data import data_path
 
-DRIVEN = arm(
-    elbow=joint(
-        "elbow",
-        "upper",
-        "lower",
-        "revolute",
-        at("1 0 0") + '<limit effort="1" velocity="1"/><dynamics damping="0.5" friction="0.25"/>',
-    )
+DRIVEN = arm_with_elbow(
+    '<limit effort="1" velocity="1"/>', '<dynamics damping="0.5" friction="0.25"/>'
 )
 
 

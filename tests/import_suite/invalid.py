@@ -56,6 +56,16 @@ def _number(content: str, *reason: str, comment: str, repair: bool = False) -> I
     return _of(content, *reason, flags=("Numbers",), comment=comment, repair=repair)
 
 
+def _missing(content: str, attribute: str, *, comment: str) -> Invalid:
+    return _number(content, f"{attribute} is missing", comment=comment, repair=True)
+
+
+def _limit_without(attribute: str, *, others: str) -> Invalid:
+    limit = f'<limit lower="-3" upper="3" {others}/>'
+    comment = f"a limit without {attribute}"
+    return _missing(_elbow("revolute", limit), f"limit {attribute}", comment=comment)
+
+
 def _format(content: str | bytes, *reason: str, comment: str, repair: bool = False) -> Invalid:
     return _of(content, *reason, flags=("Format",), comment=comment, repair=repair)
 
@@ -184,27 +194,14 @@ INVALID: dict[str, Callable[[], Invalid]] = {
     "missing-moment": lambda: _number(
         _edited("iyy=", "iww="), "inertia iyy is missing", comment="a moment is absent"
     ),
-    "missing-product": lambda: _number(
-        _edited(' ixy="0"', ""),
-        "inertia ixy is missing",
-        comment="a product is absent",
-        repair=True,
+    "missing-product": lambda: _missing(
+        _edited(' ixy="0"', ""), "inertia ixy", comment="a product is absent"
     ),
     "quaternion": lambda: _number(
         _edited('rpy="0 0 0"', 'quat_xyzw="0 0 0 1"'), "quat_xyzw", comment="a quaternion"
     ),
-    "missing-effort": lambda: _number(
-        _elbow("revolute", '<limit lower="-3" upper="3" velocity="1"/>'),
-        "limit effort is missing",
-        comment="a limit without effort",
-        repair=True,
-    ),
-    "missing-velocity": lambda: _number(
-        _elbow("revolute", '<limit lower="-3" upper="3" effort="1"/>'),
-        "limit velocity is missing",
-        comment="a limit without velocity",
-        repair=True,
-    ),
+    "missing-effort": lambda: _limit_without("effort", others='velocity="1"'),
+    "missing-velocity": lambda: _limit_without("velocity", others='effort="1"'),
     "revolute-without-limit": lambda: _number(
         _elbow("revolute"), "'elbow'", "<limit>", comment="revolute without <limit>", repair=True
     ),

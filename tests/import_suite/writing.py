@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from tests.import_suite.invalid import INVALID
-from tests.import_suite.valid import VALID
+from tests.import_suite.invalid import INVALID, Invalid
+from tests.import_suite.valid import VALID, Valid
 
 FOLDER = Path(__file__).parent.parent.parent / "models" / "import"
 
@@ -24,35 +24,21 @@ def suite() -> dict[str, bytes]:
     """Return the content of every file of the suite, by its path in the folder."""
     files: dict[str, bytes] = {}
     index: list[dict[str, Any]] = []
+
+    def add(folder: str, name: str, case: Valid | Invalid, **expectation: Any) -> None:
+        path = f"{folder}/{name}.urdf"
+        files[path] = _bytes(case.content)
+        entry = {"id": f"import/{name}", "file": path}
+        entry |= {"flags": list(case.flags), "comment": case.comment}
+        index.append({**entry, **expectation})
+
     for name, make in VALID.items():
         valid = make()
-        path = f"valid/{name}.urdf"
-        files[path] = _bytes(valid.content)
-        index.append(
-            {
-                "id": f"import/{name}",
-                "file": path,
-                "flags": list(valid.flags),
-                "comment": valid.comment,
-                "expect": "value",
-                "parameters": valid.expect,
-            }
-        )
+        add("valid", name, valid, expect="value", parameters=valid.expect)
     for name, make_invalid in INVALID.items():
         invalid = make_invalid()
-        path = f"invalid/{name}.urdf"
-        files[path] = _bytes(invalid.content)
-        index.append(
-            {
-                "id": f"import/{name}",
-                "file": path,
-                "flags": list(invalid.flags),
-                "comment": invalid.comment,
-                "expect": "refuse",
-                "reason": list(invalid.reason),
-                "repairable": invalid.repairable,
-            }
-        )
+        reason, repairable = list(invalid.reason), invalid.repairable
+        add("invalid", name, invalid, expect="refuse", reason=reason, repairable=repairable)
     document = {"version": 1, "about": ABOUT, "tests": index}
     files["index.json"] = (json.dumps(document, indent=1, ensure_ascii=False) + "\n").encode()
     return files

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from tests.strategies import EFFECT_STRATEGIES, scenes
-from tests.urdf.drawing import arm, at, joint
+from tests.urdf.drawing import arm_with_elbow
 from tests.verification.chains import GENERAL
 from twolink.chain import Chain, Rotor
 from twolink.cli import app
@@ -74,15 +74,8 @@ def test_the_chain_may_be_a_urdf_beside_the_scene(tmp_path):
     assert Scene.load(file).chain == Chain.uniform_bars()
 
 
-DRIVEN = arm(
-    elbow=joint(
-        "elbow",
-        "upper",
-        "lower",
-        "revolute",
-        at("1 0 0")
-        + '<limit lower="-1" upper="2" effort="1" velocity="1"/><dynamics damping="0.3"/>',
-    )
+DRIVEN = arm_with_elbow(
+    '<limit lower="-1" upper="2" effort="1" velocity="1"/>', '<dynamics damping="0.3"/>'
 )
 
 

@@ -41,3 +41,9 @@ PARTS = {
 def arm(**changes: str) -> str:
     """Return the text of a plain arm, with some parts changed, added or (if empty) left out."""
     return robot(*{**PARTS, **changes}.values())
+
+
+def arm_with_elbow(*properties: str) -> str:
+    """Return the text of an arm whose elbow is revolute, with properties such as <limit>."""
+    inside = at("1 0 0") + "".join(properties)
+    return arm(elbow=joint("elbow", "upper", "lower", "revolute", inside))

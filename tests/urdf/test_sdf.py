@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 
-from tests.urdf.drawing import arm, at, joint, link
+from tests.urdf.drawing import arm, arm_with_elbow, at, joint, link
 from tests.urdf.robots import PLAIN, Messy, messy_robots
 from twolink import UrdfError
 from twolink.urdf.lumping import two_bodies
@@ -16,16 +16,9 @@ from twolink.urdf.reading import parse_tree
 from twolink.urdf.sdf import _rpy, lump_in_space, sdf_of
 from twolink.urdf.spatial import rotation_from_rpy
 
-DRIVEN = arm(
-    elbow=joint(
-        "elbow",
-        "upper",
-        "lower",
-        "revolute",
-        at("1 0 0")
-        + '<limit lower="-1" upper="2" effort="1" velocity="1"/>'
-        + '<dynamics damping="0.5" friction="0.25"/>',
-    )
+DRIVEN = arm_with_elbow(
+    '<limit lower="-1" upper="2" effort="1" velocity="1"/>',
+    '<dynamics damping="0.5" friction="0.25"/>',
 )
 
 

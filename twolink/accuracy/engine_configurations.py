@@ -39,15 +39,8 @@ def _configuration(
             # Each engine is built when it is first used.
             ready.append(engine.prepared(scene, method.name))
         found = ready[0](value, times)
-        return MeasuredRun(
-            q=found.q,
-            u=found.u,
-            seconds=found.seconds,
-            compile_seconds=found.setup_seconds,
-            steps=found.steps,
-            evaluations=found.evaluations,
-            warnings=found.warnings,
-        )
+        cost = (found.seconds, found.setup_seconds, found.steps, found.evaluations)
+        return MeasuredRun(found.q, found.u, *cost, warnings=found.warnings)
 
     sweep = TOLERANCES if method.parameter == "tolerance" else STEPS
     return MethodConfiguration(
