@@ -31,14 +31,14 @@ def seconds_by_stage(film: Film, size: tuple[int, int], suffix: str) -> dict[str
     """Return the time of each stage of a recording (s)."""
     ends: dict[str, tuple[float, float]] = {}
 
-    def told(stage: str, share: float) -> None:
+    def report(stage: str, share: float) -> None:
         now = time.perf_counter()
         first, _ = ends.get(stage, (now, now))
         ends[stage] = first, now
 
     with tempfile.TemporaryDirectory() as folder:
         start = time.perf_counter()
-        record(film, Path(folder, f"film{suffix}"), size=size, progress=told)
+        record(film, Path(folder, f"film{suffix}"), size=size, progress=report)
         whole = time.perf_counter() - start
     return {"whole": whole, **{stage: last - first for stage, (first, last) in ends.items()}}
 

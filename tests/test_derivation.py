@@ -17,7 +17,7 @@ MODULES = sorted((ROOT / "twolink").rglob("*.py"))
 
 
 def cited(text):
-    """Return the equations and sections of the source that a text names."""
+    """Return the equations and sections of the derivation that a text names."""
     return re.findall(r"\((6\.\d+[a-z]?)\)", text), re.findall(r"[Ss]ection (6\.\d+)", text)
 
 
@@ -44,7 +44,7 @@ def test_the_page_cites_its_own_numbers_alone():
 
 
 def test_every_slip_has_its_test():
-    slips = re.findall(r"^(\d)\. ", PAGE.partition("## Slips of the source")[2], re.MULTILINE)
+    slips = re.findall(r"^(\d)\. ", PAGE.partition("## Slips of the textbook")[2], re.MULTILINE)
     assert slips == [str(n) for n in range(1, 8)]
     assert all(f"def test_{n}_" in SLIPS for n in slips)
 

@@ -315,7 +315,7 @@ def _entry(link: int, name: str, entry: Any) -> Any:
 
 
 def _rotors(rotors: Any) -> tuple[Rotor, ...]:
-    """Return a tuple of rotors, or refuse what is none."""
+    """Return a tuple of rotors, or refuse other objects."""
     entries = as_tuple("rotors", rotors, "a sequence of rotors")
     for entry in entries:
         if not isinstance(entry, Rotor):

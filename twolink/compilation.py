@@ -88,7 +88,7 @@ class TracingNumber:
 
     __slots__ = ("name", "negative", "recording")
 
-    # NumPy's floats leave it to this class what they do with it.
+    # NumPy's floats defer to the operators of this class.
     __array_ufunc__ = None
 
     def __init__(self, recording: Recording, name: str, negative: bool = False) -> None:

@@ -1,8 +1,8 @@
 """Files: read within bounds, written whole or not at all, and cleaned up after a kill.
 
-What is temporary has a name that begins with `.twolink-` beside a file, or `twolink-` in the folder
-for temporary files, and is locked while the process that made it lives. Whatever of these is not
-locked was left by a process that was killed, and is removed by the next one that comes along.
+A temporary file has a name that begins with `.twolink-` beside a file, or `twolink-` in the folder
+for temporary files, and is locked while the process that made it lives. One that is not locked
+was left by a killed process, and the next process removes it.
 """
 
 from __future__ import annotations
@@ -241,7 +241,7 @@ def _lock(handle: int) -> bool:
 
 
 def _clean(folder: Path, prefix: str, remove: Callable[[Path], None]) -> None:
-    """Remove what processes have left in a folder that were killed."""
+    """Remove temporary files of killed processes from a folder."""
     if fcntl is None:
         return
     with suppress(OSError):

@@ -1,7 +1,7 @@
 """Arguments of users as values: numbers, pairs and tuples that nothing can change afterwards.
 
 Sequences, arrays and generators become tuples, and NumPy's scalars Python's. Numbers may be of any
-kind (float, long double, mpmath, SymPy symbols); what is no number is refused by name.
+kind (float, long double, mpmath, SymPy symbols); anything else is refused by name.
 """
 
 from __future__ import annotations
@@ -146,7 +146,7 @@ def as_times(value: Any) -> np.ndarray[Any, Any]:
 def take_fields(owner: Any, where: str) -> None:
     """Set the fields of a frozen data class to the values of its arguments.
 
-    The annotations say what each must be: a number, a pair or a tuple of numbers, a truth value, a
+    The annotations give the type of each: a number, a pair or a tuple of numbers, a truth value, a
     string, or a tuple of strings. Raises `ParameterError` for anything else.
     """
     kind: Any = type(owner)

@@ -15,11 +15,11 @@ _WAIT = 0.05
 
 
 class AbandonedError(BaseException):
-    """Nobody waits for the result of this call any more."""
+    """The call was abandoned: its result is no longer needed."""
 
 
 def side_by_side(*functions: Callable[[Callable[[], None]], Any]) -> list[Any]:
-    """Return what functions give, each called in a thread of its own.
+    """Return the results of functions, each called in a thread of its own.
 
     A function takes a callable that it calls now and then, which ends it if the caller was
     interrupted, or another function has failed. Raises the first error of any of them.

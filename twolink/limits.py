@@ -1,6 +1,6 @@
-"""How much time and memory a run may take, and estimates of what it would.
+"""Limits on the time and memory of a run, and estimates of both.
 
-A run that would take more is refused before it begins, where that is known, and else on its way.
+A run that exceeds a limit is refused before it begins, if that is known, and otherwise on its way.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Limits:
         """
         forecast, start = Forecast(_WINDOW), thread_time()
 
-        def told(share: float) -> None:
+        def report(share: float) -> None:
             spent = thread_time() - start
             total = forecast.total(share, spent)
             far = spent > _FAR * self.seconds * share
@@ -52,7 +52,7 @@ class Limits:
             if progress is not None:
                 progress(share)
 
-        return told
+        return report
 
     def check_growth(self, what: str, forecast: Forecast, share: float, size: float) -> None:
         """Raise `TooMuchError` if the final size is estimated to be larger than the limit.
@@ -73,7 +73,7 @@ DEFAULT_LIMITS = Limits()
 
 _LIFTED = " (--force lifts it, and limits=UNLIMITED in Python)"
 
-# An estimate is made from so many seconds of computing.
+# Seconds of computing from which an estimate is made.
 _WINDOW = 1.5
 
 # A part of a run may be far slower than the rest, such as bounces that accumulate. An estimate

@@ -1,4 +1,4 @@
-"""Values: what cannot change, and is the same as whatever has the same content."""
+"""Values: immutable objects that are equal if their contents are equal."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class NotAValueError(Exception):
 
 
 def content(value: Any) -> Any:
-    """Return a hashable key that two values share only if they cannot be told apart.
+    """Return a hashable key that two values share only if they are indistinguishable.
 
     Values are numbers, strings, enumerations, tuples, frozen sets and frozen data classes of
     values. Keys differ between kinds of number, and between 0.0 and -0.0. Raises `NotAValueError`
@@ -37,7 +37,7 @@ def content(value: Any) -> Any:
     if kind is frozenset:
         return kind, frozenset(map(content, value))
     if _is_frozen(value):
-        # What is no argument of the class follows from what is.
+        # Fields that are not arguments of the class follow from the arguments.
         return (kind, *(content(getattr(value, f.name)) for f in fields(value) if f.init))
     raise NotAValueError(f"{kind.__name__} is no value")
 
@@ -74,7 +74,7 @@ class Own:
 class Content:
     """A key of a cache that stands for objects, by their content.
 
-    An object that is no value has a key of its own for each `Own`: what was computed from it is
+    An object that is no value has a key of its own for each `Own`: results computed from it are
     found within one run, and not by a later one, before which it may have changed.
     """
 

@@ -1,9 +1,9 @@
-"""A live view: a server that streams a film's frames to pages, and hears their buttons and keys.
+"""A live view: a server that streams a film's frames to pages, and receives their commands.
 
-meshcat's own server listens on every address, asks nobody who he is, and outlives what started it.
-This one serves meshcat's viewer from its package, listens where it is told and by default to this
+meshcat's own server listens on every address, without authentication, and outlives its caller.
+This one serves meshcat's viewer from its package, listens on a given host, by default on this
 machine alone, answers only pages that it served itself, and ends with the loop that it runs in.
-Where it listens to other machines, its address has a random word that no one can guess.
+If it listens to other machines, its address has a random key.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Clock:
             self.playing = self.frame < self.last
 
     def asked(self, question: Any) -> None:
-        """Do what a page asks: {"play": bool}, {"seek": frame} or {"speed": factor}.
+        """Obey a page's command: {"play": bool}, {"seek": frame} or {"speed": factor}.
 
         Anything else is ignored: a page is not trusted.
         """
@@ -86,7 +86,7 @@ class Clock:
 
     @property
     def state(self) -> dict[str, Any]:
-        """What a page is told of it."""
+        """The state of the clock, as pages receive it."""
         return {"playing": self.playing, "speed": self.speed, "frame": round(self.frame, 3)}
 
 
@@ -137,7 +137,7 @@ class LiveView:
             (root + re.escape(name), _Part, {"view": self, "kind": kind, "text": text})
             for name, (kind, text) in served.items()
         ]
-        # No line of a log for each request: what is not read would fill a pipe.
+        # No log of requests: it would fill a pipe that is not read.
         app = tornado.web.Application(
             [*parts, (root + "stream", _Stream, {"view": self})],
             log_function=lambda handler: None,
@@ -162,7 +162,7 @@ class LiveView:
         before = loop.time()
         while True:
             now = loop.time()
-            # While nobody looks, nothing moves.
+            # The film advances only while a page is connected.
             if self.pages:
                 self.clock.advance(now - before)
                 self.show()
@@ -191,12 +191,12 @@ class LiveView:
     def welcome(self, page: _Stream) -> None:
         """Take in a page that has just connected."""
         self.pages.add(page)
-        page.tell(self._setup)
-        page.tell(self._message())
+        page.send(self._setup)
+        page.send(self._message())
         self._changed.set()
 
     def heard(self, text: str | bytes) -> None:
-        """Do what a page asks."""
+        """Obey a page's command."""
         try:
             question = json.loads(text)
         except ValueError:
@@ -240,7 +240,7 @@ def _is_address(name: str) -> bool:
 
 
 class _Guarded(tornado.web.RequestHandler):
-    """What both handlers have in common: the view, and whom it answers."""
+    """The common part of both handlers: the view, and its check of host and key."""
 
     view: LiveView
 
@@ -285,7 +285,7 @@ class _Stream(_Guarded, tornado.websocket.WebSocketHandler):
     def on_close(self) -> None:
         self.view.pages.discard(self)
 
-    def tell(self, message: bytes) -> None:
+    def send(self, message: bytes) -> None:
         """Send a message that must not be lost."""
         _spawn(self._sent(message))
 

@@ -117,7 +117,7 @@ def viewer_script() -> str:
 
 @cache
 def licences() -> str:
-    """Return the licences of meshcat's viewer and of what it contains."""
+    """Return the licences of meshcat's viewer and of its components."""
     folder = _viewer_folder()
     texts = [folder.parent / "LICENSE", folder / "main.min.js.LICENSE.txt"]
     found = "\n".join(text.read_text(encoding="utf-8") for text in texts if text.exists())

@@ -41,28 +41,28 @@ def record(
     and `FileError` if the file cannot be written.
     """
     check_recording(file, size, film.fps)
-    told = progress or (lambda stage, share: None)
+    report = progress or (lambda stage, share: None)
     number = _frame_number(film, at)
     with atomic_write(file) as temporary:
         if file.suffix == ".html":
-            page = player_page(film, progress=lambda share: told("frames", share))
+            page = player_page(film, progress=lambda share: report("frames", share))
             temporary.write_text(page, encoding="utf-8")
             return
         if file.suffix == ".png":
-            with _shown(film, size, patience, told) as player:
+            with _shown(film, size, patience, report) as player:
                 temporary.write_bytes(_picture(player.value(_ask(number))))
             return
         with (
-            _shown(film, size, patience, told) as player,
+            _shown(film, size, patience, report) as player,
             encoder(temporary, file.suffix, film.fps) as pictures,
         ):
             for k, picture in enumerate(_pictures(player, len(film.times))):
                 pictures.write(picture)
-                told("pictures", (k + 1) / len(film.times))
-        told("checking", 0.0)
+                report("pictures", (k + 1) / len(film.times))
+        report("checking", 0.0)
         found = decoded(temporary)
         check_decoded(found, file.suffix, size, film.fps, len(film.times))
-        told("checking", 1.0)
+        report("checking", 1.0)
 
 
 def check_recording(file: Path, size: tuple[int, int], fps: float) -> None:
@@ -81,7 +81,7 @@ def check_recording(file: Path, size: tuple[int, int], fps: float) -> None:
 
 
 @contextmanager
-def _shown(film: Film, size: tuple[int, int], patience: float, told: Progress) -> Iterator[Page]:
+def _shown(film: Film, size: tuple[int, int], patience: float, report: Progress) -> Iterator[Page]:
     """Yield a page of a headless browser that shows the film in a given size (pixels)."""
     # The browser first: without one, all other work is useless.
     with (
@@ -89,7 +89,7 @@ def _shown(film: Film, size: tuple[int, int], patience: float, told: Progress) -
         scratch_folder("page") as folder,
     ):
         file = folder / "film.html"
-        page = player_page(film, bare=True, progress=lambda share: told("frames", share))
+        page = player_page(film, bare=True, progress=lambda share: report("frames", share))
         file.write_text(page, encoding="utf-8")
         player = browser.page(*size)
         player.open(file.as_uri())

@@ -208,12 +208,12 @@ def energy_drift(
     drifts = []
     for index, method in enumerate(chosen):
 
-        def told(share: float, index: int = index, name: str = method.name) -> None:
+        def report(share: float, index: int = index, name: str = method.name) -> None:
             if progress is not None:
                 progress(name, (index + share) / len(chosen))
 
-        told(0.0)
-        drifts.append(_drift(asked, method, told))
+        report(0.0)
+        drifts.append(_drift(asked, method, report))
     return DriftStudy(scene, seconds, kinetic, radius, divergence(scene, radius), tuple(drifts))
 
 
@@ -267,7 +267,7 @@ def total_energy(scene: Scene, states: Array) -> Any:
     return T + potential_energy(scene.effects, chain, (q1, q2))
 
 
-def _drift(asked: _Asked, method: LongMethod, told: Callable[[float], None]) -> Drift:
+def _drift(asked: _Asked, method: LongMethod, report: Callable[[float], None]) -> Drift:
     starts = many_starts(asked.scene, method.starts, spread=_SPREAD, seed=_SEED)
     try:
         states = np.concatenate([starts, asked.visited], axis=1)
@@ -287,7 +287,7 @@ def _drift(asked: _Asked, method: LongMethod, told: Callable[[float], None]) -> 
         seen.append(time)
         errors.append(np.asarray(total_energy(asked.scene, states) - first, dtype=float))
         farthest = max(farthest, float(np.abs(states[:2]).max()))
-        told(min(1.0, time / asked.seconds))
+        report(min(1.0, time / asked.seconds))
     seconds = perf_counter() - begin
     unfinished = math.inf if failure else run.unfinished(states)
     if not failure and unfinished > _FINISHED:

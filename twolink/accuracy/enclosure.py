@@ -206,11 +206,11 @@ def _in_a_thread(
     """Return the enclosure around an approximate motion; an interrupt ends it at once."""
 
     def proven(go_on: Callable[[], None]) -> Enclosure:
-        def told(share: float) -> None:
+        def advance(share: float) -> None:
             go_on()
             report("proving", share)
 
-        return _proven(scene, asked, digits, limits.timed(f"a proof in {digits} digits", told))
+        return _proven(scene, asked, digits, limits.timed(f"a proof in {digits} digits", advance))
 
     (found,) = side_by_side(proven)
     return found

@@ -170,12 +170,12 @@ def _side_by_side(
 
     def run(equations: EquationsName, guard: int) -> Callable[[Callable[[], None]], _Run]:
         def followed(go_on: Callable[[], None]) -> _Run:
-            def told(share: float) -> None:
+            def advance(share: float) -> None:
                 go_on()
                 done[equations] = share
                 report(f"two runs in more than {digits} digits", sum(done.values()) / 2)
 
-            timed = limits.timed(f"a reference of {digits} digits", told)
+            timed = limits.timed(f"a reference of {digits} digits", advance)
             return _precise(scene, grid, equations, digits + guard, timed)
 
         return followed
@@ -252,14 +252,14 @@ def _by_events(
 ) -> tuple[_Run, _Run]:
     """Return two runs in 113 bits with different orders and formulations."""
 
-    def followed(equations: EquationsName, order: int, told: Callable[[float], None]) -> _Run:
+    def followed(equations: EquationsName, order: int, advance: Callable[[float], None]) -> _Run:
         run = motion_run(
             scene,
             np.array(grid),
             formulation=equations,
             precision="quadruple",
             order=order,
-            progress=limits.timed(f"the motion over {scene.duration:g} s in 113 bits", told),
+            progress=limits.timed(f"the motion over {scene.duration:g} s in 113 bits", advance),
         )
         states = [_decimals(state) for state in zip(*run.q, *run.u, strict=True)]
         return ReferenceRun(equations, 113, run.order, run.steps), states

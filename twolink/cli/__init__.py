@@ -77,7 +77,7 @@ def main() -> None:
     try:
         _run()
     except KeyboardInterrupt:
-        # Before a command has begun; what comes later is `Program`'s.
+        # Before a command has begun; `Program` handles later interrupts.
         sys.exit(128 + signal.SIGINT)
 
 
@@ -94,7 +94,7 @@ def _run() -> None:
 
 
 def _open_closed_streams() -> list[str]:
-    """Open streams that are closed on nothing, lest the next file that is opened be one of them."""
+    """Connect closed streams to os.devnull, so that no file opened later takes their place."""
     closed = [name for name in ("stdin", "stdout", "stderr") if getattr(sys, name) is None]
     for name in closed:
         stream = open(os.devnull, "r" if name == "stdin" else "w", encoding="utf-8")  # noqa: SIM115

@@ -35,7 +35,7 @@ def accuracy(
         typer.Option(help="Write accuracy.json, .csv, .svg and .png into this folder."),
     ] = None,
 ) -> None:
-    """Measure what accuracy costs in time, and say which method to take.
+    """Measure the cost of accuracy in time, and recommend a method.
 
     Every method runs at settings from coarse to fine, each is judged by a run in 113 bits, and all
     are timed in turn. Exit code 0, or 2: the input was refused.
@@ -49,9 +49,9 @@ def accuracy(
         refuse(f"--budget must be a positive number of seconds; got {budget:g}")
     check_folder("--out", out)
     loaded = Scene.load(scene)
-    with bar_of("measuring") as told:
+    with bar_of("measuring") as progress:
         found = study(
-            loaded, methods=names_in(methods), engines=engines, budget=budget, progress=told
+            loaded, methods=names_in(methods), engines=engines, budget=budget, progress=progress
         )
     _print(console(), found)
     if out is not None:
@@ -67,7 +67,7 @@ def _print(page: Console, found: Study) -> None:
     measured = found.work_precision
     page.print(styled((measured.scene.title, "bold"), f", {measured.scene.duration:g} s"))
     page.print(f"errors at {measured.judged_at}, measured against {measured.reference.source}\n")
-    table = Table(title="What a digit costs", title_justify="left", box=box.SIMPLE_HEAD)
+    table = Table(title="Cost of a digit", title_justify="left", box=box.SIMPLE_HEAD)
     for name in ("digits", "cheapest configuration", "setting", "time", "the next digit takes"):
         table.add_column(name, justify="right" if name in ("digits", "time") else "left")
     for point, group in groupby(found.choices, key=lambda choice: choice.point):
@@ -123,7 +123,7 @@ def _configurations_table(configurations: tuple[ConfigurationSummary, ...]) -> A
 
 
 def _events_table(found: Study) -> Any:
-    """Return the errors across events, apart: when, and what the motion is like when it is."""
+    """Return the errors across events: those of their times, and those of the speeds."""
     from rich import box
     from rich.table import Table
 
@@ -147,7 +147,7 @@ def _events_table(found: Study) -> Any:
 
 
 def _above_rounding(error: float) -> str:
-    """Return an error of what is logged in float64, in which a better one is not seen."""
+    """Return an error of a float64 log as text; smaller errors than its rounding are not seen."""
     return f"{error:.1e}" if error > 0 else "< 1e-16"
 
 

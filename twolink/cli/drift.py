@@ -33,9 +33,9 @@ def drift(
         typer.Option(help="Write drift.json, .csv, .svg and .png into this folder."),
     ] = None,
 ) -> None:
-    """Measure what becomes of energy over a long time, by each method.
+    """Measure the drift of energy over a long time, for each method.
 
-    Exit code 0, also where a method does not do what is expected of it (the table says so), or 2:
+    Exit code 0, also if a method's drift is not the expected one (the table says so), or 2:
     the input was refused.
     """
     from twolink.accuracy.drift import energy_drift
@@ -43,8 +43,8 @@ def drift(
 
     check_folder("--out", out)
     loaded = Scene.load(scene)
-    with bar_of("following") as told:
-        found = energy_drift(loaded, seconds=seconds, methods=names_in(methods), progress=told)
+    with bar_of("following") as progress:
+        found = energy_drift(loaded, seconds=seconds, methods=names_in(methods), progress=progress)
     _print(console(), found)
     if out is not None:
         from viz.plots.drift import drift_plot
@@ -73,11 +73,11 @@ def _print(page: Console, found: DriftStudy) -> None:
         for sentence in found.unexpected:
             page.print(sentence, style="bold yellow", soft_wrap=True)
     else:
-        page.print("Every method does what is expected of it.", style="bold green")
+        page.print("Every method has the expected drift.", style="bold green")
 
 
 def _about_the_motion(found: DriftStudy) -> Iterator[str]:
-    """Return what the motion is like, in sentences: it decides what powers of time can tell."""
+    """Return whether the motion is chaotic, in sentences: powers of time do not fit chaos."""
     apart = found.divergence
     by = f"nearby starts separate by a factor of {apart.factor:.1g} in {apart.seconds:.3g} s"
     if apart.chaotic:

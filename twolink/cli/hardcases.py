@@ -56,7 +56,7 @@ def hardcases(
     ours: Annotated[bool, typer.Option("--ours", help="Only the columns of this library.")] = False,
     explain: Annotated[
         str | None,
-        typer.Option("--explain", help="Print what this case is about, in Markdown; or 'all'."),
+        typer.Option("--explain", help="Print a description of this case, in Markdown; or 'all'."),
     ] = None,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the scoreboard to this file as JSON.")
@@ -88,19 +88,19 @@ def hardcases(
 
 
 def _run(cases: tuple[Case, ...], chosen: tuple[Column, ...]) -> dict[str, dict[str, Outcome]]:
-    """Run all cases under a progress bar that says which one is on its way."""
+    """Run all cases under a progress bar that names the running ones."""
     from twolink.hardcases.parallel import parallel_scoreboard
     from twolink.hardcases.run import scoreboard
 
     with progress_bar() as bar:
         task = bar.add_task("hard cases", total=len(cases))
 
-        def told(done: int, running: tuple[str, ...]) -> None:
+        def update(done: int, running: tuple[str, ...]) -> None:
             bar.update(task, description=", ".join(running), completed=done)
 
         if len(cases) > 1:
-            return parallel_scoreboard(cases, chosen, told)
-        told(0, (cases[0].name,))
+            return parallel_scoreboard(cases, chosen, update)
+        update(0, (cases[0].name,))
         return scoreboard(cases, chosen)
 
 
@@ -139,8 +139,8 @@ def _print_board(
         page.print(_FAIR, style="dim", soft_wrap=True)
     page.print()
     for column in chosen:
-        told = (f"{count} {mark.value}" for mark, count in counts(board, column.name).items())
-        page.print(f"{column.name}: {', '.join(told)}", soft_wrap=True)
+        totals = (f"{count} {mark.value}" for mark, count in counts(board, column.name).items())
+        page.print(f"{column.name}: {', '.join(totals)}", soft_wrap=True)
     for name, formulation in failed_by_us(board):
         failed = board[name][formulation]
         page.print(f"{name}, {formulation}: {failed.words}; {failed.said}", style="bold red")

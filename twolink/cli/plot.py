@@ -36,7 +36,7 @@ def plot(
             "wrote; a URDF for --kind verification.",
         ),
     ],
-    kind: Annotated[str, typer.Option(help=f"What to plot: {', '.join(KINDS)}.")],
+    kind: Annotated[str, typer.Option(help=f"Kind of plot: {', '.join(KINDS)}.")],
     out: Annotated[
         Path,
         typer.Option(help="The .svg or .png file to write; with --kind all NAME-angles.svg, …"),
@@ -84,7 +84,7 @@ def _source(named: Path) -> Path:
 
 
 def _check(source: Path, kind: str, out: Path, theme: str, states: int, seed: int) -> None:
-    """Refuse what is not allowed before any work is done."""
+    """Refuse invalid options before any work is done."""
     from viz.themes import THEMES
 
     if kind not in KINDS:
@@ -117,8 +117,8 @@ def _trajectory(source: Path, samples: int, bar: Progress, force: bool) -> Traje
         Scene.load(source),
         samples=samples,
         limits=limits_of(force),
-        progress=lambda what, share: bar.update(
-            task, description=f"simulating, {what}", completed=share
+        progress=lambda stage, share: bar.update(
+            task, description=f"simulating, {stage}", completed=share
         ),
     )
 

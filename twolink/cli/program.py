@@ -23,7 +23,7 @@ from twolink.cli.terminal import BAD_INPUT, FAILED, flush, warn
 from twolink.errors import BrowserError, FileError, IntegrationError, TwolinkError
 from twolink.text import choice, one_line, quoted
 
-# What was asked for was right, and could not be done.
+# Errors of valid commands that failed.
 _FAULTS = (BrowserError, FileError, IntegrationError)
 
 # Typer brings its own copy of click since 0.29: the error is found by one that derives from it.
@@ -39,7 +39,7 @@ class Program(TyperGroup):
         sys.exit(self._run(words or ["--help"]))
 
     def _run(self, words: list[str]) -> int:
-        """Run a command; return its exit code, and say in a sentence what went wrong."""
+        """Run a command; return its exit code, and print an error in one sentence."""
         try:
             with _ended_by_signals():
                 code = self._invoked(words)
@@ -112,7 +112,7 @@ def _ended_by_signals() -> Iterator[None]:
 
 
 def usage_sentence(error: Any, words: Sequence[str]) -> str:
-    """Return what is wrong with a command line, in one sentence."""
+    """Return the fault of a command line, in one sentence."""
     context, parameter = getattr(error, "ctx", None), getattr(error, "param", None)
     option = getattr(error, "option_name", None)
     command = context.command_path if context is not None else "twolink"

@@ -54,7 +54,7 @@ def record(
     check_target("--out", out, KINDS)
     rate = (25.0 if out.suffix == ".gif" else 30.0) if fps is None else fps
     pixels = _size(size)
-    # What is missing or not allowed is said before anything is simulated.
+    # Missing programs and invalid options are reported before anything is simulated.
     check_recording(out, pixels, rate)
     film = film_of(
         motion, ghosts=ghost or [], nearby=nearby, urdf=urdf, fps=rate, speed=speed,

@@ -84,7 +84,7 @@ def reference(
 
 @dataclass(frozen=True)
 class _Asked:
-    """What is asked for of each scene."""
+    """The options for the reference of each scene."""
 
     digits: int | None
     times: tuple[float, ...] | None
@@ -131,8 +131,8 @@ class _Asked:
                 wanted(scene),
                 times,
                 limits=limits_of(self.force),
-                progress=lambda what, share: bar.update(
-                    task, description=f"{file.stem}: {what}", completed=share
+                progress=lambda stage, share: bar.update(
+                    task, description=f"{file.stem}: {stage}", completed=share
                 ),
             )
 

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from twolink.scene import Scene
     from viz.report.page import Section
 
-# What accuracy costs is measured for so long (s), for all scenes together.
+# Time limit (s) of the measurements of accuracy and cost, for all scenes together.
 _BUDGET = 14.0
 
-# The source's own case; and a smooth one, which every method can follow.
+# The case of the derivation; and a smooth one, which every method can follow.
 _DEFAULT = ("drop.toml", "free_fall.toml")
 
 
@@ -40,7 +40,7 @@ def report(
     """Verify, simulate, measure, and write one self-contained page of it all.
 
     The page needs no network and no server: open report/index.html. Exit code 0: all that was
-    checked agrees. 1: something does not; the page says what. 2: the input was refused.
+    checked agrees. 1: a check failed, which the page names. 2: the input was refused.
     """
     check_folder("--out", out)
     if states < 1:
@@ -55,7 +55,7 @@ def report(
 
 
 def _made(files: list[Path], out: Path, states: int, full: bool) -> list[tuple[bool, str]]:
-    """Write the page; return each verdict: whether what was checked agrees, and its sentence."""
+    """Write the page; return each verdict: whether the check passed, and its sentence."""
     from twolink.data import data_path
     from twolink.scene import Scene
     from twolink.urdf import read_planar_urdf
@@ -71,18 +71,18 @@ def _made(files: list[Path], out: Path, states: int, full: bool) -> list[tuple[b
     stages = 2 + len(loaded) + full
     with progress_bar() as bar:
         stage = _Stages(bar, stages)
-        with stage("verifying the shipped URDF") as tell:
+        with stage("verifying the shipped URDF") as progress:
             verdict = verify(
-                read_planar_urdf(data_path("twolink.urdf")), states=states, progress=tell
+                read_planar_urdf(data_path("twolink.urdf")), states=states, progress=progress
             )
         parts: list[Section] = [made.verification(verdict)]
         verdicts = [(verdict.passed, verdict.sentence)]
         for scene in loaded:
-            with stage(f"simulating, filming, measuring: {scene.title}") as tell:
-                parts.append(_scene(scene, _BUDGET / len(loaded), tell))
+            with stage(f"simulating, filming, measuring: {scene.title}") as progress:
+                parts.append(_scene(scene, _BUDGET / len(loaded), progress))
         if full:
-            with stage("hard cases") as tell:
-                part, found = _hard_cases(tell)
+            with stage("hard cases") as progress:
+                part, found = _hard_cases(progress)
                 parts.append(part)
                 verdicts.append(found)
         with stage("writing the page"):
@@ -106,19 +106,19 @@ class _Stages:
 
     @contextmanager
     def __call__(self, name: str) -> Iterator[Callable[..., None]]:
-        """Name the stage that goes on; it may tell which share of it is done, and at what it is."""
+        """Name the stage; yield a callback that takes its completed share and a description."""
 
-        def tell(share: float, at: str = "") -> None:
+        def progress(share: float, at: str = "") -> None:
             whole = (self._done + share) / self._count
             description = f"{name}: {at}" if at else name
             self._bar.update(self._task, description=description, completed=whole)
 
-        tell(0.0)
-        yield tell
+        progress(0.0)
+        yield progress
         self._done += 1
 
 
-def _scene(scene: Scene, budget: float, tell: Callable[[float], None]) -> Section:
+def _scene(scene: Scene, budget: float, progress: Callable[[float], None]) -> Section:
     """Return a scene's section: its motion and film, its curves and costs."""
     from twolink.accuracy.study import study
     from twolink.simulation import simulate
@@ -130,20 +130,20 @@ def _scene(scene: Scene, budget: float, tell: Callable[[float], None]) -> Sectio
 
     trajectory = simulate(scene)
     player = player_body(Film((Run(scene.title, trajectory),)), dark=True)
-    measured = study(scene, budget=budget, progress=lambda _, share: tell(share))
+    measured = study(scene, budget=budget, progress=lambda _, share: progress(share))
     return made.scene(trajectory, player, effects_cost(scene), measured)
 
 
-def _hard_cases(tell: Callable[[float, str], None]) -> tuple[Section, tuple[bool, str]]:
+def _hard_cases(progress: Callable[[float, str], None]) -> tuple[Section, tuple[bool, str]]:
     """Return the section of the hard cases, and their verdict."""
     from twolink.hardcases.catalogue import CASES
     from twolink.hardcases.parallel import parallel_scoreboard
     from twolink.hardcases.run import columns, verdict
     from viz.report.scoreboard import hard_cases
 
-    def told(done: int, running: tuple[str, ...]) -> None:
-        tell(done / len(CASES), ", ".join(running))
+    def update(done: int, running: tuple[str, ...]) -> None:
+        progress(done / len(CASES), ", ".join(running))
 
     chosen = columns()
-    board = parallel_scoreboard(CASES, chosen, told)
+    board = parallel_scoreboard(CASES, chosen, update)
     return hard_cases(CASES, chosen, board), verdict(board)

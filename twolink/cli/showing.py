@@ -1,4 +1,4 @@
-"""What `twolink view` and `twolink record` share: which runs are shown, and how."""
+"""The film that `twolink view` and `twolink record` show: its runs, and their options."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ Ghosts = Annotated[
     ),
 ]
 Nearby = Annotated[
-    float | None, typer.Option(help="A ghost that starts with q1 larger by this angle (rad).")
+    float | None, typer.Option(help="A ghost whose initial q1 is larger by this angle (rad).")
 ]
 OwnGeometry = Annotated[
     Path | None, typer.Option(help="Show this URDF's own geometry. Default: the scene's.")
@@ -81,8 +81,8 @@ def film_of(
 ) -> Film:
     """Return the film of a scene or trajectory, with ghosts beside it.
 
-    `frame_bytes` is the memory that a frame will take. Simulates what must be, with a progress bar.
-    Raises `TwolinkError` for what cannot be shown.
+    `frame_bytes` is the memory that a frame will take. Scenes are simulated, with a progress bar.
+    Raises `TwolinkError` for motions that cannot be shown.
     """
     from twolink.scene import scene_file
     from viz.film import Film, check_rates
@@ -158,10 +158,10 @@ def _trajectory(file: Path, bar: Progress, limits: Limits) -> Trajectory:
     return _simulated(Scene.load(file), bar, file.stem, limits)
 
 
-def _simulated(scene: Scene, bar: Progress, what: str, limits: Limits, **asked: Any) -> Trajectory:
+def _simulated(scene: Scene, bar: Progress, title: str, limits: Limits, **asked: Any) -> Trajectory:
     from twolink.simulation import simulate
 
-    task = bar.add_task(f"simulating {what}", total=1.0)
+    task = bar.add_task(f"simulating {title}", total=1.0)
     found = simulate(
         scene,
         limits=limits,
@@ -182,7 +182,7 @@ def _by_pinocchio(first: Trajectory, step: float) -> Trajectory:
     from twolink.simulation.run import Statistics
 
     scene = first.scene
-    # At frames its states are its own, and not what lies between two samples.
+    # States at frames are the engine's own, not interpolated between samples.
     finer = max(1, math.ceil(step * 120))
     frames = np.arange(math.floor(scene.duration / step * (1 + 1e-12)) + 1) * step
     between = (frames[:, None] + step * np.arange(finer) / finer).ravel()

@@ -42,14 +42,14 @@ def simulate(
     effects_cost: Annotated[
         bool,
         typer.Option(
-            "--effects-cost", help="Print what each effect adds to a step's cost, and nothing else."
+            "--effects-cost", help="Print the cost of each effect in a step, and nothing else."
         ),
     ] = False,
     force: Force = False,
 ) -> None:
     """Simulate a scene to a measured accuracy.
 
-    Says what was simulated, what it cost and how accurate it is. Exit code 0: the accuracy is
+    Prints the motion, its cost and its accuracy. Exit code 0: the accuracy is
     met. 1: only up to the time that is printed. 2: the input was refused.
     """
     check_target("--out", out, (".npz", ".csv", ".parquet"))
@@ -73,8 +73,8 @@ def simulate(
             formulation=equations_named(formulation),
             samples=samples,
             limits=limits_of(force),
-            progress=lambda what, share: bar.update(
-                task, description=f"simulating, {what}", completed=share
+            progress=lambda stage, share: bar.update(
+                task, description=f"simulating, {stage}", completed=share
             ),
         )
     _print_trajectory(trajectory)
@@ -85,7 +85,7 @@ def simulate(
 
 
 def _print_effects_cost(scene: Scene, formulation: EquationsName) -> None:
-    """Print the cost of a step, and what it is without each effect."""
+    """Print the cost of a step with all effects, and without each of them."""
     from rich import box
     from rich.table import Table
 
@@ -109,7 +109,7 @@ def _print_effects_cost(scene: Scene, formulation: EquationsName) -> None:
 
 
 def _print_trajectory(trajectory: Trajectory) -> None:
-    """Print what was simulated, what it cost, and how accurate it is."""
+    """Print the motion, its cost and its accuracy."""
     from rich import box
     from rich.table import Table
 
@@ -150,7 +150,7 @@ def _print_trajectory(trajectory: Trajectory) -> None:
 
 
 def _print_log(page: Console, trajectory: Trajectory) -> None:
-    """Print when modes begin and what impacts do; of very many the first and the last."""
+    """Print the times of modes and the impacts; of very many the first and the last."""
     log: list[Any] = [*trajectory.impacts, *trajectory.events]
     log.sort(key=lambda entry: entry.time)
     hidden = len(log) - _LOG_LINES if len(log) > _LOG_LINES else 0

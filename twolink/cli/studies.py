@@ -1,4 +1,4 @@
-"""What the commands that measure methods share: which methods, how far, and files of the result."""
+"""Names of methods, progress and result files of the commands that measure methods."""
 
 from __future__ import annotations
 
@@ -31,10 +31,12 @@ def names_in(words: str) -> tuple[str, ...]:
 
 @contextmanager
 def bar_of(doing: str) -> Iterator[Callable[[str, float], None]]:
-    """Show a bar while work goes on; it is told what is done and which share of it."""
+    """Show a progress bar; yield a callback that takes a stage and its completed share."""
     with progress_bar() as bar:
         task = bar.add_task(doing, total=1.0)
-        yield lambda what, share: bar.update(task, description=f"{doing}: {what}", completed=share)
+        yield lambda stage, share: bar.update(
+            task, description=f"{doing}: {stage}", completed=share
+        )
 
 
 def write_study(folder: Path, name: str, found: Study, figure: Figure) -> None:

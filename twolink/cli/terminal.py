@@ -1,4 +1,4 @@
-"""What every command shares: the one way to the terminal, refusals, targets, progress, JSON."""
+"""Terminal output, refusals, output targets, progress and JSON of every command."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def warn(text: object) -> None:
 
 
 def refuse(sentence: str) -> NoReturn:
-    """Say in one sentence what was received and what it must be, and end with exit code 2."""
+    """Print the reason for a refused input in one sentence, and end with exit code 2."""
     warn(f"twolink: {one_line(sentence)}")
     raise typer.Exit(BAD_INPUT)
 
@@ -153,7 +153,7 @@ def progress_bar() -> Iterator[Progress]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     class Description(TextColumn):
-        """What is going on, as text."""
+        """The description of the current task, as text."""
 
         def render(self, task: Task) -> Text:
             return styled(task.description)
@@ -161,8 +161,8 @@ def progress_bar() -> Iterator[Progress]:
     columns = (Description(""), BarColumn(), TimeElapsedColumn())
     errors = _page(stderr=True)
     # Without a terminal an empty line would be left.
-    nobody = not errors.is_terminal
-    with Progress(*columns, console=errors, transient=True, disable=nobody) as bar:
+    hidden = not errors.is_terminal
+    with Progress(*columns, console=errors, transient=True, disable=hidden) as bar:
         yield bar
 
 

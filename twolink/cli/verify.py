@@ -45,7 +45,7 @@ def verify(
         bool,
         typer.Option(
             "--contact",
-            help="Compare contact at D instead: impacts, what holds D on a surface, a given force.",
+            help="Compare contact at D instead: impacts, constraint forces, a given force.",
         ),
     ] = False,
     json_file: Annotated[
@@ -105,7 +105,7 @@ def _verdict(
 
 
 def _comparing(contact: bool) -> Callable[..., Verdict]:
-    """Return what compares the equations of motion, or contact at D."""
+    """Return the comparison of the equations of motion, or of contact at D."""
     if contact:
         from twolink.verification.contact import verify_contact
 
@@ -116,7 +116,7 @@ def _comparing(contact: bool) -> Callable[..., Verdict]:
 
 
 def _print_verdict(verdict: Verdict, contact: bool) -> None:
-    """Print what was compared, and the sentence that sums it up."""
+    """Print the comparisons, and the sentence that sums them up."""
     page = console()
     page.print(f"{Path(verdict.urdf).name} in {verdict.engine}, seed {verdict.seed}\n")
     motion = [c for c in verdict.comparisons if c.source == "Section 6.1"]
@@ -181,7 +181,7 @@ def _cell(comparison: Comparison) -> Text:
 
 
 def _document(verdict: Verdict) -> dict[str, Any]:
-    """Return a verdict with what follows from it, for other programs."""
+    """Return a verdict and its derived values, for other programs."""
     comparisons = [{**asdict(c), "passed": c.passed} for c in verdict.comparisons]
     return {
         **asdict(verdict),

@@ -135,13 +135,13 @@ def _line(error: Exception) -> str:
     return " ".join(str(error).split())[:200]
 
 
-def _refuse(what: str) -> NoReturn:
+def _refuse(operation: str) -> NoReturn:
     """Raise an error that quotes the expression of an unsupported operation."""
     frame: FrameType | None = sys._getframe(2)
     while frame is not None and frame.f_globals.get("__name__") == __name__:
         frame = frame.f_back
     where = _expression(frame) if frame is not None else ""
-    raise _NotSymbolicError(f"{what} in `{where}`" if where else what)
+    raise _NotSymbolicError(f"{operation} in `{where}`" if where else operation)
 
 
 def _expression(frame: FrameType) -> str:

@@ -1,4 +1,4 @@
-"""The contracts of effects: what each kind of effect must provide.
+"""The contracts of effects: the interface of each kind of effect.
 
 An effect is a small frozen object: scene parameters in, loads out. It has no switch: an effect that
 does not act is left out. An effect that provides more than smooth loads inherits from the class

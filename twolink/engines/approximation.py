@@ -67,13 +67,13 @@ def approximate_model(scene: Scene) -> ApproximateModel:
 def changed(scene: Scene, words: Mapping[str, str]) -> tuple[str, ...]:
     """Return the changes that an engine makes to a scene, by the names of effects."""
     names = dict.fromkeys(effect_name(effect) for effect in scene.effects)
-    told = [f"{name}: {words[name]}" for name in names if name in words]
+    changes = [f"{name}: {words[name]}" for name in names if name in words]
     for effect in scene.effects:
         static = getattr(effect, "static", None)
         kinetic = getattr(effect, "kinetic", getattr(effect, "friction", None))
         if effect_name(effect) in _SPLIT_OFF and static not in (None, kinetic):
-            told.append(f"{effect_name(effect)}: kinetic friction also acts at rest")
-    return tuple(told)
+            changes.append(f"{effect_name(effect)}: kinetic friction also acts at rest")
+    return tuple(changes)
 
 
 def in_link(chain: Any, name: str) -> tuple[int, tuple[float, float, float]]:

@@ -93,8 +93,8 @@ class Mujoco(ApproximatingEngine):
             q = np.array(JOINTS.absolute_angles((found[:, 0], found[:, 1])))
             u = np.array(JOINTS.absolute_speeds((found[:, 2], found[:, 3])))
             evaluations = steps * _STAGES.get(method, 1)
-            told = (*_warnings(mujoco, data), *of_building, *of_running)
-            return EngineRun(q, u, seconds, setup, evaluations, steps, told)
+            sentences = (*_warnings(mujoco, data), *of_building, *of_running)
+            return EngineRun(q, u, seconds, setup, evaluations, steps, sentences)
 
         return run
 

@@ -56,7 +56,7 @@ def tables(text: str, source: str) -> dict[str, Any]:
 
 
 def check_tables(table: Any, source: str) -> None:
-    """Raise `SceneError` for what is not a table, or is nested deeper than any scene."""
+    """Raise `SceneError` unless it is a table, nested no deeper than a scene."""
     if not isinstance(table, dict):
         raise SceneError(f"{source}: a scene must be a dict; got {type(table).__name__}")
     if _is_deep(table):

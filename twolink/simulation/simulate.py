@@ -130,8 +130,8 @@ class _Asked:
     def report(self, name: str) -> Callable[[float], None]:
         """Return a function that takes the completed share of a run and enforces limits."""
         progress = self.progress
-        tell = None if progress is None else lambda share: progress(name, share)
-        return self.limits.timed(f"the motion over {self.scene.duration:g} s", tell)
+        named = None if progress is None else lambda share: progress(name, share)
+        return self.limits.timed(f"the motion over {self.scene.duration:g} s", named)
 
 
 def _check(scene: Scene, accuracy: Any, method: Any, formulation: Any, samples: Any) -> None:

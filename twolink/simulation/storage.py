@@ -129,7 +129,7 @@ def _joint_rows(stored: Stored) -> Array | None:
 
 
 def load(file: Path) -> Stored:
-    """Return what `save` wrote to a file.
+    """Return the content of a file that `save` wrote.
 
     Raises `SimulationError` for any other file, and where the file has no scene.
     """
@@ -291,10 +291,10 @@ def _in_one_sentence(file: Path) -> Iterator[None]:
         raise SimulationError(
             f"{one_line(file, 300)}: is too large or too deep to be read"
         ) from error
-    # A file may hold anything, and for what is damaged the readers raise errors of every kind.
+    # A file may hold anything, and readers raise errors of every kind for damaged ones.
     except Exception as error:
-        what = one_line(" ".join(str(error).split()), 200).rstrip(".") or type(error).__name__
+        reason = one_line(" ".join(str(error).split()), 200).rstrip(".") or type(error).__name__
         raise SimulationError(
             f"{one_line(file, 300)}: must be a file that `Trajectory.save` wrote; it cannot be "
-            f"read ({what})"
+            f"read ({reason})"
         ) from error

@@ -84,7 +84,7 @@ def lump(body: RigidBody) -> Lump:
     mass = sum(part.mass for part in body.inertials)
     if mass == 0:
         raise UrdfError(
-            f"{where} moves, and the mass of what is fixed to it must be positive; got zero"
+            f"{where} moves: its mass, with links fixed to it, must be positive; got zero"
         )
     centre: Vector3 = (0.0, 0.0, 0.0)
     for part in body.inertials:

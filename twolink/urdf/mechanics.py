@@ -15,7 +15,7 @@ Numbers = tuple[Any, ...]
 
 
 def mechanics_of(robot: ET.Element) -> dict[str, object]:
-    """Return what a <robot> says of masses, inertias, poses, axes, damping and friction.
+    """Return the masses, inertias, poses, axes, damping and friction in a <robot>.
 
     Links are under their names, and joints under "joint" and their position in the file, since a
     joint's name has no mechanics. Absent numbers are those of the standard; frames without mass are

@@ -71,10 +71,10 @@ class PlanarUrdf:
 
     `path` and `xml` are the file's name and text, so that an engine can load the very same text.
     `joint_names` are the moving joints in order from the base, `link_names` the links they move.
-    `joints` ties joint angles to the source's absolute angles. `damping` (N m s/rad), `friction`
-    (N m) and `limits` (lower and upper joint angle; none for a joint that turns freely) are those
-    of the moving joints, as the file has them; the chain leaves them out. `origin` is A, and `axes`
-    are x, y and z of the source's frame, all in the world (the root link's frame); `gravity` is
+    `joints` ties joint angles to the derivation's absolute angles. `damping` (N m s/rad),
+    `friction` (N m) and `limits` (lower and upper joint angle; none for a joint that turns freely)
+    are those of the moving joints in the file; the chain omits them. `origin` is A, and `axes` are
+    x, y and z of the derivation's frame, all in the world (the root link's frame); `gravity` is
     the size of its component in the plane (m/s²), along y. `tip` names the frame taken as D, if the
     file has one, and `tip_position` is D in the frame of the second moving link.
     `notes` has a sentence for each thing that is assumed or neglected; `gravity_note` is the one
@@ -241,7 +241,7 @@ def _check_elbow(first: RigidBody, second: RigidBody, elbow: Vector3, axis: Vect
 
 
 def _source_frame(axis: Vector3, elbow: Vector3, gravity: Vector3) -> _Frame:
-    """Return the source's frame, from the first joint's axis and gravity."""
+    """Return the derivation's frame, from the first joint's axis and gravity."""
     size = norm(gravity)
     in_plane = reject(gravity, axis)
     if norm(in_plane) <= NEGLECTED * size:

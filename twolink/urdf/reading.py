@@ -139,7 +139,7 @@ class _Builder(ET.TreeBuilder):
 
 
 def parse_xml(text: str, *, comments: bool = False) -> ET.Element:
-    """Return the <robot> element of well-formed XML, without xacro in what is read of it.
+    """Return the <robot> element of well-formed XML, without xacro in the elements that are read.
 
     With `comments`, those inside of <robot> are kept. Raises `UrdfError` for anything else, with a
     sentence of its own for other formats.

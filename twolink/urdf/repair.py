@@ -41,7 +41,7 @@ _DECLARATION = '<?xml version="1.0" encoding="utf-8"?>\n'
 
 @dataclass(frozen=True)
 class Repair:
-    """The text of a repaired URDF, a sentence for each change, and notes on what remains.
+    """The text of a repaired URDF, a sentence for each change, and notes on remaining faults.
 
     Without changes, the text is the original one.
     """
@@ -272,7 +272,7 @@ def _limits(robot: ET.Element) -> Iterator[str]:
 
 
 def _incomplete_elements(robot: ET.Element) -> Iterator[str]:
-    """Remove elements of joints that lack what the standard requires, and so say nothing."""
+    """Remove elements of joints that lack their required attributes and so have no meaning."""
     required = {
         "dynamics": ("damping", "friction"),
         "safety_controller": ("k_velocity",),

@@ -1,8 +1,8 @@
 """Vectors, rotations and poses in space, as tuples of floats.
 
 Every operation is exact where it can be: a rotation by zero angles is the identity, and a unit
-vector along an axis of the frame has components 0 and ±1. So what a file writes along an axis is
-read without rounding.
+vector along an axis of the frame has components 0 and ±1. So a vector along an axis
+is read without rounding.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def unit(a: Vector3) -> Vector3:
 
 def reject(a: Vector3, axis: Vector3) -> Vector3:
     """Return the part of a vector that is normal to a unit vector."""
-    # Twice: if little is left, much of it is what rounding left along the axis.
+    # Twice: a small remainder is largely round-off along the axis.
     once = subtract(a, scale(dot(a, axis), axis))
     return subtract(once, scale(dot(once, axis), axis))
 

@@ -1,7 +1,7 @@
 """From the parameters of a chain to a URDF that every engine reads alike.
 
-The link frames have x along the link and turn about y, and the world has z up. So the source's
-(along, across) are a link frame's (x, −z), and joint angles are the source's own: θ1 = q1,
+The link frames have x along the link and turn about y, and the world has z up. So the derivation's
+(along, across) are a link frame's (x, −z), and its joint angles are the file's: θ1 = q1,
 θ2 = q2 − q1.
 """
 

@@ -104,7 +104,7 @@ def _log(trajectory: Trajectory) -> str:
     rows = [[f"{entry.time:.9g}", text(entry.what)] for entry in log[:_LOG_LINES]]
     more = len(log) - _LOG_LINES
     after = paragraph(f"{more} more follow.", "note")
-    logged = table(["t (s)", "what"], rows, numbers=(0,), caption="Impacts and modes")
+    logged = table(["t (s)", "event"], rows, numbers=(0,), caption="Impacts and modes")
     return logged + (after if more > 0 else "")
 
 

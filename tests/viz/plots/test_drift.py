@@ -86,7 +86,7 @@ def test_the_command_prints_a_table_and_writes_all_four_files(tmp_path):
     arguments = ["drift", str(SCENE), "--seconds", "300", "--methods", "rk4,gauss-legendre-4"]
     result = CliRunner().invoke(app, [*arguments, "--out", str(folder)])
     assert result.exit_code == 0, result.output
-    for words in ("rk4", "gauss-legendre-4", "The motion is regular", "what is expected of it"):
+    for words in ("rk4", "gauss-legendre-4", "The motion is regular", "has the expected drift"):
         assert words in result.output
     assert {file.name for file in folder.iterdir()} == {
         f"drift.{kind}" for kind in ("json", "csv", "svg", "png")

@@ -128,7 +128,7 @@ def measured_run(
         kept = run(rung.precision, rung.order, own)
         many = kept.steps > _MANY_STEPS_OF_A_LOW_ORDER or (kept.failure and kept.exhausted)
         if rung.order < _BEST_ORDER and many:
-            # The truncation errors of so many steps add up to more than the accuracy.
+            # The truncation errors of many steps add up to more than the accuracy.
             continue
         judge = run(rung.judge, rung.judging_order, other)
         margin = _MARGIN if rung.precision != rung.judge else _MARGIN_OF_EQUALS

@@ -16,7 +16,7 @@ NO_FORCE = 1e-9
 CONTACT_GAP = 64
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
-# smaller is zero as far as the precision can tell, and the next derivatives decide. The factor
+# smaller is zero within the precision, and the next derivatives decide. The factor
 # covers the solution of two equations in a pose near a singular one. Read by complementarity,
 # impact and resolution.
 UNDECIDED = 2.0**20
@@ -111,7 +111,7 @@ POLYNOMIAL = 16
 LEADING = 256
 
 # Roundings of all coefficients of an event function at the start of an arc: forces that nearly
-# cancel leave so much in the leading ones. Read by certificate.
+# cancel leave round-off of this size in the leading ones. Read by certificate.
 LEADING_SHARE = 2048
 
 # Halvings of a step before a root that is not isolated counts as a double root. Read by roots.
@@ -121,7 +121,7 @@ MOST_HALVINGS = 60
 # event function hardly exceeds its round-off, halving decides nothing more. Read by roots.
 MOST_PIECES = 1000
 
-# Terms of the series by which undecided modes are told apart. Read by confirm.
+# Terms of the series by which undecided modes are distinguished. Read by confirm.
 JET_ORDER = 6
 
 # Part of the accelerations of a free chain. Modes whose accelerations differ by less are the same
