@@ -19,8 +19,8 @@ if sys.dont_write_bytecode:
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
 
-# What a shell starts in the background inherits that Ctrl-C is ignored, and so would all commands
-# that the tests start and interrupt.
+# A background process of a shell ignores Ctrl-C, and all commands that the tests start and
+# interrupt would inherit this.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile(

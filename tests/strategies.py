@@ -1,4 +1,4 @@
-"""What hypothesis draws: chains of every proportion, general states, effects and scenes."""
+"""Strategies of hypothesis: chains of every proportion, general states, effects and scenes."""
 
 from dataclasses import dataclass
 
@@ -36,7 +36,7 @@ def chains(draw: st.DrawFn, ratio: float = 6.0) -> Chain:
 
 @dataclass(frozen=True)
 class State:
-    """A state of a chain, and what acts on it: pairs of floats, none of them zero."""
+    """A state of a chain, and its loads: pairs of floats, none of them zero."""
 
     q: Pair
     u: Pair

@@ -1,4 +1,4 @@
-"""The checks of the campaign fire on what was tampered with, and let pass what is right."""
+"""The checks of the campaign fail on tampered trajectories, and pass on correct ones."""
 
 import os
 import time
@@ -133,7 +133,7 @@ def swapped(run):
 
 FLOOR, STOP, PAD = "D on floor", "A on its upper stop", "D on cushion"
 
-# The check, the trajectory, and what is done to it.
+# The check, the trajectory, and the tampering.
 TAMPERINGS = [
     ("names", "sliding", lambda run: Tampered(run, contact_forces=lambda times=None: ())),
     ("names", "sliding", lambda run: Tampered(run, events=())),
@@ -204,11 +204,11 @@ def test_the_reported_error_is_held_against_a_reference(sliding):
     assert parting(moved(sliding, du=2e-8, since=1.2), sliding)
 
 
-def test_what_is_beyond_the_accuracy_is_not_judged(sliding):
+def test_motion_after_the_accuracy_is_lost_is_not_judged(sliding):
     late = moved(sliding, dq=1e-3, since=0.9)
     assert violations(late)
-    told = Tampered(late, met=False, holds_until=0.8, notes=("It holds until 0.8 s.",))
-    assert violations(told) == []
+    limited = Tampered(late, met=False, holds_until=0.8, notes=("It holds until 0.8 s.",))
+    assert violations(limited) == []
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""The contributor's guide and the architecture page name what is there."""
+"""The contributor's guide and the architecture page name existing files and commands."""
 
 import re
 import tomllib

@@ -90,7 +90,7 @@ def test_a_name_as_long_as_a_file_system_takes_it(tmp_path):
 
 @pytest.fixture
 def things(tmp_path):
-    """What is no regular file, by its name."""
+    """Special files, by name."""
     os.mkfifo(tmp_path / "fifo")
     (tmp_path / "loop").symlink_to("loop")
     (tmp_path / "folder").mkdir()

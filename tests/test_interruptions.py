@@ -17,7 +17,7 @@ DOCUMENT = Path(__file__).parent.parent / "docs" / "interruptions.md"
 SCENES = data_path("scenes")
 FREE_FALL, CONTACT = SCENES / "free_fall.toml", SCENES / "bounce_to_rest.toml"
 
-# One command of each row, and what it writes into the folder {out}; each works for a while.
+# One command of each row, and its files in the folder {out}; each works for a while.
 WRITERS = {
     "simulate --out": (
         ["simulate", CONTACT, "--samples", "200000", "--out", "{out}/a.csv"],

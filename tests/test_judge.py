@@ -256,7 +256,7 @@ def test_it_leaves_the_stop_when_the_torque_turns():
 
 @pytest.mark.parametrize("share", [0.99, 1.01])
 def test_friction_and_a_stop_at_one_joint(share):
-    """What pushes into the stop is borne by both; away from it friction alone holds."""
+    """A push into the stop is borne by both; away from it friction alone holds."""
     stop, friction = JointStop("A", upper=0.0), JointFriction((1.0, 0.0))
     _, away = run(scene(stop, friction, JointTorque((-share, 0.0))))
     moved = 0.0 if share < 1 else -0.5 * 0.01 / 3 * 4
@@ -344,7 +344,7 @@ def test_the_elbow_is_struck_on_its_circle():
 
 @pytest.mark.parametrize(("speed", "reason"), [(0.2, "painleve"), (6.0, "ambiguous")])
 def test_painleves_cases_are_given_up(speed, reason):
-    """A rough floor that wedges what leans into its slide; the other way is as ever."""
+    """A rough floor that wedges a link that leans into its slide; the other way is as ever."""
     q = (1.1, 1.3)
     J = np.array([[-math.cos(q[0]), -math.cos(q[1])], [-math.sin(q[0]), -math.sin(q[1])]])
     rough = floor(math.sin(q[0]) + math.sin(q[1]), friction=2.0)

@@ -141,7 +141,7 @@ ROWS = {
     ],
 }
 
-# Kane's text and Lagrange's stay independent: independence is what makes agreement evidence.
+# Kane's text and Lagrange's stay independent: without independence agreement is no evidence.
 FORBIDDEN = {
     "twolink.kane": {"twolink.lagrange"},
     "twolink.lagrange": {"twolink.kane", "twolink.kinematics"},
@@ -217,7 +217,7 @@ def against_rows(module: str, name: str) -> list[str]:
 
 
 def violations(module: str, source: str) -> list[str]:
-    """Return what a module's imports do against the rules."""
+    """Return the imports of a module that break the rules."""
     own = [name for name in imports(ast.parse(source)) if name.split(".")[0] in ("twolink", "viz")]
     foreign = {name.split(".")[0] for name in imports(ast.parse(source))}
     found = [

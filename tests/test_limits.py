@@ -13,7 +13,7 @@ def test_a_forecast_goes_by_the_recent_pace():
     forecast = Forecast(1.0)
     assert forecast.total(0.1, 0.5) == 0.0
     assert forecast.total(0.2, 1.0) == 0.0
-    # Half as fast from now on: 1 s so far, 1 s for 0.1, 7 s for what is left.
+    # Half as fast from now on: 1 s so far, 1 s for 0.1, 7 s for the rest.
     assert forecast.total(0.3, 2.0) == pytest.approx(min(1.0 + 4.0, 2.0 + 7.0))
     assert forecast.total(0.4, 3.0) == pytest.approx(2.0 + 7.0)
 
@@ -36,12 +36,12 @@ def test_a_run_that_stands_still_never_ends():
 def test_a_run_that_is_too_long_is_ended(share, words, monkeypatch):
     clock = iter(range(0, 1000, 2))
     monkeypatch.setattr(limits, "thread_time", lambda: next(clock))
-    told = []
-    progress = Limits(seconds=600.0).timed("the motion", told.append)
+    reports = []
+    progress = Limits(seconds=600.0).timed("the motion", reports.append)
     progress(share)
     with pytest.raises(TooMuchError, match=rf"the motion would take {words}.*; the limit is 10 m"):
         progress(share * 2)
-    assert told[0] == share
+    assert reports[0] == share
 
 
 def test_nothing_ends_a_run_without_limits(monkeypatch):

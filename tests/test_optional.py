@@ -17,7 +17,7 @@ simulate(Scene.load("models/scenes/drop.toml"))
 
 
 def python(code: str, home: Path) -> str:
-    """Return what a program prints whose user has a home of nothing."""
+    """Return the output of a program whose user has an empty home."""
     places = {name: str(home) for name in ("HOME", "XDG_CACHE_HOME", "TMPDIR")}
     return subprocess.run(
         [sys.executable, "-c", code],
@@ -41,7 +41,7 @@ def test_a_simulation_leaves_nothing_in_the_home(tmp_path):
 
 @pytest.mark.slow
 def test_heyoka_would_cache_compiled_code(tmp_path):
-    """What the test above is about: it would see it."""
+    """The test above would see a cache: heyoka alone writes one."""
     python("import heyoka" + SIMULATED, tmp_path)
     assert [path.name for path in files_in(tmp_path)] == ["cache.db"]
 
@@ -49,16 +49,16 @@ def test_heyoka_would_cache_compiled_code(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("chosen", [True, False])
 def test_settings_of_an_imported_heyoka_are_unchanged(tmp_path, chosen):
-    told = python(
+    output = python(
         f"import heyoka; heyoka.llvm_state.set_diskcache_enabled({chosen})"
         f"{SIMULATED}\nprint(heyoka.llvm_state.get_diskcache_enabled())",
         tmp_path,
     )
-    assert told.strip() == str(chosen)
+    assert output.strip() == str(chosen)
 
 
 def test_threads_may_import_it_at_once(tmp_path):
-    told = python(
+    output = python(
         """
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
@@ -76,7 +76,7 @@ with ThreadPoolExecutor(8) as threads:
 """,
         tmp_path,
     )
-    assert told.strip() == "{(True, False)}"
+    assert output.strip() == "{(True, False)}"
 
 
 def test_sympy_is_not_imported(tmp_path):

@@ -67,7 +67,7 @@ def test_forward_dynamics_solves_the_equations(formulation):
 
 
 def test_lagranges_equations_follow_from_the_kinetic_energy():
-    """Differentiate T by SymPy, and find what lagrange.py writes by hand (6.9)."""
+    """Differentiate T by SymPy, and find the formulas of lagrange.py (6.9)."""
     T = lagrange.kinetic_energy(CHAIN, Q, U)
     momenta = lagrange.momenta(CHAIN, Q, U)
     rates = lagrange.momentum_rates(CHAIN, Q, U, DU)

@@ -45,7 +45,7 @@ QUANTITIES = {
 
 
 def as_states(state: State, accelerations: np.ndarray) -> States:
-    # JointTorque's reaction doubles what acts on link 1.
+    # JointTorque's reaction doubles the torque on link 1.
     torque = np.array([[abs(state.torque[0]) + 2 * abs(state.torque[1])], [abs(state.torque[1])]])
     return States(
         angles=np.array(state.q)[:, None],
@@ -96,7 +96,7 @@ def test_error_is_below_the_tolerance(name, formulation, chain, state):
 
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_the_tolerance_is_not_generous(name, random):
-    """For ordinary chains it is not a thousand times what is really lost."""
+    """For ordinary chains it is below a thousand times the real loss."""
     worst = 0.0
     for _ in range(100):
         chain = Chain.uniform_bars(

@@ -29,7 +29,7 @@ def project(tmp_path):
 
 
 def run_in(project, *arguments):
-    """Return what pytest prints; as a user starts it, also where this test is one of xdist's."""
+    """Return the output of pytest; as a user starts it, also where this test is one of xdist's."""
     environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTEST_")}
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments],

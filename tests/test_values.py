@@ -1,4 +1,4 @@
-"""Values: what cannot change, by its content."""
+"""Values: immutable objects, compared by content."""
 
 from dataclasses import dataclass, field, replace
 from enum import Enum

@@ -94,7 +94,7 @@ def test_far_from_zero_taylor_series_err_more():
         there.errors[-1] / here.errors[-1]
         for here, there in zip(near.drifts, far.drifts, strict=True)
     )
-    # The radius is told by steps of Taylor series, which are longer there; rk4 errs by h⁵ a time.
+    # The radius is that of steps of Taylor series, which are longer there; rk4 errs by h⁵ a time.
     longer = far.drifts[0].step / near.drifts[0].step
     assert rk4 == pytest.approx(longer**5, rel=0.02)
     assert longer < 2
@@ -146,7 +146,7 @@ def test_energy_is_resolved_far_below_a_rounding():
             u = MomentumEquations().to_speeds(chain, (q1, q2), (p1, p2))
             terms = [lagrange.kinetic_energy(chain, (q1, q2), u)]
             terms += [e.potential_energy(chain, (q1, q2)) for e in KEEPING[:2]]
-            # Gravity's own direction is float64; what is left is the rounding of long double.
+            # Gravity's own direction is float64; the rest is the rounding of long double.
             largest = max(abs(term) for term in terms)
             high = float(energy)
             exact = mpmath.mpf(high) + mpmath.mpf(float(energy - np.longdouble(high)))
@@ -203,26 +203,26 @@ def test_other_refusals():
 
 
 def test_progress_increases_to_one():
-    told = []
+    reports = []
     energy_drift(
-        SWINGS, seconds=100.0, methods=("rk4", "taylor-11"), progress=lambda *w: told.append(w)
+        SWINGS, seconds=100.0, methods=("rk4", "taylor-11"), progress=lambda *w: reports.append(w)
     )
-    shares = [share for _, share in told]
+    shares = [share for _, share in reports]
     assert shares == sorted(shares)
     assert shares[0] == 0
     assert shares[-1] == pytest.approx(1.0, abs=1e-3)
-    assert {name for name, _ in told} == {"rk4", "taylor-11"}
+    assert {name for name, _ in reports} == {"rk4", "taylor-11"}
 
 
 def test_files_contain_the_measured_values(found):
     document = json.loads(json.dumps(found.document()))
     rows = list(csv.DictReader(io.StringIO(found.csv())))
     assert len(rows) == sum(len(drift.times) for drift in found.drifts)
-    for told, drift in zip(document["methods"], found.drifts, strict=True):
+    for method, drift in zip(document["methods"], found.drifts, strict=True):
         own = [row for row in rows if row["method"] == drift.method.name]
-        assert [float(row["energy_error"]) for row in own] == told["energy_errors"]
-        assert told["energy_errors"] == drift.errors.tolist()
-        assert told["exponent"] == drift.growth.exponent
+        assert [float(row["energy_error"]) for row in own] == method["energy_errors"]
+        assert method["energy_errors"] == drift.errors.tolist()
+        assert method["exponent"] == drift.growth.exponent
     assert document["unexpected"] == []
 
 

@@ -63,7 +63,7 @@ def nearest(found, index=0):
 
 
 def holds(found, digits, index=0):
-    """Return whether decimals that are rounded to so many digits may be in the intervals."""
+    """Return whether decimals that are rounded to some digits may be in the intervals."""
     half = Fraction(1, 2 * 10 ** len(digits[0].split(".")[1]))
     return all(
         abs(Fraction(x) - Fraction(interval.centre)) <= Fraction(interval.radius) + half
@@ -175,7 +175,7 @@ def test_other_chains_and_effects(scene):
 
 
 def test_the_approximate_motion_is_not_trusted(monkeypatch):
-    """What heyoka says wrongly widens the interval; the exact motion stays in it."""
+    """A wrong result of heyoka widens the interval; the exact motion stays in it."""
     scene = replace(SHORT, duration=0.25)
     true = reference(scene, 60).states[0]
     right = module._approximation
@@ -198,7 +198,7 @@ def test_the_approximate_motion_is_not_trusted(monkeypatch):
 
 
 def test_jumps_between_polynomials_are_added(monkeypatch):
-    """Without gravity no defect tells of a chain that is turned as a whole: the jump alone does."""
+    """Without gravity only the jump, and no defect, shows that a chain is turned as a whole."""
     scene = replace(SHORT, effects=(), u=(3.0, -2.0))
     true = reference(scene, 40).states[0]
     right = module._approximation

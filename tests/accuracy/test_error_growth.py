@@ -27,10 +27,10 @@ def test_a_pure_power_is_found(power):
 def test_the_uncertainty_of_random_walks_is_that_of_many_repeats(random):
     found = [fit_growth(binned(TIMES, walks(random, 16)), start=10.0) for _ in range(200)]
     exponents = np.array([one.exponent for one in found])
-    told = np.sqrt(np.mean([one.uncertainty**2 for one in found]))
+    reported = np.sqrt(np.mean([one.uncertainty**2 for one in found]))
     assert exponents.mean() == pytest.approx(0.5, abs=0.03)
     # The jackknife's square is right or too large on the mean (Efron and Stein).
-    assert 0.9 < told / exponents.std() < 1.5
+    assert 0.9 < reported / exponents.std() < 1.5
 
 
 def test_an_error_that_swings_is_bounded(random):

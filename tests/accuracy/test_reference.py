@@ -67,8 +67,8 @@ def test_digits_are_verified_only_by_agreement(monkeypatch):
 
     right = module._precise
 
-    def wrong(scene, grid, equations, digits, tell):
-        run, states = right(scene, grid, equations, digits, tell)
+    def wrong(scene, grid, equations, digits, report):
+        run, states = right(scene, grid, equations, digits, report)
         with localcontext() as context:
             context.prec = 100
             return run, [tuple(value + Decimal("3e-31") for value in state) for state in states]
@@ -76,16 +76,16 @@ def test_digits_are_verified_only_by_agreement(monkeypatch):
     short = replace(GENERAL, duration=0.5)
     tries = []
 
-    def alternating(scene, grid, equations, digits, tell):
+    def alternating(scene, grid, equations, digits, report):
         tries.append(digits)
-        return (wrong if equations == "lagrange" else right)(scene, grid, equations, digits, tell)
+        return (wrong if equations == "lagrange" else right)(scene, grid, equations, digits, report)
 
     monkeypatch.setattr(module, "_precise", alternating)
     assert reference(short, 25).digits == (25,)
     assert len(tries) == 2
     tries.clear()
     assert reference(short, 40).digits == (29,)
-    # What disagreed was repeated with more and more digits.
+    # Disagreeing runs were repeated with more and more digits.
     assert len(tries) == 8
     assert min(tries[-2:]) > max(tries[:2])
 
@@ -202,7 +202,7 @@ def test_float64_results_are_as_near_to_the_references_as_they_say(file):
 
 @pytest.mark.slow
 def test_a_sample_is_made_again():
-    """What `twolink reference … --fifths --out models/references` wrote, to its last digit."""
+    """`twolink reference … --fifths --out models/references` repeats its file to the last digit."""
     (file,) = (file for file in FILES if file.stem == "free_fall")
     document = json.loads(file.read_text())
     scene = scene_of(file)

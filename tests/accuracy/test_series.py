@@ -55,7 +55,7 @@ def test_terms_are_right_and_norms_are_bounds(name):
         assert found.terms[index].rad() < 1e-25
     norm = float(found.norm)
     assert sum(abs(c) * RADIUS**power for power, c in enumerate(true)) <= norm * (1 + 1e-12)
-    # What was cut off, at a time within the disc, is below what the norm says.
+    # The truncated terms, at a time within the disc, are below the bound of the norm.
     h = RADIUS / 2
     tail = abs(sum(c * h**power for power, c in enumerate(true) if power >= TERMS))
     assert tail <= norm * 0.5**TERMS

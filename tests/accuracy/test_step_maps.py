@@ -32,7 +32,7 @@ ROUNDING = np.spacing(1.0)
 
 
 def stepped(steps: int, step) -> np.ndarray:
-    """Return the states after so many steps, one start after the other."""
+    """Return the states after a number of steps, one start after the other."""
     rates = _rates(SWINGS.moving_chain, SWINGS.effects, "momenta")
     found = []
     for start in STATES.T:

@@ -30,7 +30,7 @@ def main() -> int:
         line = f"\r{text}, {bad} not ok, {time.monotonic() - started:.0f} s"
         print(line, end="", file=sys.stderr, flush=True)
 
-    # Interrupted from the keyboard it reports on what is done.
+    # Interrupted from the keyboard it reports on the finished scenes.
     with suppress(KeyboardInterrupt):
         for judged in judged_scenes(campaign, indices, given.workers, progress):
             results.append(judged)
@@ -58,12 +58,12 @@ def _arguments() -> argparse.Namespace:
 
 
 def _keep(folder: Path, seed: int, judged: Judged) -> None:
-    """Write a scene to a folder, with what is wrong with it as comments."""
+    """Write a scene to a folder, with its failures as comments."""
     if any(name == "draw" for name, _ in judged.wrong):
         return
     folder.mkdir(parents=True, exist_ok=True)
-    told = [f"{name}: {sentence}" for name, sentence in judged.wrong] or [judged.remark]
-    comment = "".join(f"# {line}\n" for text in told for line in text.splitlines())
+    failures = [f"{name}: {sentence}" for name, sentence in judged.wrong] or [judged.remark]
+    comment = "".join(f"# {line}\n" for text in failures for line in text.splitlines())
     text = draw_scene(seed, judged.index).to_toml()
     name = f"{judged.outcome.replace(' ', '_')}_{seed}_{judged.index}.toml"
     (folder / name).write_text(f"# {judged.outcome}\n{comment}{text}", encoding="utf-8")

@@ -1,7 +1,7 @@
 """Checks of a trajectory: each returns a sentence on the worst violation, or None.
 
 Tolerances come from the accuracy asked for, times lengths, sizes of forces and stiffnesses; see
-each check. A check must neither miss what is wrong nor accuse what is right.
+each check. A check must neither miss a fault nor report a correct motion.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def no_penetration(seen: Seen) -> Verdict:
 
 
 def no_passing_through_cushions(seen: Seen) -> Verdict:
-    """Return whether what is inside a compliant surface presses it.
+    """Return whether every point inside a compliant surface presses it.
 
     A damped one may be sunk in still, and one that yields may have a dent, as deep as any before.
     """
@@ -71,7 +71,7 @@ def no_passing_through_cushions(seen: Seen) -> Verdict:
             place = np.searchsorted(seen.moments, seen.t, side="right")
             allowed = allowed + np.append(0.0, _deepest_at_events(seen, i, element))[place]
         assert element.law is not None
-        # What comes out faster than the law can push is not pushed.
+        # A point that leaves faster than the law can push is not pushed.
         pushed = element.law(-gap, -element.way.speed(seen.chain, seen.q, seen.u)) > 0
         free = (seen.states(i) == "OPEN") & (pushed | (element.relaxation is not None))
         inside = np.where(free, -gap, 0.0)
@@ -202,7 +202,7 @@ def dry_friction_holds(seen: Seen) -> Verdict:
 
 
 def directions_agree(seen: Seen) -> Verdict:
-    """Return whether what slips forward or backward does so, to four times the accuracy."""
+    """Return whether slipping elements slip in their direction, to four times the accuracy."""
     for i, element in enumerate(seen.elements):
         if element.slides is None:
             continue
@@ -223,7 +223,7 @@ def friction_brakes(seen: Seen) -> Verdict:
             continue
         force = seen.normal[i]
         if element.kind != FRICTION:
-            # Where a surface pulls, that is what is wrong, and not its friction.
+            # A surface that pulls is the fault, not its friction.
             force = np.where(seen.normal[i] > 0, seen.tangential[i], 0.0)
         speed = element.slides.speed(seen.chain, seen.q, seen.u)
         slow = 4 * seen.slack * element.slides.reach(seen.chain) + _ROUNDING
@@ -235,7 +235,7 @@ def friction_brakes(seen: Seen) -> Verdict:
 
 
 def rest_is_rest(seen: Seen) -> Verdict:
-    """Return whether what sticks has no speed, and what rests on an obstacle no gap and no rate."""
+    """Return whether sticking elements have no speed, and resting ones no gap and no rate."""
     for i, element in enumerate(seen.elements):
         states = seen.states(i)
         if element.kind == OBSTACLE:
@@ -306,12 +306,12 @@ def violations(trajectory: Any) -> list[tuple[str, str]]:
     wrong = names_agree(seen)
     if wrong:
         return [("names", wrong)]
-    told = [(name, _said(check, seen)) for name, check in CHECKS.items()]
-    return [(name, sentence) for name, sentence in told if sentence]
+    verdicts = [(name, _said(check, seen)) for name, check in CHECKS.items()]
+    return [(name, sentence) for name, sentence in verdicts if sentence]
 
 
 def _said(check: Callable[[Seen], Verdict], seen: Seen) -> Verdict:
-    """Return what a check says; a trajectory that cannot be looked at fails it."""
+    """Return the verdict of a check; a trajectory that cannot be looked at fails it."""
     try:
         return check(seen)
     except Exception as error:

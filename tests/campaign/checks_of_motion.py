@@ -22,7 +22,7 @@ _TOGETHER = 1e-9
 # Of more events than this some are looked at, evenly spread.
 _MOST_JUMPS = 400
 
-# `work` takes so many nodes between samples that vibrations on a stiff cushion may be lost on it.
+# Vibrations on a stiff cushion may be lost between the nodes of `work`.
 _VIBRATION = 1e-4
 
 
@@ -91,7 +91,7 @@ def rates_are_speeds(seen: Seen) -> Verdict:
 
 
 def equations_hold(seen: Seen) -> Verdict:
-    """Return whether M u' + C u is what all effects and the contact forces give."""
+    """Return whether M u' + C u is the sum of all effects and contact forces."""
     t, q, u, slopes, error = _slopes(seen)
     normal, tangential = seen.forces_at(t)
     given, _ = seen.smooth_force(q, u, t)
@@ -113,7 +113,7 @@ def _mass_matrix(seen: Seen, q: Any) -> Any:
 
 
 def _widest(off: Any, allowed: Any) -> tuple[Any, Any]:
-    """Return the row that exceeds most, at each time, and what is allowed of it."""
+    """Return the row that exceeds most, at each time, and its allowed value."""
     row = (off / allowed).argmax(axis=0)
     columns = np.arange(off.shape[1])
     return off[row, columns], allowed[row, columns]
@@ -122,9 +122,9 @@ def _widest(off: Any, allowed: Any) -> tuple[Any, Any]:
 def jumps_are_impacts(seen: Seen) -> Verdict:
     """Return whether u jumps by the logged impulses and not otherwise: M Δu = Σ Jᵀ Λ.
 
-    What forces do in the moment between the two sides is allowed besides, and what the impulses'
-    directions turn meanwhile, or by the error of q: near a singular pose a large impulse does
-    little.
+    Allowed besides are the impulses of forces between the two sides, and the turning of the
+    impulses' directions meanwhile, or by the error of q: near a singular pose a large impulse has
+    little effect.
     """
     moments = seen.moments[seen.moments < seen.until - 10 * _TOGETHER]
     if not len(moments):
@@ -156,8 +156,8 @@ def jumps_are_impacts(seen: Seen) -> Verdict:
     meanwhile = 4 * (last - first) * (force + (1 + speed) * sizes)
     unsure = inertia * (4 * seen.slack + 1e-8 * speed) + (4 * seen.slack + 1e-8) * sizes
     allowed = meanwhile + unsure
-    what = "at an event beyond its impulses (N m s)"
-    return worst(seen, "u jumps", off.max(axis=0), allowed, what, t=first + _TOGETHER)
+    where = "at an event beyond its impulses (N m s)"
+    return worst(seen, "u jumps", off.max(axis=0), allowed, where, t=first + _TOGETHER)
 
 
 def _size(seen: Seen, times: Any) -> Any:
@@ -193,8 +193,8 @@ def energy_never_grows(seen: Seen) -> Verdict:
     E, parts = energy(seen)
     momentum = np.abs(_mass_matrix(seen, seen.q)).sum(axis=(0, 1)) * np.abs(seen.u).max(axis=0)
     allowed = 4 * seen.slack * (momentum + seen.size) + 1e-10 * parts + 1e-14
-    told = np.ones(len(E), dtype=bool) if not may_store_unseen(seen) else _all_free(seen)
-    before = np.where(told, E + allowed, np.inf)
+    trusted = np.ones(len(E), dtype=bool) if not may_store_unseen(seen) else _all_free(seen)
+    before = np.where(trusted, E + allowed, np.inf)
     lowest = np.minimum.accumulate(before)
     gain = np.where(np.isfinite(lowest), E - lowest, -1.0)
     return worst(seen, "T + V", gain, allowed, "has grown by (J)")

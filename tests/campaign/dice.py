@@ -38,17 +38,17 @@ class Dice:
     def decades(self, low: float, high: float) -> float:
         """Return 10 to a power between two, with two digits where all sizes are round."""
         value = 10.0 ** self.between(low, high)
-        return self.told(value)
+        return self.rounded(value)
 
     def size(self, low: float, high: float) -> float:
         """Return a number between two, with two digits where all sizes are round."""
-        return self.told(self.between(low, high))
+        return self.rounded(self.between(low, high))
 
     def normal(self, scale: float) -> float:
         """Return a normally distributed number, with two digits where all sizes are round."""
-        return self.told(float(self.rng.normal(0.0, scale)))
+        return self.rounded(float(self.rng.normal(0.0, scale)))
 
-    def told(self, value: float) -> float:
+    def rounded(self, value: float) -> float:
         """Return a value, with two significant digits where all sizes are round."""
         return float(f"{value:.2g}") if self.round else value
 

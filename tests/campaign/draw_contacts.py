@@ -25,7 +25,7 @@ _DEEPEST = 1e-4
 
 @dataclass
 class Pose:
-    """The start of a scene; `u` (rad/s) may be changed to move along or into what is touched."""
+    """The start of a scene; `u` (rad/s) may be replaced by motion along or into the surface."""
 
     chain: Chain
     q: tuple[float, float]

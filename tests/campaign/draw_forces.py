@@ -28,12 +28,12 @@ class Scales:
 
     def inertias(self, dice: Dice, low: float, high: float) -> tuple[float, float]:
         """Return the inertias times 10 to powers between two; B's is now and then zero."""
-        first, second = (dice.told(size * dice.decades(low, high)) for size in self.inertia)
+        first, second = (dice.rounded(size * dice.decades(low, high)) for size in self.inertia)
         return first, second * dice.chance(0.75)
 
     def torques(self, dice: Dice, scale: float) -> tuple[float, float]:
         """Return normally distributed torques (N m); B's is now and then zero."""
-        first, second = (dice.told(w * dice.normal(scale)) for w in self.weight)
+        first, second = (dice.rounded(w * dice.normal(scale)) for w in self.weight)
         return first, second * dice.chance(0.7)
 
 
@@ -60,7 +60,7 @@ def dry_frictions(dice: Dice, chain: Chain) -> list[Any]:
     found: list[Any] = []
     if dice.wanted(0.9):
         weights = Scales(chain).weight
-        k1, k2 = (dice.told(w * dice.decades(-2, 0)) * dice.chance(0.75) for w in weights)
+        k1, k2 = (dice.rounded(w * dice.decades(-2, 0)) * dice.chance(0.75) for w in weights)
         more = dice.between(1.0, 2.0), dice.between(1.0, 2.0)
         static = (k1 * more[0], k2 * more[1]) if dice.chance(0.35) else None
         found.append(JointFriction((k1, k2), static))
@@ -68,7 +68,7 @@ def dry_frictions(dice: Dice, chain: Chain) -> list[Any]:
         friction = dice.pick((0.0, dice.size(0.05, 0.6), dice.size(0.6, 2.0)))
         sliding = dice.pick((1, -1)) if dice.chance(0.08) else None
         static_end = None if sliding else dice.static(friction)
-        force = dice.told(chain.m2 * dice.normal(8.0))
+        force = dice.rounded(chain.m2 * dice.normal(8.0))
         found.append(EndForce(force, friction, sliding, static_end))
     return found
 

@@ -27,10 +27,10 @@ OUTCOMES = (OK, NOT_MET, OUT_OF_RANGE, REFUSED, CUT_SHORT, VIOLATION, CRASH, HAN
 
 @dataclass(frozen=True)
 class Judged:
-    """What came of a scene: `wrong` has the names of failed checks with their sentences.
+    """The judgement of a scene: `wrong` has the names of failed checks with their sentences.
 
     `seconds` is the time of the simulation, `remark` the sentence of a refusal or a note, and
-    `compared_with` says what became of the reference run, if there was one.
+    `compared_with` describes the outcome of the reference run, if there was one.
     """
 
     index: int
@@ -41,26 +41,26 @@ class Judged:
     compared_with: str = ""
 
 
-def judge(seed: int, index: int, *, reference: bool, tell: Callable[[str, Any], None]) -> Judged:
-    """Return what comes of a scene; `tell` hears of each stage, with what is known before it."""
+def judge(seed: int, index: int, *, reference: bool, report: Callable[[str, Any], None]) -> Judged:
+    """Return the judgement of a scene; `report` takes each stage and the judgement before it."""
     try:
         scene = draw_scene(seed, index)
         scene.to_toml()
     except Exception:
         return Judged(index, CRASH, 0.0, (("draw", traceback.format_exc(limit=-3)),))
-    judged, trajectory = _simulated(scene, index, tell)
+    judged, trajectory = _simulated(scene, index, report)
     if trajectory is None or not reference or not trajectory.met:
         return judged
-    tell("reference", replace(judged, compared_with="timed out"))
+    report("reference", replace(judged, compared_with="timed out"))
     with Printed():
         wrong, remark = compared(trajectory)
     outcome = VIOLATION if wrong else judged.outcome
     return replace(judged, outcome=outcome, wrong=(*judged.wrong, *wrong), compared_with=remark)
 
 
-def _simulated(scene: Scene, index: int, tell: Callable[[str, Any], None]) -> tuple[Judged, Any]:
+def _simulated(scene: Scene, index: int, report: Callable[[str, Any], None]) -> tuple[Judged, Any]:
     """Simulate a scene and check its trajectory, which is returned if there is one."""
-    tell("simulate", Judged(index, HANG, 0.0, (("hang", "simulate has not ended in time"),)))
+    report("simulate", Judged(index, HANG, 0.0, (("hang", "simulate has not ended in time"),)))
     started = time.perf_counter()
     trajectory, outcome, remark = None, OK, ""
     with Printed() as printed:
@@ -74,7 +74,9 @@ def _simulated(scene: Scene, index: int, tell: Callable[[str, Any], None]) -> tu
     seconds = time.perf_counter() - started
     wrong = [("printed", printed.text[:300])] if printed.text else []
     if trajectory is not None:
-        tell("check", Judged(index, CRASH, seconds, (("check", "checks have not ended in time"),)))
+        report(
+            "check", Judged(index, CRASH, seconds, (("check", "checks have not ended in time"),))
+        )
         wrong += _checked(trajectory) if trajectory.t[-1] > 0 else []
         if not trajectory.met:
             outcome = CUT_SHORT if trajectory.failure else NOT_MET
@@ -92,7 +94,7 @@ def _is_out_of_range(sentence: str) -> bool:
 
 
 def _checked(trajectory: Any) -> list[tuple[str, str]]:
-    """Return the violations of a trajectory; what fails while it is looked at is one, too."""
+    """Return the violations of a trajectory; a failure of the checks is one, too."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

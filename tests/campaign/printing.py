@@ -9,7 +9,7 @@ from types import TracebackType
 
 
 class Printed:
-    """A context that catches what is written to descriptors 1 and 2; afterwards it is `text`."""
+    """A context that captures output to descriptors 1 and 2; afterwards it is `text`."""
 
     text = ""
 

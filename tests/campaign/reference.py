@@ -18,7 +18,7 @@ _CHOICE = "leave a choice"
 
 
 def compared(trajectory: Any) -> tuple[list[tuple[str, str]], str]:
-    """Return where a trajectory's error is above the reported one, and what was compared."""
+    """Return where a trajectory's error is above the reported one, and the compared states."""
     try:
         reference = simulate(trajectory.scene, accuracy=ACCURACY, formulation=FORMULATION)
     except TwolinkError as error:

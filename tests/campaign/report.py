@@ -16,7 +16,7 @@ from tests.campaign.judge import (
     Judged,
 )
 
-# So many refusals in so many scenes are still no failure of the campaign.
+# Number of refusals, in this number of scenes, that is no failure of the campaign.
 _REFUSED, _OF = 5, 2000
 
 
@@ -45,7 +45,7 @@ def report(results: list[Judged], command: str) -> str:
         lines += [f"  {name:<34}{count:>6}" for name, count in compared.most_common()]
     lines += ["", *_times(results)]
     for judged in sorted(results, key=lambda judged: judged.index):
-        lines += _told(judged, command)
+        lines += _details(judged, command)
     return "\n".join(lines)
 
 
@@ -58,7 +58,7 @@ def _times(results: list[Judged]) -> list[str]:
     ]
 
 
-def _told(judged: Judged, command: str) -> list[str]:
+def _details(judged: Judged, command: str) -> list[str]:
     """Return the lines on a scene that is not ok."""
     if judged.outcome in (VIOLATION, CRASH, HANG):
         lines = [f"  {name}: {sentence}" for name, sentence in judged.wrong]

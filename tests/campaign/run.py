@@ -13,7 +13,7 @@ import numpy as np
 
 from tests.campaign.judge import CRASH, Judged, judge
 
-# Scenes a worker does before it is replaced: what it has compiled takes memory.
+# Scenes a worker does before it is replaced: compiled code takes memory.
 _SCENES_A_WORKER = 150
 
 # Time limit (s) of the checks of a scene.
@@ -37,12 +37,12 @@ class Campaign:
     def seconds(self, stage: str) -> float:
         """Return the time limit (s) of a stage."""
         limits = {"simulate": self.limit, "check": _CHECKS, "reference": self.reference_limit}
-        # The start of a worker imports what is needed.
+        # The start of a worker includes imports.
         return limits.get(stage, 120.0)
 
 
 class Worker:
-    """A process that judges scenes, and what it has told last."""
+    """A process that judges scenes, and its last report."""
 
     def __init__(self, campaign: Campaign) -> None:
         context = multiprocessing.get_context("spawn")
@@ -79,7 +79,7 @@ class Worker:
         return None
 
     def late(self) -> Judged | None:
-        """Return what is known of a scene that has taken too long, and end the process."""
+        """Return the partial judgement of a scene that has taken too long, and end the process."""
         if self.index is None or time.monotonic() < self.deadline:
             return None
         if self.known is None:
@@ -92,8 +92,8 @@ class Worker:
         assert self.index is not None
         known = self.known or Judged(self.index, CRASH, 0.0)
         self._kill()
-        told = known.wrong if known.seconds else ()
-        return replace(known, outcome=CRASH, wrong=(("crash", how), *told))
+        earlier = known.wrong if known.seconds else ()
+        return replace(known, outcome=CRASH, wrong=(("crash", how), *earlier))
 
     def _kill(self) -> None:
         self.process.kill()
@@ -110,7 +110,7 @@ class Worker:
 def _work(campaign: Campaign, pipe: Connection) -> None:
     """Judge scenes as they come in, until the pipe is closed."""
 
-    def tell(stage: str, judged: Any) -> None:
+    def report(stage: str, judged: Any) -> None:
         pipe.send((stage, judged))
 
     while True:
@@ -119,13 +119,13 @@ def _work(campaign: Campaign, pipe: Connection) -> None:
         except EOFError:
             return
         reference = campaign.has_reference(index)
-        tell("done", judge(campaign.seed, index, reference=reference, tell=tell))
+        report("done", judge(campaign.seed, index, reference=reference, report=report))
 
 
 def judged_scenes(
     campaign: Campaign, indices: list[int], workers: int, progress: Callable[[str], None]
 ) -> Iterator[Judged]:
-    """Yield what comes of each scene, as they are done."""
+    """Yield the judgement of each scene, as they are done."""
     waiting = list(reversed(indices))
     crew = [Worker(campaign) for _ in range(min(workers, len(indices)))]
     try:

@@ -19,7 +19,7 @@ from twolink.effects.end_force import EndForce
 RESTING = ("STICKS", "PRESSED_FORWARD", "PRESSED_BACKWARD")
 SLIDING = {"FORWARD": 1, "BACKWARD": -1}
 
-# So many evenly spaced times, so many on each side of an event, and so many events at most.
+# Numbers of evenly spaced times, of times on each side of an event, and of events at most.
 _EVEN, _BESIDE, _MOST_MOMENTS = 2001, 20, 400
 
 # Times nearer than this to an event (s, per s of the run) may belong to either side of it.
@@ -29,8 +29,8 @@ _EITHER_SIDE = 5e-13
 class Seen:
     """A trajectory at times `t` (s), with q (rad) and u (rad/s) of shape (2, n) there.
 
-    `mode` numbers the event whose mode holds, `normal` and `tangential` are what each element
-    gives (N, N m), shape (elements, n), and `slack` is the error that is allowed (rad, rad/s).
+    `mode` numbers the event whose mode holds, `normal` and `tangential` are each element's
+    forces (N, N m), shape (elements, n), and `slack` is the error that is allowed (rad, rad/s).
     """
 
     def __init__(self, trajectory: Any) -> None:
@@ -82,7 +82,7 @@ class Seen:
         return np.maximum(np.searchsorted(entered, times, side="right") - 1, 0)
 
     def forces_at(self, times: Any) -> tuple[Any, Any]:
-        """Return what each element gives at times (s), along its way and along its tangent."""
+        """Return the forces of each element at times (s), along its way and along its tangent."""
         given = self.trajectory.contact_forces(times)
         shape = (len(self.elements), len(times))
         normal, tangential = np.zeros(shape), np.zeros(shape)
@@ -141,7 +141,7 @@ class Seen:
 
     @cached_property
     def stiffness(self) -> Any:
-        """What the cushions' generalized forces change per change of the state (N m/rad)."""
+        """The change of the cushions' generalized forces per change of the state (N m/rad)."""
         found = np.zeros_like(self.t)
         for _, element in self.of_kind(CUSHION):
             reach = element.way.reach(self.chain)
@@ -205,7 +205,7 @@ class Seen:
 
 
 def _smooth(effect: Any) -> Any:
-    """Return what of an effect makes no modes, or None."""
+    """Return the part of an effect that makes no modes, or None."""
     name = type(effect).__name__
     if name in ("JointFriction", "JointStop", "Surface", "CompliantSurface"):
         return None

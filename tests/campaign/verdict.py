@@ -13,8 +13,8 @@ Verdict = str | None
 """A sentence on a violation, or None."""
 
 
-def worst(seen: Seen, name: str, amount: Any, allowed: Any, what: str, t: Any = None) -> Verdict:
-    """Return a sentence on the amount that exceeds most what is allowed, or None if none does."""
+def worst(seen: Seen, name: str, amount: Any, allowed: Any, by: str, t: Any = None) -> Verdict:
+    """Return a sentence on the amount that exceeds its bound most, or None if none does."""
     times = seen.t if t is None else t
     amount, allowed = np.broadcast_arrays(amount, allowed)
     if amount.size == 0:
@@ -26,6 +26,6 @@ def worst(seen: Seen, name: str, amount: Any, allowed: Any, what: str, t: Any = 
         return None
     beyond = int((part > 1).sum())
     return (
-        f"{name} {what} {amount[place]:.3g} at {times[place]:.9g} s, allowed {allowed[place]:.2g};"
+        f"{name} {by} {amount[place]:.3g} at {times[place]:.9g} s, allowed {allowed[place]:.2g};"
         f" so at {beyond} of {len(part)} times from {times[int((part > 1).argmax())]:.9g} s"
     )

@@ -53,7 +53,7 @@ def test_all_plots_of_a_smooth_motion_omit_contact_with_a_message(tmp_path):
 
 @pytest.mark.slow
 def test_a_saved_trajectory_is_plotted_as_its_scene_is(tmp_path):
-    """But for what lies between samples, of which a smooth motion's angles show nothing."""
+    """Except between samples, where a smooth motion's angles show no difference."""
     saved = tmp_path / "fall.npz"
     simulated = CliRunner().invoke(
         app, ["simulate", str(FREE_FALL), "--samples", "101", "--out", str(saved)]

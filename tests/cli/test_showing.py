@@ -1,4 +1,4 @@
-"""What is shown: frames that memory cannot hold are refused with an estimate."""
+"""Films: frames that memory cannot hold are refused with an estimate."""
 
 import pytest
 from typer.testing import CliRunner

@@ -1,6 +1,6 @@
 """Impacts of one point, against small steps, exact paths, published figures and the energy.
 
-None of it repeats the phases of `twolink.contact.impact_laws`. The small steps tell no cases apart;
+None of it repeats the phases of `twolink.contact.impact_laws`. The small steps have no cases;
 the exact path only asks at every corner which friction Coulomb's law allows, and the laws of
 restitution are put to it as they are worded, not as they are solved.
 """
@@ -40,14 +40,14 @@ EPSILON = {
     mpmath.mpf: 10.0 ** (1 - DIGITS),
     Fraction: 0,
 }
-"""What one operation loses, relatively, in each kind of number."""
+"""The relative round-off of one operation, in each kind of number."""
 
 ROUNDINGS = 8
-"""How many roundings, of the sum of what is added up, an impulse may be off by."""
+"""Bound on the error of an impulse, in roundings of the sum of its terms' sizes."""
 
 
 class Blow(NamedTuple):
-    """What an impact depends on."""
+    """The data of an impact."""
 
     normal_speed: Any
     tangential_speed: Any
@@ -136,7 +136,7 @@ def path(blow: Blow, end) -> list[Corner]:
 def remainder(law: str, blow: Blow, end):
     """Return by how much a law of restitution is missed if the impact ends at `end`, and its unit.
 
-    The unit is the sum of what is added up to speed or to work, for rounding to be compared with.
+    The unit is the sum of the sizes of all terms of speed or work: the scale of round-off.
     """
     corners = path(blow, end)
     last, e, G = corners[-1], blow.restitution, blow.response
@@ -173,7 +173,7 @@ def assert_lawful(blow: Blow, law: str, number=float) -> None:
     assert abs(exact(impulse.tangential) - last.tangential) <= rounding * friction
     assert last.normal_speed >= -rounding * (G.nn + mu * abs(G.nt)) * p
 
-    # The regime is told by the path, wherever rounding does not decide it.
+    # The regime follows from the path, wherever rounding does not decide it.
     turned = next((c.normal for c in corners if c.tangential_speed == 0), None)
     if start.tangential_speed != 0 and turned is not None and turned >= p * (1 - rounding):
         return
@@ -266,14 +266,14 @@ def small_steps(blows: list[Blow], steps: int = 4000) -> tuple[dict[str, np.ndar
     """Return the impulses (p, Λt) of many blows under each law, and how far p may be off.
 
     Moreau's implicit steps: in each, friction stops the sliding if it is strong enough, and else
-    it is all there is. Sticking, turning round and jamming come about by themselves. No more is
-    lost than part of a step, and what friction pushes the normal speed astray while it reverses.
+    it is all there is. Sticking, turning round and jamming come about by themselves. The error
+    is at most part of a step, and friction's change of the normal speed while it reverses.
     """
     rows = [(v_n, v_t, *G, mu, e) for v_n, v_t, G, mu, e in blows]
     v_n, v_t, nn, nt, tt, mu, e = np.array(rows).T
     approach, firmness = v_n, nn - nt * nt / tt
     # No impulse takes longer, since until then the kinetic energy of the contact has not grown;
-    # Newton's may, by at most what the rebound takes against the least resistance.
+    # Newton's may, by at most the rebound's impulse against the least resistance.
     energy = (tt * v_n**2 - 2 * nt * v_n * v_t + nn * v_t**2) / (nn * tt - nt * nt)
     step = (2 * np.sqrt(energy / firmness) - v_n / firmness) / steps
     normal_speeds, tangentials = [v_n], [0 * v_n]
@@ -313,7 +313,7 @@ def test_small_steps_come_to_the_same_impulse(random):
         p, tangential = np.array([blow.impulse(law)[:2] for blow in blows]).T
         assert np.all(np.abs(found[law][:, 0] - p) <= allowed)
         assert np.all(np.abs(found[law][:, 1] - tangential) <= friction * allowed)
-        # The steps are small: what they may be off is little of most impulses.
+        # The steps are small: their error is a small part of most impulses.
         assert np.median(allowed / p) < 0.005
 
 
@@ -331,10 +331,10 @@ class Thrown(NamedTuple):
 
 
 class Struck(NamedTuple):
-    """What an impact makes of them: impulses, speeds and kinetic energies, and how they slid.
+    """The results of impacts: impulses, speeds, kinetic energies and sliding regimes.
 
-    `added` is the sum of the sizes of what is added up to each of the speeds, `work` that of what
-    is added up to the energy: with the roundings of one operation they say what rounding may do.
+    `added` is the sum of the sizes of all terms of each speed, `work` that of all terms of the
+    energy: times the round-off of one operation they bound the error.
     """
 
     impulse: np.ndarray
@@ -412,7 +412,7 @@ def struck(thrown) -> dict[str, Struck]:
 
 @pytest.mark.parametrize("law", PATH_LAWS)
 def test_impulses_of_chains_are_those_of_a_rough_wall(law, thrown, struck):
-    """It pushes, friction is within its cone, nothing ends inside, and what sticks is at rest."""
+    """It pushes, friction is in its cone, nothing ends inside, and a sticking point is at rest."""
     normal, tangential = struck[law].impulse.T
     assert np.all(normal >= 0)
     assert np.all(np.abs(tangential) <= thrown.friction * normal * (1 + ROUNDING))
@@ -649,7 +649,7 @@ def test_friction_that_jams_strikes_without_collision(law, blow):
     rounding = ROUNDINGS * EPSILON[float] * p
     assert v_n >= -rounding * (G.nn + abs(G.nt) * blow.friction)
     if law == "newton-routh" or blow.restitution == 0:
-        # What came in at no speed goes out at none.
+        # A point that arrives at no speed leaves at none.
         assert v_n <= rounding * (G.nn + abs(G.nt) * blow.friction)
     else:
         assert v_n > 0

@@ -1,4 +1,4 @@
-"""States of contact elements: what each says of motion, and the words for it."""
+"""States of contact elements: the motion of each, and its words."""
 
 import pickle
 

@@ -1,4 +1,4 @@
-"""Effects of users: one sentence for what cannot be compiled, whatever the method would be."""
+"""Effects of users: one sentence for expressions that cannot be compiled, in every method."""
 
 import math
 import threading
@@ -185,6 +185,6 @@ def test_a_frozen_effect_is_kept_as_it_is():
 
 
 def test_functions_of_arithmetic_are_all_known():
-    """What is offered to users is tried out, but for the sign, which is not smooth."""
+    """All functions for users are tried, except the sign, which is not smooth."""
     offered = {n for n in vars(arithmetic) if n in ("sin", "cos", "sqrt", "exp", "sign")}
     assert offered == {"sin", "cos", "sqrt", "exp", "sign"}

@@ -1,6 +1,6 @@
 """A surface that yields: a point mass and chains on it, against quadrature and other integrators.
 
-A chain whose mass is all in D is a point mass: what it does on its way down a straight line is
+A chain whose mass is all in D is a point mass: its motion down a straight line is
 computed here again in one dimension, by SciPy, with a law that is written out again.
 """
 
@@ -199,7 +199,7 @@ def test_pressed_again_it_follows_the_same_curve(v, gravity, duration):
 
 
 def test_pressed_deeper_it_goes_on_where_it_was():
-    """A push of 60 N while D lies in its dent: what is lost is that of one deeper press."""
+    """A push of 60 N while D lies in its dent: the loss is that of one deeper press."""
     push = 60 * math.cos(Q[1]), 60 * (math.cos(Q[0]) + math.cos(Q[1]))
     motors = SampledTorque((0.0, 0.006), (0.0, push[1]), (0.0, push[0]), "hold")
     trajectory = struck(0.05, Gravity(30.0), motors, duration=0.012)

@@ -1,4 +1,4 @@
-"""Effects hold values that nothing can change, and name what is wrong in their input."""
+"""Effects hold immutable values, and name the fault of their input."""
 
 import itertools
 

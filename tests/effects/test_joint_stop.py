@@ -102,7 +102,7 @@ def test_it_leaves_the_stop_when_the_torque_turns():
 
 @pytest.mark.parametrize("share", [0.99, 1.01])
 def test_friction_and_a_stop_at_one_joint(share):
-    """What pushes into the stop is borne by friction first; away from it friction alone holds."""
+    """A push into the stop is borne by friction first; away from it friction alone holds."""
     friction = JointFriction((1.0, 0.0))
     away = JointTorque((-share, 0.0))
     trajectory = simulate(scene(JointStop("A", upper=0.0), friction, away))

@@ -170,6 +170,6 @@ def test_bad_motors_are_refused(options, words):
 
 
 def test_motor_loads_are_felt_through_the_gear():
-    """What turns link 2 pushes link 1 back."""
+    """A torque on link 2 has its reaction on link 1."""
     Q1, Q2 = kane.generalized_active_force(GENERAL, (0.1, 0.2), motor_loads(0.0, 3.0))
     assert (Q1, Q2) == (-3.0, 3.0)

@@ -238,7 +238,7 @@ def test_limits_that_leave_no_room_are_refused_where_they_are_asked_for(attribut
 
 
 def refused(text: str, asked, words: list[str]) -> None:
-    """Check that a URDF is read, and that what is asked of it is refused in one sentence."""
+    """Check that a URDF is read, and that requests for its effects are refused in one sentence."""
     read = parse_planar_urdf(text, source="arm.urdf")
     with pytest.raises(UrdfError) as caught:
         effects_of(read, asked)

@@ -1,4 +1,4 @@
-"""Painlevé: a rough surface wedges what leans into its slide; never a silent wrong branch."""
+"""Painlevé: a rough surface wedges a link that leans into its slide; no silent wrong branch."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Sampled torques: what is between samples is what was chosen, and no step reaches over a kink."""
+"""Sampled torques: the chosen interpolation between samples, and no step over a kink."""
 
 import math
 from dataclasses import replace

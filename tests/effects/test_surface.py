@@ -196,7 +196,7 @@ def test_elbow_and_tip_at_once_never_gain_energy(random):
 @pytest.mark.parametrize("law", ["newton", "newton-routh", "poisson", "stronge"])
 @pytest.mark.parametrize("friction", [0.2, 1.5])
 def test_the_elbow_is_struck_on_its_circle(law, friction):
-    """It moves along one line only: what slows it along the floor slows it across."""
+    """It moves along one line only: a force that slows it along the floor slows it across."""
     chain = Chain.point_masses((1.0, 0.6), (1.0, 0.9))
     surface = floor(0.8, restitution=0.5, friction=friction, law=law, on=("B",))
     trajectory = simulate(scene(Gravity(), surface, chain=chain, duration=2.0))
@@ -215,7 +215,7 @@ def test_the_elbow_is_struck_on_its_circle(law, friction):
 
 @pytest.mark.parametrize("formulation", ["lagrange", "kane"])
 def test_what_rests_on_two_points_stays_there(formulation):
-    """D slides when B is struck, and what is left of its speed is rounding: it does not fly off."""
+    """D slides when B is struck, and the rest of its speed is round-off: it does not fly off."""
     chain = Chain.point_masses((1.0, 0.9923371066338436), (1.0, 0.9431624080780688))
     surface = floor(-0.3196961928711095, friction=0.254, law="poisson", on=("B", "D"))
     start = scene(

@@ -26,7 +26,7 @@ SCENES = {
     "stop": JointStop("B", lower=-1.0, upper=0.4),
     "floor": FLOOR,
 }
-# s. PyBullet's contacts do not converge: what it gives back for depth grows with shorter steps.
+# s. PyBullet's contacts do not converge: its restitution for depth grows with shorter steps.
 STEP = 1e-3
 APPROXIMATING = [engine for engine in ENGINES if isinstance(engine, ApproximatingEngine)]
 

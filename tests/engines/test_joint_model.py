@@ -32,7 +32,7 @@ EFFECTS = (
 
 
 def torques_in_joints(model, theta, speed, t):
-    """What the model says, by the formula in its docstring."""
+    """The force of the model, by the formula in its docstring."""
     from math import sin
 
     found = [

@@ -103,7 +103,7 @@ def test_the_order_is_the_declared_one(engine, method, name):
         return
     run = engine.prepared(SCENES[name], method.name)
     there, growth = reference(name)
-    # Each step rounds the state, what it rounds may grow, and roundings add up as a random walk.
+    # Each step rounds the state, round-off may grow, and roundings add up as a random walk.
     rounding = 2.0**-53 * float(np.abs(there).max()) * growth
     orders, coarse = [], error_of(run, name, 2.0**-4)[0]
     for power in range(5, 12):
@@ -119,7 +119,7 @@ def test_the_order_is_the_declared_one(engine, method, name):
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize(("engine", "method"), each("tolerance"))
 def test_the_tolerance_is_kept_at_every_step(engine, method, name):
-    """Each step adds at most its tolerance, absolute and relative, and what it adds may grow."""
+    """Each step adds at most its tolerance, absolute and relative, and this error may grow."""
     scene = SCENES[name]
     assert engine.unsupported(scene) is None
     run = engine.prepared(scene, method.name)
@@ -151,7 +151,7 @@ def test_heyoka_is_given_an_odd_order(name):
 
 @pytest.mark.slow
 def test_the_comparison_can_fail():
-    """A chain that is a millionth heavier is told apart."""
+    """A chain that is a millionth heavier is distinguished."""
     scene = replace(GENERAL_SCENE, chain=replace(GENERAL_SCENE.chain, mass=(1.0, 1.000001)))
     run = engine_named("heyoka").prepared(scene, "taylor")
     assert error_of(run, "general", 1e-15)[0] > 1e3 * 1e-12
@@ -184,7 +184,7 @@ def test_samples_are_at_the_requested_times(engine):
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ALL)
 def test_accelerations(engine, random):
-    """Against 50 digits, within what rounding does to M⁻¹ of the forces."""
+    """Against 50 digits, within the round-off of M⁻¹ times the forces."""
     for _ in range(20):
         q, u = random.uniform(-3, 3, 2).tolist(), random.uniform(-5, 5, 2).tolist()
         gravity, torque = random.uniform(-10, 10, 2).tolist(), random.uniform(-4, 4, 2).tolist()

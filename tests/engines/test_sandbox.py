@@ -71,10 +71,10 @@ def one_large_array():
 
 
 def start_another(file):
-    """Start a process that would outlive this one, and tell which it is."""
+    """Start a process that would outlive this one, and write its process id."""
     child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
-    with open(file, "w") as told:
-        told.write(str(child.pid))
+    with open(file, "w") as output:
+        output.write(str(child.pid))
     loop_for_ever()
 
 
@@ -145,7 +145,7 @@ def test_memory_has_its_limit(task):
 
 @pytest.mark.slow
 def test_nothing_is_left_behind(tmp_path):
-    file = tmp_path / "told"
+    file = tmp_path / "process_id"
     outcome = run_sandboxed(start_another, str(file), seconds=2.0)
     assert outcome.kind == "hang"
     grandchild = int(file.read_text())
@@ -160,12 +160,12 @@ def test_nothing_is_left_behind(tmp_path):
 
 def test_the_process_goes_when_its_caller_is_killed(tmp_path):
     """The caller gets no chance to clean up: the task must not run on."""
-    file = tmp_path / "told"
+    file = tmp_path / "process_id"
     program = (
-        "from tests.engines.test_sandbox import tell_and_loop\n"
+        "from tests.engines.test_sandbox import write_id_and_loop\n"
         "from twolink.engines.sandbox import run_sandboxed\n"
         "if __name__ == '__main__':\n"
-        f"    run_sandboxed(tell_and_loop, {str(file)!r}, seconds=600.0)\n"
+        f"    run_sandboxed(write_id_and_loop, {str(file)!r}, seconds=600.0)\n"
     )
     script = tmp_path / "caller.py"
     script.write_text(program)
@@ -181,7 +181,7 @@ def test_the_process_goes_when_its_caller_is_killed(tmp_path):
     assert not is_alive(int(file.read_text()))
 
 
-def tell_and_loop(file):
-    with open(file, "w") as told:
-        told.write(str(os.getpid()))
+def write_id_and_loop(file):
+    with open(file, "w") as output:
+        output.write(str(os.getpid()))
     loop_for_ever()

@@ -12,7 +12,7 @@ from twolink.urdf import read_planar_urdf
 
 pytestmark = [pytest.mark.engines, pytest.mark.filterwarnings("ignore")]
 
-# What MuJoCo refuses of the import suite (test_engines), and what only the other engine reads.
+# Files of the import suite that MuJoCo refuses (test_engines), or only the other engine reads.
 REFUSED = {("mjcf", "thin-rods"), ("mjcf", "millimetres")}
 
 

@@ -1,5 +1,5 @@
-"""Hostile command lines, trajectory files and environments, and what must hold for all of them.
+"""Hostile command lines, trajectory files and environments, and the properties of every run.
 
 `python -m tests.fuzz --inputs N --seed S` draws N inputs and runs each in a process of its own. An
-input that has something wrong in it knows so, and must be refused.
+input with a fault is marked, and must be refused.
 """

@@ -1,4 +1,4 @@
-"""`python -m tests.fuzz --inputs N --seed S`: run that many inputs, print what is wrong."""
+"""`python -m tests.fuzz --inputs N --seed S`: run N inputs, print the faults."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.fuzz.run import faults, run
 
 
 def campaign(inputs: int, seed: int, first: int = 0) -> tuple[list[str], Counter[object]]:
-    """Return what is wrong, a line for each input, and how often each exit code was seen."""
+    """Return the faults, a line for each input, and how often each exit code was seen."""
     lines, codes = [], Counter()
     with tempfile.TemporaryDirectory() as place:
         folder, out = Path(place, "in"), Path(place, "out")

@@ -1,4 +1,4 @@
-"""What inputs are drawn from: a seed, good values, and bad ones."""
+"""Sources of inputs: a seed, good values, and bad ones."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NUMBERS = (
     "nan", "inf", "-inf", "1e999", "-1", "0x10", "1,5", "ten", "", "--", "9" * 5000,
     "1e", "\x00"[:0] + "\x1b[2J",
 )  # fmt: skip
-"""What is no positive number: neither whole nor any other."""
+"""Words that are not positive numbers, neither whole nor fractional."""
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""Inputs: command lines that are right but for what is spoiled, environments, interrupts."""
+"""Inputs: valid command lines with spoiled parts, environments, interrupts."""
 
 from __future__ import annotations
 

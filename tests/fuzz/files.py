@@ -18,7 +18,7 @@ KINDS = (".npz", ".csv", ".parquet")
 
 
 def prepare(folder: Path) -> None:
-    """Write the good files, from which bad ones are made, and what is no file."""
+    """Write the good files, from which bad ones are made, and paths that are no files."""
     text = (data_path("scenes") / "free_fall.toml").read_text(encoding="utf-8")
     short = text.replace("duration = 10.0", "duration = 0.2")
     (folder / "good.toml").write_text(short, encoding="utf-8")

@@ -20,7 +20,7 @@ _CODES = {0, 1, 2, 129, 130, 143}
 
 @dataclass(frozen=True)
 class Ended:
-    """How a command ended: its exit code (None where it hung), and what it said."""
+    """How a command ended: its exit code (None where it hung), and its output."""
 
     code: int | None
     out: str
@@ -124,7 +124,7 @@ def _awaited(child: int, given: Input, begin: float) -> int | None:
 
 
 def faults(given: Input, ended: Ended, before: set[Path], scratch: Path) -> list[str]:
-    """Return what is wrong with how a command ended."""
+    """Return the fault of the end of a command, or nothing."""
     found = []
     if ended.code is None:
         found.append(f"hangs for {PATIENCE:g} s")

@@ -39,7 +39,7 @@ def test_cosine_and_sine(x):
 
 @cache
 def lagrangian():
-    """Return M and C u − Q by SymPy, from the energies: a text that is nobody else's."""
+    """Return M and C u − Q by SymPy, from the energies: code shared with no other."""
     names = "m1 m2 L1 a1 b1 a2 b2 I1 I2 gx gy tau1 tau2 u1 u2"
     symbols = sp.symbols(names)
     m1, m2, L1, a1, b1, a2, b2, I1, I2, gx, gy, tau1, tau2, u1, u2 = symbols

@@ -133,7 +133,7 @@ def texts(originals, words):
 
 
 def read_or_refused(read, text: str) -> object:
-    """Return what a text is read as, or None if it is refused as it should be."""
+    """Return the parsed text, or None if it is refused as it should be."""
     begin = time.perf_counter()
     try:
         found = read(text)
@@ -161,7 +161,7 @@ def test_any_text_is_a_scene_or_is_refused(text):
 def test_any_text_is_a_robot_or_is_refused(text):
     read = read_or_refused(parse_planar_urdf, text)
     if read is not None:
-        # What is read as a planar chain is one whose numbers hold, or is refused as such.
+        # A text that is read has valid numbers, or is refused as a planar chain.
         read_or_refused(Chain.from_links, read.links)
 
 
@@ -173,7 +173,7 @@ def test_a_scene_that_is_written_and_broken_is_a_scene_or_is_refused(scene, data
 
 
 def test_a_traceback_would_be_seen():
-    """The check can fail: what raises anything else, or speaks in two lines, is seen."""
+    """The check can fail: another exception, or a message of two lines, is detected."""
 
     def crash(_):
         raise ValueError("a traceback")

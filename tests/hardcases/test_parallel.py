@@ -22,12 +22,12 @@ def marks(board):
 @pytest.mark.slow
 def test_it_is_the_scoreboard():
     cases = [case_named(name) for name in NAMES]
-    told = []
-    board = parallel_scoreboard(cases, OURS, lambda done, running: told.append((done, running)))
+    reports = []
+    board = parallel_scoreboard(cases, OURS, lambda done, running: reports.append((done, running)))
     assert tuple(board) == NAMES
     assert marks(board.items()) == marks(scoreboard(cases, OURS).items())
-    assert told[0][0] == 0
-    assert {name for _, running in told for name in running} == set(NAMES)
+    assert reports[0][0] == 0
+    assert {name for _, running in reports for name in running} == set(NAMES)
 
 
 @pytest.mark.slow
@@ -61,7 +61,7 @@ def test_interrupted_it_leaves_nothing_running(number, tmp_path):
 
 
 def session(number: int) -> list[int]:
-    """Return the processes of a session, as /proc tells them; zombies are none."""
+    """Return the processes of a session, from /proc, without zombies."""
     found = []
     for entry in os.listdir("/proc"):
         if not entry.isdigit():

@@ -17,7 +17,7 @@ from twolink.simulation.smooth.equations import EQUATIONS
 
 
 class Trial:
-    """A trial that does what it is told to."""
+    """A trial that calls a given function."""
 
     def __init__(self, does):
         self.does = does
@@ -69,11 +69,11 @@ def test_cells_of_this_library(does, mark, said):
 
 def test_the_scoreboard_goes_on_after_a_failure():
     cases = [dataclasses.replace(case(does), name=does.__name__) for does in (crash, warn, refuse)]
-    told = []
+    started = []
     board = scoreboard(
-        cases, (Column("kane"), Column("lagrange")), lambda one, column: told.append(one.name)
+        cases, (Column("kane"), Column("lagrange")), lambda one, column: started.append(one.name)
     )
-    assert told == ["crash", "crash", "warn", "warn", "refuse", "refuse"]
+    assert started == ["crash", "crash", "warn", "warn", "refuse", "refuse"]
     assert len(failed_by_us(board)) == 6
     table = document(board, cases)
     assert json.loads(json.dumps(table)) == table

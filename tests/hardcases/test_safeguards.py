@@ -85,7 +85,7 @@ def test_bounces_without_an_end(formulation, monkeypatch):
 
 
 def within_a_turn(x):
-    """Return a float less turns of float64's 2π; what is only written down is let pass."""
+    """Return a float less turns of float64's 2π; numbers that are only stored pass."""
     return math.remainder(x, 2 * math.pi) if isinstance(x, float) else x
 
 

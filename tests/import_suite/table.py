@@ -1,4 +1,4 @@
-"""`python -m tests.import_suite.table` prints what engines make of the files, as Markdown.
+"""`python -m tests.import_suite.table` prints the results of engines on the files, as Markdown.
 
 A valid file is read as it stands, and once more repaired by `twolink urdf repair`; an invalid one
 as it stands, each in a process of its own.
@@ -45,7 +45,7 @@ def verdicts(test: Any, engine: str) -> tuple[str, str]:
 
 
 def on_invalid(engine: str, file: str) -> str:
-    """Return what an engine makes of an invalid file: "refuses", "accepts", or "NaN"."""
+    """Return an engine's result on an invalid file: "refuses", "accepts", or "NaN"."""
     text = (FOLDER / file).read_bytes().decode("utf-8", errors="replace")
     try:
         matrices = ENGINES[engine](text, ANGLES)

@@ -11,7 +11,7 @@ from twolink.urdf.repair import repair_urdf
 
 pytestmark = [pytest.mark.engines, pytest.mark.filterwarnings("ignore")]
 
-# What engines make of files as they stand: "agrees" but for these. docs/bugs.md explains each.
+# Results of engines on unrepaired files: "agrees" but for these. docs/bugs.md explains each.
 # PyBullet takes frames without inertial to weigh 1 kg, and all files but one have such frames.
 KNOWN = {
     ("mujoco", "thin-rods"): "refuses",
@@ -21,7 +21,7 @@ KNOWN = {
 }
 PYBULLET_AGREES = ("frames-of-zero-mass",)
 
-# What remains after a repair: limits of the engines' own scale.
+# Remaining differences after a repair: limits of the engines' own scale.
 AFTER_REPAIR = {("mujoco", "millimetres"): "refuses", ("pybullet", "kilometres"): "refuses"}
 
 

@@ -77,7 +77,7 @@ def test_our_reader_finds_the_parameters(test):
         assert link.mass == pytest.approx(theirs["mass"], rel=CLOSE)
         assert link.length == pytest.approx(theirs["length"], rel=CLOSE)
         assert link.centre == pytest.approx(theirs["centre"], rel=0, abs=CLOSE * size)
-        # What the parallel-axis theorem moves is rounded too.
+        # The parallel-axis theorem's terms are rounded too.
         about_end = theirs["inertia"] + link.mass * size**2
         assert link.inertia == pytest.approx(theirs["inertia"], rel=0, abs=CLOSE * about_end)
     assert list(read.joints.sign) == expected["sign"]

@@ -1,4 +1,4 @@
-"""What follows from the parameters in the index, by the textbook's formulas."""
+"""Quantities from the parameters in the index, by the textbook's formulas."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def gravity_torque(expected: Any, theta: tuple[float, float]) -> Array:
 
 
 def tip(expected: Any, theta: tuple[float, float]) -> Array:
-    """Return D, in the root link's frame but for what lies along the axis (m)."""
+    """Return D, in the root link's frame without its component along the axis (m)."""
     one, two = expected["links"]
     (s1, s2), (phi1, phi2) = expected["sign"], expected["offset"]
     q1 = s1 * theta[0] + phi1

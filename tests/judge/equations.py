@@ -137,7 +137,7 @@ class System:
 
     @property
     def load_size(self):
-        """A size (N m) of what gravity and the motors can give, for what is small beside it."""
+        """A size (N m) of the torques of gravity and motors, the scale of small torques."""
         reach = [self.L1 + math.hypot(*self.points[name]) for name in ("C1", "C2")]
         weight = math.hypot(*self._gravity())
         size = weight * (self.mass[0] * reach[0] + self.mass[1] * reach[1])

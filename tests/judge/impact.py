@@ -105,7 +105,7 @@ def without_speeds(rows, u):
 
 
 def settled(system, q, u):
-    """Return u without what is left, by rounding, of the speeds of all that is at rest."""
+    """Return u without the round-off in the speeds of elements at rest."""
     rows = []
     for element in system.elements:
         if isinstance(element, Contact):
@@ -170,7 +170,7 @@ def rough_impulse(v_n, v_t, G, contact):
 
 
 def _slope(v_t, G, mu):
-    """Return s: against the slide, or what holds the point, or against the slide that begins."""
+    """Return s: against the slide, or holding the point, or against the beginning slide."""
     if v_t != 0:
         return -math.copysign(mu, v_t)
     if abs(G[1]) <= mu * G[2]:
@@ -184,7 +184,7 @@ def _left(blow, k_n, v_n0, contact):
         return (-contact.restitution * v_n0 - blow.v_n) / k_n if k_n > 0 else math.inf
     if contact.law == "poisson":
         return (1 + contact.restitution) * blow.compressed - blow.p
-    # v_n x + k_n x²/2 = what is to be given back.
+    # v_n x + k_n x²/2 = the energy of restitution.
     root = blow.v_n**2 + 2 * k_n * blow.to_give
     if root < 0 or blow.v_n + math.sqrt(root) <= 0:
         return math.inf

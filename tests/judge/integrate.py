@@ -44,7 +44,7 @@ def judge(scene, times, max_step=0.01):
 
 
 class _Run:
-    """A motion on its way: time, state and mode, and what it has left behind."""
+    """A motion on its way: time, state and mode, and its log."""
 
     def __init__(self, system, scene, times, max_step):
         self.system, self.times, self.max_step = system, times, max_step
@@ -103,7 +103,7 @@ class _Run:
         """Return whether a rebound is over at once, and then set it to rest.
 
         Under an acceleration −a the bounces from a speed v last 2v/a, e times that, and so on. Each
-        bounce's friction is that of a contact which slides on: so is what takes the speed away.
+        bounce's friction is that of a contact which slides on: so is the loss of speed.
         """
         contact = self.system.elements[index]
         row = contact.direction.row(self.q)

@@ -16,11 +16,11 @@ from tests.judge.equations import Contact, Friction, dot, plus, solve_mass
 
 
 class JudgeGivesUp(Exception):  # noqa: N818
-    """The laws leave no motion, or a choice: the scene is outside of what the judge can tell."""
+    """The laws leave no motion, or a choice: the scene is outside of the judge's range."""
 
 
 class State(Enum):
-    """What a friction or a contact does."""
+    """The state of a friction or a contact."""
 
     OPEN = 0
     CLOSED = 0.5
@@ -36,7 +36,7 @@ ZERO_SPEED = 1e-12
 ZERO_GAP = 1e-11
 # A condition whose value is below this part of its terms is decided by looking ahead.
 UNDECIDED = 1e-9
-# For these times (s) a candidate is followed to see what it does.
+# For these times (s) a candidate is followed to decide on it.
 LOOK_AHEAD = (1e-6, 1e-5, 1e-4, 1e-3)
 
 
@@ -65,7 +65,7 @@ def always_parallel(first, second):
 
 
 class Motion:
-    """The motion in a mode: accelerations, the force of what is held, and all conditions.
+    """The motion in a mode: accelerations, the constraint force, and all conditions.
 
     `possible` is False for combinations that are no moving mode: with two directions held, or
     with something left out that moves along the held direction only.
@@ -103,7 +103,7 @@ class Motion:
         return always_parallel(elements[self.lead].direction, elements[index].direction)
 
     def forces(self, t, q, u):
-        """Return r (N m) with the kinetic friction of what slips, but without contact forces."""
+        """Return r (N m) with the friction of slipping elements, but without contact forces."""
         r = self.system.smooth_forces(t, q, u)
         for element, state in zip(self.system.elements, self.mode.states, strict=True):
             if isinstance(element, Friction) and state in SLIPS:
@@ -111,7 +111,7 @@ class Motion:
         return r
 
     def lead_row_and_force(self, q):
-        """Return the row that is held, and the generalized force of a unit of what holds it."""
+        """Return the held row, and the generalized force of a unit of its constraint force."""
         element, state = self.system.elements[self.lead], self.mode.states[self.lead]
         row = element.direction.row(q)
         if isinstance(element, Contact) and state in SLIPS:
@@ -153,7 +153,7 @@ class Motion:
         return low, high
 
     def watched(self, t, q, u):
-        """Return what must not become negative in the mode, by label, as (value, its rounding)."""
+        """Return values that must not become negative, by label, as (value, its round-off)."""
         found = {}
         if self.lead is not None:
             _, lam, G = self.solve(t, q, u)
@@ -335,7 +335,7 @@ def _rest_holds(system, mode, t, q):
 
 
 def conditions(instant, motion, solution):
-    """Return what a mode's forces and accelerations must satisfy, as (label, value, its size)."""
+    """Return the conditions on a mode's forces and accelerations, as (label, value, its size)."""
     du, lam, _ = solution
     found = []
     if motion.lead is not None:
@@ -384,7 +384,7 @@ def _lasts(instant, motion, labels):
         values = []
         for label in labels:
             if label[0] == "open":
-                # The speed tells sooner than the gap does.
+                # The speed decides earlier than the gap.
                 row = instant.system.elements[label[1]].direction.row(q)
                 values.append((dot(row, u), 2e-15 * (1 + abs(u[0]) + abs(u[1]))))
             elif label in watched:

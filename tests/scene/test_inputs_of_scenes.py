@@ -1,4 +1,4 @@
-"""Scenes hold values: copies of what they were given, or one sentence on what is wrong."""
+"""Scenes hold values: copies of their arguments, or one sentence on the fault."""
 
 import copy
 import pickle

@@ -164,7 +164,7 @@ def scene_of_static_friction(random):
 
 
 def check(draw, count, most_given_up):
-    """Compare many scenes; say how many the judge gave up, and show what disagrees."""
+    """Compare many scenes; print the number that the judge gave up, and the disagreements."""
     random = np.random.default_rng(SEED)
     found = [compared(draw(random)) for _ in range(count)]
     given_up = [item.given_up for item in found if item.given_up]

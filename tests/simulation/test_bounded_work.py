@@ -1,4 +1,4 @@
-"""Bounded work: what would take too long or too much memory is refused with an estimate."""
+"""Bounded work: runs of too much time or memory are refused with an estimate."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""What holds and rubs, as a trajectory tells it: it turns the chain as Newton and Euler say."""
+"""Constraint and friction forces of a trajectory satisfy Newton's and Euler's equations."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def moment_of_weights(q):
 
 
 def turned(trajectory, start, end, moment):
-    """Return the integral of a moment (N m) and the change of what it turns, by Gauss's rule.
+    """Return the integral of a moment (N m) and the change of angular momentum, by Gauss's rule.
 
     The nodes are dense where the force of a compliant contact has a root, at the ends.
     """

@@ -1,4 +1,4 @@
-"""No step reaches over what is to come: a series whose last terms vanish feigns an endless one."""
+"""No step passes a later event: a series whose last terms vanish suggests an endless step."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What stops, surfaces and friction give is what Pinocchio's RNEA misses, all along."""
+"""Forces of stops, surfaces and friction are the residual of Pinocchio's RNEA at all times."""
 
 import numpy as np
 import pytest

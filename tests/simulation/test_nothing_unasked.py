@@ -1,4 +1,4 @@
-"""What a scene does not name is not there: in the compiled code, in the modules."""
+"""Effects that a scene does not name are absent: in compiled code and in modules."""
 
 import subprocess
 import sys
@@ -54,7 +54,7 @@ EFFECTS = (
 
 
 def by_hand(gravity: bool) -> int:
-    """The operations of the source's bars in (q, p), written by hand with all constants formed.
+    """The operations of the derivation's bars in (q, p), written by hand with all constants formed.
 
     M = [[4/3, c/2], [c/2, 1/3]] with c and s of q2 − q1, so det M = 7/36 + (s/2)², and
     ∂T/∂q2 = −(s/2) u1 u2; the weights turn by 14.715 cos q1 and 4.905 cos q2.
@@ -86,7 +86,7 @@ def test_the_compiled_code_is_what_one_writes_by_hand():
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: type(effect).__name__)
 def test_an_effect_that_is_left_out_leaves_nothing(effect):
-    """With it there is more to do; without it, again exactly what is written by hand."""
+    """With it there is more to do; without it, again exactly the operations written by hand."""
     with_it = replace(FALL, effects=(Gravity(), effect), duration=0.1)
     assert motion_run(with_it, (0.0, 0.1), formulation="momenta").operations > 25
     left_out = replace(with_it, effects=with_it.effects[:1])

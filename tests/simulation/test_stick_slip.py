@@ -206,7 +206,7 @@ def test_bad_friction_is_refused(kinetic, static, words):
 
 
 def test_a_load_between_kinetic_and_static_friction_leaves_no_choice():
-    """What rests goes on resting until the static limit: no note speaks of other modes."""
+    """A joint at rest stays at rest until the static limit: no note mentions other modes."""
     scene = Scene(
         Chain.uniform_bars(),
         (0.3, -0.4),

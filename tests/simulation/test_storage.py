@@ -129,7 +129,7 @@ def fabricated(scene):
 @pytest.mark.parametrize("file", sorted(data_path("scenes").rglob("*.toml")), ids=lambda f: f.stem)
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_shipped_scene_travels_along(kind, file, tmp_path):
-    """With what no simulation makes: an infinite error, a mode and an impact of every kind."""
+    """Values that no simulation gives: an infinite error, a mode and an impact of every kind."""
     trajectory = fabricated(Scene.load(file))
     trajectory.save(tmp_path / f"run{kind}")
     back = Trajectory.load(tmp_path / f"run{kind}")
@@ -216,7 +216,7 @@ def test_columns_are_read_by_pyarrow(tmp_path):
     assert Scene.parse(about["scene"]) == SCENE
 
 
-# What is refused.
+# Refusals.
 
 
 def refusal(file):

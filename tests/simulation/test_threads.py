@@ -1,4 +1,4 @@
-"""Threads: what runs side by side gives the same bits as what runs one after the other."""
+"""Threads: parallel runs give the same bits as sequential ones."""
 
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -42,7 +42,7 @@ def side_by_side(function, arguments):
 
 
 def starts(scene, count=16):
-    """Return scenes that share what is compiled, and differ in their start."""
+    """Return scenes that share compiled code, and differ in their start."""
     return [replace(scene, q=(0.3 + 0.01 * k, 0.5), u=(0.2, -0.1 * k)) for k in range(count)]
 
 
@@ -90,7 +90,7 @@ def test_a_run_inside_the_progress_of_another():
     """A callback may simulate the very scene that is on its way."""
     scene, expected = replace(EVENTS, duration=1.0), []
 
-    def progress(what, share):
+    def progress(stage, share):
         if len(expected) < 3:
             expected.append(simulate(replace(scene, q=(0.1, 0.9))).q.tobytes())
 

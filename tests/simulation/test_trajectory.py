@@ -1,4 +1,4 @@
-"""What a trajectory tells: joint forces, works, energies, the cost of its effects."""
+"""Quantities of a trajectory: joint forces, works, energies, the cost of its effects."""
 
 import math
 import sys

@@ -42,7 +42,7 @@ def assert_is_right(name, *checks):
 
 
 def force(name, element, times=None):
-    """Return what an element gives over time: that of the trajectory, found by its name."""
+    """Return an element's forces over time: that of the trajectory, found by its name."""
     run = trajectory(name)
     given = run.contact_forces(seen(name).t if times is None else times)
     return next(f for f in given if f.name == element)

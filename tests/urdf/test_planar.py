@@ -1,4 +1,4 @@
-"""From a URDF to the planar chain: what is found, what is assumed, what is refused."""
+"""From a URDF to the planar chain: findings, assumptions and refusals."""
 
 import io
 import math
@@ -76,7 +76,7 @@ def test_what_joints_have_is_ordered_from_the_base(order):
         ('type="continuous"', 'type="revolute"'),
         (SHOULDER_AXIS, SHOULDER_AXIS + more),
         (ELBOW_AXIS, ELBOW_AXIS + '<limit upper="5" effort="1" velocity="1"/>'),
-        # What holds a fixed joint is no friction of the joints that move.
+        # Friction of a fixed joint is no friction of the joints that move.
         (TOOL_ORIGIN, TOOL_ORIGIN + '<dynamics damping="6" friction="7"/>'),
     )
     start, end = text.index("  <joint"), text.index("</robot>")
@@ -191,7 +191,7 @@ class TestLumping:
 
 
 class TestTip:
-    """What is taken as D."""
+    """The frame taken as D."""
 
     TWO = (
         '<link name="tool"/>',
@@ -343,7 +343,7 @@ class TestGravity:
 
 
 @pytest.mark.parametrize(
-    ("roll", "accepted", "told"),
+    ("roll", "accepted", "noted"),
     [
         ("3.141592653589793", True, False),
         ("1e-13", True, False),
@@ -356,14 +356,14 @@ class TestGravity:
         ("1.5707963267948966", False, True),
     ],
 )
-def test_axes_that_are_parallel_but_for_typing(roll, accepted, told):
+def test_axes_that_are_parallel_but_for_typing(roll, accepted, noted):
     text = edited((ELBOW_ORIGIN, f'<origin xyz="1 0 0" rpy="{roll} 0 0"/>'))
     if not accepted:
         names(refusal(text), "'shoulder'", "'elbow'", "parallel")
         return
     sentences = parse_planar_urdf(text, tip="tool").notes
-    assert len(sentences) == told
-    if told:
+    assert len(sentences) == noted
+    if noted:
         only(sentences, "'shoulder'", "'elbow'", "rad")
 
 
@@ -445,7 +445,7 @@ def test_no_inertia_about_a_is_no_harm_if_link_2_has_inertia():
 @pytest.mark.parametrize(
     "dynamics", ['<dynamics damping="0.1"/>', '<dynamics friction="0.2" damping="0"/>']
 )
-def test_damping_and_friction_are_told(dynamics):
+def test_damping_and_friction_are_in_the_notes(dynamics):
     text = edited((ELBOW_AXIS, ELBOW_AXIS + dynamics))
     urdf = parse_planar_urdf(text, tip="tool")
     only(urdf.left_out, "'elbow'", "damping", "friction", "leaves")
@@ -474,7 +474,7 @@ def closed_form(urdf: PlanarUrdf, angles: tuple[float, float]) -> np.ndarray:
 
 
 def planar_points(urdf: PlanarUrdf, angles: tuple[float, float]) -> np.ndarray:
-    """Return C1, C2 and D in the source's frame (m), from the parameters alone."""
+    """Return C1, C2 and D in the derivation's frame (m), from the parameters alone."""
     q1, q2 = absolute(urdf, angles)
     along1, along2 = (np.array([math.cos(q), math.sin(q)]) for q in (q1, q2))
     across1, across2 = (np.array([-v[1], v[0]]) for v in (along1, along2))

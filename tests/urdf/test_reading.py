@@ -1,4 +1,4 @@
-"""Refusals: one line that names the file, the culprit, what it must be and what was received."""
+"""Refusals: one line with the file, the element, the requirement and the received text."""
 
 import pytest
 
@@ -198,7 +198,7 @@ def test_limits(kind):
     ],
 )
 def test_limits_are_read_as_they_stand(attributes, limits):
-    """What is absent is 0; whether they leave room is no matter of reading."""
+    """Absent limits are 0; the reader does not check their range."""
     more = LIMIT.replace("/>", f" {attributes}/>")
     text = edited((f"{ELBOW_AXIS}\n  </joint>", f"{ELBOW_AXIS}{more}</joint>"))
     assert parse_planar_urdf(text).limits == (None, None)

@@ -1,4 +1,4 @@
-"""Repairs: each fault of files in use, one at a time; and what no repair can change."""
+"""Repairs: each fault of files in use, one at a time; and faults that no repair can remove."""
 
 import io
 

@@ -130,7 +130,7 @@ def test_points_have_frames():
     }
     for name, place in expected.items():
         x, y, z = data.oMf[model.getFrameId(name)].translation
-        # World z is up, the source's y is down.
+        # World z is up, the derivation's y is down.
         np.testing.assert_allclose((x, -z), place, atol=1e-15)
         assert y == 0
 

@@ -150,7 +150,7 @@ def test_states_are_general():
 
 
 def solved_by(engine, urdf, name, states):
-    """Return Pinocchio's solution, and what a correct one may differ by: forces and motion."""
+    """Return Pinocchio's solution, and the tolerances of its forces and motion."""
     chain = Chain.from_links(urdf.links)
     model = PlanarModel(chain, urdf.joints, urdf.gravity)
     answer = SOLVED[name].call(engine, states)
@@ -454,7 +454,7 @@ def test_another_drift_is_seen(urdf, engine, monkeypatch, factor):
     monkeypatch.setattr(directions.PointCoordinate, "bias", wrong)
     verdict = verify_contact(urdf, states=FEW, engine=engine)
     assert failed(verdict) == RESTING | STICKING
-    # Both formulations have it from the kinematics: only Pinocchio can tell.
+    # Both formulations have it from the kinematics: only Pinocchio can show the fault.
     assert {c.against for c in verdict.comparisons if not c.passed} == {engine.name}
 
 
@@ -481,7 +481,7 @@ def test_another_tangent_is_seen(urdf, engine, monkeypatch):
     ids=["kane", "lagrange"],
 )
 def test_another_row_is_seen(urdf, engine, monkeypatch, text, jacobian, other, factor):
-    """What D's velocity has of u1, or its position of q1, in one formulation."""
+    """The part of u1 in D's velocity, or of q1 in its position, in one formulation."""
     right = getattr(text, jacobian)
 
     def wrong(chain, q, point):
@@ -507,7 +507,7 @@ def test_another_mass_matrix_is_seen(urdf, engine, monkeypatch):
     monkeypatch.setattr(lagrange, "mass_matrix", wrong)
     verdict = verify_contact(urdf, states=FEW, engine=engine)
     assert failed(verdict) >= IMPACT | STICKING_IMPACT | RESTING | {"sticking contact: forces"}
-    # What two rows hold moves as they say, whatever its mass.
+    # A point held by two rows moves as they prescribe, whatever its mass.
     assert "sticking contact: motion" not in failed(verdict)
 
 
@@ -550,7 +550,7 @@ def test_not_a_number_is_seen(urdf, engine, monkeypatch):
 
 
 def test_an_infinite_acceleration_is_seen(urdf, engine, monkeypatch):
-    """Its tolerance, which grows with what was found, is infinite too."""
+    """Its tolerance, which grows with the found value, is infinite too."""
     monkeypatch.setattr(
         kane, "forward_dynamics", lambda chain, q, u, loads: (q[0] / (q[0] - q[0]), q[1])
     )
@@ -559,13 +559,13 @@ def test_an_infinite_acceleration_is_seen(urdf, engine, monkeypatch):
     assert found == {"frictionless impact: speeds after", "given force on D: motion"}
 
 
-# What contact does not use; `verify` and the proofs look at them.
+# Functions that contact does not use; `verify` and the proofs look at them.
 UNUSED = {
     *("inverse_dynamics", "coriolis_matrix", "_turned", "inertia_torques"),
     *("kinetic_energy", "kinetic_energies", "momenta", "momentum_rates", "energy_gradient"),
 }
 
-# A sign before what is zero; see tests/verification/test_verify_can_fail.py.
+# A sign before a zero; see tests/verification/test_verify_can_fail.py.
 EQUIVALENT = {
     ("generalized_inertia_force", "Add to Sub before omega1[1] * T_in1"),
     ("generalized_inertia_force", "Add to Sub before omega2[0] * T_in2"),

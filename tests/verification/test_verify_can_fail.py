@@ -22,10 +22,10 @@ from twolink.verification.jointspace import PlanarModel, PointMotion
 
 STATES = 5
 
-# Not part of what an engine answers; tests/test_proof.py derives them from T by SymPy.
+# Not part of an engine's answers; tests/test_proof.py derives them from T by SymPy.
 PROVEN_INSTEAD = {"momenta"}
 
-# Changes that change nothing: a sign before what is zero, since ω2 does not depend on u1, nor ω1
+# Changes that change nothing: a sign before a zero, since ω2 does not depend on u1, nor ω1
 # and v_C1 on u2.
 EQUIVALENT = {
     ("generalized_inertia_force", "Add to Sub before omega1[1] * T_in1"),

@@ -226,7 +226,7 @@ def test_view_refuses_where_it_cannot_listen(words, said, short):
 
 @pytest.mark.slow
 def test_view_in_two_browsers(scratch):
-    """Both move, on loopback alone; what one is asked to do, both do; nothing is left."""
+    """Both move, on loopback alone; a command to one moves both; nothing is left."""
     need_browser()
     process = started(scratch, "view", SCENES / "general.toml", "--no-browser")
     time_shown = "Number(document.querySelector('.twolink-player').dataset.time)"

@@ -21,7 +21,7 @@ def matrix(found, path):
 
 
 def corners(found, path):
-    """The corners of what is at a path, in the plane of motion."""
+    """The corners of the object at a path, in the plane of motion."""
     geometry = found[path, "set_object", ""]["object"]["geometries"][0]
     points = geometry["data"]["attributes"]["position"]["array"].reshape(-1, 3)
     assert (points[:, 1] == 0).all()
@@ -126,7 +126,7 @@ def test_frames_between_frames_are_the_motion_at_that_time():
 def test_surfaces_are_hatched_behind_their_edge():
     film = film_of("bounce_to_rest", 1.0)
     found = corners(commands(film.setup), "/twolink/surfaces")
-    # The floor is at y = 1.2, and what is behind it is below: at larger y.
+    # The floor is at y = 1.2, and its inside is below: at larger y.
     assert found[:, 1].min() == pytest.approx(1.2)
     assert found[:, 1].max() < 1.2 + film._hatch
     assert found[:, 0].min() < film.box.left

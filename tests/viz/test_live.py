@@ -145,7 +145,7 @@ def test_it_serves_the_page_and_all_that_it_names():
 
 
 def test_pages_from_elsewhere_are_not_answered():
-    """A name that somebody else points to this machine, and a socket opened by another's page."""
+    """A foreign name that points to this machine, and a socket opened by another's page."""
 
     async def check():
         async with served() as live:
@@ -183,7 +183,7 @@ def test_elsewhere_the_address_is_the_key():
             page = await websocket_connect(stream + key + "stream")
             PAGES.append(page)
             assert await page.read_message()
-            # A name that somebody points here, and a page of another's.
+            # A foreign name that points here, and a page from elsewhere.
             foreign = {"Host": "evil.example"}
             assert await refused(HTTPRequest(root + key, headers=foreign)) == 403
             for headers in ({"Origin": "http://evil.example"}, foreign):

@@ -39,7 +39,7 @@ def test_an_impact_between_samples_breaks_the_speeds_there(tmp_path):
     states = states_of(kept(trajectory, tmp_path))
     _, before = states(np.array([impact.time - 1e-9]))
     _, after = states(np.array([impact.time + 1e-9]))
-    # Without the knot the speeds there are off by half of what the impact changes, 2 rad/s.
+    # Without the knot the speeds there are off by half of the impact's change, 2 rad/s.
     assert before[:, 0] == pytest.approx(impact.u[0], abs=0.02)
     assert after[:, 0] == pytest.approx(impact.u[1], abs=0.02)
 

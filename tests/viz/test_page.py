@@ -16,15 +16,15 @@ from viz.themes import DARK, LIGHT
 
 
 def unpacked(message):
-    """What the player makes of a message: its JSON, and the commands behind it."""
+    """A message as the player decodes it: its JSON, and the commands behind it."""
     (length,) = struct.unpack("<I", message[:4])
     return json.loads(message[4 : 4 + length]), message[4 + length :]
 
 
 def test_an_archive_holds_every_frame_in_order():
     film = film_of("drop", 1.0)
-    told = []
-    head, rest = unpacked(archive(film, progress=told.append))
+    reports = []
+    head, rest = unpacked(archive(film, progress=reports.append))
     assert head["about"] == json.loads(json.dumps(film.about))
     assert len(head["frames"]) == len(film.times) == 31
     lengths = [*head["setup"], *(n for frame in head["frames"] for n in frame["commands"])]
@@ -32,8 +32,8 @@ def test_an_archive_holds_every_frame_in_order():
     commands = [*film.setup, *(c for k in range(31) for c in film.frame(k).commands)]
     assert rest == b"".join(commands)
     assert [frame["words"]["t"] for frame in head["frames"]][-1] == 1.0
-    assert told[-1] == 1.0
-    assert told == sorted(told)
+    assert reports[-1] == 1.0
+    assert reports == sorted(reports)
 
 
 def test_a_page_is_one_file_that_names_no_other():

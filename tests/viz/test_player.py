@@ -76,7 +76,7 @@ def picture(page, number):
 
 def test_it_asks_the_network_for_nothing(page, film_page):
     asked = {event["request"]["url"] for event in page.events("Network.requestWillBeSent")}
-    # Itself; what it has within has no address of another place.
+    # The page itself; its parts have no address of another host.
     assert film_page in asked
     assert all(url == film_page or url.startswith(("data:", "blob:")) for url in asked)
 
@@ -112,7 +112,7 @@ def test_it_plays_in_real_time(page):
         })"""
     )
     seconds, frames = (watched[2] - watched[0]) / 1000, watched[3] - watched[1]
-    # What is told may be as old as the last picture, drawn by software on a busy machine.
+    # The reported state may be as old as the last picture, drawn by software on a busy machine.
     assert frames == pytest.approx(30 * seconds, abs=10)
 
 

@@ -33,10 +33,10 @@ def scratch(monkeypatch):
 
 def test_pages_need_no_browser(tmp_path, monkeypatch):
     monkeypatch.setenv(BROWSER, "/nowhere")
-    told = []
-    record(film_of("drop", 1.0), tmp_path / "a.html", progress=lambda *stage: told.append(stage))
+    reports = []
+    record(film_of("drop", 1.0), tmp_path / "a.html", progress=lambda *stage: reports.append(stage))
     assert (tmp_path / "a.html").read_text().startswith("<!DOCTYPE html>")
-    assert told[-1] == ("frames", 1.0)
+    assert reports[-1] == ("frames", 1.0)
 
 
 @pytest.mark.parametrize("suffix", [".mp4", ".webm", ".gif", ".png"])

@@ -132,7 +132,7 @@ def test_a_friction_limit_that_is_reached_at_the_start_ends_the_arc_or_recedes()
     assert first(breaks, (0, 1, 1))[0] is None
     assert first(breaks, (1e-17, 1, 1))[0] is None
     assert first(breaks, (0, -1))[0].x == 0
-    # Rounding of what starts at zero: its slope says that it grows.
+    # Round-off of a value that starts at zero: its slope shows that it grows.
     assert first(breaks, (-1e-17, 1))[0] is None
 
 

@@ -72,7 +72,7 @@ def test_a_point_that_is_struck_out_of_a_damper_leaves_it_where_it_was():
 
 
 def test_a_damped_surface_comes_back_in_the_time_of_its_decay():
-    """2 · depth · exp(−k t/c) is what rounding leaves, at the returned time."""
+    """2 · depth · exp(−k t/c) is the round-off at the returned time."""
     state, rounding = CompliantState(residual_depth=0.02), 2.0**-52
     time = compliant_state.relaxation_time(DAMPED, state, rounding)
     left = 0.02 * mpmath.exp(-25 * time)
@@ -112,7 +112,7 @@ def test_the_dent_of_a_turn_is_the_published_one():
 
 
 def test_reaching_the_deepest_place_again_goes_on_with_the_flow():
-    """On to the whole surface's curve, at the same depth below what was built."""
+    """On to the whole surface's curve, at the same depth below the build-up."""
     turned = compliant_state.turned(YIELDING, FLOWING)
     again = compliant_state.turned(YIELDING, turned)
     assert again.plastic.phase is Phase.PRESSED_AGAIN

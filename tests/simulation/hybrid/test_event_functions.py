@@ -1,4 +1,4 @@
-"""Event functions: which belong to a mode, and what their values are, by hand."""
+"""Event functions: those of each mode, and their values, by hand."""
 
 import math
 
@@ -63,7 +63,7 @@ def test_the_triggers_of_a_mode_are_those_of_its_elements():
         # A dent of 0.25 m is cleared where the gap below the whole surface ends.
         (E.CLEARS, 2, 0, 0.25 + 0.5),
         (E.REACHES, 2, 0, math.sqrt(0.5 - 0.25) - 0.375),
-        # The limit 3 N m, less what is used up in either direction.
+        # The limit 3 N m, less the load in either direction.
         (E.BREAKS, 0, 1, 3.0 - 1.25),
         (E.BREAKS, 0, -1, 3.0 + 1.25),
         # μ N = 4 N of which 3 N are used up.

@@ -1,4 +1,4 @@
-"""One arc against motions in closed form: its end, its event, and what it holds."""
+"""One arc against motions in closed form: its end, its event, and its constraints."""
 
 import math
 

@@ -212,7 +212,7 @@ def test_a_point_that_cannot_slide_in_its_pose_is_struck_without_friction():
 
 
 def test_an_impact_where_all_stops_leaves_no_speed_at_all():
-    """e = 0 and so much friction that D sticks: no rounding of the old speeds stays behind."""
+    """e = 0, and friction at which D sticks: no round-off of the old speeds remains."""
     strike = impacts_of(floor(0.0, 50.0)).impact(0, (1.0, 0.2))
     assert strike.impulse.regime.endswith("sticks")
     assert strike.u[1] == (0.0, 0.0)

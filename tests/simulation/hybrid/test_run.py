@@ -1,4 +1,4 @@
-"""Whole runs against motions in closed form: bounces, slides, breaks, and what is reported."""
+"""Whole runs against motions in closed form: bounces, slides, breaks, and reports."""
 
 import math
 

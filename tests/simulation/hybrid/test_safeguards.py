@@ -1,7 +1,7 @@
 """Each safeguard of the event-driven run is needed: without it a law of mechanics is broken.
 
 Each test takes the safeguard away from a scene in which the law holds with it. None of them is part
-of what is compiled for a mode, so no compiled mode has to be forgotten.
+of the compiled code of a mode, so no compiled mode has to be forgotten.
 """
 
 import math
@@ -186,7 +186,7 @@ def test_a_joint_gives_no_more_than_its_static_limit(monkeypatch):
 def test_a_chain_that_has_come_to_rest_stays(monkeypatch):
     """D slides along a smooth floor until the friction of both joints has stopped the chain.
 
-    All slides end at once, and static friction holds what follows. Where speeds keep their
+    All slides end at once, and static friction holds afterwards. Where speeds keep their
     rounding, a joint has a direction of sliding still, and only its kinetic friction resists.
     """
     floor = Surface((0.0, 1.4), (0.0, -1.0))

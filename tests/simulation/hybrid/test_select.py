@@ -42,7 +42,7 @@ def forces_in(system, state, states):
         # B alone slides, and gives its kinetic 0.5 N m to A, which with 0.9 N m at B is held.
         ((0.0, 1.1), (1.0, 1.0), (S.STICKS, S.FORWARD)),
         ((0.0, -1.1), (1.0, 1.0), (S.STICKS, S.BACKWARD)),
-        # A alone begins to move. B needs what turns link 2 along: 0.5 kg m² of 3.5 kg m².
+        # A alone begins to move. B needs the torque to turn link 2 along: 0.5 kg m² of 3.5 kg m².
         ((2.0, 0.0), (1.0, 1.0), (S.FORWARD, S.STICKS)),
         ((-2.0, 0.0), (1.0, 1.0), (S.BACKWARD, S.STICKS)),
         # 30 N m on 3.5 kg m² would need (30 − 0.5)/3.5 · 0.5 = 4.2 N m at B.

@@ -1,4 +1,4 @@
-"""The hybrid system: its names, what it refuses, and how it changes its effects."""
+"""The hybrid system: its names, its refusals, and its changes of effects."""
 
 import numpy as np
 import pytest

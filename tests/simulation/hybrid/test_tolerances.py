@@ -131,6 +131,6 @@ def test_no_module_asks_of_which_class_an_element_is(path):
 
 @pytest.mark.parametrize(("step", "rounding"), [(1.0, 2.0**-52), (0.25, 2.0**-64), (3, 2.0**-112)])
 def test_the_square_of_the_zeno_time_is_lost_beside_that_of_a_step(step, rounding):
-    """What is left out is of the order of T², so of ε h²."""
+    """The neglected part is of the order of T², so of ε h²."""
     time = tolerances.zeno_time(step, rounding)
     assert time * time == pytest.approx(rounding * step * step, rel=1e-15)

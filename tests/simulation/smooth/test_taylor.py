@@ -33,11 +33,11 @@ def test_a_run_in_parts_is_the_run_as_a_whole(precision, monkeypatch):
 
 def test_progress_of_a_run_in_parts(monkeypatch):
     monkeypatch.setitem(taylor._STEPS_AT_ONCE, "double", 7)
-    told = []
-    run(progress=told.append)
-    assert len(told) > 2
-    assert told == sorted(told)
-    assert 0 < told[0] < told[-1] <= 1
+    reports = []
+    run(progress=reports.append)
+    assert len(reports) > 2
+    assert reports == sorted(reports)
+    assert 0 < reports[0] < reports[-1] <= 1
 
 
 def test_a_long_run_is_optimised_whatever_ran_before(monkeypatch):

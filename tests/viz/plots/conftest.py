@@ -9,7 +9,7 @@ from twolink.simulation import simulate
 
 @pytest.fixture(scope="session")
 def run():
-    """Return what gives a shipped scene's trajectory."""
+    """Return a function that gives a shipped scene's trajectory."""
     known = {}
 
     def of(name):

@@ -187,7 +187,7 @@ def test_the_balance_of_energy_closes(run, scene):
     if scene == "slide_and_stop":
         assert change[0] == 0
     else:
-        # What is struck at the very start gives energy, and the scene is there to show it.
+        # The impact at the very start gains energy, which is the purpose of the scene.
         assert change[0] == pytest.approx(trajectory.impacts[0].energy_change)
         assert change[0] > 1e-3
     left = float(made.get_supxlabel().split("within ")[1].split(" J")[0])

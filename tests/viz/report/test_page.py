@@ -8,7 +8,7 @@ from viz.report.page import Section, page, paragraph, picture, table, write
 
 
 class Reader(HTMLParser):
-    """Collects what a page opens and closes, and every address in it."""
+    """Collects the elements that a page opens and closes, and every address in it."""
 
     VOID = ("meta", "link", "img", "source", "br", "wbr", "!doctype")
 

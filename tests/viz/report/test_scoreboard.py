@@ -41,7 +41,7 @@ def test_each_mark_is_shown_and_explained():
         assert f">{words}</span>" in body
     assert "A &lt; B" in body
     assert "said silently wrong" in body
-    # What passed, and what was not tried, has nothing to say.
+    # Passed and untried cases have no text.
     assert "said pass" not in body
     assert "said cannot" not in body
 
