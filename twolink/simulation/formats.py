@@ -99,9 +99,13 @@ def _check_members(archive: zipfile.ZipFile) -> None:
             _check_member(archive, name, archive.getinfo(names[name]))
 
 
+def _too_large(size: int) -> str:
+    return f"must be at most {LARGEST_FILE / 2**20:.4g} MB; got {size / 2**20:.4g} MB"
+
+
 def _check_member(archive: zipfile.ZipFile, name: str, info: zipfile.ZipInfo) -> None:
     if info.file_size > LARGEST_FILE:
-        raise SimulationError(f"{name} takes {info.file_size / 2**20:.4g} MB; must take less")
+        raise SimulationError(f"{name} {_too_large(info.file_size)}")
     with archive.open(info) as stream:
         version = np.lib.format.read_magic(stream)
         read = {
@@ -167,7 +171,7 @@ def _read_parquet(file: Path) -> Arrays:
         groups = range(kept.metadata.num_row_groups)
         size = max(size, sum(kept.metadata.row_group(n).total_byte_size for n in groups))
         if size > LARGEST_FILE:
-            raise SimulationError(f"its columns take {size / 2**20:.4g} MB; must take less")
+            raise SimulationError(f"its columns {_too_large(size)}")
         _check_columns(kept.schema_arrow.names)
         table = kept.read()
     for column in table.itercolumns():
