@@ -40,6 +40,9 @@ _MARGIN_OF_EQUALS = 3.0
 # Impacts of two runs that differ by less than this many times the accuracy (s) are identified.
 _SAME_IMPACT = 1e3
 
+# Units in the last place around the two instants of an impact.
+_SLACK = 4
+
 # A step in quadruple precision takes about a millisecond, and a jump as long as several steps.
 # Longer runs are not attempted in it, and runs that exceed the limit are ended.
 _MOST_WORK = 8_000
@@ -63,8 +66,8 @@ _RUNS_AT_ONCE = 4
 # Factor on the number of bounces that the measuring run resolves before it omits endless ones.
 _MORE_PATIENCE = 2
 
-# Number of places of each step at which runs are compared.
-_PLACES = (0.25, 0.5, 0.75)
+# Places of each step at which runs are compared; its polynomial may be least accurate at its end.
+_PLACES = (0.25, 0.5, 0.75, 1 - 2**-20)
 
 # Number of steps above which runs are compared only in the middle of steps.
 _MANY_STEPS = 20_000
@@ -162,12 +165,13 @@ def _rungs(accuracy: float) -> Iterator[Rung]:
 def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: float) -> Array:
     """Return the largest difference of two runs up to each time (rad, rad/s), shape (n,).
 
-    They are compared at the times and several times within every step. Between the two instants of
-    the same impact speeds are not compared; the difference of the instants is used instead. A
-    choice that `second` leaves undecided adds the difference that it could cause.
+    They are compared at the times, at several times within every step, and after each event.
+    Between the two instants of the same impact speeds are not compared; the difference of the
+    instants is used instead. A choice that `second` leaves undecided adds the difference that it
+    could cause.
     """
     end = min(first.reached, second.reached)
-    moments = _moments(first, times, end)
+    moments = _moments(first, second, times, end)
     ours, theirs = (np.concatenate(run.polynomials.at(moments)) for run in (first, second))
     if ours.dtype != theirs.dtype:
         # NumPy does not convert between long double and heyoka's quadruple numbers.
@@ -189,13 +193,19 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     return np.where(asked <= end, so_far[np.maximum(place, 0)], np.inf)
 
 
-def _moments(run: HybridRun, times: Array, end: float) -> Array:
-    """Return the times (s) at which runs are compared."""
-    starts = run.polynomials.starts.astype(float)
+def _moments(first: HybridRun, second: HybridRun, times: Array, end: float) -> Array:
+    """Return the times (s) at which runs are compared.
+
+    An event has two instants, one in each run. Forces may jump there, so that the error is largest
+    after the later one.
+    """
+    starts = first.polynomials.starts.astype(float)
     places = _PLACES if len(starts) < _MANY_STEPS else (0.5,)
     widths = np.diff(starts)
     inside = [starts[:-1] + place * widths for place in places]
-    every = np.unique(np.concatenate([times, *inside]))
+    events = np.array([float(arc.start.t) for run in (first, second) for arc in run.arcs])
+    after = events + 2 * _SLACK * np.spacing(events)
+    every = np.unique(np.concatenate([times, *inside, after]))
     return np.asarray(every[every <= end])
 
 
@@ -214,5 +224,5 @@ def _impacts_apart(
         partner = np.where(nearer, theirs[after], theirs[before])
         for one, other in zip(ours.tolist(), partner.tolist(), strict=True):
             if abs(one - other) <= _SAME_IMPACT * accuracy:
-                slack = 4 * math.ulp(max(one, other, 1e-300))
+                slack = _SLACK * math.ulp(max(one, other, 1e-300))
                 yield min(one, other) - slack, max(one, other) + slack
