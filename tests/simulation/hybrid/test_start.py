@@ -152,3 +152,32 @@ def test_a_start_in_a_hunt_crossley_surface_never_pulls(speed, slack):
     own = state.compliant[0]
     assert own.residual_depth == 0
     assert (own.plastic is not None and own.plastic.phase is Phase.SLACK) == slack
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_a_start_on_rigid_surfaces_is_exact_in_every_precision(precision):
+    """B and D rest on two surfaces, as exactly as float64 can say it; C1 is above the first."""
+    q = (0.3, 1.2)
+    heights = math.sin(q[0]), math.sin(q[0]) + math.sin(q[1])
+    floors = [
+        Surface((0.0, heights[0]), (0.0, -1.0), on=("B", "C1"), name="first"),
+        Surface((0.0, heights[1]), (0.0, -1.0), on=("D",), name="second"),
+    ]
+    system = system_of(*floors, precision=precision)
+    state = state_of(system, q)
+    assert {system.names[i] for i in state.touching} == {"B on first", "D on second"}
+    for element, gap in zip(system.elements, state.gaps, strict=True):
+        exact = element.normal.coordinate(system.chain, state.q) - element.bound
+        assert abs(exact - gap) <= 8 * system.rounding
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_a_speed_of_rounding_along_a_rigid_surface_is_removed(precision):
+    q, u1 = (0.3, 1.2), 0.7
+    u2 = -u1 * math.cos(q[0]) / math.cos(q[1])
+    floor = Surface((0.0, math.sin(q[0]) + math.sin(q[1])), (0.0, -1.0))
+    system = system_of(floor, precision=precision)
+    state = state_of(system, q, (u1, u2))
+    speed = system.elements[0].normal.speed(system.chain, state.q, state.u)
+    assert state.touching == {0}
+    assert abs(speed) <= 8 * system.rounding

@@ -9,12 +9,16 @@ from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.collision import place
+from twolink.simulation.hybrid.constraint import parallel
 from twolink.simulation.hybrid.dynamics import Pose
-from twolink.simulation.hybrid.impact import at_rest, is_left_over, speed_along, stopped
+from twolink.simulation.hybrid.impact import at_rest, is_left_over, largest, speed_along, stopped
 from twolink.simulation.hybrid.reactions import press
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.smooth.taylor import rounding
+
+# From the round-off of float64 to that of every precision.
+_NEWTON_STEPS = 2
 
 
 def start_state(system: HybridSystem, scene: Scene) -> HybridState:
@@ -39,7 +43,48 @@ def start_state(system: HybridSystem, scene: Scene) -> HybridState:
         if element.normal is not None:
             pose = system.pose(state.q)
             state = _touched(system, state, pose, index)
-    return state
+    return _on_contacts(system, state)
+
+
+def _on_contacts(system: HybridSystem, state: HybridState) -> HybridState:
+    """Return the state exactly on the rigid contacts that it rests on, without normal speed.
+
+    A start is given in float64, whose round-off is a gap and a speed in longer precisions.
+    """
+    held = [i for i in sorted(state.touching) if system.elements[i].rigid]
+    pose = _placed(system, system.pose(state.q), held, state)
+    normals = [system.elements[index].normal for index in held]
+    u = stopped(pose, normals, state.u, rounding("double"))  # type: ignore[arg-type]
+    change = largest((u[0] - state.u[0], u[1] - state.u[1]))
+    if change > tolerances.UNDECIDED * rounding("double") * largest(state.u):
+        # Along two nearly parallel normals, a speed of round-off is no state of rest.
+        u = state.u
+    gaps = tuple(
+        _gap(system, element, pose.q) if gap else gap
+        for element, gap in zip(system.elements, state.gaps, strict=True)
+    )
+    return state._replace(q=pose.q, u=u, gaps=gaps)
+
+
+def _placed(system: HybridSystem, pose: Pose, held: list[int], state: HybridState) -> Pose:
+    """Return the pose in which the gaps of contacts are zero: of two that determine it, or of one.
+
+    The pose stays where a gap of round-off would move it by more, near a singular pose.
+    """
+    normals = {index: pose.row(system.elements[index].normal) for index in held}  # type: ignore[arg-type]
+    others = [i for i in held if not parallel(normals[held[0]], normals[i])]
+    if not others:
+        return place(system, pose, held[0], state) if held else pose
+    pair = [system.elements[index] for index in (held[0], others[0])]
+    for _ in range(_NEWTON_STEPS):
+        (x1, y1), (x2, y2) = (pose.row(element.normal) for element in pair)  # type: ignore[arg-type]
+        one, two = (_gap(system, element, pose.q) for element in pair)
+        across = x1 * y2 - x2 * y1
+        dq = (one * y2 - two * y1) / across, (two * x1 - one * x2) / across
+        if largest(dq) > tolerances.UNDECIDED * rounding("double") * max(1, largest(pose.q)):
+            return pose
+        pose = system.pose((pose.q[0] - dq[0], pose.q[1] - dq[1]))
+    return pose
 
 
 def _gap(system: HybridSystem, element: ContactElement, q: Any) -> Any:
@@ -76,8 +121,7 @@ def _touched(system: HybridSystem, state: HybridState, pose: Pose, index: int) -
         return press(system, state._replace(q=pose.q), pose, index, still)
     if not still:
         return state
-    u = stopped(pose, [element.normal], state.u, system.rounding)
-    return state._replace(u=u, touching=state.touching | {index})
+    return state._replace(touching=state.touching | {index})
 
 
 def _sliding(pose: Pose, element: ContactElement, u: Any) -> int:
