@@ -192,6 +192,9 @@ class Seen:
         # A start may be inside already, and come out faster than the surface does.
         left, was_open = None, False
         for place, event in enumerate(self.trajectory.events):
+            if event.entered > self.trajectory.t[-1]:
+                # A run that fails may have events after its last sample.
+                break
             is_open = event.mode.states[number].name == "OPEN"
             if is_open and not was_open:
                 q, _ = self.trajectory.at(event.entered)

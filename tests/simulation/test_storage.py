@@ -384,6 +384,18 @@ def test_an_archive_of_other_arrays_is_refused(changes, words, tmp_path):
     assert words in refusal(file)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_run_that_failed_may_have_impacts_after_its_last_sample(kind, tmp_path):
+    whole, file = bouncing(), tmp_path / f"run{kind}"
+    few = int(np.searchsorted(whole.t, whole.impacts[0].time))
+    t, q, u = whole.t[:few], whole.q[:, :few], whole.u[:, :few]
+    replace(whole, t=t, q=q, u=u, failure="The law has no solution.").save(file)
+    back = Trajectory.load(file)
+    assert back.impacts[0].time > back.t[-1]
+    replace(whole, t=t, q=q, u=u).save(file)
+    assert "t at the end, impacts and its scene do not agree" in refusal(file)
+
+
 def test_an_array_alone_is_refused(tmp_path):
     file = tmp_path / "run.npz"
     with file.open("wb") as stream:

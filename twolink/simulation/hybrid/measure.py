@@ -66,8 +66,8 @@ _RUNS_AT_ONCE = 4
 # Factor on the number of bounces that the measuring run resolves before it omits endless ones.
 _MORE_PATIENCE = 2
 
-# Places of each step at which runs are compared; its polynomial may be least accurate at its end.
-_PLACES = (0.25, 0.5, 0.75, 1 - 2**-20)
+# Places of each step at which runs are compared; its polynomial is least accurate near its end.
+_PLACES = (0.25, 0.5, 0.75, 0.99)
 
 # Number of steps above which runs are compared only in the middle of steps.
 _MANY_STEPS = 20_000
