@@ -1,18 +1,21 @@
 """Contacts that are approached, and the slides after their impacts."""
 
+import math
+
 import pytest
 
 from tests.simulation.hybrid import BALANCED, state_of, system_of
 from twolink import lagrange
+from twolink.contact.force_laws import Phase, PlasticState
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.simulation.hybrid.collision import (
-    _pressed_still,
     direction_of,
     nearby,
     sliding_after,
+    surfaces_after,
 )
 from twolink.simulation.hybrid.dynamics import Pose
 
@@ -54,9 +57,39 @@ def test_a_press_that_an_impact_elsewhere_stops_begins_at_rest_or_ends(speed, ro
     state = state_of(system, (0.0, -1.0), (1.0, 0.0))
     (own, _) = state.compliant
     assert own.sqrt_depth == 0
-    struck = _pressed_still(
+    struck = surfaces_after(
         system, state._replace(u=(speed, 0.0)), Pose(system.chain, lagrange, (0.0, 0.0))
     )
     roots = {"zero": 0, "least": system.least_root, None: None}
     assert struck.compliant[0].sqrt_depth == roots[root]
     assert struck.touching == ({0} if touches else frozenset())
+
+
+@pytest.mark.parametrize(
+    ("phase", "speed", "after"),
+    [
+        (Phase.SPRINGS_BACK, 1.0, Phase.PRESSED_AGAIN),
+        (Phase.SPRINGS_BACK, -1.0, Phase.SPRINGS_BACK),
+        (Phase.SPRINGS_BACK, 0.0, Phase.SPRINGS_BACK),
+        (Phase.PRESSED_AGAIN, 1.0, Phase.PRESSED_AGAIN),
+        (Phase.PRESSED_AGAIN, -1.0, Phase.SPRINGS_BACK),
+        (Phase.FLOWS, 1.0, Phase.FLOWS),
+        (Phase.FLOWS, -1.0, Phase.SPRINGS_BACK),
+    ],
+)
+def test_an_impact_elsewhere_turns_compression_into_restitution_or_back(phase, speed, after):
+    """B is pressed into steel by a positive speed of link 1."""
+    steel = CompliantSurface(
+        (0.0, 0.0), (0.0, -1.0), "elasto-plastic", on=("B",), radius=0.02,
+        modulus=(2e11, 2e11), poisson=(0.3, 0.3), strength=(3e8, 3e8),
+    )  # fmt: skip
+    system = system_of(steel, chain=BALANCED)
+    state = state_of(system, (1e-4, 0.0))
+    own = state.compliant[0]
+    dent = PlasticState(phase) if phase is Phase.FLOWS else PlasticState(phase, 1e9, 5e-5, 2e-4)
+    own = own._replace(sqrt_depth=math.sqrt(1e-4 - dent.residual), plastic=dent)
+    state = state._replace(u=(speed, 0.0), compliant=(own,), touching=frozenset({0}))
+    struck = surfaces_after(system, state, system.pose(state.q))
+    assert struck.compliant[0].plastic.phase is after
+    depth = struck.compliant[0].sqrt_depth ** 2 + struck.compliant[0].plastic.residual
+    assert depth == pytest.approx(1e-4)

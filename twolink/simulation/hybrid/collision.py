@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from twolink.arithmetic import Pair
-from twolink.simulation.hybrid import tolerances
+from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.impact import (
     Impacts,
@@ -61,30 +61,54 @@ def collide(
         q=pose.q, u=found.u, gaps=gaps, touching=found.resting | pressed_on,
         sliding=sliding_after(system, pose, state.u, found.u),
     )  # fmt: skip
-    return _pressed_still(system, state, pose), pose, found.strikes
+    return surfaces_after(system, state, pose), pose, found.strikes
 
 
-def _pressed_still(system: HybridSystem, state: HybridState, pose: Pose) -> HybridState:
-    """Return the state in which each press that has just begun continues, starts at rest, or ends.
+def surfaces_after(system: HybridSystem, state: HybridState, pose: Pose) -> HybridState:
+    """Return the state in which compliant surfaces have the phase that follows from the speed.
 
-    Impacts on other contacts may have removed the speed of penetration.
+    Impulses on other contacts change the speed of penetration: a press that has just begun
+    continues, starts at rest, or ends, and compression may turn into restitution, or back.
     """
     for index, own in enumerate(state.compliant):
-        if own is None or own.sqrt_depth is None or own.sqrt_depth != 0:
+        if own is None or index not in state.touching:
             continue
-        normal = system.elements[index].normal
-        assert normal is not None
-        row = pose.row(normal)
-        if at_rest(row, state.u, system.rounding):
-            begun = own._replace(sqrt_depth=system.least_root)
-            state = state._replace(compliant=put(state.compliant, index, begun))
-        elif speed_along(row, state.u) > 0:
-            ended = own._replace(sqrt_depth=None)
-            state = state._replace(
-                compliant=put(state.compliant, index, ended),
-                touching=state.touching - {index},
-            )  # fmt: skip
+        if own.sqrt_depth is not None and own.sqrt_depth == 0:
+            state = _begun(system, state, pose, index)
+        elif _turns(system, state, pose, index):
+            after = compliant_state.turned(system.elements[index], own)
+            state = state._replace(compliant=put(state.compliant, index, after))
     return state
+
+
+def _begun(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> HybridState:
+    """Return the state in which a press that has just begun continues, starts at rest, or ends."""
+    own, normal = state.compliant[index], system.elements[index].normal
+    assert own is not None
+    assert normal is not None
+    row = pose.row(normal)
+    if at_rest(row, state.u, system.rounding):
+        begun = own._replace(sqrt_depth=system.least_root)
+        return state._replace(compliant=put(state.compliant, index, begun))
+    if speed_along(row, state.u) < 0:
+        return state
+    ended = own._replace(sqrt_depth=None)
+    return state._replace(
+        compliant=put(state.compliant, index, ended), touching=state.touching - {index}
+    )
+
+
+def _turns(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> bool:
+    """Return whether the rate of the depth is beyond the end of the branch of the law."""
+    element, own = system.elements[index], state.compliant[index]
+    assert own is not None
+    assert element.normal is not None
+    branch = element.branch(own.plastic)
+    if not branch.turning:
+        return False
+    row = pose.row(element.normal)
+    speed = 0 if at_rest(row, state.u, system.rounding) else speed_along(row, state.u)
+    return bool(branch.turning * (speed + branch.rate) > 0)
 
 
 def place(system: HybridSystem, pose: Pose, index: int, state: HybridState) -> Pose:

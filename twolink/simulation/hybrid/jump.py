@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from twolink.contact.states import ContactState
 from twolink.errors import IntegrationError
-from twolink.simulation.hybrid.collision import collide, touched_names
+from twolink.simulation.hybrid.collision import collide, surfaces_after, touched_names
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
 from twolink.simulation.hybrid.constraint import same_line
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS
@@ -79,6 +79,8 @@ def settle(
     notes: list[str] = []
     doubts: list[Doubt] = []
     delay = 0.0
+    if before:
+        state = surfaces_after(system, state, system.pose(state.q))
     for _ in range(_MOST_ROUNDS):
         pose = system.pose(state.q)
         state, pose, struck = collide(system, state, pose)
@@ -90,6 +92,7 @@ def settle(
             selection, known = select(system, state, pose, {}), {}
         if selection is None:
             state, strike = strike_without_collision(system, state, pose)
+            state = surfaces_after(system, state, pose)
             strikes.append(strike)
             struck, known = (strike,), {}
             selection = select(system, state, pose, {})
@@ -103,7 +106,8 @@ def settle(
                 _tidied(system, state, mode), mode, (*before, *strikes), tuple(notes), delay,
                 selection.orders, tuple(doubts),
             )  # fmt: skip
-        state, strikes, delay, known = ended.state, [*strikes, *ended.strikes], ended.delay, {}
+        state = surfaces_after(system, ended.state, pose)
+        strikes, delay, known = [*strikes, *ended.strikes], ended.delay, {}
         notes += ended.notes
         doubts += ended.doubts
     raise IntegrationError(
