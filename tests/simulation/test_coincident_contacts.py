@@ -7,10 +7,12 @@ import pytest
 
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 from twolink.scene import Scene
 from twolink.simulation import simulate
+from twolink.simulation.hybrid.run import hybrid_run
 
 Q = (0.3, 1.1)
 TORQUE = SampledTorque((0.0, 0.05, 1.0), (0.0, 0.5, 0.5), (0.0, 0.0, 0.0), interpolation="hold")
@@ -38,3 +40,26 @@ def test_a_point_that_is_named_twice_slides_on_through_a_jump_of_the_torque():
     assert twice.q == pytest.approx(once.q, abs=1e-9)
     assert "slips" in str(twice.events[-1].mode)
     assert not any("sticks" in str(event.mode) for event in twice.events)
+
+
+@pytest.mark.parametrize("order", [15, 21])
+def test_a_point_that_is_named_twice_lifts_off_once(order):
+    """The normal force vanishes within rounding, by which the gap of either contact may fall."""
+    chain = Chain.point_masses(
+        (0.648725625742506, 1.106023610961005), (0.4456456525894935, 1.6539289625329308)
+    )
+    wall = Surface(
+        (0.41976111726162324, -0.1496684739923186), (0.8516110016691169, 0.5241743048224735),
+        on=("C1", "B"),
+    )  # fmt: skip
+    effects = (
+        Gravity(14.126091590344748, direction=(0.9459535455965923, 0.32430215783006405)),
+        JointFriction((0.0, 1.6641036104305116), (0.0, 2.6327104308052833)),
+        wall,
+    )
+    q, u = (-0.3425036459091322, -2.710366463856534), (0.0, 4.293165952518622)
+    run = hybrid_run(Scene(chain, q, u, 0.5, effects), [0.0, 0.5], order=order)
+    assert [str(arc.mode) for arc in run.arcs if arc.end.t > arc.start.t] == [
+        "B slips forward, C1 on surface rests",
+        "B slips forward",
+    ]

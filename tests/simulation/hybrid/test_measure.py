@@ -161,3 +161,12 @@ def test_the_error_includes_the_moments_after_a_force_jumped():
     ours, theirs = (np.concatenate(r.polynomials.at(after)) for r in (found.kept, exact))
     error = np.abs(ours - theirs.astype(float)).max()
     assert error <= found.errors[-1]
+
+
+@pytest.mark.parametrize(
+    ("failure", "exhausted", "known"), [("", False, 2.5), ("jam", False, 1.2), ("long", True, 2.5)]
+)
+def test_a_motion_is_known_until_the_laws_end_its_judge(run, judge, failure, exhausted, known):
+    """A run that was only too long says nothing of the other one."""
+    ended = replace(judge, failure=failure, exhausted=exhausted, reached=1.2 if failure else 2.5)
+    assert measure._known_until(run, ended) == known

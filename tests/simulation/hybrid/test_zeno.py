@@ -13,7 +13,7 @@ from twolink.simulation.hybrid.jump import jump
 from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY, Trigger
 from twolink.simulation.hybrid.run import Effort, hybrid_run
 from twolink.simulation.hybrid.tolerances import zeno_time
-from twolink.simulation.hybrid.zeno import Past
+from twolink.simulation.hybrid.zeno import Past, accumulated
 
 
 @pytest.mark.parametrize(("share", "dies"), [(0.9, True), (1.1, False)])
@@ -104,3 +104,21 @@ def test_damped_bounces_that_never_end_are_followed_and_then_left_out_within_the
     assert few.reached == 12.0
     assert any("are left out" in note for note in few.notes)
     assert 0 < more.doubts[0].speed < few.doubts[0].speed
+
+
+@pytest.mark.parametrize(("impacts", "rests"), [(3, False), (4, True)])
+def test_contacts_of_a_burst_rest_where_the_laws_admit_no_motion(impacts, rests):
+    """Both joints have struck their stops within the Zeno time."""
+    stop = JointStop("B", lower=-2.0, restitution=0.5)
+    system = system_of(STOP, stop, chain=BALANCED)
+    state = hitting(system, 1e-15)
+    struck = jump(system, hitting(system, -1e-12), mode_of(system, S.OPEN, S.OPEN), None).strikes[0]
+    strikes = [struck._replace(number=number % 2) for number in range(impacts)]
+    found = accumulated(system, state, system.pose(state.q), Past(), strikes)
+    assert (found is not None) == rests
+    if found is not None:
+        assert found.state.u == (0, 0)
+        assert found.state.touching == {0, 1}
+        assert {strike.impulse.regime for strike in found.strikes} == {BOUNCES_DIE_AWAY}
+    early = [strike._replace(time=1.9) for strike in strikes]
+    assert accumulated(system, state, system.pose(state.q), Past(), early) is None

@@ -16,15 +16,15 @@ from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.collision import collide, surfaces_after, touched_names
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
 from twolink.simulation.hybrid.constraint import same_line
-from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS
+from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, Pose
 from twolink.simulation.hybrid.impact import Strike
-from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
-from twolink.simulation.hybrid.painleve import strike_without_collision
+from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY, Doubt, Mode, Trigger
+from twolink.simulation.hybrid.painleve import jammed, strike_without_collision
 from twolink.simulation.hybrid.reactions import REACTIONS, Reaction
 from twolink.simulation.hybrid.select import Selection, select
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.zeno import NO_PAST, Past, left_out
+from twolink.simulation.hybrid.zeno import NO_PAST, LeftOut, Past, accumulated, left_out
 
 # Largest number of impacts without collision and Zeno limits at one instant before failure.
 _MOST_ROUNDS = 40
@@ -76,6 +76,7 @@ def settle(
     `before` are impacts of the same jump that have changed the state already.
     """
     strikes: list[Strike] = []
+    struck: list[Strike] = []
     notes: list[str] = []
     doubts: list[Doubt] = []
     delay = 0.0
@@ -83,37 +84,54 @@ def settle(
         state = surfaces_after(system, state, system.pose(state.q))
     for _ in range(_MOST_ROUNDS):
         pose = system.pose(state.q)
-        state, pose, struck = collide(system, state, pose)
-        strikes += struck
-        if struck:
-            known = {}
-        selection = select(system, state, pose, known)
-        if selection is None and known:
-            selection, known = select(system, state, pose, {}), {}
+        state, pose, found = collide(system, state, pose)
+        struck, strikes = [*struck, *found], [*strikes, *found]
+        selection = _selection(system, state, pose, {} if strikes else known)
         if selection is None:
-            state, strike = strike_without_collision(system, state, pose)
-            state = surfaces_after(system, state, pose)
-            strikes.append(strike)
-            struck, known = (strike,), {}
-            selection = select(system, state, pose, {})
-            if selection is None:
-                continue
-        mode = Mode(system.names, selection.states, _dents(state))
-        ended = left_out(system, state, pose, mode, struck, past, strikes) if struck else None
-        if ended is None:
-            notes += _notes(system, state, mode, selection)
-            return Jump(
-                _tidied(system, state, mode), mode, (*before, *strikes), tuple(notes), delay,
-                selection.orders, tuple(doubts),
-            )  # fmt: skip
+            ended = _without_mode(system, state, pose, past, strikes)
+            struck = ended.strikes
+        else:
+            mode = Mode(system.names, selection.states, _dents(state))
+            rest = left_out(system, state, pose, mode, struck, past, strikes) if struck else None
+            if rest is None:
+                notes += _notes(system, state, mode, selection)
+                return Jump(
+                    _tidied(system, state, mode), mode, (*before, *strikes), tuple(notes), delay,
+                    selection.orders, tuple(doubts),
+                )  # fmt: skip
+            ended, struck = rest, []
         state = surfaces_after(system, ended.state, pose)
-        strikes, delay, known = [*strikes, *ended.strikes], ended.delay, {}
+        strikes, delay = [*strikes, *ended.strikes], max(delay, ended.delay)
         notes += ended.notes
         doubts += ended.doubts
     raise IntegrationError(
         f"at {float(state.t):.9g} s the laws of impact and friction lead from one impact to the "
         f"next without end; elements in contact: {touched_names(system, state)}"
     )
+
+
+def _selection(
+    system: HybridSystem, state: HybridState, pose: Pose, known: Mapping[int, States]
+) -> Selection | None:
+    """Return the next mode, with the known states of some elements or else without them."""
+    found = select(system, state, pose, known)
+    return select(system, state, pose, {}) if found is None and known else found
+
+
+def _without_mode(
+    system: HybridSystem, state: HybridState, pose: Pose, past: Past, strikes: list[Strike]
+) -> LeftOut:
+    """Return the state after the impacts that end a state from which the laws admit no motion.
+
+    They are those of a jammed slide, or the last ones of a burst.
+    """
+    if not jammed(system, state, pose):
+        at_rest = strikes and strikes[-1].impulse.regime == BOUNCES_DIE_AWAY
+        rest = None if at_rest else accumulated(system, state, pose, past, strikes)
+        if rest is not None:
+            return rest
+    after, strike = strike_without_collision(system, state, pose)
+    return LeftOut(after, [strike], 0.0)
 
 
 def _dents(state: HybridState) -> tuple[Any, ...]:

@@ -107,7 +107,7 @@ def measured_run(
     own = EQUATIONS[formulation].in_speeds
     other = next(name for name in FORMULATIONS if name != own)
     known: dict[tuple[str, int, FormulationName], HybridRun] = {}
-    best: tuple[float, HybridRun, Array] | None = None
+    best: tuple[tuple[float, float], HybridRun, Array] | None = None
 
     def run(precision: str, order: int, by: FormulationName) -> HybridRun:
         key = precision, order, by
@@ -125,7 +125,7 @@ def measured_run(
         return known[key]
 
     for rung in _rungs(accuracy):
-        if rung.precision == "double" and best is not None and best[0] > _LOST * accuracy:
+        if rung.precision == "double" and best is not None and -best[0][1] > _LOST * accuracy:
             # A higher order does not gain that many digits.
             continue
         kept = run(rung.precision, rung.order, own)
@@ -137,10 +137,12 @@ def measured_run(
         margin = _MARGIN if rung.precision != rung.judge else _MARGIN_OF_EQUALS
         errors = margin * differences(kept, judge, times, accuracy)
         worst = float(errors.max(initial=0.0))
-        rank = round(kept.reached / float(times[-1]), _DIGITS), -worst
-        if best is None or rank > (round(best[1].reached / float(times[-1]), _DIGITS), -best[0]):
-            best = worst, kept, errors
-        if worst <= accuracy and kept.reached >= judge.reached - accuracy:
+        known_until = _known_until(kept, judge)
+        rank = round(known_until / float(times[-1]), _DIGITS), -worst
+        if best is None or rank > best[0]:
+            best = rank, kept, errors
+        whole = judge.reached - accuracy <= kept.reached <= known_until + accuracy
+        if worst <= accuracy and whole:
             break
         work = judge.steps + _STEPS_OF_A_JUMP * len(judge.arcs)
         if kept.exhausted or (work > _MOST_WORK and kept.reached >= judge.reached):
@@ -148,6 +150,15 @@ def measured_run(
             break
     assert best is not None
     return Measured(best[1], best[2], tuple(known.values()))
+
+
+def _known_until(kept: HybridRun, judge: HybridRun) -> float:
+    """Return the time (s) until which a run is a motion.
+
+    Where the laws end the more precise run, the other one has continued by round-off.
+    """
+    ended = judge.failure and not judge.exhausted
+    return min(kept.reached, judge.reached) if ended else kept.reached
 
 
 def _rungs(accuracy: float) -> Iterator[Rung]:

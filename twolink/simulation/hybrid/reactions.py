@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from twolink.contact.states import ContactState, EventKind, pressed, slipping
 from twolink.simulation.hybrid import compliant_state
-from twolink.simulation.hybrid.collision import place, sliding_after, sliding_of
+from twolink.simulation.hybrid.collision import nearby, place, sliding_after, sliding_of
 from twolink.simulation.hybrid.complementarity import States
 from twolink.simulation.hybrid.constraint import parallel, same_line
 from twolink.simulation.hybrid.dynamics import Pose
@@ -55,8 +55,15 @@ def _hits(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger
         state = state._replace(u=stopped(pose, [element.normal], state.u, system.rounding))
     if own is not None:
         return Reaction(press(system, state, pose, index, slow), {})
-    sliding = put(state.sliding, index, sliding_of(system, pose, index, state.u))
-    state = state._replace(touching=state.touching | {index}, sliding=sliding)
+    # Other points at this place touch with it.
+    alike = {
+        i
+        for i in nearby(system, state)
+        if same_line(system.elements[i].normal, element.normal, system.scene_chain)  # type: ignore[arg-type]
+    }
+    for number in alike | {index}:
+        sliding = put(state.sliding, number, sliding_of(system, pose, number, state.u))
+        state = state._replace(touching=state.touching | {number}, sliding=sliding)
     return Reaction(state, {})
 
 

@@ -50,8 +50,9 @@ MOST_ENERGY = 1e6
 # of all contacts that take part. Each takes energy, so that they grow weaker. Read by resolution.
 MOST_IMPACTS = 1000
 
-# Jumps at one instant after which a run fails, as more would not end. Read by run.
-MOST_JUMPS_AT_ONCE = 24
+# Jumps at one instant after which a run fails, as more would not end: more than the impacts of a
+# burst, which end by themselves (below). Read by run.
+MOST_JUMPS_AT_ONCE = 100
 
 # Bounces on a contact before further ones are left out if they would not end. The run that judges
 # another follows more of them. Read by run and measure.
@@ -73,6 +74,10 @@ MANY_JUMPS = 1_000
 # Impacts within the Zeno time (below) before all contacts that took part come to rest together.
 # Read by zeno.
 MOST_IMPACTS_OF_A_BURST = 60
+
+# Impacts within the Zeno time of contacts that come to rest together if the laws admit no other
+# motion. Read by zeno.
+LEAST_IMPACTS_OF_A_BURST = 4
 
 # The rate (1/s) of Baumgarte's stabilisation of the positions and speeds of points that are held. A
 # joint that is held needs none. Read by compile.

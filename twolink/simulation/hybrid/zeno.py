@@ -121,6 +121,22 @@ def left_out(
     return _given_up(system, state, pose, {i: flights[i] for i in endless}) if endless else None
 
 
+def accumulated(
+    system: HybridSystem, state: HybridState, pose: Pose, past: Past, recent: Sequence[Strike]
+) -> LeftOut | None:
+    """Return the state in which the contacts of a burst of impacts rest, or None without a burst.
+
+    Where contacts that answer each other die away together, the last speeds are round-off, and may
+    admit no motion that the limit, rest, admits.
+    """
+    limit = tolerances.zeno_time(float(system.longest_step), system.rounding)
+    strikes = (*past.strikes, *recent)
+    crowd = [strike for strike in strikes if strike.time >= float(state.t) - limit]
+    if len(crowd) < tolerances.LEAST_IMPACTS_OF_A_BURST:
+        return None
+    return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
+
+
 def _flight(
     system: HybridSystem, state: HybridState, pose: Pose, mode: Mode, index: int
 ) -> _Flight:
