@@ -324,3 +324,37 @@ def test_drawn_scenes_of_several_elements_obey_all_laws(random):
                 for coordinate in (element.normal, element.tangent)
             ]
             assert_obeyed(element, own, force, *along)
+
+
+@pytest.mark.parametrize(
+    ("q", "kinetic", "static", "torque", "expected"),
+    [
+        ((0.0, 0.0), (0.8, 0.9), (1.0, 1.6), (-1.3, -2.2), (S.FORWARD, S.BACKWARD)),
+        ((3.0, 3.0), (0.4, 0.5), (0.8, 1.2), (1.5, 1.6), (S.BACKWARD, S.FORWARD)),
+    ],
+)
+def test_both_joints_break_loose_where_neither_can_hold_while_the_other_slides(
+    q, kinetic, static, torque, expected
+):
+    """Held, B exceeds its limit; if B slides, A cannot be held, and if A slides, B cannot.
+
+    If both slide, B could not stick, but A could if B went on as it does.
+    """
+    system = system_of(JointTorque(torque), JointFriction(kinetic, static))
+    state = state_of(system, q)
+    found = selected(system, state)
+    assert found.states == expected
+    assert not found.others
+    for states in ((S.STICKS, S.STICKS), (S.STICKS, expected[1]), (expected[0], S.STICKS)):
+        forces = forces_in(system, state, states)
+        assert any(
+            abs(force.tangential) > limit
+            for force, limit, own in zip(forces, static, states, strict=True)
+            if own is S.STICKS
+        )
+    (M11, M12), (_, M22) = system.formulation.mass_matrix(system.chain, q)
+    senses = np.array([s.direction for s in expected])
+    at_A, at_B = torque - senses * kinetic
+    du = np.linalg.solve([[M11, M12], [M12, M22]], [at_A - at_B, at_B])
+    assert senses[0] * du[0] > 0
+    assert senses[1] * (du[1] - du[0]) > 0

@@ -10,7 +10,8 @@ If the laws admit more than one motion, these rules apply in this order:
 0. A chain at rest stays at rest as long as any distribution of forces within the laws holds it.
 1. An element at rest keeps sticking as long as its static limit can hold it with all others in
    their states of the same mode. So it begins to slide only in a mode in which sticking instead
-   would exceed its limit.
+   would exceed its limit. If that leaves no mode, as it may where static limits are larger than
+   kinetic friction, a mode in which elements begin to slide need only satisfy the laws.
 2. If the limits of several elements at rest are exceeded when all of them are held, the one that is
    exceeded by the largest factor begins to slide.
 3. The mode with the fewest elements that begin to slide, then with the fewest saturated frictions,
@@ -87,8 +88,10 @@ def select(
     orders: dict[States, Orders] = {}
     undecided: list[Candidate] = []
     moving: list[Candidate] = []
-    for with_pressed in (False, True):
-        candidates = list(_candidates(problem, with_pressed))
+    for sticking_first, with_pressed in ((True, False), (True, True), (False, False)):
+        if not sticking_first and (moving or undecided):
+            break
+        candidates = list(_candidates(problem, with_pressed, sticking_first))
         every = {c.states: confirmed(problem, c) for c in candidates}
         orders |= {states: known for states, known in every.items() if known is not None}
         found = [c for c in candidates if every[c.states] is not None]
@@ -111,8 +114,13 @@ def _rests(problem: Problem, states: States) -> bool:
     return constraint_count(problem.system.elements, states) == MOST_CONSTRAINTS
 
 
-def _candidates(problem: Problem, with_pressed: bool) -> Iterator[Candidate]:
-    """Yield the modes that violate no law, with or without those that have saturated friction."""
+def _candidates(
+    problem: Problem, with_pressed: bool, sticking_first: bool = True
+) -> Iterator[Candidate]:
+    """Yield the modes that violate no law, with or without those that have saturated friction.
+
+    Rule 1 applies if sticking comes first.
+    """
     for states in product(*problem.options):
         if any(state.pressed for state in states) != with_pressed:
             continue
@@ -129,7 +137,7 @@ def _candidates(problem: Problem, with_pressed: bool) -> Iterator[Candidate]:
             if violated:
                 break
             (decided if value > noise else unsure).append(condition)
-        if not violated and not _could_stick(problem, states):
+        if not violated and not (sticking_first and _could_stick(problem, states)):
             yield Candidate(states, solution, tuple(decided), tuple(unsure))
 
 
