@@ -14,6 +14,7 @@ ROOT = Path(__file__).parent.parent
 LAYERS = [
     "twolink.errors",
     "twolink.text",
+    "twolink.tables",
     "twolink.files",
     "twolink.validation",
     "twolink.values",
@@ -100,7 +101,7 @@ ROWS = {
         "jointspace states",
         "quantities tolerance",
         "contact_tolerance verify",
-        "contact differences",
+        "contact differences tables",
     ],
     "twolink.accuracy": [
         "divergence error_growth method_configurations multiprecision reference_trajectory series "
@@ -109,11 +110,12 @@ ROWS = {
         "drift enclosure work_precision",
         "pareto",
         "study",
+        "tables",
     ],
     "twolink.hardcases": [
         "exact reference_integrator record",
         "input_trial run state_trial stored_references trajectory_trial",
-        "evaluation friction input smooth",
+        "evaluation friction input smooth tables",
         "contact",
         "catalogue",
         "parallel",

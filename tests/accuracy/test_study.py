@@ -20,7 +20,7 @@ from twolink.accuracy.reference_trajectory import (
     reference_trajectory,
 )
 from twolink.accuracy.study import study
-from twolink.accuracy.work_precision import work_precision
+from twolink.accuracy.work_precision import Stop, work_precision
 from twolink.cli import app
 from twolink.data import data_path
 from twolink.optional import heyoka
@@ -176,13 +176,14 @@ def test_omissions_by_the_budget_are_reported():
     )
     found = work_precision(GENERAL, (configuration,), budget=0.5)
     assert len(found.points) < 30
-    assert "the budget ended at step" in found.left_out[0]
+    assert found.stopped == (Stop("theirs slow", "step", found.points[-1].setting),)
+    assert "Stopped by the time budget" in found.notes[0]
 
 
 @pytest.mark.slow
 def test_a_study_recommends_taylor_and_knows_where_double_ends():
     found = study(GENERAL, methods=("taylor", "DOP853"), budget=30.0)
-    assert found.recommendation.startswith("Take taylor on")
+    assert found.recommendation.startswith("Recommended: taylor on")
     assert "quadruple" in found.recommendation
     # Rounding at every step, each grown by no more than the whole motion grows a first difference.
     nearby = replace(GENERAL, q=(GENERAL.q[0] + 1e-9, GENERAL.q[1]))

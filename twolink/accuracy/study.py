@@ -35,7 +35,8 @@ class ConfigurationSummary:
 
     `seconds` is the time at `COMPARED_AT`, None if the error is not reached, or is reached at one
     setting and not at the next finer one; `ratio` is that time over the shortest of all
-    configurations. `failures` counts the failed settings.
+    configurations. `failures` counts the failed settings. `stopped` states whether the time budget
+    ended before the finest setting.
     """
 
     configuration: str
@@ -47,11 +48,14 @@ class ConfigurationSummary:
     ratio: float | None
     failures: int
     repeatable: bool
+    stopped: bool = False
 
     @property
     def why_no_time(self) -> str:
         """The reason why there is no time at `COMPARED_AT`, in a word or two."""
-        return "by chance" if self.best <= COMPARED_AT else "not reached"
+        if self.best <= COMPARED_AT:
+            return "by chance"
+        return "budget ended" if self.stopped else "not reached"
 
 
 @dataclass(frozen=True)
@@ -82,6 +86,7 @@ class Study:
         grouped = by_configuration(self.points)
         times = {name: seconds_at(points, COMPARED_AT) for name, points in grouped.items()}
         least = min((seconds for seconds in times.values() if seconds), default=None)
+        stopped = {stop.configuration for stop in self.work_precision.stopped}
         lines = [
             ConfigurationSummary(
                 configuration=name,
@@ -93,6 +98,7 @@ class Study:
                 ratio=_ratio(times[name], least),
                 failures=sum(bool(p.failed) for p in points),
                 repeatable=all(p.repeatable for p in points if not p.failed),
+                stopped=name in stopped,
             )
             for name, points in grouped.items()
         ]
@@ -111,7 +117,7 @@ class Study:
                 0
             ]
             parts.append(f"{configuration} up to {own[-1].digits} digits")
-        return f"Take {'; '.join(parts)}."
+        return f"Recommended: {'; '.join(parts)}."
 
     def document(self) -> dict[str, Any]:
         """Return the study as JSON-compatible data."""
@@ -143,6 +149,7 @@ class Study:
             "configurations": [asdict(line) for line in self.configurations],
             "points": [asdict(point) for point in self.points],
             "left_out": list(self.work_precision.left_out),
+            "stopped": [asdict(stop) for stop in self.work_precision.stopped],
         }
 
     def csv(self) -> str:

@@ -74,14 +74,36 @@ class Point:
 
 
 @dataclass(frozen=True)
+class Stop:
+    """The end of a configuration's sweep by its budget, after a setting of its parameter."""
+
+    configuration: str
+    parameter: str
+    setting: float
+
+
+@dataclass(frozen=True)
 class WorkPrecision:
-    """All points of a scene, the reference of their errors, and the reasons for omissions."""
+    """All points of a scene, and the reference of their errors.
+
+    `left_out` are sentences on configurations that were not measured, and `stopped` those whose
+    finer settings were not tried.
+    """
 
     scene: Scene
     points: tuple[Point, ...]
     reference: ReferenceTrajectory
     judged_at: str
     left_out: tuple[str, ...] = ()
+    stopped: tuple[Stop, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on configurations that were not measured, or not to their finest setting."""
+        if not self.stopped:
+            return self.left_out
+        stops = (f"{s.configuration} at {s.parameter} {s.setting:.3g}" for s in self.stopped)
+        return (*self.left_out, f"Stopped by the time budget (--budget): {'; '.join(stops)}.")
 
 
 @dataclass
@@ -169,7 +191,7 @@ def work_precision(
     report("the reference", 0.0)
     exact = reference_trajectory(scene, times)
     measurements: list[_Measurement] = []
-    stopped = list(left_out)
+    stopped: list[Stop] = []
     left = _SWEEPING * budget
     for number, configuration in enumerate(configurations):
         report(configuration.name, _SWEEPING * number / len(configurations))
@@ -179,7 +201,7 @@ def work_precision(
         )
         left -= sum(measurement.spent for measurement in measured)
         measurements.extend(measured)
-        if ended_early:
+        if ended_early is not None:
             stopped.append(ended_early)
     _repeat(measurements, times, exact, (1 - _SWEEPING) * budget, report)
     return WorkPrecision(
@@ -187,23 +209,23 @@ def work_precision(
         points=tuple(measurement.point() for measurement in measurements),
         reference=exact,
         judged_at=f"{len(times)} samples" if has_modes(scene) else "the end",
-        left_out=tuple(stopped),
+        left_out=left_out,
+        stopped=tuple(stopped),
     )
 
 
 def _sweep(
     configuration: MethodConfiguration, times: Any, exact: ReferenceTrajectory, seconds: float
-) -> tuple[list[_Measurement], str]:
-    """Return the measured settings, and the reason why finer ones are missing, if time ran out."""
+) -> tuple[list[_Measurement], Stop | None]:
+    """Return the measured settings, and where the sweep ended if time ran out."""
     measurements: list[_Measurement] = []
     # One-time costs, imports and models, are not charged to the first setting.
     _Measurement(configuration, configuration.sweep[0]).run(times, exact)
     for setting in configuration.sweep:
         spent = sum(measurement.spent for measurement in measurements)
         if measurements and spent + 2 * measurements[-1].spent > seconds:
-            return measurements, (
-                f"{configuration.name}: the budget ended at {configuration.parameter} "
-                f"{measurements[-1].setting:.3g}; finer ones were not tried"
+            return measurements, Stop(
+                configuration.name, configuration.parameter, measurements[-1].setting
             )
         measurement = _Measurement(configuration, setting)
         # The first run is a warm-up of caches and of code compiled for this setting.
@@ -214,7 +236,7 @@ def _sweep(
         measurements.append(measurement)
         if _at_its_best(measurements):
             break
-    return measurements, ""
+    return measurements, None
 
 
 def _at_its_best(measurements: list[_Measurement]) -> bool:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from twolink.cli.studies import bar_of, names_in, write_study
-from twolink.cli.terminal import check_folder, console, styled
+from twolink.cli.terminal import check_folder, console, print_table, styled
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from twolink.accuracy.drift import Drift, DriftStudy
+    from twolink.accuracy.drift import DriftStudy
 
 # Angles beyond this (rad) round ten times as coarsely as those of one turn.
 _MANY_TURNS = 63.0
@@ -33,7 +33,7 @@ def drift(
         typer.Option(help="Write drift.json, .csv, .svg and .png into this folder."),
     ] = None,
 ) -> None:
-    """Measure the drift of energy over a long time, for each method.
+    """Measure the energy drift of each method over a long time.
 
     Exit code 0, also if a method's drift is not the expected one (the table says so), or 2:
     the input was refused.
@@ -53,13 +53,15 @@ def drift(
 
 
 def _print(page: Console, found: DriftStudy) -> None:
+    from twolink.accuracy.tables import drifts_table
+
     page.print(styled((found.scene.title, "bold"), f", {found.seconds:g} s"))
     page.print(
-        "energy errors are root mean squares over neighbouring starts, as shares of the greatest "
-        f"kinetic energy, {found.kinetic_energy:.3g} J\n",
+        "Energy errors are root mean squares over neighbouring starts, as shares of the greatest "
+        f"kinetic energy, {found.kinetic_energy:.3g} J.\n",
         soft_wrap=True,
     )
-    page.print(_table(found.drifts))
+    print_table(page, drifts_table(found.drifts))
     fitted = [drift.growth for drift in found.drifts if drift.growth is not None]
     if fitted:
         page.print(
@@ -77,9 +79,10 @@ def _print(page: Console, found: DriftStudy) -> None:
 
 
 def _about_the_motion(found: DriftStudy) -> Iterator[str]:
-    """Return whether the motion is chaotic, in sentences: powers of time do not fit chaos."""
+    """Return sentences on the motion, which decides how far the powers of time can be measured."""
     apart = found.divergence
-    by = f"nearby starts separate by a factor of {apart.factor:.1g} in {apart.seconds:.3g} s"
+    factor = float(f"{apart.factor:.1g}")
+    by = f"nearby starts separate by a factor of {factor:g} in {apart.seconds:.3g} s"
     if apart.chaotic:
         yield (
             f"The motion is chaotic: {by}. Where a step is long for its swiftest moments energy "
@@ -92,29 +95,3 @@ def _about_the_motion(found: DriftStudy) -> Iterator[str]:
             f"Angles reach {found.farthest:.2g} rad. They round in proportion to their size, and "
             "tolerances of Taylor series are relative to it: these err faster by as much."
         )
-
-
-def _table(drifts: tuple[Drift, ...]) -> Any:
-    from rich import box
-    from rich.table import Table
-
-    title = "Energy error as a power of time"
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("method", no_wrap=True)
-    table.add_column("kind", no_wrap=True)
-    for name in ("order", "step", "expected", "measured", "at the end", "took"):
-        table.add_column(name, justify="right", no_wrap=True)
-    for drift in drifts:
-        method, found = drift.method, drift.growth
-        table.add_row(
-            method.name,
-            method.family,
-            str(method.order),
-            f"{drift.step:.2g} s" if drift.step > 0 else "",
-            f"{method.expected:g}",
-            "" if found is None else f"{found.rounded} ± {found.uncertainty:.2f}",
-            f"{drift.errors[-1]:.1e}" if len(drift.errors) else "",
-            f"{drift.seconds:.1f} s",
-            style=None if drift.as_expected else "yellow",
-        )
-    return table

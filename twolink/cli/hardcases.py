@@ -12,25 +12,14 @@ from twolink.cli.terminal import (
     WIDE,
     check_target,
     console,
+    print_table,
     progress_bar,
     refuse,
-    say,
     write_json,
 )
 
 if TYPE_CHECKING:
     from twolink.hardcases import Case, Column, Outcome
-
-_STYLES = {
-    "pass": "green",
-    "missed": "yellow",
-    "silently wrong": "bold red",
-    "refused": "cyan",
-    "crash": "magenta",
-    "hang": "magenta",
-    "cannot express": "dim",
-}
-
 
 # Columns of letters that all engines' columns take, side by side.
 _WIDE = 124
@@ -43,14 +32,14 @@ _FAIR = (
 
 def hardcases(
     case: Annotated[
-        list[str] | None, typer.Option("--case", help="Only this case; may be given often.")
+        list[str] | None, typer.Option("--case", help="Run only this case (repeatable).")
     ] = None,
     engine: Annotated[
         list[str] | None,
         typer.Option(
             "--engine",
-            help="Only this column: momenta, lagrange, kane, or an engine by the beginning of its "
-            "name; may be given often. Default: all that are installed.",
+            help="Run only this column: momenta, lagrange, kane, or an engine by the beginning of "
+            "its name (repeatable). Default: all that are installed.",
         ),
     ] = None,
     ours: Annotated[bool, typer.Option("--ours", help="Only the columns of this library.")] = False,
@@ -73,7 +62,9 @@ def hardcases(
 
     if explain is not None:
         chosen = CASES if explain == "all" else (case_named(explain),)
-        say("\n".join(explained(one) for one in chosen), end="")
+        page = console()
+        for one in chosen:
+            page.print(explained(one), soft_wrap=True)
         return
     if ours and engine:
         refuse("both --ours and --engine are given; must be one of them")
@@ -108,30 +99,13 @@ def _print_board(
     cases: tuple[Case, ...], chosen: tuple[Column, ...], board: dict[str, dict[str, Outcome]]
 ) -> None:
     """Print the scoreboard, and why this library fails where it does."""
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
     from twolink.hardcases import Mark
     from twolink.hardcases.run import OURS, counts, failed_by_us, verdict
+    from twolink.hardcases.tables import group_table
 
     page = console(_WIDE if len(chosen) > len(OURS) else WIDE)
     for group in dict.fromkeys(one.group for one in cases):
-        table = Table(
-            title=f"Hard cases: {group}",
-            title_justify="left",
-            box=box.SIMPLE_HEAD,
-            padding=(0, 1, 0, 0),
-        )
-        table.add_column("", no_wrap=True)
-        for column in chosen:
-            # A long word breaks at its hyphen.
-            table.add_column(column.name.replace("-", "-\n"), overflow="fold")
-        for one in (one for one in cases if one.group == group):
-            found = [board[one.name][column.name] for column in chosen]
-            cells = [Text(each.short, style=_STYLES[each.mark.value]) for each in found]
-            table.add_row(one.name, *cells)
-        page.print(table)
+        print_table(page, group_table(group, cases, chosen, board), split=True)
     met = {found.mark for row in board.values() for found in row.values()}
     for mark in (mark for mark in Mark if mark in met):
         page.print(f"{mark.short}: {mark.means}", style="dim", soft_wrap=True)
@@ -143,6 +117,10 @@ def _print_board(
         page.print(f"{column.name}: {', '.join(totals)}", soft_wrap=True)
     for name, formulation in failed_by_us(board):
         failed = board[name][formulation]
-        page.print(f"{name}, {formulation}: {failed.words}; {failed.said}", style="bold red")
+        page.print(
+            f"{name}, {formulation}: {failed.words}; {failed.said}",
+            style="bold red",
+            soft_wrap=True,
+        )
     passed, sentence = verdict(board)
     page.print(f"\n{sentence}", style="bold green" if passed else "bold red", soft_wrap=True)

@@ -51,7 +51,7 @@ def plot(
     seed: Annotated[int, typer.Option(help="Seed of these states.")] = 1,
     force: Force = False,
 ) -> None:
-    """Plot a motion, its energies and its contacts, or how well the formulations agree.
+    """Plot a motion, its energy and contacts, or a verification.
 
     Exit code 0: the plots are written. 1: they are, and the motion is accurate only up to the time
     that is printed. 2: the input was refused.

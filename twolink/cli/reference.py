@@ -58,12 +58,11 @@ def reference(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Compute a motion to any number of digits, verified by two runs that differ.
+    """Compute a motion to many digits, verified by a second run.
 
-    They differ in precision, order and equations. Where a motion has events, 113 bits give fewer
-    digits: as many as are asked for, up to 28. With --rigorous, intervals are given instead that
-    provably contain a smooth motion, by ball arithmetic. Exit code 0: all digits are there. 1:
-    fewer, as printed. 2: the input was refused.
+    The two runs differ in precision, order and equations. With events, 113 bits give up to 28
+    digits. --rigorous gives intervals that provably contain a smooth motion, by ball arithmetic.
+    Exit code 0: all digits are right. 1: fewer, as printed. 2: the input was refused.
     """
     several = len(scenes) > 1 or (out is not None and os.path.isdir(out))
     if several:
@@ -155,8 +154,10 @@ def _print(found: Reference | Enclosure) -> None:
         for name, value, unit in zip(
             ("q1", "q2", "u1", "u2"), map(str, state), ("rad", "rad", "rad/s", "rad/s"), strict=True
         ):
+            sign = "" if value.startswith("-") else " "
+            # Digits stay in one line, to be copied.
             page.print(
-                f"  {name} {'' if value.startswith('-') else ' '}{value} {unit}", soft_wrap=True
+                f"  {name} {sign}{value} {unit}", no_wrap=True, overflow="ignore", crop=False
             )
     page.print()
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from twolink.cli.terminal import FAILED, check_folder, console, progress_bar, refuse
+from twolink.cli.terminal import FAILED, check_folder, console, progress_bar, refuse, say
 
 if TYPE_CHECKING:
     from twolink.scene import Scene
@@ -37,7 +37,7 @@ def report(
         ),
     ] = False,
 ) -> None:
-    """Verify, simulate, measure, and write one self-contained page of it all.
+    """Verify, simulate and measure; write one self-contained page.
 
     The page needs no network and no server: open report/index.html. Exit code 0: all that was
     checked agrees. 1: a check failed, which the page names. 2: the input was refused.
@@ -49,7 +49,7 @@ def report(
     page = console()
     for passed, sentence in verdicts:
         page.print(sentence, style="bold green" if passed else "bold red", soft_wrap=True)
-    page.print(f"{out / 'index.html'}", soft_wrap=True)
+    say(out / "index.html")
     if not all(passed for passed, _ in verdicts):
         raise typer.Exit(FAILED)
 

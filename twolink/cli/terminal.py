@@ -15,6 +15,7 @@ import typer
 
 from twolink.errors import FileError
 from twolink.files import atomic_write, check_writable
+from twolink.tables import Table, Tone
 from twolink.text import one_line, printable
 
 if TYPE_CHECKING:
@@ -105,7 +106,8 @@ def console(wide: int = WIDE) -> Console:
     """Return where tables go: as wide as the terminal is, or as `wide` as the widest table.
 
     Text is text on it: nothing in a string is read as markup or as an emoji's name, and control
-    characters come out as escapes.
+    characters come out as escapes. With `soft_wrap` a terminal gets lines that end between words,
+    and a file whole lines.
     """
     return _page(width=None if sys.stdout.isatty() else wide)
 
@@ -130,6 +132,9 @@ def _page(**options: Any) -> Console:
                     yield Segment(printable(segment.text), segment.style)
 
         def print(self, *objects: Any, **how: Any) -> None:
+            if self.is_terminal:
+                # It would break long lines inside words.
+                how["soft_wrap"] = False
             with _to_stdout():
                 super().print(*objects, **how)
 
@@ -137,6 +142,46 @@ def _page(**options: Any) -> Console:
             raise BrokenPipeError("its reader is gone")
 
     return Page(highlight=False, markup=False, emoji=False, **options)
+
+
+_STYLES = {
+    Tone.GOOD: "green",
+    Tone.BAD: "bold red",
+    Tone.WARN: "yellow",
+    Tone.SOFT: "dim",
+}
+
+
+def print_table(page: Console, table: Table, *, split: bool = False) -> None:
+    """Print a table that fits the page, without spare columns where it is too narrow.
+
+    With `split` all columns are printed, in several tables. Numbers are never broken or cut: a page
+    that is narrower still is exceeded.
+    """
+    for part in table.parts(page.width) if split else (table.within(page.width),):
+        page.print(_in_rich(part, page.width), crop=False)
+
+
+def _in_rich(table: Table, width: int) -> RenderableType:
+    from rich import box
+    from rich.table import Table as RichTable
+
+    widths = table.widths(width)
+    made = RichTable(
+        title=table.title or None,
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+        show_header=any(column.name for column in table.columns),
+        width=table.width_with(widths),
+    )
+    for column, wide in zip(table.columns, widths, strict=True):
+        made.add_column(column.name, justify="right" if column.number else "left", width=wide)
+    for row in table.rows:
+        made.add_row(*(styled((cell.text, _STYLES.get(cell.tone, ""))) for cell in row))
+    return made
 
 
 def styled(*parts: str | tuple[str, str]) -> Text:

@@ -10,7 +10,7 @@ from twolink.cli.urdf_show import show
 from twolink.cli.urdf_write import write
 
 app = typer.Typer(
-    help="Show, repair, write and convert URDF files of planar two-link chains.",
+    help="Show, repair, write and convert URDFs of two-link chains.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )

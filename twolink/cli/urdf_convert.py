@@ -30,11 +30,11 @@ def convert(
         Path | None, typer.Option(help="The file to write. Default: FILE with .xml or .sdf.")
     ] = None,
 ) -> None:
-    """Convert a URDF to MJCF (by MuJoCo's writer) or to SDF, and check it in an engine.
+    """Convert a URDF to MJCF or SDF, and check it in an engine.
 
-    MuJoCo or Drake reads the file back, and its mass matrix is compared at random states. Exit code
-    0: the file is written. 1: the engine is missing, refuses the file or disagrees, and nothing is
-    written. 2: the input was refused.
+    MuJoCo's writer makes the MJCF. MuJoCo or Drake reads the file back, and its mass matrix is
+    compared at random states. Exit code 0: the file is written. 1: the engine is missing, refuses
+    the file or disagrees, and nothing is written. 2: the input was refused.
     """
     target = out or urdf.with_suffix(SUFFIXES[to])
     check_target("--out", target)

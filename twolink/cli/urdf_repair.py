@@ -21,7 +21,7 @@ def repair(
     urdf: Annotated[Path, typer.Argument(metavar="FILE", help="A URDF of a planar chain.")],
     out: Annotated[Path, typer.Option(help="The file to write.")],
 ) -> None:
-    """Repair a URDF so that engines read it, without a change of its mechanics.
+    """Repair a URDF for engines, with the same mechanics.
 
     Lists every change; writes an equal text if there is none to make. Exit code 0: the file is
     written, and Pinocchio agrees on it. 1: Pinocchio refuses it still, and nothing is written. 2:

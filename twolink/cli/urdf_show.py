@@ -22,8 +22,9 @@ def show(
     ] = None,
     json_: Annotated[bool, typer.Option("--json", help="Print the same as JSON.")] = False,
 ) -> None:
-    """Show how a URDF is understood: frames, parameters, conventions, effects and warnings.
+    """Show the interpretation of a URDF.
 
+    Prints frames, parameters, conventions, effects and warnings.
     Exit code 0: it is a planar two-link chain. 2: the input was refused.
     """
     from twolink.urdf.description import read_description

@@ -48,7 +48,7 @@ def write(
     ] = None,
     name: Annotated[str, typer.Option(help="The robot's name.")] = "twolink",
 ) -> None:
-    """Write a URDF of a chain from its parameters, which engines read alike.
+    """Write a URDF of a chain from its parameters.
 
     Joint angles are those of the derivation: θ1 = q1, θ2 = q2 − q1. Exit code 0: the file is
     written. 2: the input was refused.

@@ -12,20 +12,17 @@ import typer
 from twolink.cli.limits import Force, limits_of
 from twolink.cli.terminal import (
     FAILED,
-    WIDE,
     check_target,
     console,
+    print_table,
     progress_bar,
     refuse,
-    styled,
     write_json,
 )
 from twolink.text import choice
 
 if TYPE_CHECKING:
-    from rich.text import Text
-
-    from twolink.verification import Comparison, Verdict
+    from twolink.verification import Verdict
 
 
 def verify(
@@ -117,20 +114,15 @@ def _comparing(contact: bool) -> Callable[..., Verdict]:
 
 def _print_verdict(verdict: Verdict, contact: bool) -> None:
     """Print the comparisons, and the sentence that sums them up."""
+    from twolink.verification.tables import KEY, tables_of
+
     page = console()
     page.print(f"{Path(verdict.urdf).name} in {verdict.engine}, seed {verdict.seed}\n")
-    motion = [c for c in verdict.comparisons if c.source == "Section 6.1"]
-    dynamics = [c for c in verdict.comparisons if c.source != "Section 6.1"]
-    wide = page.width >= WIDE
-    page.print(_table("Contact at D" if contact else "Equations of motion", dynamics, wide))
-    if motion:
-        page.print(_table("Motion of the points", motion, wide))
-    page.print(
-        "d/n: worst difference d and tolerance n at that state, both in units\n"
-        "in the last place. Agreement means d ≤ n.\n"
-    )
+    for table in tables_of(verdict, "Contact at D" if contact else "Equations of motion"):
+        print_table(page, table)
+    page.print(f"{KEY}\n", soft_wrap=True)
     for assumption in verdict.assumptions:
-        page.print(assumption)
+        page.print(assumption, soft_wrap=True)
     page.print(
         verdict.sentence, soft_wrap=True, style="bold green" if verdict.passed else "bold red"
     )
@@ -141,43 +133,6 @@ def _print_verdict(verdict: Verdict, contact: bool) -> None:
                 f"{comparison.difference:.17g} {comparison.unit} at {comparison.state}",
                 soft_wrap=True,
             )
-
-
-def _table(title: str, comparisons: list[Comparison], wide: bool) -> Any:
-    """Return a table of quantities by sources; the points C1, C2 and D share a row.
-
-    Where the terminal is not `wide`, the engine's names for the quantities are left out.
-    """
-    from rich import box
-    from rich.table import Table
-
-    pairs = list(dict.fromkeys((c.source, c.against) for c in comparisons))
-    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
-    table.add_column("quantity", no_wrap=True)
-    if wide:
-        table.add_column("Pinocchio's algorithm", no_wrap=True)
-    for source, against in pairs:
-        table.add_column(f"{source}\n− {against.split()[0]}", justify="right", no_wrap=True)
-    for row in dict.fromkeys(c.quantity.partition(" of ")[0] for c in comparisons):
-        inside = [c for c in comparisons if c.quantity.partition(" of ")[0] == row]
-        points = dict.fromkeys(c.quantity.partition(" of ")[2] for c in inside)
-        label = f"{row} of {', '.join(points)}" if len(points) > 1 else row
-        worst = (
-            max((c for c in inside if (c.source, c.against) == pair), key=lambda c: c.share)
-            for pair in pairs
-        )
-        names = (label, inside[0].algorithm) if wide else (label,)
-        table.add_row(*names, *map(_cell, worst))
-    return table
-
-
-def _cell(comparison: Comparison) -> Text:
-    mark = ("✓", "green") if comparison.passed else ("✗", "bold red")
-    # Never longer than "<0.01", so that the mark is never cut off.
-    units = f"{comparison.units:.2g}" if comparison.units < 100 else f"{comparison.units:.0e}"
-    if 0 < comparison.units < 0.01:
-        units = "<0.01"
-    return styled(f"{units}/{comparison.allowed_units:.0f} ", mark)
 
 
 def _document(verdict: Verdict) -> dict[str, Any]:

@@ -67,10 +67,10 @@ def test_the_command_writes_all_four_files(tmp_path):
     arguments = ["accuracy", str(SCENE), "--methods", "taylor", "--budget", "2"]
     result = CliRunner().invoke(app, [*arguments, "--out", str(folder)])
     assert result.exit_code == 0, result.output
-    assert "Take taylor on" in result.output
+    assert "Recommended: taylor on" in result.output
     names = {file.name for file in folder.iterdir()}
     assert names == {"accuracy.json", "accuracy.csv", "accuracy.svg", "accuracy.png"}
     document = json.loads((folder / "accuracy.json").read_text())
-    assert document["recommendation"].startswith("Take taylor")
+    assert document["recommendation"].startswith("Recommended: taylor")
     rows = (folder / "accuracy.csv").read_text().splitlines()
     assert len(rows) == len(document["points"]) + 1

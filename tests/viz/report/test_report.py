@@ -37,7 +37,7 @@ def test_it_has_all_sections(made):
         "The drop onto a floor",
         "D on floor: impact",
         "without Surface",
-        "Take taylor on ",
+        "Recommended: taylor on ",
         "twolink-player",
         "Pinocchio 4",
     ):

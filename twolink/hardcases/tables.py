@@ -1,0 +1,49 @@
+"""The scoreboard of the hard cases as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from twolink.hardcases.record import Case, Column, Mark, Outcome
+from twolink.hardcases.run import counts
+from twolink.tables import Cell, Table, Tone, table
+from twolink.tables import Column as TableColumn
+
+Board = dict[str, dict[str, Outcome]]
+
+_TONES = {
+    Mark.PASS: Tone.GOOD,
+    Mark.MISSED: Tone.WARN,
+    Mark.SILENT: Tone.BAD,
+    Mark.CRASH: Tone.BAD,
+    Mark.HANG: Tone.BAD,
+    Mark.CANNOT: Tone.SOFT,
+}
+
+
+def group_table(
+    group: str, cases: Sequence[Case], columns: Sequence[Column], board: Board
+) -> Table:
+    """Return the outcomes of the cases of a group."""
+    rows: list[tuple[str | Cell, ...]] = [
+        (case.name, *(_cell(board[case.name][column.name]) for column in columns))
+        for case in cases
+        if case.group == group
+    ]
+    # A long name breaks at its hyphen.
+    heads = (TableColumn(column.name.replace("-", "-\n")) for column in columns)
+    return table(f"Hard cases: {group}", ["", *heads], rows)
+
+
+def counts_table(columns: Sequence[Column], board: Board) -> Table:
+    """Return the number of each mark for each column of the scoreboard."""
+    rows = []
+    for column in columns:
+        found = counts(board, column.name)
+        rows.append((column.name, *(str(found.get(mark, "")) for mark in Mark)))
+    heads = (TableColumn(mark.value, number=True) for mark in Mark)
+    return table("Number of cases by outcome", ["", *heads], rows)
+
+
+def _cell(outcome: Outcome) -> Cell:
+    return Cell(outcome.short, _TONES.get(outcome.mark, Tone.PLAIN))
