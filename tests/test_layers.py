@@ -78,8 +78,9 @@ ROWS = {
         "run",
         "formats smooth",
         "storage",
-        "hybrid",
-        "motion trajectory",
+        "hybrid log",
+        "motion views",
+        "trajectory",
         "effects_cost simulate",
     ],
     "twolink.simulation.smooth": ["equations tableaus", "fixed_step taylor", "numeric"],
@@ -98,10 +99,10 @@ ROWS = {
         "measure",
     ],
     "twolink.verification": [
-        "jointspace states",
+        "jointspace states verdict",
         "quantities tolerance",
         "contact_tolerance verify",
-        "contact differences tables",
+        "contact differences",
     ],
     "twolink.accuracy": [
         "divergence error_growth method_configurations multiprecision reference_trajectory series "
@@ -121,8 +122,8 @@ ROWS = {
         "parallel",
     ],
     "viz": [
-        "browser encoding schematic shapes themes",
-        "commands framing motion plots",
+        "browser encoding shapes themes",
+        "commands framing motion plots schematic",
         "run urdf_bodies",
         "surfaces",
         "contacts",
@@ -130,8 +131,9 @@ ROWS = {
         "film",
         "page",
         "live recording report",
+        "display",
     ],
-    "viz.plots": ["style", "moments", OTHERS, "path"],
+    "viz.plots": ["style", "moments", "curves", OTHERS, "path", "kinds"],
     "viz.report": ["page", "scoreboard sections"],
     "twolink.cli": [
         "limits terminal",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 from threading import Lock
 from typing import Any
@@ -57,3 +58,33 @@ def flint() -> Any:
             '"twolink[rigour]")'
         ) from error
     return flint
+
+
+def pandas() -> Any:
+    """Return the module pandas. Raises `SimulationError` if it is not installed."""
+    return _extra("pandas", "pandas", "frames")
+
+
+def xarray() -> Any:
+    """Return the module xarray. Raises `SimulationError` if it is not installed."""
+    return _extra("xarray", "xarray", "frames")
+
+
+def display() -> Any:
+    """Return the module that draws, films and shows results.
+
+    It is above this library, which does not depend on it: it is found by name, when a result is to
+    be shown. Raises `SimulationError` if it is not installed.
+    """
+    return _extra("viz.display", "viz", "viz")
+
+
+def _extra(module: str, package: str, extra: str) -> Any:
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name is None or not module.startswith(error.name):
+            raise
+        raise SimulationError(
+            f'{package} is not installed; install it with pip install "twolink[{extra}]"'
+        ) from error

@@ -13,9 +13,10 @@ from matplotlib.figure import Figure
 from twolink import kinematics
 from twolink.arithmetic import Pair
 from twolink.chain import Chain, Point
+from viz.themes import LIGHT
 
-# Colours with different hue and lightness; the URDF's links use the same.
-_LINK = {1: "#0072B2", 2: "#E69F00"}
+# The colours of films.
+_LINK = dict(enumerate(LIGHT.links, start=1))
 _INK, _FAINT = "#222222", "#9a9a9a"
 
 _POSE = (math.radians(28), math.radians(64))

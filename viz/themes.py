@@ -36,15 +36,15 @@ LIGHT = Theme(
     axis="#cdd0d4",
     ink="#1d2126",
     faint="#646b73",
-    links=("#0072b2", "#e69f00"),
+    links=("#0072b2", "#b87400"),
     pin="#ffffff",
     end="#d0410b",
     surface="#4a5058",
-    contact="#008f68",
+    contact="#007a59",
     impulse="#a3206f",
-    kinetic="#3fa0dc",
-    potential="#8a7fc4",
-    ghosts=("#a3206f", "#008f68", "#5b6fd6", "#7a5a2c", "#646b73"),
+    kinetic="#2b8cc9",
+    potential="#7a6cc0",
+    ghosts=("#a3206f", "#007a59", "#5b6fd6", "#7a5a2c", "#646b73"),
 )
 
 DARK = Theme(

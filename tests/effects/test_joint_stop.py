@@ -161,7 +161,7 @@ def test_works_close_the_balance_across_impacts():
     assert len(trajectory.impacts) > 3
     works, T = trajectory.work(), trajectory.kinetic_energy
     assert sum(works.values()) == pytest.approx(T - T[0], abs=1e-9)
-    for name in ("JointStop", "JointStop 3", "JointFriction"):
+    for name in ("JointStop A", "JointStop B", "JointFriction"):
         assert np.all(np.diff(works[name]) <= 1e-12)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,9 +20,9 @@ if TYPE_CHECKING:
     from twolink.simulation import Trajectory
     from twolink.urdf import PlanarUrdf
 
-OF_MOTION = ("angles", "phase", "path", "energy", "contact")
-KINDS = (*OF_MOTION, "verification", "all")
-_FILES = (".svg", ".png")
+OF_MOTION = ("angles", "phase", "path", "energy", "reactions", "contact")
+KINDS = (*OF_MOTION, "difference", "verification", "all")
+_FILES = (".svg", ".png", ".pdf")
 _TRAJECTORIES = (".npz", ".csv", ".parquet")
 
 
@@ -39,8 +38,18 @@ def plot(
     kind: Annotated[str, typer.Option(help=f"Kind of plot: {', '.join(KINDS)}.")],
     out: Annotated[
         Path,
-        typer.Option(help="The .svg or .png file to write; with --kind all NAME-angles.svg, …"),
+        typer.Option(
+            help="The .svg, .png or .pdf file to write; with --kind all NAME-angles.svg, …"
+        ),
     ],
+    others: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--with",
+            help="Another scene or trajectory in the same plot (repeatable); for --kind "
+            "difference exactly one.",
+        ),
+    ] = None,
     theme: Annotated[str, typer.Option(help="light or dark.")] = "light",
     samples: Annotated[
         int, typer.Option(help="How many evenly spaced samples a scene is simulated at.")
@@ -56,15 +65,16 @@ def plot(
     Exit code 0: the plots are written. 1: they are, and the motion is accurate only up to the time
     that is printed. 2: the input was refused.
     """
-    source = _source(source)
-    _check(source, kind, out, theme, states, seed)
+    source, beside = _source(source), [_source(other) for other in others or []]
+    _check(source, beside, kind, out, theme, states, seed)
     if samples < 2:
         refuse(f"--samples must be 2 or more; got {samples}")
     with progress_bar() as bar:
         trajectory = None
         if kind != "verification":
             trajectory = _trajectory(source, samples, bar, force)
-        drawn = _drawn(source, trajectory, kind, theme, states, seed, bar, force)
+        together = {other.stem: _trajectory(other, samples, bar, force) for other in beside}
+        drawn = _drawn(source, trajectory, together, kind, theme, states, seed, bar, force)
         written = _write(drawn, out, kind)
     for path in written:
         say(path)
@@ -83,7 +93,9 @@ def _source(named: Path) -> Path:
     return scene_file(named)
 
 
-def _check(source: Path, kind: str, out: Path, theme: str, states: int, seed: int) -> None:
+def _check(
+    source: Path, beside: list[Path], kind: str, out: Path, theme: str, states: int, seed: int
+) -> None:
     """Refuse invalid options before any work is done."""
     from viz.themes import THEMES
 
@@ -96,12 +108,19 @@ def _check(source: Path, kind: str, out: Path, theme: str, states: int, seed: in
         refuse(f"--states must be a positive whole number; got {states}")
     if seed < 0:
         refuse(f"--seed must be zero or a positive whole number; got {seed}")
+    if beside and kind in ("contact", "verification", "all"):
+        refuse(f"--with must be given with a kind of one motion or several; got --kind {kind}")
+    if kind == "difference" and len(beside) != 1:
+        refuse(f"--kind difference must be given with one --with; got {len(beside)}")
     if source.suffix == ".urdf" and kind != "verification":
         refuse(f"--kind must be verification for a URDF; got {kind} for {source}")
+    wrong = [other for other in beside if other.suffix not in (".toml", *_TRAJECTORIES)]
     if source.suffix not in (".toml", ".urdf", *_TRAJECTORIES):
+        wrong = [source]
+    if wrong:
         refuse(
-            f"{source}: must be a scene (.toml) or a trajectory ({', '.join(_TRAJECTORIES)}); got "
-            f"the suffix '{source.suffix}'"
+            f"{wrong[0]}: must be a scene (.toml) or a trajectory ({', '.join(_TRAJECTORIES)}); "
+            f"got the suffix '{wrong[0].suffix}'"
         )
 
 
@@ -126,6 +145,7 @@ def _trajectory(source: Path, samples: int, bar: Progress, force: bool) -> Traje
 def _drawn(
     source: Path,
     trajectory: Trajectory | None,
+    others: dict[str, Trajectory],
     kind: str,
     theme: str,
     states: int,
@@ -136,27 +156,18 @@ def _drawn(
     """Return the figures of a kind, or of all that there are, by the names of their kinds."""
     found: dict[str, Figure] = {}
     if trajectory is not None:
-        plots = _plots_of_motion()
+        from viz.plots.kinds import plot_of
+
         wanted = OF_MOTION if kind == "all" else (kind,)
         task = bar.add_task("drawing", total=float(len(wanted)))
-        for name in (name for name in wanted if name in plots):
+        for name in (name for name in wanted if name != "verification"):
             # A smooth motion has no contact to draw.
             if kind != "all" or name != "contact" or trajectory.events:
-                found[name] = plots[name](trajectory, theme)
+                found[name] = plot_of(name, trajectory, theme, others)
             bar.advance(task)
     if kind in ("verification", "all"):
         found["verification"] = _verification(_urdf(source), theme, states, seed, bar, force)
     return found
-
-
-def _plots_of_motion() -> dict[str, Callable[[Trajectory, str], Figure]]:
-    from viz.plots.angles import angles
-    from viz.plots.contact import contact
-    from viz.plots.energy import energy
-    from viz.plots.path import path
-    from viz.plots.phase import phase
-
-    return {"angles": angles, "phase": phase, "path": path, "energy": energy, "contact": contact}
 
 
 def _urdf(source: Path) -> PlanarUrdf:

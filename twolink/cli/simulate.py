@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from twolink.cli.limits import Force, limits_of
-from twolink.cli.terminal import FAILED, check_target, console, progress_bar
+from twolink.cli.terminal import FAILED, check_target, console, print_table, progress_bar
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -86,79 +85,33 @@ def simulate(
 
 def _print_effects_cost(scene: Scene, formulation: EquationsName) -> None:
     """Print the cost of a step with all effects, and without each of them."""
-    from rich import box
-    from rich.table import Table
-
     from twolink.simulation.effects_cost import effects_cost
 
-    cost = effects_cost(scene, formulation=formulation)
-    table = Table(title="Cost of a step", title_justify="left", box=box.SIMPLE_HEAD)
-    for column in ("", "operations a term", "ns a step", "it adds"):
-        table.add_column(column, justify="left" if column == "" else "right")
-    whole = cost.whole
-    table.add_row("all effects", f"{whole.operations}", f"{whole.seconds * 1e9:.0f}", "")
-    for name, step in cost.without.items():
-        added = whole.operations - step.operations, whole.seconds - step.seconds
-        table.add_row(
-            f"without {name}",
-            f"{step.operations}",
-            f"{step.seconds * 1e9:.0f}",
-            f"{added[0]} operations, {added[1] * 1e9:+.0f} ns",
-        )
-    console().print(table)
+    page = console()
+    print_table(page, effects_cost(scene, formulation=formulation).table())
+    page.print("Only the effects of the scene are simulated. Each is removed in turn.")
 
 
 def _print_trajectory(trajectory: Trajectory) -> None:
     """Print the motion, its cost and its accuracy."""
-    from rich import box
-    from rich.table import Table
-
-    scene, statistics = trajectory.scene, trajectory.statistics
-    energy = trajectory.energy
-    table = Table(title=scene.title, title_justify="left", box=box.SIMPLE_HEAD, show_header=False)
-    table.add_column(no_wrap=True)
-    table.add_column()
-    # As many decimals as are right.
-    known = 0 < trajectory.error < math.inf
-    decimals = max(0, min(15, int(-math.log10(trajectory.error)))) if known else 6
-    q, u = (
-        [f"{x + 0.0:.{decimals}f}" for x in pair[:, -1]] for pair in (trajectory.q, trajectory.u)
-    )
-    rows = {
-        "simulated": f"{scene.duration:g} s with {', '.join(trajectory.effects) or 'no effects'}",
-        "method": f"{trajectory.method} on {trajectory.formulation}, {trajectory.precision}",
-        "global error": f"{trajectory.error:.1e} measured, {trajectory.accuracy:.1e} allowed",
-        "steps": f"{statistics.steps} kept, in {statistics.runs} runs",
-        "time": f"{statistics.run_seconds * 1e3:.1f} ms to run, "
-        f"{statistics.compile_seconds * 1e3:.0f} ms to compile",
-        "energy T + V": f"{energy[0]:.9g} J at the start, {energy[-1]:.9g} J at the end",
-        "q at the end": f"{q[0]}, {q[1]} rad",
-        "u at the end": f"{u[0]}, {u[1]} rad/s",
-    }
-    for name, pair, unit in (("θ", trajectory.theta, "rad"), ("ω", trajectory.omega, "rad/s")):
-        if pair is not None:
-            one, two = (f"{x + 0.0:.{decimals}f}" for x in pair[:, -1])
-            rows[f"{name} at the end"] = f"{one}, {two} {unit}"
-    for name, value in rows.items():
-        table.add_row(name, value)
     page = console()
-    page.print(table)
+    print_table(page, trajectory.summary())
     _print_log(page, trajectory)
     for note in trajectory.notes:
-        style = None if note in scene.notes else "bold red"
+        style = None if note in trajectory.scene.notes else "bold red"
         page.print(note, style=style, soft_wrap=True)
 
 
 def _print_log(page: Console, trajectory: Trajectory) -> None:
-    """Print the times of modes and the impacts; of very many the first and the last."""
-    log: list[Any] = [*trajectory.impacts, *trajectory.events]
-    log.sort(key=lambda entry: entry.time)
+    """Print the modes and impacts; of very many the first and the last."""
+    log = trajectory.log
     hidden = len(log) - _LOG_LINES if len(log) > _LOG_LINES else 0
-    shown = log if not hidden else [*log[: _LOG_LINES // 2], *log[-(_LOG_LINES // 2) :]]
+    shown = log if not hidden else (*log[: _LOG_LINES // 2], *log[-(_LOG_LINES // 2) :])
     for number, entry in enumerate(shown):
         if hidden and number == _LOG_LINES // 2:
-            page.print(f"  … {hidden} more, in Trajectory.events and Trajectory.impacts …")
-        page.print(f"  {entry.time:.9g} s: {entry.what}", soft_wrap=True)
+            page.print(f"  … {hidden} more, in Trajectory.log …")
+        until = f" to {entry.until:.9g}" if entry.until > entry.time else ""
+        page.print(f"  {entry.time:.9g}{until} s: {entry.words}", soft_wrap=True)
     gains = [impact.energy_change for impact in trajectory.impacts if impact.creates_energy]
     if gains:
         page.print(

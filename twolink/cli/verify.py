@@ -114,11 +114,11 @@ def _comparing(contact: bool) -> Callable[..., Verdict]:
 
 def _print_verdict(verdict: Verdict, contact: bool) -> None:
     """Print the comparisons, and the sentence that sums them up."""
-    from twolink.verification.tables import KEY, tables_of
+    from twolink.verification.verdict import KEY
 
     page = console()
     page.print(f"{Path(verdict.urdf).name} in {verdict.engine}, seed {verdict.seed}\n")
-    for table in tables_of(verdict, "Contact at D" if contact else "Equations of motion"):
+    for table in verdict.tables("Contact at D" if contact else "Equations of motion"):
         print_table(page, table)
     page.print(f"{KEY}\n", soft_wrap=True)
     for assumption in verdict.assumptions:

@@ -7,6 +7,7 @@ has the base classes for effects of your own.
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from twolink.effects.effect import (
@@ -63,6 +64,7 @@ __all__ = [
     "contact_elements",
     "discontinuities",
     "effect_class",
+    "names_of",
     "pieces_at",
     "potential_energy",
     "smooth_loads",
@@ -113,3 +115,16 @@ def effect_class(name: str) -> Any:
     """Return the class of a named effect."""
     home, class_name = EFFECTS[name]
     return getattr(importlib.import_module(home), class_name)
+
+
+def names_of(effects: Iterable[Effect]) -> list[str]:
+    """Return a name for each effect: that of its class, with its label or number if need be."""
+    every = list(effects)
+    names = [type(effect).__name__ for effect in every]
+    found: list[str] = []
+    for number, effect in enumerate(every, start=1):
+        name = names[number - 1]
+        if names.count(name) > 1:
+            name = f"{name} {effect.label}".strip()
+        found.append(name if name not in found else f"{name} {number}")
+    return found

@@ -140,6 +140,11 @@ class CompliantSurface(ContactEffect):
         ]
         return min(bodies, key=lambda body: body.slope)
 
+    @property
+    def label(self) -> str:
+        """The name of the surface."""
+        return self.name
+
     def contact_elements(self, chain: Chain) -> tuple[CompliantContact, ...]:
         """Return a compliant contact for each point, rough if there is friction."""
         size = math.hypot(*self.normal)

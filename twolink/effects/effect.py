@@ -27,6 +27,11 @@ class Effect(ABC):
         """Return the loads that are smooth functions of the state: all, unless overridden."""
         return self.loads(chain, q, u, t)
 
+    @property
+    def label(self) -> str:
+        """The joint or the name that distinguishes it from others of its class, or empty."""
+        return ""
+
 
 class ConservativeEffect(Effect):
     """An effect whose loads follow from a potential energy."""

@@ -47,6 +47,11 @@ class JointStop(ContactEffect):
         if not 0 <= self.restitution <= 1:
             raise ParameterError(f"{where}: restitution must be 0 to 1; got {self.restitution!r}")
 
+    @property
+    def label(self) -> str:
+        """The joint."""
+        return self.joint
+
     def contact_elements(self, chain: Chain) -> tuple[RigidContact, ...]:
         """Return the given stops, as bounds of the angle of the joint."""
         found = []

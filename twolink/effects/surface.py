@@ -74,6 +74,11 @@ class Surface(ContactEffect):
                 f" got {self.static!r}"
             )
 
+    @property
+    def label(self) -> str:
+        """The name of the surface."""
+        return self.name
+
     def contact_elements(self, chain: Chain) -> tuple[RigidContact, ...]:
         """Return a rigid contact for each point, rough if there is friction.
 

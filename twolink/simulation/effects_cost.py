@@ -5,20 +5,26 @@ from __future__ import annotations
 import statistics
 from dataclasses import dataclass, replace
 
+from twolink.effects import names_of
 from twolink.formulations import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
 from twolink.simulation.smooth.taylor import default_longest_step
+from twolink.tables import Column, Table, table
 
 _REPEATS = 9
 
 
 @dataclass(frozen=True)
 class StepCost:
-    """A step of the compiled integrator: operations for a term of the series, and time (s)."""
+    """A step of the compiled integrator: operations for a term of the series, and time (s).
+
+    `seconds` is the median of repeated runs, and `spread` their shortest and longest time.
+    """
 
     operations: int
     seconds: float
+    spread: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -28,6 +34,20 @@ class EffectsCost:
     whole: StepCost
     without: dict[str, StepCost]
 
+    def table(self) -> Table:
+        """Return the operations with all effects and without each, and the times."""
+        columns = (
+            "",
+            Column("operations per term", number=True),
+            Column("cost of this effect", number=True),
+            Column("time per step (ns), median (range)", number=True, spare=1),
+        )
+        rows = [("all effects", str(self.whole.operations), "", _nanoseconds(self.whole))]
+        for name, step in self.without.items():
+            added = f"{self.whole.operations - step.operations} operations"
+            rows.append((f"without {name}", str(step.operations), added, _nanoseconds(step)))
+        return table("Cost of the effects", columns, rows)
+
 
 def effects_cost(scene: Scene, *, formulation: EquationsName = "momenta") -> EffectsCost:
     """Return the cost of a step with all effects, and with each one omitted.
@@ -35,11 +55,9 @@ def effects_cost(scene: Scene, *, formulation: EquationsName = "momenta") -> Eff
     Operations are counted in the compiled code; times are medians of several interleaved runs.
     """
     scenes = {"": scene}
-    for number, effect in enumerate(scene.effects):
-        name = type(effect).__name__
+    for number, name in enumerate(names_of(scene.effects)):
         others = (*scene.effects[:number], *scene.effects[number + 1 :])
-        key = name if name not in scenes else f"{name} {number + 1}"
-        scenes[key] = replace(scene, effects=others)
+        scenes[name] = replace(scene, effects=others)
     ends = (0.0, scene.duration)
     times: dict[str, list[float]] = {name: [] for name in scenes}
     operations: dict[str, int] = {}
@@ -52,6 +70,13 @@ def effects_cost(scene: Scene, *, formulation: EquationsName = "momenta") -> Eff
             times[name].append(run.run_seconds / run.steps)
             operations[name] = run.operations
     costs = {
-        name: StepCost(operations[name], statistics.median(taken)) for name, taken in times.items()
+        name: StepCost(operations[name], statistics.median(taken), (min(taken), max(taken)))
+        for name, taken in times.items()
     }
     return EffectsCost(whole=costs.pop(""), without=costs)
+
+
+def _nanoseconds(cost: StepCost) -> str:
+    """Return a time with its range: differences within the range mean nothing."""
+    least, most = cost.spread
+    return f"{cost.seconds * 1e9:.0f} ({least * 1e9:.0f} to {most * 1e9:.0f})"

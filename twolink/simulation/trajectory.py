@@ -19,6 +19,7 @@ from twolink.effects import (
     Effect,
     contact_elements,
     discontinuities,
+    names_of,
     potential_energy,
     smooth_loads,
 )
@@ -29,6 +30,7 @@ from twolink.loads import Force, Loads
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact, Mode
 from twolink.simulation.run import Array, Statistics
+from twolink.simulation.views import Views
 
 if TYPE_CHECKING:
     from twolink.simulation.hybrid.dynamics import Solution
@@ -65,8 +67,8 @@ def _read_only(array: Array) -> Array:
     return array
 
 
-@dataclass(frozen=True)
-class Trajectory:
+@dataclass(frozen=True, repr=False)
+class Trajectory(Views):
     """Times t (s), angles q (rad) and speeds u (rad/s), each q and u of shape (2, n).
 
     `error` is the measured global error (rad, rad/s), and `accuracy` the requested one;
@@ -311,12 +313,11 @@ class Trajectory:
         moments = edges[:-1, None] + widths * nodes
         q, u = self.at(moments.ravel())
         found: dict[str, Array] = {}
-        for number, (effect, power) in enumerate(self._powers(moments.ravel(), q, u)):
+        names = names_of(self.scene.effects)
+        for number, (_, power) in enumerate(self._powers(moments.ravel(), q, u)):
             pieces = (widths * weights * power.reshape(moments.shape)).sum(axis=1)
-            name = type(effect).__name__
-            key = name if name not in found else f"{name} {number + 1}"
             total = np.concatenate([[0.0], np.cumsum(pieces)])[np.searchsorted(edges, self.t)]
-            found[key] = total + self._given_by_impacts(number)
+            found[names[number]] = total + self._given_by_impacts(number)
         return found
 
     def _powers(self, times: Array, q: Array, u: Array) -> Iterator[tuple[Effect, Array]]:

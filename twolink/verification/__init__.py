@@ -1,5 +1,6 @@
 """Compare formulations with engines: random states, derived tolerances, quantities, verdict."""
 
-from twolink.verification.verify import Comparison, Verdict, verify
+from twolink.verification.verdict import Comparison, Verdict
+from twolink.verification.verify import verify
 
 __all__ = ["Comparison", "Verdict", "verify"]

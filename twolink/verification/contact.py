@@ -28,7 +28,8 @@ from twolink.verification.contact_tolerance import contact_tolerance
 from twolink.verification.jointspace import PlanarModel
 from twolink.verification.quantities import Quantity
 from twolink.verification.states import Array, ContactStates, random_contact_states
-from twolink.verification.verify import ComparisonPlan, Progress, Verdict, cases
+from twolink.verification.verdict import Verdict
+from twolink.verification.verify import ComparisonPlan, Progress, cases
 
 Three = tuple[Scalar, Scalar, Scalar]
 Four = tuple[Scalar, Scalar, Scalar, Scalar]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from os import PathLike
@@ -25,80 +24,12 @@ from twolink.verification.jointspace import (
 from twolink.verification.quantities import DYNAMICS, MOTION, Formula, Quantity
 from twolink.verification.states import Array, States, random_states
 from twolink.verification.tolerance import EPSILON, Problem, Scale, tolerance
+from twolink.verification.verdict import Comparison, Verdict
 
 # States are processed in batches, which bounds memory and allows progress reports.
 _BATCH = 4000
 
 Progress = Callable[[float], None]
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """One quantity from two sources, at the state with the largest difference.
-
-    The largest difference is relative to the tolerance at each state. `algorithm` is the engine's
-    name for it. `difference` and `allowed` are in `unit`; `units` and `allowed_units` are multiples
-    of ε times the size of the summed terms: units in the last place, without cancellation. `state`
-    has the joint angles, speeds, … of that state.
-    """
-
-    quantity: str
-    algorithm: str
-    unit: str
-    source: str
-    against: str
-    difference: float
-    allowed: float
-    units: float
-    allowed_units: float
-    state: dict[str, list[float]]
-
-    @property
-    def share(self) -> float:
-        """The difference in units of the tolerance."""
-        return self.units / self.allowed_units
-
-    @property
-    def passed(self) -> bool:
-        """Whether the difference is within the tolerance in every state."""
-        return math.isfinite(self.difference) and self.difference <= self.allowed
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """All comparisons of one URDF, with the data that reproduce them."""
-
-    urdf: str
-    engine: str
-    states: int
-    seed: int
-    assumptions: tuple[str, ...]
-    comparisons: tuple[Comparison, ...]
-    versions: dict[str, str]
-    machine: dict[str, str | int | None]
-
-    @property
-    def passed(self) -> bool:
-        """Whether every comparison passed."""
-        return all(comparison.passed for comparison in self.comparisons)
-
-    @property
-    def sentence(self) -> str:
-        """The verdict in one sentence."""
-        failures = [c for c in self.comparisons if not c.passed]
-        count = len(self.comparisons)
-        if not failures:
-            worst = max(self.comparisons, key=lambda c: c.share)
-            return (
-                f"All {count} comparisons agree at {self.states} states; "
-                f"the largest difference is {worst.share:.1%} of its tolerance ({worst.quantity})."
-            )
-        worst = max(failures, key=lambda c: c.share)
-        return (
-            f"{len(failures)} of {count} comparisons disagree; the worst is the {worst.quantity} "
-            f"of {worst.source} against {worst.against}: {worst.difference:.3g} {worst.unit}, "
-            f"with a tolerance of {worst.allowed:.2g}."
-        )
 
 
 def verify(

@@ -10,6 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.transforms import offset_copy
+from numpy.typing import NDArray
 
 from twolink.contact.states import ContactState
 from twolink.errors import ParameterError
@@ -31,8 +33,10 @@ _BANDS: dict[ContactState, tuple[int, str]] = {
 
 # If all contacts are shorter than this part of the run, one is also shown close up.
 _SHORT = 0.02
-# If all impacts are within this part of the run, their axis is shortened.
-_EARLY = 0.4
+# Impulses below this part of the largest have no visible stem.
+_VISIBLE = 1e-2
+# Points between stems of impacts at the same instant.
+_BESIDE = 6.0
 
 
 @dataclass(frozen=True)
@@ -113,17 +117,8 @@ def _rows(
             _Row(1.9, False, lambda axes: _draw_close_up(axes, palette, times, force, touching))
         )
     if impacts:
-        until = _until(trajectory)
-        rows.append(
-            _Row(1.6, False, lambda axes: _draw_impulses(axes, palette, force, impacts, until))
-        )
+        rows.append(_Row(1.6, True, lambda axes: _draw_impulses(axes, palette, force, impacts)))
     return rows
-
-
-def _until(trajectory: Trajectory) -> float:
-    """Return the end (s) of the common time axis of impulses."""
-    last, duration = trajectory.impacts[-1].time, float(trajectory.t[-1])
-    return last * 1.1 if 0 < last < _EARLY * duration else duration
 
 
 def _draw_forces(
@@ -133,7 +128,7 @@ def _draw_forces(
     _shade(axes, palette, known)
     _title(axes, palette, _in_words(force.name))
     axes.axhline(0, color=palette.faint, linewidth=0.8)
-    if force.tangential is None:
+    if force.tangential is None or not force.tangential.any():
         label = "torque" if force.unit == "N m" else "force"
         axes.plot(times, force.normal, label=label, **stroke(palette, 0))
     else:
@@ -171,38 +166,58 @@ def _draw_close_up(
 
 
 def _draw_impulses(
-    axes: Axes, palette: Palette, force: ContactForce, impacts: list[Impact], until: float
+    axes: Axes, palette: Palette, force: ContactForce, impacts: list[Impact]
 ) -> None:
-    """Draw a stem for each impact up to a time (s), with its normal and friction impulses."""
-    times = np.array([impact.time for impact in impacts])
-    kinds = {"normal": np.array([impact.normal_impulse for impact in impacts])}
-    if force.tangential is not None:
-        kinds["friction"] = np.array([impact.tangential_impulse for impact in impacts])
+    """Draw a stem for each impact, with its normal and friction impulses.
+
+    Impacts at one instant are side by side.
+    """
+    kinds = {"normal": [impact.normal_impulse for impact in impacts]}
+    if any(impact.tangential_impulse for impact in impacts):
+        kinds["friction"] = [impact.tangential_impulse for impact in impacts]
     axes.axhline(0, color=palette.faint, linewidth=0.8)
-    for number, (name, impulses) in enumerate(kinds.items()):
-        style = stroke(palette, number)
-        axes.vlines(times, 0, impulses, color=style["color"], linewidth=1.1)
-        axes.plot(
-            times, impulses, "os"[number], color=style["color"], markersize=4, label=f"_{name}",
-            markerfacecolor=style["color"] if number == 0 else palette.paper, clip_on=False,
-        )  # fmt: skip
-        largest = int(np.argmax(np.abs(impulses)))
+    times = np.array([impact.time for impact in impacts])
+    places = _places_at_instants(times)
+    whole = axes.get_figure(root=True)
+    for number, (name, values) in enumerate(kinds.items()):
+        style, impulses = stroke(palette, number), np.array(values)
+        for place in range(max(places) + 1):
+            own = places == place
+            aside = offset_copy(axes.transData, whole, x=_BESIDE * place, units="points")
+            axes.vlines(
+                times[own], 0, impulses[own], color=style["color"], linewidth=1.1, transform=aside
+            )
+            axes.plot(
+                times[own], impulses[own], "os"[number], color=style["color"], markersize=4,
+                label=f"_{name}", markerfacecolor=style["color"] if number == 0 else palette.paper,
+                clip_on=False, transform=aside,
+            )  # fmt: skip
+        tallest = int(np.argmax(np.abs(impulses)))
         axes.annotate(
             name,
-            (times[largest], impulses[largest]),
-            xytext=(6, 0),
+            (times[tallest], impulses[tallest]),
+            xytext=(6 + _BESIDE * places.max(), 0),
             textcoords="offset points",
             va="center",
             color=palette.ink,
             fontsize=9,
             bbox={"facecolor": palette.paper, "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
         )
-    axes.margins(y=0.15)
-    axes.set_xlim(0, until)
-    axes.set_xlabel("time (s)")
+    least, most = (f([0.0, *(v for values in kinds.values() for v in values)]) for f in (min, max))
+    axes.set_ylim(least - 0.15 * (most - least), most + 0.15 * (most - least))
     count = f"{len(impacts)} impact{'s' if len(impacts) > 1 else ''}"
-    _title(axes, palette, f"{_in_words(force.name)}: {count}")
+    largest = max(abs(impact.normal_impulse) for impact in impacts)
+    beside = [impact for impact, place in zip(impacts, places, strict=True) if place]
+    seen = any(abs(impact.normal_impulse) > _VISIBLE * largest for impact in beside)
+    together = " (those at one instant are side by side)" if seen else ""
+    _title(axes, palette, f"{_in_words(force.name)}: {count}{together}")
     axes.set_ylabel(f"impulse ({force.unit} s)")
+
+
+def _places_at_instants(times: Array) -> NDArray[np.intp]:
+    """Return, for increasing times, how many before each are at the same instant."""
+    first = np.searchsorted(times, times, side="left")
+    return np.arange(len(times)) - first
 
 
 def _shade(axes: Axes, palette: Palette, known: list[Phase]) -> None:

@@ -16,6 +16,11 @@ from viz.plots.style import Palette
 
 Array = NDArray[np.float64]
 
+# A rest from within this part of the run on is not drawn, but for this part of the time before.
+_EARLY, _AFTER = 0.5, 0.1
+# The margin before an impact at the start, relative to the axis.
+_MARGIN = 0.02
+
 # Minimum number of points between two breaks, unless there are very many breaks.
 _POINTS, _MOST_POINTS = 40, 4000
 
@@ -73,13 +78,40 @@ def moments(trajectory: Trajectory) -> Moments:
     return Moments(times, q, u, known_between=True)
 
 
+def time_limits(trajectory: Trajectory) -> tuple[float, float]:
+    """Return the times (s) between which a motion is drawn.
+
+    A motion that comes to rest early ends a little after that. Where something happens at the
+    start there is a margin before it, or the axis would hide it.
+    """
+    start, end = float(trajectory.t[0]), float(trajectory.t[-1])
+    rest = at_rest_from(trajectory)
+    if rest is not None and start < rest < start + _EARLY * (end - start):
+        end = start + (1 + _AFTER) * (rest - start)
+    happens = [*(impact.time for impact in trajectory.impacts)]
+    if any(time < start + _MARGIN * (end - start) for time in happens):
+        start -= _MARGIN * (end - start)
+    return start, end
+
+
+def at_rest_from(trajectory: Trajectory) -> float | None:
+    """Return the time (s) from which the chain is at rest to the end, or None."""
+    if not trajectory.events or np.any(trajectory.u[:, -1]) or trajectory.failure:
+        return None
+    moving = np.flatnonzero(np.any(trajectory.u != 0, axis=0))
+    last = float(trajectory.t[moving[-1]]) if len(moving) else float(trajectory.t[0])
+    entered = [event.entered for event in trajectory.events if event.entered >= last]
+    return entered[0] if entered else None
+
+
 def time_axis(axes: list[Axes], trajectory: Trajectory, palette: Palette) -> None:
     """Set the common time axis of stacked axes, with a label at the lowest.
 
     If the requested accuracy does not hold to the end, a mark shows the time from which on.
     """
+    start, end = time_limits(trajectory)
     for each in axes:
-        each.set_xlim(float(trajectory.t[0]), float(trajectory.t[-1]))
+        each.set_xlim(start, end)
         if not trajectory.met:
             each.axvline(trajectory.holds_until, color=palette.ink, linewidth=0.8)
     if not trajectory.met:
@@ -93,4 +125,6 @@ def time_axis(axes: list[Axes], trajectory: Trajectory, palette: Palette) -> Non
             color=palette.ink,
             fontsize=8,
         )
-    axes[-1].set_xlabel("time (s)")
+    rest = at_rest_from(trajectory) if end < float(trajectory.t[-1]) else None
+    ending = "" if rest is None else f", at rest from {rest:.4g} s to {trajectory.t[-1]:g} s"
+    axes[-1].set_xlabel(f"time (s){ending}")

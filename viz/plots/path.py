@@ -14,6 +14,7 @@ from twolink import kinematics
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.surface import Surface
 from twolink.simulation import Trajectory
+from viz.plots.curves import Others, line_style
 from viz.plots.moments import Array, Moments, moments
 from viz.plots.phase import mark
 from viz.plots.style import Palette, figure, note, palette_of, plain, stroke
@@ -23,16 +24,23 @@ _WIDTH, _BESIDE, _ABOVE = 7.2, 0.75, 1.15
 _LOWEST, _HIGHEST = 0.45, 0.95
 # The margin and the hatching of a surface, relative to the drawing.
 _FREE, _HATCH = 0.09, 0.022
+# A path is refined until it turns by less than this (rad) from step to step, so many times at most,
+# where its steps are longer than this part of its size.
+_TURN, _HALVINGS, _VISIBLE, _MOST = 0.1, 6, 1e-3, 20_000
 
 
-def path(trajectory: Trajectory, theme: str = "light") -> Figure:
-    """Return a plot of the path of D (m), the chain at start and end, surfaces and impacts of D."""
+def path(trajectory: Trajectory, theme: str = "light", others: Others | None = None) -> Figure:
+    """Return a plot of the path of D (m), the chain at start and end, surfaces and impacts of D.
+
+    Of other motions it has the paths, with a legend.
+    """
     palette = palette_of(theme)
-    shown = moments(trajectory)
+    shown = path_moments(trajectory)
     chain = trajectory.chain
     x, y = np.array(kinematics.position(chain, tuple(shown.q), chain.D))
+    beside = {name: _end_path(other) for name, other in (others or {}).items()}
     elbows = np.array(kinematics.position(chain, tuple(shown.q[:, [0, -1]]), chain.B))
-    view = View.around(np.column_stack([[x, y], elbows, [0.0, 0.0]]))
+    view = View.around(np.column_stack([[x, y], *beside.values(), elbows, [0.0, 0.0]]))
     made, (axes,) = figure(palette, f"{trajectory.scene.title}: path of D", size=view.size)
     axes.set_aspect("equal")
     axes.set_xlim(view.left, view.right)
@@ -43,6 +51,11 @@ def path(trajectory: Trajectory, theme: str = "light") -> Figure:
     for moment, alpha in ((0, 0.35), (-1, 0.8)):
         _draw_chain(axes, palette, trajectory, shown.q[:, moment], alpha)
     axes.plot(x, y, label="_path", **{**stroke(palette, 2), "linestyle": "solid", "linewidth": 1.2})
+    for number, (name, way) in enumerate(beside.items(), start=1):
+        style = line_style(palette, number + 2, number)
+        axes.plot(*way, **style, label=plain(name))
+    if beside:
+        axes.legend(frameon=False, fontsize=9, labelcolor=palette.ink)
     struck = _draw_impacts(axes, palette, trajectory, shown)
     mark(axes, palette, (x[0], y[0]), "start", above=True)
     mark(axes, palette, (x[-1], y[-1]), "end", above=False)
@@ -54,6 +67,41 @@ def path(trajectory: Trajectory, theme: str = "light") -> Figure:
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m), downward")
     return made
+
+
+def path_moments(trajectory: Trajectory) -> Moments:
+    """Return the moments of a path: between them D turns by a small angle.
+
+    A trajectory without dense output has only its samples.
+    """
+    shown = moments(trajectory)
+    if not shown.known_between:
+        return shown
+    times = shown.t
+    for _ in range(_HALVINGS):
+        q, _ = trajectory.at(times)
+        x, y = np.array(kinematics.position(trajectory.chain, tuple(q), trajectory.chain.D))
+        steps = np.array([np.diff(x), np.diff(y)])
+        turns = np.abs(np.angle((steps[0] + 1j * steps[1])[1:] * (steps[0] - 1j * steps[1])[:-1]))
+        lengths = np.hypot(*steps)
+        # Short steps turn invisibly, as at a cusp.
+        sharp = (turns > _TURN) & (
+            np.maximum(lengths[1:], lengths[:-1]) > _VISIBLE * np.ptp([x, y])
+        )
+        split = np.unique(np.concatenate([np.flatnonzero(sharp), np.flatnonzero(sharp) + 1]))
+        middles = (times[split] + times[split + 1]) / 2
+        middles = middles[(middles > times[split]) & (middles < times[split + 1])]
+        if not len(middles) or len(times) > _MOST:
+            break
+        times = np.union1d(times, middles)
+    q, u = trajectory.at(times)
+    return Moments(times, q, u, known_between=True)
+
+
+def _end_path(trajectory: Trajectory) -> Array:
+    """Return the path of D (m), shape (2, n)."""
+    q = path_moments(trajectory).q
+    return np.array(kinematics.position(trajectory.chain, tuple(q), trajectory.chain.D))
 
 
 @dataclass(frozen=True)

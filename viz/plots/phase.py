@@ -1,39 +1,72 @@
-"""Phase portraits: each link's speed over its angle."""
+"""Phase portraits: each link's speed over its angle, with the sense of time."""
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from twolink.simulation import Trajectory
-from viz.plots.moments import moments
-from viz.plots.style import Palette, figure, palette_of, stroke
+from viz.plots.curves import Others, line_style, motions
+from viz.plots.moments import Array
+from viz.plots.style import Palette, figure, note, palette_of
 
 _SIZE = (7.2, 3.6)
 
+# Arrows at these parts of a curve's length show the sense of time.
+_ARROWS = (0.1, 0.3, 0.5, 0.7, 0.9)
 
-def phase(trajectory: Trajectory, theme: str = "light") -> Figure:
-    """Return u1 over q1 and u2 over q2 (rad/s, rad), with start and end marked."""
+
+def phase(trajectory: Trajectory, theme: str = "light", others: Others | None = None) -> Figure:
+    """Return u1 over q1 and u2 over q2 (rad/s, rad), with start, end and direction marked."""
     palette = palette_of(theme)
     made, axes = figure(
         palette, f"{trajectory.scene.title}: phase portraits", columns=2, size=_SIZE
     )
-    shown = moments(trajectory)
+    shown = list(motions(trajectory, others or {}))
     for link, each in enumerate(axes):
-        # Each link has separate axes, so that dashes are not needed.
-        each.plot(
-            shown.q[link],
-            shown.u[link],
-            **{**stroke(palette, link), "linestyle": "solid", "linewidth": 1.1},
-        )
+        for number, _, motion in shown:
+            style = line_style(palette, link, number)
+            # One motion has axes of its own for each link, so that dashes are not needed.
+            style |= {"linewidth": 1.1} | ({} if others else {"linestyle": "solid"})
+            each.plot(motion.q[link], motion.u[link], **style)
         each.set_xlabel(f"$q_{link + 1}$ (rad)")
         each.set_ylabel(f"$u_{link + 1}$ (rad/s)")
         each.set_title(f"link {link + 1}", loc="left", color=palette.ink, fontsize=10)
         each.margins(0.1)
-        places = shown.q[link], shown.u[link]
-        mark(each, palette, (places[0][0], places[1][0]), "start", above=True)
-        mark(each, palette, (places[0][-1], places[1][-1]), "end", above=False)
+        for _, name, motion in shown:
+            angle, speed = motion.q[link], motion.u[link]
+            _direct(each, palette, angle, speed, link)
+            end = f"end{name}"
+            mark(each, palette, (angle[0], speed[0]), f"start{name}", above=True)
+            mark(each, palette, (angle[-1], speed[-1]), end, above=False)
+    note(made, palette, "Arrows show the direction of time.")
     return made
+
+
+def _direct(axes: Axes, palette: Palette, angle: Array, speed: Array, link: int) -> None:
+    """Draw arrowheads along a curve, in the direction of time."""
+    spans = [float(np.ptp(values)) or 1.0 for values in (angle, speed)]
+    steps = np.hypot(np.diff(angle) / spans[0], np.diff(speed) / spans[1])
+    length = np.concatenate([[0.0], np.cumsum(steps)])
+    if length[-1] == 0:
+        return
+    for part in _ARROWS:
+        # The step that contains this part of the length has a length.
+        index = int(np.searchsorted(length, part * length[-1], side="left"))
+        axes.annotate(
+            "",
+            xy=(angle[index], speed[index]),
+            xytext=(angle[index - 1], speed[index - 1]),
+            arrowprops={
+                "arrowstyle": "-|>",
+                "color": palette.lines[link],
+                "shrinkA": 0,
+                "shrinkB": 0,
+                "linewidth": 0,
+                "mutation_scale": 11,
+            },
+        )
 
 
 def mark(

@@ -23,10 +23,13 @@ from matplotlib.transforms import offset_copy
 from twolink.errors import ParameterError
 from twolink.files import atomic_write
 from twolink.text import one_line
-from viz.themes import theme_named
+from viz.themes import DARK, LIGHT, theme_named
 
-KINDS_OF_FILE = (".svg", ".png")
+KINDS_OF_FILE = (".svg", ".png", ".pdf")
 """File suffixes of plots."""
+
+# Files without a date are reproducible.
+_UNDATED: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 
 # Points; a figure is 7.2 inches wide, the width of a page's column.
 _WIDTH, _HEIGHT_OF_ROW, _HEIGHT_OF_TITLE = 7.2, 2.35, 0.75
@@ -69,14 +72,14 @@ PALETTES = {
         ink="#1c1c1c",
         faint="#c9c9c9",
         bands=("#d9e7f3", "#f6dcc8", "#d5ece3", "#eedfe9", "#ececec"),
-        lines=("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#1c1c1c", "#E69F00", "#56B4E9"),
+        lines=(*LIGHT.links, "#009E73", "#CC79A7", "#1c1c1c", "#D55E00", "#56B4E9"),
     ),
     "dark": Palette(
         paper="#14171c",
         ink="#ececec",
         faint="#464c55",
         bands=("#1f3b52", "#4f3420", "#1d4437", "#46303f", "#33373d"),
-        lines=("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#ececec", "#F0E442", "#D55E00"),
+        lines=(*DARK.links, "#009E73", "#CC79A7", "#ececec", "#D55E00", "#F0E442"),
     ),
 }
 """The palettes by the name of their theme."""
@@ -261,7 +264,7 @@ def overlaps(words: list[Annotation]) -> bool:
 
 
 def save(made: Figure, path: Path) -> None:
-    """Write a figure atomically to an .svg or .png file, with reproducible bytes.
+    """Write a figure atomically to an .svg, .png or .pdf file, with reproducible bytes.
 
     Raises `ParameterError` for other suffixes, `FileError` if the file cannot be written.
     """
@@ -275,9 +278,9 @@ def save(made: Figure, path: Path) -> None:
 
 def write_to(made: Figure, target: Path | IO[bytes], suffix: str) -> None:
     """Write a figure in the format of a suffix, with reproducible bytes."""
-    # Text is drawn as outlines, so that it looks the same everywhere.
-    same = mpl.rc_context({"svg.hashsalt": "twolink", "svg.fonttype": "path"})
-    metadata = {"Date": None} if suffix == ".svg" else None
+    # Text remains text, which can be searched and selected.
+    same = mpl.rc_context({"svg.hashsalt": "twolink", "svg.fonttype": "none", "pdf.fonttype": 42})
+    metadata = _UNDATED.get(suffix)
     with same, warnings.catch_warnings():
         # A letter that the font lacks is drawn as a box; matplotlib's warning adds nothing.
         warnings.filterwarnings("ignore", r"Glyph \d+", UserWarning)

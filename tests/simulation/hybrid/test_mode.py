@@ -66,7 +66,7 @@ def test_an_event_says_its_mode():
 def test_an_impact_says_what_it_did():
     assert IMPACT.energy_change == -1.0
     assert not IMPACT.creates_energy
-    assert IMPACT.what == "D on floor: impact, -2 to 1, slides, -1 J"
+    assert IMPACT.what == "D hits floor: normal speed −2 → 1, slides, energy −1 J"
 
 
 def test_an_impact_that_creates_energy_says_so():
@@ -80,4 +80,4 @@ def test_an_impact_that_creates_energy_says_so():
 def test_bounces_that_are_summed_up_create_no_energy():
     last = replace(IMPACT, regime=BOUNCES_DIE_AWAY, kinetic_energy=(3.0, 4.0))
     assert not last.creates_energy
-    assert last.what == "D on floor: bounces of -2 and less die away"
+    assert last.what == "D on floor: the remaining bounces (below 2) end here"

@@ -15,7 +15,7 @@ from viz.plots.angles import angles
 from viz.plots.contact import contact, phases
 from viz.plots.energy import energy, in_words
 from viz.plots.moments import moments, spans
-from viz.plots.path import path
+from viz.plots.path import path, path_moments
 from viz.plots.phase import phase
 from viz.plots.style import save
 from viz.themes import THEMES
@@ -99,8 +99,9 @@ def test_phase_portraits_are_speed_over_angle(run):
         shown = moments(trajectory)
         assert np.array_equal(q, shown.q[link])
         assert np.array_equal(u, shown.u[link])
-        assert {text.get_text() for text in axes.texts} == {"start", "end"}
-        ends = [tuple(text.xy) for text in axes.texts]
+        named = [text for text in axes.texts if text.get_text()]
+        assert {text.get_text() for text in named} == {"start", "end"}
+        ends = [tuple(text.xy) for text in named]
         assert ends == [
             (trajectory.q[link, 0], trajectory.u[link, 0]),
             (trajectory.q[link, -1], trajectory.u[link, -1]),
@@ -112,7 +113,7 @@ def test_the_path_is_where_kinematics_puts_D(run, scene):
     trajectory = run(scene)
     (axes,) = path(trajectory).axes
     (line,) = [line for line in axes.lines if line.get_label() == "_path"]
-    shown = moments(trajectory)
+    shown = path_moments(trajectory)
     x, y = kinematics.position(trajectory.chain, tuple(shown.q), trajectory.chain.D)
     assert np.array_equal(line.get_xdata(), x)
     assert np.array_equal(line.get_ydata(), y)
@@ -175,7 +176,9 @@ def test_the_balance_of_energy_closes(run, scene):
     samples = np.searchsorted(times, trajectory.t)
     assert np.array_equal(times[samples], trajectory.t)
     values = {name: line.get_ydata()[samples] for name, line in stored.items()}
-    assert np.array_equal(values["$T$, kinetic"], trajectory.kinetic_energy)
+    T = trajectory.kinetic_energy
+    since = T[0] if "change" in made.axes[0].get_ylabel() else 0.0
+    assert np.array_equal(values["$T$, kinetic"], T - since)
     assert np.array_equal(values["$V$, potential"], trajectory.potential_energy)
     assert np.array_equal(values["$T + V$"], trajectory.energy)
     works = {name: line.get_ydata() for name, line in given.items()}
@@ -209,7 +212,7 @@ def test_a_loaded_trajectory_reports_missing_works(run, tmp_path):
 
 def test_effects_are_named_in_words():
     assert in_words("CompliantSurface") == "compliant surface"
-    assert in_words("JointStop 3") == "joint stop 3"
+    assert in_words("JointStop A") == "joint stop A"
 
 
 def bands(axes):
@@ -278,17 +281,43 @@ def test_a_short_contact_is_shown_close_up(run):
     assert force[[0, -1]] == pytest.approx(0, abs=1e-3 * force.max())
 
 
+def drawn(axes, label):
+    """Return the points of all lines of a label, in order of time."""
+    data = [line.get_data() for line in axes.lines if line.get_label() == label]
+    times, values = (np.concatenate(each) for each in zip(*data, strict=True))
+    order = np.argsort(times, kind="stable")
+    return times[order], values[order]
+
+
 def test_impulses_are_those_of_the_impacts(run):
     trajectory = run("bounce_to_rest")
-    *_, axes = contact(trajectory).axes
-    marks = {line.get_label(): line for line in axes.lines}
+    above, axes = contact(trajectory).axes
     times = [impact.time for impact in trajectory.impacts]
-    assert marks["_normal"].get_xdata() == pytest.approx(times)
-    impulses = [impact.normal_impulse for impact in trajectory.impacts]
-    assert marks["_normal"].get_ydata() == pytest.approx(impulses)
+    normal = [impact.normal_impulse for impact in trajectory.impacts]
     rubbed = [impact.tangential_impulse for impact in trajectory.impacts]
-    assert marks["_friction"].get_ydata() == pytest.approx(rubbed)
+    for label, impulses in (("_normal", normal), ("_friction", rubbed)):
+        at, found = drawn(axes, label)
+        assert at == pytest.approx(times)
+        assert sorted(found) == pytest.approx(sorted(impulses))
     assert axes.get_ylabel() == "impulse (N s)"
+    # Forces and impulses have one time axis.
+    assert axes.get_xlim() == above.get_xlim()
+
+
+def test_impacts_at_one_instant_are_side_by_side_and_no_friction_is_invented(run):
+    *_, axes = contact(run("elbow_and_tip")).axes
+    times, impulses = drawn(axes, "_normal")
+    assert len(times) == len(impulses) == 2
+    assert times[0] == times[1]
+    places = [
+        line.get_transform().transform(line.get_xydata())[0]
+        for line in axes.lines
+        if line.get_label() == "_normal"
+    ]
+    assert abs(places[0][0] - places[1][0]) > 4
+    assert "side by side" in axes.get_title(loc="left")
+    assert not [line for line in axes.lines if line.get_label() == "_friction"]
+    assert "friction" not in {text.get_text() for text in axes.texts}
 
 
 def test_a_motion_without_contact_has_no_contact_plot(run):

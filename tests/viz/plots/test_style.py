@@ -18,6 +18,7 @@ from viz.plots.style import (
     spread,
     stroke,
 )
+from viz.themes import DARK, LIGHT
 
 palettes = pytest.mark.parametrize("palette", PALETTES.values(), ids=list(PALETTES))
 
@@ -124,8 +125,26 @@ def test_a_file_is_the_same_each_time(tmp_path, palette, kind):
 
 def test_invalid_arguments_are_rejected(tmp_path):
     made, _ = figure(PALETTES["light"])
-    with pytest.raises(ParameterError, match=r"plot\.pdf: the suffix must be \.svg or \.png"):
-        save(made, tmp_path / "plot.pdf")
+    with pytest.raises(
+        ParameterError, match=r"plot\.eps: the suffix must be \.svg or \.png or \.pdf"
+    ):
+        save(made, tmp_path / "plot.eps")
     with pytest.raises(PictureError, match="theme must be one of light, dark; got 'sepia'"):
         palette_of("sepia")
     assert not list(tmp_path.iterdir())
+
+
+def test_text_in_svg_is_text_and_a_pdf_is_a_pdf(tmp_path):
+    made, (axes,) = figure(PALETTES["light"], "A title to find")
+    axes.set_xlabel("time (s)")
+    for suffix in ("svg", "pdf"):
+        save(made, tmp_path / f"plot.{suffix}")
+    drawing = (tmp_path / "plot.svg").read_text()
+    assert ">A title to find</text>" in drawing
+    assert ">time (s)</text>" in drawing
+    assert (tmp_path / "plot.pdf").read_bytes().startswith(b"%PDF-")
+
+
+def test_links_have_the_colours_of_the_films():
+    assert PALETTES["light"].lines[:2] == LIGHT.links
+    assert PALETTES["dark"].lines[:2] == DARK.links

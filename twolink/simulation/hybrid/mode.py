@@ -153,14 +153,29 @@ class Impact:
         return of_note and self.energy_change > 1e-12 * max(self.kinetic_energy)
 
     @property
+    def hits(self) -> str:
+        """The contact in words, such as "D hits floor"."""
+        return self.name.replace(" on ", " hits ", 1)
+
+    @property
     def what(self) -> str:
-        """The description of the impact."""
+        """The description of the impact, without the unit of its speeds."""
+        return self.described("")
+
+    def described(self, unit: str) -> str:
+        """Return the description of the impact, with the unit of its speeds."""
         before, after = self.speeds
+        unit = f" {unit}" if unit else ""
         if self.regime == BOUNCES_DIE_AWAY:
             # Their friction acts as the contact begins.
-            return f"{self.name}: bounces of {before:.6g} and less die away"
+            return f"{self.name}: the remaining bounces (below {abs(before):.2g}{unit}) end here"
         gain = "; this law of restitution creates energy here" if self.creates_energy else ""
         return (
-            f"{self.name}: impact, {before:.6g} to {after:.6g}, {self.regime}, "
-            f"{self.energy_change:+.6g} J{gain}"
+            f"{self.hits}: normal speed {with_minus(before)} → {with_minus(after)}{unit}, "
+            f"{self.regime}, energy {with_minus(self.energy_change)} J{gain}"
         )
+
+
+def with_minus(value: float, digits: int = 4) -> str:
+    """Return a number as text, with a typographic minus sign."""
+    return f"{value + 0.0:.{digits}g}".replace("-", "−", 1) if value < 0 else f"{value:.{digits}g}"

@@ -1,0 +1,23 @@
+"""The registry of plots: every kind draws, and others are refused."""
+
+import pytest
+
+from twolink.errors import PictureError
+from viz.plots.kinds import KINDS, OF_SEVERAL, plot_of
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_draws(run, kind):
+    trajectory = run("painleve")
+    others = {"again": trajectory} if kind in OF_SEVERAL else {}
+    made = plot_of(kind, trajectory, "dark", others)
+    made.draw_without_rendering()
+    assert all(axes.lines or axes.collections for axes in made.axes)
+
+
+def test_an_unknown_kind_and_too_many_motions_are_refused(run):
+    trajectory = run("painleve")
+    with pytest.raises(PictureError, match="kind must be one of angles, "):
+        plot_of("angle", trajectory, "light", {})
+    with pytest.raises(PictureError, match="contact must be that of 1 motion; got 2"):
+        plot_of("contact", trajectory, "light", {"again": trajectory})

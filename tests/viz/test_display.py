@@ -1,0 +1,76 @@
+"""Pictures from Python: plots, films and pages of trajectories, drawings of scenes."""
+
+import webbrowser
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from urllib.parse import unquote, urlparse
+
+import numpy as np
+import pytest
+
+from twolink.chain import Chain
+from twolink.errors import PictureError
+from twolink.scene import Scene
+from twolink.simulation import simulate
+from viz import display
+
+
+@pytest.fixture(scope="module")
+def fall():
+    return simulate(Scene.load("free_fall"), samples=101)
+
+
+def test_a_plot_from_a_trajectory(fall):
+    above, below = fall.plot("angles", theme="dark").axes
+    assert above.get_ylabel() == "angle (rad)"
+    assert below.lines
+    with pytest.raises(PictureError, match="kind must be one of"):
+        fall.plot("speeds")
+
+
+def test_several_trajectories_have_different_names(fall):
+    above, _ = fall.plot("angles", fall, fall).axes
+    names = {line.get_label() for line in above.lines if line.get_label().startswith("$q_1")}
+    assert len(names) == 3
+    named, _ = fall.plot("angles", fall, names=["again"]).axes
+    assert "$q_1$, again" in {line.get_label() for line in named.lines}
+
+
+def test_a_page_of_a_long_motion_has_a_bounded_number_of_frames(fall):
+    # 10 s at 30 frames per second are 301 frames.
+    assert display.page(fall).count("twolink-player") > 0
+    assert len(display.film(fall).times) == 301
+    long = simulate(Scene.load("acrobot"), samples=3)
+    assert long.t[-1] >= 10
+
+
+def test_the_player_of_a_cell_is_a_page_of_its_own(fall):
+    frame = ET.fromstring(display.player(fall).replace(" allowfullscreen", ""))
+    assert frame.tag == "iframe"
+    assert frame.get("title") == "Motion: Free fall from the horizontal"
+    assert frame.get("srcdoc").startswith("<!DOCTYPE html>")
+
+
+def test_show_opens_a_page_outside_of_notebooks(fall, monkeypatch):
+    opened = []
+    monkeypatch.setattr(webbrowser, "open", opened.append)
+    fall.show()
+    (address,) = opened
+    file = Path(unquote(urlparse(address).path))
+    assert file.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    file.unlink()
+
+
+def test_a_page_is_recorded(fall, tmp_path):
+    fall.record(tmp_path / "fall.html", fps=5)
+    assert (tmp_path / "fall.html").stat().st_size > 100_000
+    with pytest.raises(PictureError, match="the suffix must be one of"):
+        fall.record(tmp_path / "fall.avi")
+
+
+def test_drawings_are_svg_of_the_start():
+    scene = Scene.load("bounce_to_rest")
+    for thing in (scene, Chain.uniform_bars()):
+        drawn = ET.fromstring(display.drawing(thing))
+        assert drawn.tag.endswith("svg")
+    assert np.isfinite(scene.q).all()
