@@ -19,9 +19,11 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
+from twolink import optional
 from twolink.arithmetic import Pair, Scalar
 from twolink.errors import ParameterError
 from twolink.inputs import as_scalar, as_tuple, refuse
+from twolink.tables import table
 from twolink.urdf import LinkParameters, read_planar_urdf, write_planar_urdf
 
 # Within this range products in float64 neither overflow nor lose digits.
@@ -76,6 +78,16 @@ class Chain:
         _positive(1, "length", self.length[0], "m")
         _not_negative(2, "length", self.length[1], "m")
         self._check_positive_definite()
+
+    def _repr_html_(self) -> str:
+        """Return the drawing and a table of the parameters, for notebooks."""
+        rows = [
+            ("mass (kg)", *map(repr, self.mass)),
+            ("length (m)", *map(repr, self.length)),
+            ("mass centre, along and across (m)", *map(repr, self.centre)),
+            ("inertia about the mass centre (kg m²)", *map(repr, self.inertia)),
+        ]
+        return optional.drawing(self) + table("Chain", ("", "link 1", "link 2"), rows).html()
 
     def _check_positive_definite(self) -> None:
         """Raise `ParameterError` if the mass matrix is singular in some pose."""

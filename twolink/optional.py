@@ -79,6 +79,14 @@ def display() -> Any:
     return _extra("viz.display", "viz", "viz")
 
 
+def drawing(thing: Any) -> str:
+    """Return a drawing (SVG) of a scene or chain, or nothing if the drawing package is missing."""
+    try:
+        return str(display().drawing(thing))
+    except SimulationError:
+        return ""
+
+
 def _extra(module: str, package: str, extra: str) -> Any:
     try:
         return importlib.import_module(module)

@@ -1,5 +1,6 @@
 import json
 import math
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -232,7 +233,7 @@ def test_the_command_lists_scenes_and_prints_the_schema():
     listed = CliRunner().invoke(app, ["scenes"])
     assert listed.exit_code == 0
     for file in SCENES:
-        assert file.name in listed.stdout
+        assert file.stem in listed.stdout.split()
     schema = CliRunner().invoke(app, ["scenes", "--schema"])
     assert json.loads(schema.stdout)["properties"]["run"]
 
@@ -470,3 +471,18 @@ def test_chains_of_arrays_or_complex_numbers_are_for_single_evaluations_only(man
     chain = Chain.uniform_bars().convert(lambda x: x * many)
     with pytest.raises(ParameterError, match="chain must be made of real numbers"):
         Scene(chain, q=(0.0, 0.0), u=(0.0, 0.0), duration=1.0)
+
+
+def test_the_text_of_a_scene_is_one_line():
+    text = repr(Scene.load("drop"))
+    assert text == (
+        "<Scene 'The drop onto a floor': q=(0, 0) rad, u=(0, 0) rad/s, 5.0 s with Gravity, Surface>"
+    )
+    assert Scene.load("free_fall").title in repr(Scene.load("free_fall"))
+
+
+def test_without_the_drawing_package_a_notebook_has_the_table(monkeypatch):
+    monkeypatch.setitem(sys.modules, "viz.display", None)
+    page = Scene.load("drop")._repr_html_()
+    assert page.startswith("<table><caption>The drop onto a floor</caption>")
+    assert "Surface(" in page

@@ -27,7 +27,9 @@ from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate, storage
 from twolink.simulation.formats import COLUMNS, FORMATS, Arrays
 from twolink.simulation.hybrid.mode import Event, Mode
+from twolink.simulation.run import Recipe
 from twolink.simulation.storage import About
+from twolink.simulation.trajectory import _Repeated
 
 ROOT = Path(__file__).parent.parent.parent
 KINDS = (".npz", ".csv", ".parquet")
@@ -166,9 +168,34 @@ def test_a_loaded_trajectory_works(kind, tmp_path):
     ]
     with pytest.raises(ValueError, match="read-only"):
         back.q[...] = 0
-    for of_samples_alone in (lambda: back.at(0.5), back.work):
-        with pytest.raises(SimulationError, match="known only at its samples"):
-            of_samples_alone()
+    times = np.linspace(0, back.t[-1], 300)
+    for side in ("left", "right"):
+        for ours, theirs in zip(back.at(times, side), bouncing().at(times, side), strict=True):
+            assert np.array_equal(ours, theirs)
+    for name, work in back.work().items():
+        assert np.array_equal(work, bouncing().work()[name])
+
+
+def test_dense_output_is_refused_if_the_repeated_run_is_another(tmp_path):
+    smooth().save(tmp_path / "run.npz")
+    back = Trajectory.load(tmp_path / "run.npz")
+    assert np.array_equal(back.at(0.3)[0], smooth().at(0.3)[0])
+    # As of a library whose arithmetic differs.
+    moved = replace(back, q=back.q + 1e-3, _dense=None)
+    repeated = _Repeated(moved, moved.recipe)
+    with pytest.raises(SimulationError, match=r"must have the stored samples within .* got a diff"):
+        repeated.dense()
+    with pytest.raises(SimulationError, match="known only at its samples"):
+        Trajectory.at(replace(missed(), _dense=None), 0.5)
+
+
+@pytest.mark.parametrize(
+    "recipe", [Recipe(10**6, 0.1), Recipe(1, 0.1), Recipe(21, 1e-9), Recipe(21, -1.0)]
+)
+def test_a_recipe_that_no_run_has_is_refused(recipe, tmp_path):
+    replace(smooth(), recipe=recipe).save(tmp_path / "run.csv")
+    with pytest.raises(SimulationError, match="recipe and its scene do not agree"):
+        Trajectory.load(tmp_path / "run.csv")
 
 
 def test_an_archive_is_read_by_numpy(tmp_path):

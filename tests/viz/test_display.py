@@ -5,7 +5,6 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
-import numpy as np
 import pytest
 
 from twolink.chain import Chain
@@ -73,4 +72,11 @@ def test_drawings_are_svg_of_the_start():
     for thing in (scene, Chain.uniform_bars()):
         drawn = ET.fromstring(display.drawing(thing))
         assert drawn.tag.endswith("svg")
-    assert np.isfinite(scene.q).all()
+
+
+def test_scenes_and_chains_in_notebooks_have_a_drawing_and_a_table():
+    scene = Scene.load("bounce_to_rest")
+    for thing, words in ((scene, "Surface(point="), (scene.chain, "mass (kg)")):
+        page = ET.fromstring(f"<div>{thing._repr_html_()}</div>")
+        assert page[0].tag.endswith("svg")
+        assert words in "".join(page[1].itertext())

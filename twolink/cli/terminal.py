@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
@@ -139,7 +140,7 @@ def _page(**options: Any) -> Console:
                 super().print(*objects, **how)
 
         def on_broken_pipe(self) -> None:
-            raise BrokenPipeError("its reader is gone")
+            raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
 
     return Page(highlight=False, markup=False, emoji=False, **options)
 

@@ -12,10 +12,11 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from twolink import optional
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.coordinates import JointConvention
-from twolink.effects import EFFECTS, Effect, is_registered, with_rotors
+from twolink.effects import EFFECTS, Effect, is_registered, names_of, with_rotors
 from twolink.errors import ParameterError, SceneError, TwolinkError
 from twolink.inputs import as_number, as_pair, as_tuple, as_word, refuse
 from twolink.scene.model import checked, scene_model
@@ -23,11 +24,12 @@ from twolink.scene.names import scene_file
 from twolink.scene.reading import chain_of, effects_of, start_of
 from twolink.scene.text import check_tables, read_text, tables
 from twolink.scene.writing import written
+from twolink.tables import table
 from twolink.validation import check_finite
 from twolink.values import is_value
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scene:
     """A chain, its start, a duration (s), and the tuple of effects that act.
 
@@ -76,6 +78,26 @@ class Scene:
         from twolink.effects import custom
 
         return custom.checked(effect, self.chain)
+
+    def __repr__(self) -> str:
+        """Return the title, the start and the effects in a line."""
+        effects = ", ".join(type(effect).__name__ for effect in self.effects) or "no effects"
+        start = f"q={_short(self.q)} rad, u={_short(self.u)} rad/s"
+        return f"<Scene {self.title!r}: {start}, {self.duration!r} s with {effects}>"
+
+    def _repr_html_(self) -> str:
+        """Return the drawing at the start and a table of the keys, for notebooks."""
+        rows = {
+            "purpose": self.shows,
+            "q at the start": f"{_short(self.q)} rad",
+            "u at the start": f"{_short(self.u)} rad/s",
+            "duration": f"{self.duration!r} s",
+            "accuracy": f"{self.accuracy!r}",
+            "chain": repr(self.chain),
+        }
+        effects = zip(names_of(self.effects), self.effects, strict=True)
+        rows |= {name: repr(effect) for name, effect in effects}
+        return optional.drawing(self) + table(self.title, ("", ""), rows.items()).html()
 
     @property
     def may_change(self) -> bool:
@@ -164,3 +186,7 @@ def _has_complex(value: Any) -> bool:
     if isinstance(value, tuple):
         return any(_has_complex(entry) for entry in value)
     return isinstance(value, complex)
+
+
+def _short(pair: Pair) -> str:
+    return f"({', '.join(f'{float(x):.6g}' if isinstance(x, Real) else repr(x) for x in pair)})"

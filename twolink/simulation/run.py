@@ -31,6 +31,14 @@ class Statistics:
     run_seconds: float
 
 
+@dataclass(frozen=True)
+class Recipe:
+    """The order and the longest step (s) with which a run by Taylor series can be repeated."""
+
+    order: int
+    longest_step: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class MotionRun(ABC):
     """A motion by Taylor series, at the requested times.

@@ -22,7 +22,7 @@ from twolink.inputs import as_count, as_number, as_word, refuse
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import METHODS, Scene
 from twolink.simulation.motion import has_events, has_modes, motion_run
-from twolink.simulation.run import Array, MotionRun, Statistics
+from twolink.simulation.run import Array, MotionRun, Recipe, Statistics
 from twolink.simulation.smooth.equations import equations_named
 from twolink.simulation.smooth.numeric import SCIPY, NumericRun, numeric_run
 from twolink.simulation.smooth.taylor import (
@@ -338,6 +338,7 @@ def _trajectory(
         impacts=kept.log,
         formulation=kept.formulation,
         notes=(*made.notes, *kept.notes),
+        recipe=Recipe(kept.order, float(kept.longest_step)),
         _knots=kept.step_times,
     )
 

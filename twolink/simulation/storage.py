@@ -16,17 +16,19 @@ from enum import Enum
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
 from twolink.effects import contact_elements
 from twolink.errors import FileError, SceneError, SimulationError
 from twolink.files import atomic_write, check_readable
+from twolink.formulations import FormulationName
 from twolink.scene import Scene
 from twolink.simulation.formats import FORMATS, LARGEST_FILE, Arrays, load_pyarrow
 from twolink.simulation.hybrid.mode import Event, Impact
-from twolink.simulation.run import Array, Statistics
+from twolink.simulation.run import Array, Recipe, Statistics
+from twolink.simulation.smooth.taylor import FULL_ORDERS
 from twolink.text import choice, one_line
 
 
@@ -54,7 +56,13 @@ class About:
     scene: str | None
     no_scene: str | None
     checksum: str
+    recipe: Recipe | None = None
 
+
+# Orders of Taylor series beyond this are not used in any precision.
+_LARGEST_ORDER = 200
+# A stored run of more steps is not repeated.
+_MOST_STEPS = 1e7
 
 # The fields that a Trajectory has under the same name.
 FACTS = (
@@ -69,6 +77,7 @@ FACTS = (
     "events",
     "impacts",
     "failure",
+    "recipe",
 )
 
 
@@ -263,6 +272,7 @@ def check_agreement(scene: Scene, stored: Arrays, about: About) -> None:
         "accuracy": 0 < about.accuracy < math.inf,
         "error": about.error >= 0,
         "holds_until": 0 <= about.holds_until <= scene.duration,
+        "recipe": about.recipe is None or _is_repeatable(about, about.recipe, scene.duration),
         "events": _in_order([event.time for event in about.events], last)
         and all(event.mode.names == elements for event in about.events),
         "impacts": _in_order([impact.time for impact in about.impacts], last)
@@ -275,6 +285,17 @@ def check_agreement(scene: Scene, stored: Arrays, about: About) -> None:
         raise SimulationError(
             f"{', '.join(wrong)} and its scene do not agree; must be the trajectory of that scene"
         )
+
+
+def _is_repeatable(about: About, recipe: Recipe, duration: float) -> bool:
+    """Return whether a run with a recipe exists, and takes a bounded number of steps."""
+    return (
+        about.method == "taylor"
+        and about.formulation in (*get_args(FormulationName), "momenta")
+        and about.precision in FULL_ORDERS
+        and 1 < recipe.order <= _LARGEST_ORDER
+        and duration <= recipe.longest_step * _MOST_STEPS
+    )
 
 
 def _in_order(times: list[float], end: float) -> bool:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,10 +30,12 @@ from twolink.limits import DEFAULT_LIMITS
 from twolink.loads import Force, Loads
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact, Mode
-from twolink.simulation.run import Array, Statistics
+from twolink.simulation.motion import motion_run
+from twolink.simulation.run import Array, MotionRun, Recipe, Statistics
 from twolink.simulation.views import Views
 
 if TYPE_CHECKING:
+    from twolink.formulations import EquationsName
     from twolink.simulation.hybrid.dynamics import Solution
 
 # Between two samples the motion is one or two polynomials of about the twentieth degree, in time,
@@ -76,7 +79,8 @@ class Trajectory(Views):
     simulated. `notes` has the scene's notes, and a sentence for each departure from the request.
     `theta` and `omega` are joint angles and speeds, if the chain has them. `events` are the
     starts of modes (empty for a smooth motion), `impacts` the impacts. `failure` is the reason why
-    the run ends before the scene, or empty. Arrays are read-only. Two trajectories are equal if all
+    the run ends before the scene, or empty. `recipe` has the settings that repeat a run by Taylor
+    series. Arrays are read-only. Two trajectories are equal if all
     data except `statistics` and dense output are equal.
     """
 
@@ -95,6 +99,7 @@ class Trajectory(Views):
     events: tuple[Event, ...] = ()
     impacts: tuple[Impact, ...] = ()
     failure: str = ""
+    recipe: Recipe | None = field(default=None, compare=False)
     _knots: Callable[[], Array] | None = field(default=None, repr=False, compare=False)
     _dense: Callable[[], Dense] | None = field(default=None, repr=False, compare=False)
 
@@ -376,15 +381,59 @@ class Trajectory(Views):
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Trajectory:
-        """Return the trajectory in a file that `save` wrote: its samples, without dense output.
+        """Return the trajectory in a file that `save` wrote.
 
-        Raises `SimulationError` for files that are missing, damaged or of another kind, and for
-        those whose scene a scene file cannot represent.
+        Dense output is that of the same run, which is repeated when it is first asked for. Raises
+        `SimulationError` for files that are missing, damaged or of another kind, and for those
+        whose scene a scene file cannot represent.
         """
         from twolink.simulation import storage
 
         stored = storage.load(Path(path))
-        return cls(scene=stored.scene, t=stored.t, q=stored.q, u=stored.u, **stored.facts)
+        found = cls(scene=stored.scene, t=stored.t, q=stored.q, u=stored.u, **stored.facts)
+        if found.recipe is None or found.failure:
+            return found
+        repeated = _Repeated(found, found.recipe)
+        return replace(found, _knots=repeated.step_times, _dense=repeated.dense)
+
+
+@dataclass(frozen=True)
+class _Repeated:
+    """A stored run by Taylor series, repeated with the same settings when it is needed."""
+
+    stored: Trajectory
+    recipe: Recipe
+
+    def step_times(self) -> Array:
+        """Return the boundaries (s) of the steps."""
+        return np.asarray(self._run.step_times())
+
+    def dense(self) -> Dense:
+        """Return q and u as functions of time (s)."""
+        return self._run.dense()
+
+    @cached_property
+    def _run(self) -> MotionRun:
+        """The run; raises `SimulationError` if it does not have the stored samples."""
+        stored = self.stored
+        run = motion_run(
+            stored.scene,
+            stored.t,
+            formulation=cast("EquationsName", stored.formulation),
+            precision=stored.precision,
+            order=self.recipe.order,
+            longest_step=self.recipe.longest_step,
+        )
+        off = max(
+            float(np.abs(np.asarray(found, dtype=float) - kept).max(initial=0.0))
+            for found, kept in ((run.q, stored.q), (run.u, stored.u))
+        )
+        if not off <= 2 * stored.error:
+            raise SimulationError(
+                f"the repeated run must have the stored samples within {2 * stored.error:.1e}; got "
+                f"a difference of {off:.1e}: values between samples are unknown"
+            )
+        return run
 
 
 def _contact_force(element: ContactElement, normal: Array, tangential: Array) -> ContactForce:

@@ -185,6 +185,11 @@
         [left, middle] = free(taken, left, middle, half, size, room);
         c.textAlign = "left";
         c.textBaseline = "middle";
+        if (kind === "surface") {
+          // Hatching would strike the letters through.
+          c.fillStyle = theme.background;
+          c.fillRect(left - 3, middle - 0.62 * size, 2 * half + 6, 1.24 * size);
+        }
         c.lineWidth = 4;
         c.strokeStyle = theme.background;
         c.strokeText(text, left, middle);
@@ -204,14 +209,15 @@
       c.globalAlpha = 1;
       c.textBaseline = "middle";
       // Time at the right, the title in the remaining width.
-      const time = `t = ${words.t.toFixed(2)} s`;
+      const time = `t = ${this.seconds(words.t)}`;
       const size = this.font(c, 18, 600);
       const middle = about.framing.top * u / 2;
       c.textAlign = "right";
       c.fillStyle = theme.ink;
       c.fillText(time, width - side, middle);
-      let room = width - 3 * side - c.measureText(`t = ${(about.start + about.duration).toFixed(2)} s`).width;
-      if (about.speed !== 1) {
+      let room = width - 3 * side - c.measureText(`t = ${this.seconds(about.start + about.duration)}`).width;
+      // A page with buttons shows the speed between them.
+      if (about.speed !== 1 && this.element.closest(".bare")) {
         this.font(c, 14);
         c.fillStyle = theme.faint;
         const speed = `× ${Number(about.speed.toPrecision(3))}`;
@@ -224,6 +230,14 @@
       c.fillText(this.cut(c, about.title, room), side, middle);
       this.legend(c, side, size);
       this.notes(c, side, this.energy(c, side));
+    }
+
+    // A time with as many decimals as tell one frame from the next; a still has those of its time.
+    seconds(t) {
+      const step = this.about.speed / this.about.fps;
+      const needed = Math.max(2, Math.min(9, Math.ceil(-Math.log10(step) - 1e-9)));
+      const own = this.about.still === undefined ? 0 : (String(this.about.still).split(".")[1] || "").length;
+      return `${t.toFixed(Math.max(needed, Math.min(own, 9)))} s`;
     }
 
     // Runs by their colours, and how far the end of each is from the first one's.
@@ -454,6 +468,9 @@
       this.stage.fit();
       this.scrub.max = about.count - 1;
       if (about.dark) this.follow();
+      // Nothing moves by itself for readers who prefer so.
+      if (matchMedia("(prefers-reduced-motion: reduce)").matches && this.source.state.playing)
+        this.source.play(false);
       this.listen();
       this.run();
     }
@@ -484,18 +501,27 @@
       if (!this.dragging) this.scrub.value = whole;
       const end = this.about.start + this.about.duration;
       this.time.textContent = `${frame.words.t.toFixed(2)} / ${end.toFixed(2)} s`;
+      this.scrub.setAttribute("aria-valuetext", `${frame.words.t.toFixed(2)} s`);
+      element.dispatchEvent(new CustomEvent("twolink-time", { bubbles: true, detail: { time: frame.words.t } }));
       if (this.sign !== state.playing) {
         this.sign = state.playing;
         this.playButton.innerHTML = state.playing ? SIGN.pause : SIGN.play;
         this.playButton.setAttribute("aria-label", state.playing ? "pause" : "play");
       }
-      this.speed.textContent = `× ${Number(state.speed.toPrecision(3))}`;
+      this.speed.textContent = `× ${Number((state.speed * this.about.speed).toPrecision(3))}`;
     }
 
     // The picture of a frame of a film in the page, for a recording.
     picture(frame) {
       this.source.seek(frame);
       return this.stage.picture();
+    }
+
+    // The frame at a time (s), for the page about the player.
+    seekTime(time) {
+      const { about, source } = this;
+      source.play(false);
+      source.seek(Math.round((time - about.start) * about.fps / about.speed));
     }
 
     ended() {
@@ -538,7 +564,8 @@
         0: () => this.stage.fit(),
       }[event.key];
       if (!does) return;
-      // A button that has the focus would be pressed by the same key.
+      // A button that has the focus is pressed by these keys, as everywhere.
+      if (event.target.closest("button") && (event.key === " " || event.key === "Enter")) return;
       event.preventDefault();
       does();
     }
@@ -576,8 +603,10 @@
       await start();
     } catch (error) {
       for (const element of document.querySelectorAll(".twolink-player:not([data-ready])")) {
+        const still = element.querySelector(".still");
         element.innerHTML = '<p class="broken"></p>';
         element.firstChild.textContent = `This browser cannot show the motion (${error.message}).`;
+        if (still) element.prepend(still);
       }
       throw error;
     }
