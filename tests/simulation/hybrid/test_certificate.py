@@ -245,3 +245,35 @@ def test_events_are_found_to_the_digits_of_the_precision(precision):
 def test_powers_start_with_one(kind):
     found = powers(np.array([2, 0.5], dtype=kind), 4)
     assert found.tolist() == [[1, 2, 4, 8], [1, 0.5, 0.25, 0.125]]
+
+
+STOPS = Trigger(E.STOPS, 0, 1)
+
+
+def test_a_speed_of_rounding_that_grows_later_in_an_arc_is_monitored_from_there():
+    """A point that starts at a dead point of its link slides so slowly that its sign is open."""
+    tiny = (0, 1e-18)
+    steps = [tiny, tiny, (1e-18, 1e-6), (5e-7, -4e-6)]
+    found, _ = first(STOPS, *steps, lengths=(0.5,) * 4)
+    assert found.place == 3
+    assert found.x == pytest.approx(0.25)
+
+
+def test_a_speed_of_rounding_that_grows_the_other_way_is_an_event():
+    found, _ = first(STOPS, (0, 1e-18), (1e-18, -1e-6), (-5e-7, -1e-6), lengths=(0.5,) * 3)
+    assert (found.place, found.x) == (2, 0)
+
+
+def test_a_speed_that_stays_rounding_is_no_event():
+    found, _ = first(STOPS, *[(0, (-1) ** n * 1e-18) for n in range(9)], lengths=(0.5,) * 9)
+    assert found is None
+
+
+def test_a_speed_of_rounding_is_remembered_over_the_blocks_of_an_arc():
+    certificate = certificate_of(STOPS)
+    quiet = block_of([[(0, 1e-18)], [(0, 1e-18)]], (0.5, 0.5))
+    assert certificate.first_event(quiet, at_start=True)[0] is None
+    assert certificate.first_event(quiet, at_start=False)[0] is None
+    loud = block_of([[(1e-18, 1e-6)], [(5e-7, -4e-6)]], (0.5, 0.5), start=1.0)
+    found, _ = certificate.first_event(loud, at_start=False)
+    assert (found.place, found.x) == (1, pytest.approx(0.25))

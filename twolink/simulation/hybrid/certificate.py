@@ -65,7 +65,8 @@ class Certificate:
         self._triggers, self._variables, self._integral, self._reversed = compiled.layout
         self._lever = max(1.0, system.lever)
         self._place_of_rounding = self._lever * LEADING * system.rounding
-        self._constant: list[int] = []
+        # The event functions that are zero within these sizes since the start of the arc.
+        self._zero: dict[int, float] = {}
         self._tails: dict[int, float] = {}
         self._offsets = {
             place: system.number(_offset(system, mode, self._triggers[place]))
@@ -115,8 +116,8 @@ class Certificate:
         if at_start:
             self._deflate(every, block)
         proven = self._positive(every, at_start)
-        if self._constant:
-            proven[:, self._constant] = True
+        for number in list(self._zero):
+            proven[: self._steps_of_zero(number, every[:, number]), number] = True
         suspects = {
             place: [number for number, positive in enumerate(row) if not positive]
             for place, row in enumerate(proven.tolist())
@@ -178,13 +179,31 @@ class Certificate:
                 polynomial = [-c for c in polynomial]
             order = self._order(trigger, polynomial, block)
             if order is None:
-                # A touching contact that carries no force: its gap stays zero.
-                self._constant.append(number)
+                self._zero[number] = self._zero_size(trigger, polynomial, block)
             elif order:
                 every[0, number, :-order] = polynomial[order:]
                 every[0, number, -order:] = 0
                 # The last terms estimate the truncation error of the series.
                 self._tails[number] = abs(float(polynomial[-1])) + abs(float(polynomial[-2]))
+
+    def _zero_size(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
+        """Return the size up to which an event function that starts as zero stays zero."""
+        if trigger.kind is EventKind.HITS:
+            # A touching contact that carries no force: its gap stays zero.
+            return math.inf
+        return self._noise(trigger, polynomial, block)
+
+    def _steps_of_zero(self, number: int, polynomials: Any) -> int:
+        """Return on how many steps of a block an event function is still zero.
+
+        After the first step at whose end it is not, it is monitored.
+        """
+        ends = np.abs(polynomials.sum(axis=1).astype(float))
+        grown = np.flatnonzero(ends > self._zero[number])
+        if not len(grown):
+            return len(ends)
+        del self._zero[number]
+        return int(grown[0]) + 1
 
     def _order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
         """Return how many leading coefficients are zero, None if all are."""
