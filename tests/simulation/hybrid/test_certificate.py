@@ -277,3 +277,18 @@ def test_a_speed_of_rounding_is_remembered_over_the_blocks_of_an_arc():
     loud = block_of([[(1e-18, 1e-6)], [(5e-7, -4e-6)]], (0.5, 0.5), start=1.0)
     found, _ = certificate.first_event(loud, at_start=False)
     assert (found.place, found.x) == (1, pytest.approx(0.25))
+
+
+@pytest.mark.parametrize(("least", "doubted"), [(1e-14, True), (1e-9, False)])
+def test_a_flight_just_above_zero_leaves_a_doubt_of_a_slow_impact(least, doubted):
+    """(t − 1/4)² and a gap that the error of a run may have made."""
+    found, doubts = first(HITS, (1 / 16 + least, -1 / 2, 1))
+    assert found is None
+    assert [doubt.trigger for doubt in doubts] == [HITS] * doubted
+    assert all(1e-7 < doubt.speed < 1e-5 for doubt in doubts)
+
+
+def test_a_bounce_lower_than_the_rounding_of_a_place_leaves_no_doubt():
+    found, doubts = first(HITS, (0, 1e-15, -1.5e-15))
+    assert found is None
+    assert doubts == ()

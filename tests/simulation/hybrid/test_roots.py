@@ -15,6 +15,7 @@ from twolink.simulation.hybrid.roots import (
     are_positive,
     bernstein_matrix,
     first_fall,
+    lowest,
     polished,
     product,
     rounding_bound,
@@ -333,3 +334,19 @@ def test_a_root_is_the_same_from_wherever_it_is_looked_for(near):
     """1 − 3 x − x²: at (√13 − 3)/2; places outside the bracket are of no use."""
     root = polished([1.0, -3.0, -1.0], 0.0, 1.0, near)
     assert root == pytest.approx((math.sqrt(13) - 3) / 2, rel=4e-16)
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "place"),
+    [
+        ((0.25 + 1e-3, -1, 1), 0.5),
+        # Not below the limit, and lowest at one end or at the other.
+        ((0.25 + 3e-3, -1, 1), None),
+        ((1e-3, 1, 1), None),
+        ((1e-3 + 1, -1, 0), None),
+        # Highest inside.
+        ((0, 1, -1), None),
+    ],
+)
+def test_the_lowest_place_is_a_minimum_inside_that_is_low_enough(coefficients, place):
+    assert lowest(coefficients, 2e-3) == (place and pytest.approx(place))

@@ -18,9 +18,9 @@ from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.compile import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
-from twolink.simulation.hybrid.roots import Search, are_positive, first_fall, rounding_bound
+from twolink.simulation.hybrid.roots import Search, are_positive, first_fall, lowest, rounding_bound
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import CONTACT_GAP, LEADING, LEADING_SHARE
+from twolink.simulation.hybrid.tolerances import CONTACT_GAP, GRAZING, LEADING, LEADING_SHARE
 
 
 class Finding(NamedTuple):
@@ -65,6 +65,8 @@ class Certificate:
         self._triggers, self._variables, self._integral, self._reversed = compiled.layout
         self._lever = max(1.0, system.lever)
         self._place_of_rounding = self._lever * LEADING * system.rounding
+        self._grazing = self._lever * GRAZING * system.rounding
+        self._grazed = [n for n, t in enumerate(self._triggers) if t.kind is EventKind.HITS]
         # The event functions that are zero within these sizes since the start of the arc.
         self._zero: dict[int, float] = {}
         self._tails: dict[int, float] = {}
@@ -127,14 +129,13 @@ class Certificate:
 
     def _positive(self, every: Any, at_start: bool) -> Any:
         """Return which event functions are proven positive on each step: shape (n, m)."""
-        more: Any = 0.0
-        if at_start and self._tails:
-            more = np.zeros(every.shape[:2])
+        more = np.zeros(every.shape[:2])
+        more[:, self._grazed] = self._grazing
+        if at_start:
             for number, tail in self._tails.items():
                 more[0, number] = tail
-            more = more.ravel()
         flat = every.reshape(-1, every.shape[2])
-        proven = are_positive(flat, self._system.rounding, more)
+        proven = are_positive(flat, self._system.rounding, more.ravel())
         return proven.reshape(every.shape[:2])
 
     def _earliest(
@@ -157,6 +158,9 @@ class Certificate:
                 return Finding(place, 0 * block.lengths[place], trigger)
             bound = rounding_bound(polynomial, self._system.rounding) + tails.get(number, 0.0)
             search = first_fall(polynomial, bound)
+            if number in self._grazed and search.fall is None and search.touch is None:
+                bound = self._grazing
+                search = search._replace(touch=lowest(polynomial, bound))
             doubt = self._doubt(block, place, trigger, polynomial, search, bound)
             doubts += [doubt] if doubt is not None else []
             fall = search.fall

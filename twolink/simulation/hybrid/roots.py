@@ -137,6 +137,17 @@ def first_fall(coefficients: Sequence[Any], bound: float) -> Search:
     return Search(None, doubtful if touch is None else touch, pieces > MOST_PIECES)
 
 
+def lowest(coefficients: Sequence[Any], limit: float) -> float | None:
+    """Return the place of a minimum inside (0, 1) with a value below a limit, or None."""
+    from scipy.optimize import brentq
+
+    slope = [k * float(c) for k, c in enumerate(coefficients) if k]
+    if slope[0] >= 0 or sum(slope) <= 0:
+        return None
+    place = float(brentq(lambda x: _horner(slope, x), 0.0, 1.0))
+    return place if _horner(coefficients, place) < limit else None
+
+
 def _bernstein(coefficients: Sequence[Any]) -> list[Any]:
     """Return the Bernstein coefficients of Σ c_k x^k on [0, 1], in numbers of any type."""
     matrix = bernstein_matrix(len(coefficients), _kind(coefficients))

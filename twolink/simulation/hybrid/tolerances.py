@@ -119,6 +119,10 @@ LEADING = 256
 # cancel leave round-off of this size in the leading ones. Read by certificate.
 LEADING_SHARE = 2048
 
+# Roundings of the lever arm. The error of a run may have turned a graze into a flight by this gap,
+# so that a smaller one leaves a doubt. Read by certificate.
+GRAZING = 4096
+
 # Halvings of a step before a root that is not isolated counts as a double root. Read by roots.
 MOST_HALVINGS = 60
 
