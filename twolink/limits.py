@@ -28,6 +28,14 @@ class Limits:
                 f"{in_bytes(self.memory)}{_LIFTED}"
             )
 
+    def check_time(self, what: str, seconds: float) -> None:
+        """Raise `TooMuchError` if something is known to take more seconds than are allowed."""
+        if seconds > self.seconds:
+            raise TooMuchError(
+                f"{what} would take {in_time(seconds)}; the limit is {in_time(self.seconds)}"
+                f"{_LIFTED}"
+            )
+
     def timed(
         self, what: str, progress: Callable[[float], None] | None = None
     ) -> Callable[[float], None]:

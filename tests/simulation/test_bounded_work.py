@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from twolink.accuracy.drift import energy_drift
+from twolink.accuracy.method_configurations import own_configurations
 from twolink.accuracy.reference import reference
+from twolink.accuracy.roundoff_floor import roundoff_floor
+from twolink.accuracy.study import study
+from twolink.accuracy.work_precision import work_precision
 from twolink.chain import Chain
 from twolink.cli import app
 from twolink.data import data_path
@@ -22,6 +27,7 @@ from twolink.errors import SimulationError, TooMuchError, TwolinkError
 from twolink.limits import UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation import simulate
+from twolink.simulation.effects_cost import effects_cost
 from twolink.simulation.hybrid.run import hybrid_run
 
 FALL = Scene(Chain.uniform_bars(), (0.3, 0.5), (0.0, 0.0), 1.0, (Gravity(),))
@@ -34,6 +40,7 @@ DRIVEN = replace(
     ),
 )
 SHIPPED_STOPS = Scene.load(data_path("scenes") / "joint_stops.toml")
+SWINGS = Scene.load(data_path("scenes") / "small_swings.toml")
 STOPS = replace(FALL, effects=(Gravity(), JointStop("B", -1.0, 1.0, 1.0)))
 
 
@@ -114,16 +121,81 @@ def test_by_force():
             *["plot", str(data_path("scenes") / "free_fall.toml"), "--samples", "99999999999"],
             *["--kind", "angles", "--out", "never.svg"],
         ],
+        ["accuracy", "free_fall", "--budget", "1e9", "--out", "never"],
+        ["drift", "small_swings", "--seconds", "1e15", "--methods", "rk4", "--out", "never"],
+        ["report", "long.toml", "--out", "never"],
     ],
 )
 def test_commands_refuse_with_an_estimate(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    if "long.toml" in command:
+        text = replace(FALL, duration=1e6).to_toml()
+        (tmp_path / "long.toml").write_text(text, encoding="utf-8")
     result = CliRunner().invoke(app, command)
     assert result.exit_code == 2
-    assert "would take about" in result.stderr
+    assert " would take " in result.stderr
     assert "--force lifts it" in result.stderr
     assert result.stderr.count("\n") == 1
-    assert not list(tmp_path.iterdir())
+    assert not [path for path in tmp_path.iterdir() if path.name != "long.toml"]
+
+
+@pytest.mark.parametrize(
+    "command", ["simulate", "plot", "record", "view", "verify", "reference", "accuracy", "drift",
+                "report"]
+)  # fmt: skip
+def test_every_command_without_bounds_of_its_own_takes_force(command):
+    """`hardcases` bounds each case by itself; `scenes` and `urdf` do no long work."""
+    assert "--force" in CliRunner().invoke(app, [command, "--help"]).stdout
+
+
+def test_force_lifts_the_limits(monkeypatch):
+    """What is refused by default goes on where it is forced."""
+    asked = []
+
+    def study(scene, **options):
+        asked.append(options["limits"])
+        raise TooMuchError("enough")
+
+    monkeypatch.setattr("twolink.accuracy.study.study", study)
+    for words in ([], ["--force"]):
+        CliRunner().invoke(app, ["accuracy", "free_fall", *words])
+    assert asked == [Limits(), UNLIMITED]
+
+
+@pytest.mark.parametrize(
+    "bounded",
+    [
+        lambda limits: study(replace(FALL, duration=1e6), budget=1.0, limits=limits),
+        lambda limits: energy_drift(SWINGS, seconds=1e12, methods=("taylor-11",), limits=limits),
+        lambda limits: energy_drift(SWINGS, seconds=1e12, methods=("rk4",), limits=limits),
+        lambda limits: effects_cost(replace(DIVERGING, duration=1e6), limits=limits),
+        lambda limits: roundoff_floor(replace(FALL, duration=1e6), limits=limits),
+    ],
+    ids=["study", "drift of series", "drift of steps", "effects_cost", "roundoff_floor"],
+)
+def test_studies_notice_on_the_way_that_they_take_too_long(bounded, monkeypatch):
+    monkeypatch.setattr("twolink.limits._WINDOW", 0.1)
+    with pytest.raises(TooMuchError, match=r"would take .* of computing; the limit is"):
+        bounded(Limits(seconds=6.0))
+
+
+def test_a_method_that_takes_too_long_is_left_out_of_a_study():
+    def slow(setting, times):
+        raise TooMuchError("a run would take 9 days")
+
+    (quick,) = (c for c in own_configurations(FALL) if c.name == "rk4 on momenta")
+    quick, late = replace(quick, sweep=(0.1,)), replace(quick, method="late", run=slow)
+    found = work_precision(FALL, (late, quick), budget=1.0)
+    assert {point.method for point in found.points} == {"rk4"}
+    assert found.left_out == ("late on momenta: a run would take 9 days",)
+    with pytest.raises(TooMuchError, match="late on momenta: a run would take 9 days"):
+        work_precision(FALL, (late,), budget=1.0)
+
+
+def test_a_study_ends_where_the_limit_is_spent():
+    configurations = own_configurations(FALL)[-2:]
+    with pytest.raises(TooMuchError, match="are over"):
+        work_precision(FALL, configurations, budget=1.0, limits=Limits(seconds=1e-9))
 
 
 def test_a_reference_at_the_start():

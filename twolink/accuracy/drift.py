@@ -11,7 +11,7 @@ import csv
 import io
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
@@ -24,6 +24,7 @@ from twolink.accuracy.long_runs import LONG_METHODS, LongMethod, many_starts, pr
 from twolink.effects import ConservativeEffect, RotorEffect, potential_energy
 from twolink.environment import package_versions, this_machine
 from twolink.errors import SimulationError
+from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import MomentumEquations
 from twolink.simulation.smooth.taylor import taylor_run
@@ -187,16 +188,22 @@ def energy_drift(
     seconds: float = 1e5,
     methods: tuple[str, ...] = (),
     progress: Callable[[str, float], None] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> DriftStudy:
     """Return the energy errors of the named methods (default: all) over a long time (s).
 
     Raises `SimulationError` for a scene that does not conserve energy, for a method that is not in
-    `LONG_METHODS`, and for too short a time.
+    `LONG_METHODS`, and for too short a time, and `TooMuchError` if all together would exceed the
+    `limits`.
     """
     chosen = _chosen(methods)
     _check(scene, seconds)
     own = taylor_run(
-        scene, np.linspace(0, scene.duration, _VISITED), formulation="momenta", optimised=True
+        scene,
+        np.linspace(0, scene.duration, _VISITED),
+        formulation="momenta",
+        optimised=True,
+        progress=limits.timed(f"the motion over {scene.duration:g} s"),
     )
     equations, chain = MomentumEquations(), scene.moving_chain.convert(float)
     visited = np.array([*own.q, *equations.from_speeds(chain, tuple(own.q), tuple(own.u))])
@@ -213,7 +220,12 @@ def energy_drift(
                 progress(name, (index + share) / len(chosen))
 
         report(0.0)
-        drifts.append(_drift(asked, method, report))
+        share_of_limits = replace(limits, seconds=limits.seconds / len(chosen))
+        named = f"{seconds:g} s by {method.name}"
+        if len(chosen) > 1:
+            named += f", one of {len(chosen)} methods,"
+        timed = share_of_limits.timed(named, report)
+        drifts.append(_drift(asked, method, timed))
     return DriftStudy(scene, seconds, kinetic, radius, divergence(scene, radius), tuple(drifts))
 
 
@@ -280,7 +292,7 @@ def _drift(asked: _Asked, method: LongMethod, report: Callable[[float], None]) -
     seen: list[float] = []
     errors: list[Array] = []
     failure, farthest = "", 0.0
-    for time, states in run.stream(asked.times):
+    for time, states in run.stream(asked.times, lambda time: report(time / asked.seconds)):
         if not np.isfinite(states).all():
             failure = f"its state is not finite before {time:.3g} s"
             break

@@ -27,6 +27,12 @@ from twolink.simulation.smooth.taylor import FULL_ORDERS, default_longest_step, 
 # Number of float64 values in the widest SIMD registers.
 LANES = 8
 
+# Steps of a series between two reports: some milliseconds of work.
+_STEPS_AT_ONCE = 2000
+
+Stream = Callable[[Array, Callable[[float], None]], Iterator[tuple[float, Array]]]
+"""States at times (s), and a function that is told the time (s) reached between them."""
+
 
 @dataclass(frozen=True)
 class LongMethod:
@@ -50,12 +56,13 @@ class LongMethod:
 class LongRun:
     """A method that is ready to run from states (4, n).
 
-    `stream` yields times (s) and states (4, n) close to the given times; `step` returns the step
-    (s), for Taylor series the mean so far. Implicit equations are iterated `iterations` times per
-    step, and `unfinished` returns the change of states by one more iteration, in roundings.
+    `stream` yields times (s) and states (4, n) close to the given times, and calls a function with
+    the time (s) that is reached between them; `step` returns the step (s), for Taylor series the
+    mean so far. Implicit equations are iterated `iterations` times per step, and `unfinished`
+    returns the change of states by one more iteration, in roundings.
     """
 
-    stream: Callable[[Array], Iterator[tuple[float, Array]]]
+    stream: Stream
     step: Callable[[], float]
     iterations: int = 0
     unfinished: Callable[[Array], float] = lambda states: 0.0
@@ -114,13 +121,18 @@ def _by_maps(scene: Scene, method: FixedMethod, h: float, starts: Array, visited
     )
 
 
-def _map_stream(steps: StepMap, starts: Array) -> Callable[[Array], Iterator[tuple[float, Array]]]:
+def _map_stream(steps: StepMap, starts: Array) -> Stream:
     length = steps.steps * steps.h
 
-    def stream(times: Array) -> Iterator[tuple[float, Array]]:
+    def stream(times: Array, report: Callable[[float], None]) -> Iterator[tuple[float, Array]]:
         states, done = starts, 0
+
+        def reached(further: int) -> None:
+            report((done + further) * length)
+
         for calls in np.unique(np.ceil(times / length).astype(int)):
-            states, done = steps.advance(states, int(calls) - done), int(calls)
+            states = steps.advance(states, int(calls) - done, reached)
+            done = int(calls)
             yield done * length, states
 
     return stream
@@ -142,15 +154,26 @@ def _by_series(scene: Scene, order: int, starts: Array) -> LongRun:
     for integrator, part in zip(integrators, parts, strict=True):
         integrator.state[:] = part
     cap = [default_longest_step(scene)] * LANES
-    taken, reached = _Taken(), hy.taylor_outcome.time_limit
+    taken = _Taken()
+    reached, unfinished = hy.taylor_outcome.time_limit, hy.taylor_outcome.step_limit
 
-    def stream(times: Array) -> Iterator[tuple[float, Array]]:
+    def advance(integrator: Any, time: float, report: Callable[[float], None]) -> None:
+        """Integrate to a time (s) in parts, so that signals are answered between them."""
+        while True:
+            integrator.propagate_until([time] * LANES, max_delta_t=cap, max_steps=_STEPS_AT_ONCE)
+            taken.steps += sum(result[3] for result in integrator.propagate_res)
+            ends = {result[0] for result in integrator.propagate_res}
+            if not ends <= {reached, unfinished}:
+                integrator.state[:] = np.nan
+                return
+            if unfinished not in ends:
+                return
+            report(float(np.min(integrator.time)))
+
+    def stream(times: Array, report: Callable[[float], None]) -> Iterator[tuple[float, Array]]:
         for time in times:
             for integrator in integrators:
-                integrator.propagate_until([float(time)] * LANES, max_delta_t=cap)
-                taken.steps += sum(result[3] for result in integrator.propagate_res)
-                if any(result[0] != reached for result in integrator.propagate_res):
-                    integrator.state[:] = np.nan
+                advance(integrator, float(time), report)
             taken.time = float(time) * LANES * len(integrators)
             yield float(time), np.concatenate([one.state for one in integrators], axis=1)
 

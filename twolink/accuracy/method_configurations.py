@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from twolink.errors import SimulationError
 from twolink.formulations import EquationsName, FormulationName
+from twolink.limits import UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.motion import has_modes, motion_run
@@ -88,18 +89,19 @@ class MethodConfiguration:
         )
 
 
-def own_configurations(scene: Scene) -> tuple[MethodConfiguration, ...]:
+def own_configurations(scene: Scene, limits: Limits = UNLIMITED) -> tuple[MethodConfiguration, ...]:
     """Return this library's method configurations for a scene.
 
     Taylor series with each formulation, SciPy's methods, and the fixed-step ones in momenta, for
-    which symplectic methods are symplectic. A scene with modes has only Taylor series.
+    which symplectic methods are symplectic. A scene with modes has only Taylor series. A run that
+    would exceed the `limits` raises `TooMuchError`.
     """
     if has_modes(scene):
-        return tuple(_taylor_with_modes(scene))
-    return tuple(joined(_taylor(scene), _scipy(scene), _fixed_steps(scene)))
+        return tuple(_taylor_with_modes(scene, limits))
+    return tuple(joined(_taylor(scene, limits), _scipy(scene, limits), _fixed_steps(scene, limits)))
 
 
-def _taylor(scene: Scene) -> Iterator[MethodConfiguration]:
+def _taylor(scene: Scene, limits: Limits) -> Iterator[MethodConfiguration]:
     for precision in PRECISIONS:
         for equations in _equations(every=precision == "double"):
 
@@ -116,6 +118,7 @@ def _taylor(scene: Scene) -> Iterator[MethodConfiguration]:
                     precision=precision,
                     order=int(order),
                     optimised=True,
+                    progress=limits.timed(f"a run at order {order:g}"),
                 )
                 return _of_series(found)
 
@@ -125,7 +128,7 @@ def _taylor(scene: Scene) -> Iterator[MethodConfiguration]:
             )
 
 
-def _taylor_with_modes(scene: Scene) -> Iterator[MethodConfiguration]:
+def _taylor_with_modes(scene: Scene, limits: Limits) -> Iterator[MethodConfiguration]:
     for precision in PRECISIONS:
         for equations in _in_speeds(every=precision == "double"):
 
@@ -136,7 +139,12 @@ def _taylor_with_modes(scene: Scene) -> Iterator[MethodConfiguration]:
                 equations: EquationsName = equations,
             ) -> MeasuredRun:
                 found = motion_run(
-                    scene, times, formulation=equations, precision=precision, order=int(order)
+                    scene,
+                    times,
+                    formulation=equations,
+                    precision=precision,
+                    order=int(order),
+                    limits=limits,
                 )
                 return _of_series(found)
 
@@ -171,19 +179,20 @@ def _of_series(found: Any) -> MeasuredRun:
     )
 
 
-def _scipy(scene: Scene) -> Iterator[MethodConfiguration]:
+def _scipy(scene: Scene, limits: Limits) -> Iterator[MethodConfiguration]:
     for method, order in SCIPY.items():
         for equations in _equations(every=method == "DOP853"):
-            yield _numeric(scene, method, equations, order, "tolerance", TOLERANCES)
+            yield _numeric(scene, limits, method, equations, order, "tolerance", TOLERANCES)
 
 
-def _fixed_steps(scene: Scene) -> Iterator[MethodConfiguration]:
+def _fixed_steps(scene: Scene, limits: Limits) -> Iterator[MethodConfiguration]:
     for name, method in FIXED_STEP.items():
-        yield _numeric(scene, name, "momenta", method.order, "step", STEPS)
+        yield _numeric(scene, limits, name, "momenta", method.order, "step", STEPS)
 
 
 def _numeric(
     scene: Scene,
+    limits: Limits,
     method: str,
     equations: EquationsName,
     order: int | None,
@@ -191,7 +200,14 @@ def _numeric(
     sweep: tuple[float, ...],
 ) -> MethodConfiguration:
     def run(value: float, times: Any) -> MeasuredRun:
-        found = numeric_run(scene, times, method=method, formulation=equations, fineness=value)
+        found = numeric_run(
+            scene,
+            times,
+            method=method,
+            formulation=equations,
+            fineness=value,
+            progress=limits.timed(f"a run with {parameter} {value:.3g}"),
+        )
         return MeasuredRun(found.q, found.u, found.run_seconds, 0.0, found.steps, found.evaluations)
 
     return MethodConfiguration(OWN, method, equations, "double", order, parameter, sweep, run)

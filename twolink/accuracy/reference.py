@@ -259,7 +259,8 @@ def _by_events(
             formulation=equations,
             precision="quadruple",
             order=order,
-            progress=limits.timed(f"the motion over {scene.duration:g} s in 113 bits", advance),
+            progress=advance,
+            limits=limits,
         )
         states = [_decimals(state) for state in zip(*run.q, *run.u, strict=True)]
         return ReferenceRun(equations, 113, run.order, run.steps), states

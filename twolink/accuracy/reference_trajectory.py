@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from twolink.limits import UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.motion import has_modes, motion_run
@@ -37,13 +38,15 @@ def comparison_times(scene: Scene) -> Any:
     return np.linspace(0.0, scene.duration, count)
 
 
-def reference_trajectory(scene: Scene, times: Any) -> ReferenceTrajectory:
+def reference_trajectory(
+    scene: Scene, times: Any, *, limits: Limits = UNLIMITED
+) -> ReferenceTrajectory:
     """Return a scene's motion in quadruple precision (113 bits), by Kane's equations.
 
     Configurations in quadruple precision use other equations, so that each comparison is
-    independent.
+    independent. Raises `TooMuchError` if the run would exceed the `limits`.
     """
-    run = motion_run(scene, times, formulation="kane", precision="quadruple")
+    run = motion_run(scene, times, formulation="kane", precision="quadruple", limits=limits)
     return ReferenceTrajectory(
         times, run.q, run.u, run.events, run.log, "113-bit Taylor series, order 41"
     )

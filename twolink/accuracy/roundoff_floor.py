@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.accuracy.reference_trajectory import ReferenceTrajectory, reference_trajectory
+from twolink.limits import UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
 from twolink.simulation.smooth.taylor import FULL_ORDERS
@@ -48,11 +49,16 @@ class RoundoffFloor:
         return float(self.times[-1] + left / self.growth), False
 
 
-def roundoff_floor(scene: Scene) -> RoundoffFloor:
-    """Return the growth of round-off over a scene's run, measured against 113 bits."""
+def roundoff_floor(scene: Scene, *, limits: Limits = UNLIMITED) -> RoundoffFloor:
+    """Return the growth of round-off over a scene's run, measured against 113 bits.
+
+    Raises `TooMuchError` if a run would exceed the `limits`.
+    """
     times = np.linspace(0.0, scene.duration, _SAMPLES)
-    exact = reference_trajectory(scene, times)
-    run = motion_run(scene, times, formulation="momenta", order=FULL_ORDERS["double"])
+    exact = reference_trajectory(scene, times, limits=limits)
+    run = motion_run(
+        scene, times, formulation="momenta", order=FULL_ORDERS["double"], limits=limits
+    )
     errors = np.maximum.accumulate(_errors(exact, run.q, run.u))
     # If modes change, samples next to an impact may be before or after it.
     seen = errors > 0

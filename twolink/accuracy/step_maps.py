@@ -33,6 +33,9 @@ _MOST_ITERATIONS = 60
 # Compile time is proportional to the number of unrolled evaluations of the rates.
 _RATES_IN_A_MAP = 48
 
+# Some milliseconds of work.
+_CALLS_BETWEEN_REPORTS = 4096
+
 
 @dataclass(frozen=True)
 class SemiImplicitEuler:
@@ -68,12 +71,19 @@ class StepMap:
     iterations: int
     compiled: Callable[..., Any]
 
-    def advance(self, states: Array, calls: int) -> Array:
-        """Return states (q1, q2, p1, p2), of shape (4, n), after `calls` calls of the map."""
+    def advance(
+        self, states: Array, calls: int, progress: Callable[[int], None] | None = None
+    ) -> Array:
+        """Return states (q1, q2, p1, p2), of shape (4, n), after `calls` calls of the map.
+
+        `progress` receives the number of calls that are done, now and then.
+        """
         here, there = np.array(states, order="C"), np.empty_like(states, order="C")
-        for _ in range(calls):
+        for done in range(calls):
             self.compiled(inputs=here, outputs=there)
             here, there = there, here
+            if progress is not None and done % _CALLS_BETWEEN_REPORTS == 0:
+                progress(done)
         return here
 
 

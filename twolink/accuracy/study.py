@@ -23,6 +23,7 @@ from twolink.accuracy.pareto import (
 from twolink.accuracy.roundoff_floor import RoundoffFloor, roundoff_floor
 from twolink.accuracy.work_precision import Point, WorkPrecision, work_precision
 from twolink.environment import package_versions, this_machine
+from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
 
 # The error (rad, rad/s) at which configurations are compared.
@@ -186,19 +187,27 @@ def study(
     engines: bool = False,
     budget: float = 20.0,
     progress: Callable[[str, float], None] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Study:
     """Measure the cost of accuracy in a scene with the named methods (default: all).
 
     `engines` includes external engines; those that are missing or do not support the scene are in
     `WorkPrecision.left_out` with the reason. `budget` (s) is the time for the measured runs.
-    Raises `SimulationError` for a method that the scene does not support.
+    Raises `SimulationError` for a method that the scene does not support, and `TooMuchError` if the
+    budget or the reference run would exceed the `limits`; other runs that would are left out.
     """
-    configurations = own_configurations(scene)
+    limits.check_time("a measurement with this budget", budget)
+    configurations = own_configurations(scene, limits)
     left_out: tuple[str, ...] = ()
     if engines:
         theirs, left_out = engine_configurations(scene)
         configurations = (*configurations, *theirs)
     measured = work_precision(
-        scene, chosen(configurations, methods), budget=budget, left_out=left_out, progress=progress
+        scene,
+        chosen(configurations, methods),
+        budget=budget,
+        left_out=left_out,
+        progress=progress,
+        limits=limits,
     )
-    return Study(measured, roundoff_floor(scene))
+    return Study(measured, roundoff_floor(scene, limits=limits))

@@ -19,6 +19,8 @@ from twolink.accuracy.reference_trajectory import (
     largest_difference,
     reference_trajectory,
 )
+from twolink.errors import TooMuchError
+from twolink.limits import DEFAULT_LIMITS, Limits, in_time
 from twolink.scene import Scene
 from twolink.simulation.motion import has_modes
 
@@ -124,12 +126,17 @@ class _Measurement:
     warnings: tuple[str, ...] = ()
 
     def run(self, times: Any, exact: ReferenceTrajectory) -> None:
-        """Run once more; error and cost of the first run, or its failure, are kept."""
+        """Run once more; error and cost of the first run, or its failure, are kept.
+
+        Raises `TooMuchError` if the run would exceed the limits of its configuration.
+        """
         start = perf_counter()
         try:
             with np.errstate(all="ignore"):
                 result = self.configuration.run(self.setting, times)
             error = largest_difference(exact, result.q, result.u)
+        except TooMuchError:
+            raise
         except Exception as problem:  # any exception of an external engine is a result
             self.failed = f"{type(problem).__name__}: {problem}".splitlines()[0]
             self.spent += perf_counter() - start
@@ -178,55 +185,68 @@ def work_precision(
     budget: float = 20.0,
     left_out: tuple[str, ...] = (),
     progress: Callable[[str, float], None] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> WorkPrecision:
     """Return error and cost of every configuration at its settings, from coarse to fine.
 
     The sweep of a configuration ends when finer settings are no better, after two failures in a
     row, or when its share of `budget` (s) is spent. Then all points are timed again in turn, so
     that other load affects all alike. `progress` is called with a description and the completed
-    fraction.
+    fraction. A configuration whose run raises `TooMuchError`, and those that have no time left of
+    the `limits`, are left out; the error is raised by the reference run, and if none is left.
     """
+    start = perf_counter()
     times = comparison_times(scene)
     report = progress or (lambda stage, share: None)
     report("the reference", 0.0)
-    exact = reference_trajectory(scene, times)
+    exact = reference_trajectory(scene, times, limits=limits)
     measurements: list[_Measurement] = []
     stopped: list[Stop] = []
+    too_long: list[str] = []
     left = _SWEEPING * budget
     for number, configuration in enumerate(configurations):
         report(configuration.name, _SWEEPING * number / len(configurations))
-        # Unused time is available to the configurations that follow.
-        measured, ended_early = _sweep(
-            configuration, times, exact, left / (len(configurations) - number)
-        )
+        if perf_counter() - start > limits.seconds:
+            too_long.append(f"{configuration.name}: {in_time(limits.seconds)} are over")
+            continue
+        measured: list[_Measurement] = []
+        try:
+            # Unused time is available to the configurations that follow.
+            seconds = left / (len(configurations) - number)
+            ended_early = _sweep(measured, configuration, times, exact, seconds)
+        except TooMuchError as error:
+            too_long.append(f"{configuration.name}: {error}")
+        else:
+            stopped += [] if ended_early is None else [ended_early]
         left -= sum(measurement.spent for measurement in measured)
         measurements.extend(measured)
-        if ended_early is not None:
-            stopped.append(ended_early)
+    if too_long and not measurements:
+        raise TooMuchError(too_long[-1])
     _repeat(measurements, times, exact, (1 - _SWEEPING) * budget, report)
     return WorkPrecision(
         scene=scene,
         points=tuple(measurement.point() for measurement in measurements),
         reference=exact,
         judged_at=f"{len(times)} samples" if has_modes(scene) else "the end",
-        left_out=left_out,
+        left_out=(*left_out, *too_long),
         stopped=tuple(stopped),
     )
 
 
 def _sweep(
-    configuration: MethodConfiguration, times: Any, exact: ReferenceTrajectory, seconds: float
-) -> tuple[list[_Measurement], Stop | None]:
-    """Return the measured settings, and where the sweep ended if time ran out."""
-    measurements: list[_Measurement] = []
+    measurements: list[_Measurement],
+    configuration: MethodConfiguration,
+    times: Any,
+    exact: ReferenceTrajectory,
+    seconds: float,
+) -> Stop | None:
+    """Append the measured settings, and return where the sweep ended if time ran out."""
     # One-time costs, imports and models, are not charged to the first setting.
     _Measurement(configuration, configuration.sweep[0]).run(times, exact)
     for setting in configuration.sweep:
         spent = sum(measurement.spent for measurement in measurements)
         if measurements and spent + 2 * measurements[-1].spent > seconds:
-            return measurements, Stop(
-                configuration.name, configuration.parameter, measurements[-1].setting
-            )
+            return Stop(configuration.name, configuration.parameter, measurements[-1].setting)
         measurement = _Measurement(configuration, setting)
         # The first run is a warm-up of caches and of code compiled for this setting.
         measurement.run(times, exact)
@@ -236,7 +256,7 @@ def _sweep(
         measurements.append(measurement)
         if _at_its_best(measurements):
             break
-    return measurements, None
+    return None
 
 
 def _at_its_best(measurements: list[_Measurement]) -> bool:

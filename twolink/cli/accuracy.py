@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from twolink.cli.limits import Force, limits_of
 from twolink.cli.studies import bar_of, names_in, write_study
 from twolink.cli.terminal import check_folder, console, print_table, refuse, styled
 
@@ -33,6 +34,7 @@ def accuracy(
         Path | None,
         typer.Option(help="Write accuracy.json, .csv, .svg and .png into this folder."),
     ] = None,
+    force: Force = False,
 ) -> None:
     """Measure the cost of accuracy in time, and recommend a method.
 
@@ -50,7 +52,12 @@ def accuracy(
     loaded = Scene.load(scene)
     with bar_of("measuring") as progress:
         found = study(
-            loaded, methods=names_in(methods), engines=engines, budget=budget, progress=progress
+            loaded,
+            methods=names_in(methods),
+            engines=engines,
+            budget=budget,
+            progress=progress,
+            limits=limits_of(force),
         )
     _print(console(), found)
     if out is not None:

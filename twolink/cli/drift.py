@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from twolink.cli.limits import Force, limits_of
 from twolink.cli.studies import bar_of, names_in, write_study
 from twolink.cli.terminal import check_folder, console, print_table, styled
 
@@ -32,6 +33,7 @@ def drift(
         Path | None,
         typer.Option(help="Write drift.json, .csv, .svg and .png into this folder."),
     ] = None,
+    force: Force = False,
 ) -> None:
     """Measure the energy drift of each method over a long time.
 
@@ -44,7 +46,13 @@ def drift(
     check_folder("--out", out)
     loaded = Scene.load(scene)
     with bar_of("following") as progress:
-        found = energy_drift(loaded, seconds=seconds, methods=names_in(methods), progress=progress)
+        found = energy_drift(
+            loaded,
+            seconds=seconds,
+            methods=names_in(methods),
+            progress=progress,
+            limits=limits_of(force),
+        )
     _print(console(), found)
     if out is not None:
         from viz.plots.drift import drift_plot

@@ -9,6 +9,7 @@ import typer
 
 from twolink.cli.limits import Force
 from twolink.cli.showing import (
+    BYTES_OF_A_FRAME,
     Ghosts,
     Motion,
     Nearby,
@@ -19,10 +20,6 @@ from twolink.cli.showing import (
 )
 from twolink.cli.terminal import check_target, progress_bar, refuse, say
 from twolink.text import quoted
-
-# Memory of a frame in the page that is recorded: measured as 45 kB to 73 kB, for the scene "drop"
-# at 60 and 240 frames per second.
-_BYTES_OF_A_FRAME = 70_000
 
 
 def record(
@@ -58,7 +55,7 @@ def record(
     check_recording(out, pixels, rate)
     film = film_of(
         motion, ghosts=ghost or [], nearby=nearby, urdf=urdf, fps=rate, speed=speed,
-        theme=theme, force=force, frame_bytes=_BYTES_OF_A_FRAME,
+        theme=theme, force=force, frame_bytes=BYTES_OF_A_FRAME,
     )  # fmt: skip
     with progress_bar() as bar:
         task = bar.add_task("recording", total=1.0)

@@ -10,14 +10,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from twolink.cli.limits import Force, limits_of
+from twolink.cli.showing import BYTES_OF_A_FRAME, check_frames
 from twolink.cli.terminal import FAILED, check_folder, console, progress_bar, refuse, say
 
 if TYPE_CHECKING:
+    from twolink.limits import Limits
     from twolink.scene import Scene
     from viz.report.page import Section
 
 # Time limit (s) of the measurements of accuracy and cost, for all scenes together.
 _BUDGET = 14.0
+
+# Frames a second of the films in the page.
+_FPS = 30.0
 
 # The case of the derivation; and a smooth one, which every method can follow.
 _DEFAULT = ("drop.toml", "free_fall.toml")
@@ -36,6 +42,7 @@ def report(
             "--full", help="Run the hard cases too, on all engines installed; this takes minutes."
         ),
     ] = False,
+    force: Force = False,
 ) -> None:
     """Verify, simulate and measure; write one self-contained page.
 
@@ -45,7 +52,7 @@ def report(
     check_folder("--out", out)
     if states < 1:
         refuse(f"--states must be a positive whole number; got {states}")
-    verdicts = _made(scenes or [], out, states, full)
+    verdicts = _made(scenes or [], out, states, full, limits_of(force))
     page = console()
     for passed, sentence in verdicts:
         page.print(sentence, style="bold green" if passed else "bold red", soft_wrap=True)
@@ -54,7 +61,9 @@ def report(
         raise typer.Exit(FAILED)
 
 
-def _made(files: list[Path], out: Path, states: int, full: bool) -> list[tuple[bool, str]]:
+def _made(
+    files: list[Path], out: Path, states: int, full: bool, limits: Limits
+) -> list[tuple[bool, str]]:
     """Write the page; return each verdict: whether the check passed, and its sentence."""
     from twolink.data import data_path
     from twolink.scene import Scene
@@ -68,18 +77,22 @@ def _made(files: list[Path], out: Path, states: int, full: bool) -> list[tuple[b
     loaded = [
         Scene.load(file) for file in files or [data_path("scenes") / name for name in _DEFAULT]
     ]
+    for scene in loaded:
+        check_frames(scene.duration, _FPS, 1.0, BYTES_OF_A_FRAME, limits)
     stages = 2 + len(loaded) + full
     with progress_bar() as bar:
         stage = _Stages(bar, stages)
         with stage("verifying the shipped URDF") as progress:
             verdict = verify(
-                read_planar_urdf(data_path("twolink.urdf")), states=states, progress=progress
+                read_planar_urdf(data_path("twolink.urdf")),
+                states=states,
+                progress=limits.timed(f"comparing at {states} states", progress),
             )
         parts: list[Section] = [made.verification(verdict)]
         verdicts = [(verdict.passed, verdict.sentence)]
         for scene in loaded:
             with stage(f"simulating, filming, measuring: {scene.title}") as progress:
-                parts.append(_scene(scene, _BUDGET / len(loaded), progress))
+                parts.append(_scene(scene, _BUDGET / len(loaded), progress, limits))
         if full:
             with stage("hard cases") as progress:
                 part, found = _hard_cases(progress)
@@ -118,7 +131,9 @@ class _Stages:
         self._done += 1
 
 
-def _scene(scene: Scene, budget: float, progress: Callable[[float], None]) -> Section:
+def _scene(
+    scene: Scene, budget: float, progress: Callable[[float], None], limits: Limits
+) -> Section:
     """Return a scene's section: its motion and film, its curves and costs."""
     from twolink.accuracy.study import study
     from twolink.simulation import simulate
@@ -128,10 +143,10 @@ def _scene(scene: Scene, budget: float, progress: Callable[[float], None]) -> Se
     from viz.report import sections as made
     from viz.run import Run
 
-    trajectory = simulate(scene)
-    player = player_body(Film((Run(scene.title, trajectory),)), dark=True)
-    measured = study(scene, budget=budget, progress=lambda _, share: progress(share))
-    return made.scene(trajectory, player, effects_cost(scene), measured)
+    trajectory = simulate(scene, limits=limits)
+    player = player_body(Film((Run(scene.title, trajectory),), fps=_FPS), dark=True)
+    measured = study(scene, budget=budget, progress=lambda _, share: progress(share), limits=limits)
+    return made.scene(trajectory, player, effects_cost(scene, limits=limits), measured)
 
 
 def _hard_cases(progress: Callable[[float, str], None]) -> tuple[Section, tuple[bool, str]]:

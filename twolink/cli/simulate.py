@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from twolink.formulations import EquationsName
+    from twolink.limits import Limits
     from twolink.scene import Scene
     from twolink.simulation import Trajectory
 
@@ -60,7 +61,7 @@ def simulate(
     if out is not None:
         check_kind(out)
     if effects_cost:
-        _print_effects_cost(Scene.load(scene), equations_named(formulation))
+        _print_effects_cost(Scene.load(scene), equations_named(formulation), limits_of(force))
         return
     loaded = Scene.load(scene)
     with progress_bar() as bar:
@@ -83,12 +84,12 @@ def simulate(
         raise typer.Exit(FAILED)
 
 
-def _print_effects_cost(scene: Scene, formulation: EquationsName) -> None:
+def _print_effects_cost(scene: Scene, formulation: EquationsName, limits: Limits) -> None:
     """Print the cost of a step with all effects, and without each of them."""
     from twolink.simulation.effects_cost import effects_cost
 
     page = console()
-    print_table(page, effects_cost(scene, formulation=formulation).table())
+    print_table(page, effects_cost(scene, formulation=formulation, limits=limits).table())
     page.print("Only the effects of the scene are simulated. Each is removed in turn.")
 
 

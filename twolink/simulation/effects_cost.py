@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from twolink.effects import names_of
 from twolink.formulations import EquationsName
+from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
 from twolink.simulation.smooth.taylor import default_longest_step
@@ -49,10 +50,13 @@ class EffectsCost:
         return table("Cost of the effects", columns, rows)
 
 
-def effects_cost(scene: Scene, *, formulation: EquationsName = "momenta") -> EffectsCost:
+def effects_cost(
+    scene: Scene, *, formulation: EquationsName = "momenta", limits: Limits = DEFAULT_LIMITS
+) -> EffectsCost:
     """Return the cost of a step with all effects, and with each one omitted.
 
     Operations are counted in the compiled code; times are medians of several interleaved runs.
+    Raises `TooMuchError` if all of them together would exceed the `limits`.
     """
     scenes = {"": scene}
     for number, name in enumerate(names_of(scene.effects)):
@@ -61,11 +65,16 @@ def effects_cost(scene: Scene, *, formulation: EquationsName = "momenta") -> Eff
     ends = (0.0, scene.duration)
     times: dict[str, list[float]] = {name: [] for name in scenes}
     operations: dict[str, int] = {}
+    each = replace(limits, seconds=limits.seconds / (_REPEATS * len(scenes)))
     for _ in range(_REPEATS):
         for name, variant in scenes.items():
             # The same cap for all, so that steps of equal length are compared if it is active.
             run = motion_run(
-                variant, ends, formulation=formulation, longest_step=default_longest_step(scene)
+                variant,
+                ends,
+                formulation=formulation,
+                longest_step=default_longest_step(scene),
+                limits=each,
             )
             times[name].append(run.run_seconds / run.steps)
             operations[name] = run.operations

@@ -7,6 +7,7 @@ from typing import Any
 
 from twolink.effects import contact_elements, discontinuities
 from twolink.formulations import EquationsName
+from twolink.limits import UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.taylor import taylor_run
@@ -31,21 +32,29 @@ def motion_run(
     order: int | None = None,
     longest_step: float | None = None,
     progress: Callable[[float], None] | None = None,
+    limits: Limits = UNLIMITED,
 ) -> MotionRun:
     """Return the motion of a scene at increasing times (s), the first of them 0.
 
-    Modes are formulated in speeds: Lagrange's equations replace those in momenta.
+    Modes are formulated in speeds: Lagrange's equations replace those in momenta. Raises
+    `TooMuchError` if the run would exceed the `limits`.
     """
     options: dict[str, Any] = {
         "formulation": formulation,
         "precision": precision,
         "order": order,
         "longest_step": longest_step,
-        "progress": progress,
+        "progress": limits.timed(_named(scene, precision), progress),
     }
     if has_events(scene):
         # The hybrid simulator is imported only for scenes that require it.
         from twolink.simulation.hybrid.run import hybrid_run
 
-        return hybrid_run(scene, times, **options)
+        return hybrid_run(scene, times, limits=limits, **options)
     return taylor_run(scene, times, **options)
+
+
+def _named(scene: Scene, precision: str) -> str:
+    """Return a run in words, for messages."""
+    finer = "" if precision == "double" else f" in {precision} precision"
+    return f"the motion over {scene.duration:g} s{finer}"
