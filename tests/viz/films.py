@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -56,3 +57,43 @@ def processes_with(word: str) -> list[int]:
             except OSError:
                 continue
     return [number for number in found if number != os.getpid()]
+
+
+PRETENDER = """#!{python}
+import base64, io, json, os, re, sys, time
+from PIL import Image
+
+size, buffer = [320, 240], b""
+while part := os.read(3, 1 << 16):
+    buffer += part
+    while b"\\0" in buffer:
+        message, _, buffer = buffer.partition(b"\\0")
+        asked = json.loads(message)
+        parameters, result = asked.get("params", {{}}), {{}}
+        if asked["method"] == "Target.createTarget":
+            result = {{"targetId": "1"}}
+        if asked["method"] == "Target.attachToTarget":
+            result = {{"sessionId": "1"}}
+        if asked["method"] == "Emulation.setDeviceMetricsOverride":
+            size = [parameters["width"], parameters["height"]]
+        if asked["method"] == "Runtime.evaluate":
+            number = re.search(r"picture\\((\\d+)\\)", parameters["expression"])
+            value = True
+            if number:
+                time.sleep({pause})
+                picture = io.BytesIO()
+                Image.new("RGB", size, (int(number[1]) * 7 % 256, 0, 0)).save(picture, "png")
+                value = "data:image/png;base64," + base64.b64encode(picture.getvalue()).decode()
+            result = {{"result": {{"value": value}}}}
+        os.write(4, json.dumps({{"id": asked["id"], "result": result}}).encode() + b"\\0")
+        if asked["method"] == "Browser.close":
+            sys.exit()
+"""
+
+
+def pretended_browser(folder: Path, pause: float) -> Path:
+    """Return a program that answers as a browser does, with a picture after each pause (s)."""
+    file = folder / "browser"
+    file.write_text(PRETENDER.format(python=sys.executable, pause=pause))
+    file.chmod(0o755)
+    return file

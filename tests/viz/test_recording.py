@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import tempfile
+import time
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -13,7 +16,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.viz.films import film_of, need_browser, processes_with
+from tests.viz.films import film_of, need_browser, pretended_browser, processes_with
 from twolink.errors import BrowserError, PictureError
 from viz import recording
 from viz.browser import BROWSER
@@ -146,3 +149,71 @@ def test_the_decoded_film_is_the_requested_one(scratch, tmp_path, monkeypatch):
     with pytest.raises(BrowserError, match="30 frames and not 31"):
         record(film_of("drop", 1.0), tmp_path / "film.mp4", size=SIZE)
     assert list(tmp_path.iterdir()) == []
+
+
+def record_process(target, scratch, browser):
+    """Start `twolink record` to a target, with all that is temporary in a folder."""
+    words = ("record", "bounce_to_rest", "--fps", "10", "--size", "320x240", "--out", str(target))
+    environment = {**os.environ, "TMPDIR": str(scratch)}
+    if browser is not None:
+        environment[BROWSER] = str(browser)
+    return subprocess.Popen(
+        [sys.executable, "-m", "twolink.cli", *words],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+    )  # fmt: skip
+
+
+def wait_until(condition, seconds=60.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize("real", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_killed_recording_is_cleaned_up_by_the_next(real, tmp_path, scratch):
+    """Killed while the encoder writes frames: its files stay, and nobody else's go."""
+    if real:
+        need_browser()
+    target, browsers = tmp_path / "film.mp4", [None, None]
+    target.write_bytes(b"what was there before")
+    if not real:
+        programs = tmp_path / "programs"
+        for number, pause in enumerate((0.3, 0.0)):
+            (programs / str(number)).mkdir(parents=True)
+            browsers[number] = pretended_browser(programs / str(number), pause)
+    (scratch / "twolinkish").mkdir()
+
+    def left():
+        beside = [path.name for path in tmp_path.glob(".twolink-*")]
+        return beside, [path.name for path in scratch.glob("twolink-*")]
+
+    def writes():
+        """Whether the encoder has been started, and with it the pictures."""
+        return any("ffmpeg" in command(p) for p in processes_with(str(tmp_path / ".twolink-")))
+
+    killed = record_process(target, scratch, browsers[0])
+    wait_until(writes)
+    time.sleep(0.5)
+    assert killed.poll() is None
+    killed.kill()
+    killed.communicate()
+    assert target.read_bytes() == b"what was there before"
+    beside, folders = left()
+    assert len(beside) == 1
+    assert {name.rpartition("-")[0] for name in folders} == {"twolink-web", "twolink-page"}
+    # Browser and encoder end by themselves.
+    wait_until(lambda: not processes_with(str(scratch)))
+    following = record_process(target, scratch, browsers[1])
+    said = following.communicate(timeout=120)
+    assert following.returncode == 0, said
+    assert left() == ([], [])
+    assert [path.name for path in scratch.iterdir()] == ["twolinkish"]
+    assert len(decoded(target).times) > 10
+
+
+def command(process):
+    try:
+        return Path(f"/proc/{process}/cmdline").read_text(errors="replace")
+    except OSError:
+        return ""
