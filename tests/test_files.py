@@ -18,6 +18,7 @@ from twolink.files import (
     check_no_mark,
     check_readable,
     check_writable,
+    new_folder,
     read_bytes,
     scratch_folder,
 )
@@ -258,3 +259,48 @@ def test_many_writers_of_one_file(tmp_path):
             assert len(file.read_text()) == 1000
     assert [writer.returncode for writer in writers] == [0, 0, 0]
     assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_new_folder_is_removed_again_if_nothing_came_into_it(tmp_path):
+    (tmp_path / "there").mkdir()
+
+    def fails(folder, *, after):
+        with new_folder(folder):
+            assert folder.is_dir()
+            after(folder)
+            raise KeyboardInterrupt
+
+    for name in ("there", "there/a/b", "c"):
+        with pytest.raises(KeyboardInterrupt):
+            fails(tmp_path / name, after=lambda folder: None)
+    assert [path.name for path in tmp_path.rglob("*")] == ["there"]
+    with pytest.raises(KeyboardInterrupt):
+        fails(tmp_path / "d" / "e", after=lambda folder: (folder / "file").touch())
+    assert (tmp_path / "d" / "e" / "file").exists()
+    with new_folder(tmp_path / "f" / "g"):
+        pass
+    assert (tmp_path / "f" / "g").is_dir()
+
+
+def test_a_folder_that_cannot_be_made_is_one_sentence(things):
+    for name in ("file", "file/below", "x" * 300):
+        with pytest.raises(FileError, match="cannot be written"), new_folder(things / name):
+            pass
+
+
+def test_a_file_that_may_not_be_written_is_not_replaced(tmp_path, monkeypatch):
+    file = tmp_path / "a"
+    file.write_text("old")
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path) != file)
+    with pytest.raises(FileError, match=r"a: cannot be written \(Permission denied\)"):
+        write(file)
+    assert file.read_text() == "old"
+
+
+def test_the_reason_is_that_of_the_system(tmp_path, monkeypatch):
+    def read_only(*_):
+        raise OSError(30, os.strerror(30))
+
+    monkeypatch.setattr(os, "open", read_only)
+    with pytest.raises(FileError, match=r"a: cannot be written \(Read-only file system\)"):
+        check_writable(tmp_path / "a")

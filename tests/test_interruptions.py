@@ -1,41 +1,112 @@
-"""The rows of docs/interruptions.md: each way to end a command early, for each kind of command."""
+"""The rows of docs/interruptions.md: each way to end a command early, for each command."""
 
+import ctypes
+import errno
 import os
+import re
 import resource
 import signal
 import socket
 import subprocess
 import sys
 import time
+from importlib import import_module
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
+from typer.testing import CliRunner
 
+from tests.viz.films import pretended_browser, processes_with
+from twolink import files
+from twolink.cli import app
 from twolink.data import data_path
 
 DOCUMENT = Path(__file__).parent.parent / "docs" / "interruptions.md"
 SCENES = data_path("scenes")
 FREE_FALL, CONTACT = SCENES / "free_fall.toml", SCENES / "bounce_to_rest.toml"
+URDF = data_path("twolink.urdf")
 
-# One command of each row, and its files in the folder {out}; each works for a while.
+# Every command that writes, as the table names it, with as little to do as possible; and the first
+# file that it writes into the folder {out}.
 WRITERS = {
-    "simulate --out": (
-        ["simulate", CONTACT, "--samples", "200000", "--out", "{out}/a.csv"],
-        "a.csv",
+    "simulate --out": (["simulate", CONTACT, "--samples", 50, "--out", "{out}/a.csv"], "a.csv"),
+    "verify --json": (["verify", "--states", 3, "--json", "{out}/a.json"], "a.json"),
+    "hardcases --json": (
+        ["hardcases", "--case", "aligned", "--ours", "--json", "{out}/a.json"],
+        "a.json",
     ),
-    "verify --json": (["verify", "--states", "300000", "--json", "{out}/a.json"], "a.json"),
-    "plot --out": (["plot", CONTACT, "--kind", "all", "--out", "{out}/a.svg"], None),
-    "record --out": (["record", CONTACT, "--fps", "120", "--out", "{out}/a.html"], "a.html"),
-    "reference": (["reference", FREE_FALL, "--digits", "60", "--out", "{out}/a.json"], "a.json"),
-    "report --out": (["report", FREE_FALL, "--states", "20", "--out", "{out}"], "index.html"),
+    "plot --out": (["plot", FREE_FALL, "--kind", "angles", "--out", "{out}/a.svg"], "a.svg"),
+    "reference --out": (["reference", FREE_FALL, "--digits", 8, "--out", "{out}/a.json"], "a.json"),
+    "urdf repair --out": (["urdf", "repair", URDF, "--out", "{out}/a.urdf"], "a.urdf"),
+    "urdf write --out": (["urdf", "write", "--out", "{out}/a.urdf"], "a.urdf"),
+    "urdf convert --out": (
+        ["urdf", "convert", URDF, "--to", "mjcf", "--out", "{out}/a.xml"],
+        "a.xml",
+    ),
+    "record --out": (["record", CONTACT, "--fps", 1, "--out", "{out}/a.html"], "a.html"),
+    "report --out": (["report", FREE_FALL, "--states", 3, "--out", "{out}/new"], "new/index.html"),
+    "accuracy --out": (
+        ["accuracy", FREE_FALL, "--methods", "rk4", "--budget", 1, "--out", "{out}/new"],
+        "new/accuracy.json",
+    ),
+    "drift --out": (
+        ["drift", "small_swings", "--seconds", 100, "--methods", "rk4", "--out", "{out}/new"],
+        "new/drift.json",
+    ),
+    "plot --kind all": (
+        ["plot", CONTACT, "--kind", "all", "--states", 3, "--out", "{out}/a.svg"],
+        "a-angles.svg",
+    ),
+    "reference SCENE SCENE --out": (
+        ["reference", FREE_FALL, SCENES / "general.toml", "--digits", 8, "--out", "{out}/new"],
+        "new/free_fall.json",
+    ),
+}
+FILM = ["record", CONTACT, "--fps", 10, "--size", "160x160", "--out", "{out}/a.mp4"]
+OTHERS = {
+    "view": (["view", FREE_FALL, "--no-browser"], ("twolink.cli.view", "film_of")),
+    "scenes": (["scenes"], ("twolink.cli.scenes", "say")),
+    "urdf show": (["urdf", "show", URDF], ("twolink.urdf.description", "read_description")),
+}
+
+# The same with much to do: what is interrupted while it computes.
+LONG = {
+    "simulate --out": {50: 200_000},
+    "verify --json": {3: 300_000},
+    "plot --kind all": {3: 300_000},
+    "record --out": {1: 120},
+    "reference --out": {8: 60},
+    "report --out": {3: 300_000},
+    "accuracy --out": {1: 100},
+    "drift --out": {100: 100_000},
+    "hardcases --json": {"aligned": "zeno"},
 }
 SIGNALS = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129, signal.SIGKILL: -9}
+SLOW = {"report --out", "accuracy --out", "hardcases --json", "plot --kind all"}
 
 
-def started(words, out, **options):
-    words = [str(word).replace("{out}", str(out)) for word in words]
+def marked(names, slow=SLOW):
+    """Parameters of which some are slow, or need an engine."""
+    return [
+        pytest.param(
+            name,
+            marks=[
+                *([pytest.mark.slow] if name in slow else []),
+                *([pytest.mark.engines] if name == "urdf convert --out" else []),
+            ],
+        )
+        for name in names
+    ]
+
+
+def in_folder(words, out):
+    return [str(word).replace("{out}", str(out)) for word in words]
+
+
+def started(words, out, *, program=("-m", "twolink.cli"), **options):
     return subprocess.Popen(
-        [sys.executable, "-m", "twolink.cli", *words],
+        [sys.executable, *program, *in_folder(words, out)],
         stdout=options.pop("stdout", subprocess.DEVNULL),
         stderr=subprocess.PIPE,
         text=True,
@@ -44,9 +115,24 @@ def started(words, out, **options):
             **os.environ,
             "TMPDIR": str(out.parent / "tmp"),
             "PYTHONDONTWRITEBYTECODE": "1",
+            **options.pop("environment", {}),
         },
         **options,
     )
+
+
+def wait_until(process, condition):
+    """Wait for a condition, or for the end of a process."""
+    end = time.monotonic() + 120
+    while process.poll() is None and not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def catches(process, number):
+    """Return whether a process has a handler for a signal: a command has begun."""
+    status = Path(f"/proc/{process.pid}/status").read_text()
+    return bool(int(re.search(r"SigCgt:\t(\w+)", status)[1], 16) & 1 << (number - 1))
 
 
 @pytest.fixture
@@ -56,45 +142,102 @@ def out(tmp_path):
     return tmp_path / "out"
 
 
-def test_every_command_of_the_table_is_tested():
+def left_beside(out):
+    return [path.name for path in out.rglob(".*")]
+
+
+def commands(group, prefix=""):
+    for name, command in group.commands.items():
+        if hasattr(command, "commands"):
+            yield from commands(command, f"{prefix}{name} ")
+        else:
+            yield f"{prefix}{name}", command
+
+
+def test_the_table_has_every_command_and_each_of_its_rows_is_tested():
     text = DOCUMENT.read_text(encoding="utf-8")
-    assert all(f"`{name}" in text for name in WRITERS)
-    assert "tests/test_interruptions.py" in text
+    rows = [line.split("|")[1] for line in text.splitlines() if line.startswith("| `")]
+    named = {name for row in rows for name in re.findall("`([^`]+)`", row)}
+    assert named == {*WRITERS, *OTHERS}
+    for name, command in commands(get_command(app)):
+        writes = any("--out" in option.opts or option.name == "json_file" for option in
+                     command.params)  # fmt: skip
+        found = [entry for entry in named if entry == name or entry.startswith(f"{name} ")]
+        assert found, name
+        assert all(entry in WRITERS for entry in found) == writes, name
+
+
+def test_every_tested_command_works(out):
+    """Or the tests below would show nothing; the quickest of each kind stand for the rest."""
+    for name in ("urdf write --out", "drift --out"):
+        words, target = WRITERS[name]
+        result = CliRunner().invoke(app, in_folder(words, out))
+        assert result.exit_code == 0, result.output
+        assert (out / target).stat().st_size > 100
+    assert left_beside(out) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
-@pytest.mark.parametrize("name", WRITERS)
-def test_signals_leave_the_target_whole_or_as_before(name, number, out):
+@pytest.mark.parametrize("name", LONG)
+def test_signals_during_the_work_leave_the_target_as_before(name, number, out):
     words, target = WRITERS[name]
-    if target is not None:
-        (out / target).write_text("before")
+    words = [LONG[name].get(word, word) for word in words]
+    (out / target).parent.mkdir(exist_ok=True)
+    (out / target).write_text("before")
     process = started(words, out)
-    time.sleep(2.5)
+    wait_until(process, lambda: catches(process, signal.SIGTERM))
+    time.sleep(1.0)
     process.send_signal(number)
     _, said = process.communicate(timeout=60)
     assert process.returncode in (SIGNALS[number], 0, 1)
-    assert "Traceback" not in said
-    left = [path.name for path in out.iterdir() if path.name.startswith(".")]
-    if number != signal.SIGKILL:
-        assert left == []
-        assert list((out.parent / "tmp").iterdir()) == []
-    if target is not None and process.returncode == SIGNALS[number]:
+    check_target_after_signal(number, said, out)
+    if process.returncode == SIGNALS[number]:
         content = (out / target).read_text()
         assert content == "before" or len(content) > 100
+
+
+# Every file is held just before it takes the place of its target.
+HOLD = """
+import sys, time
+from twolink import files
+from twolink.cli import app
+
+def hold(file):
+    print("written", flush=True)
+    time.sleep(60)
+
+files._sync = hold
+app(sys.argv[1:])
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
+@pytest.mark.parametrize("name", marked(WRITERS, slow=()))
+def test_signals_at_the_last_moment_leave_the_target_as_before(name, number, out):
+    words, target = WRITERS[name]
+    (out / target).parent.mkdir(exist_ok=True)
+    (out / target).write_text("before")
+    process = started(words, out, program=("-c", HOLD), stdout=subprocess.PIPE)
+    assert any(line == "written\n" for line in process.stdout)
+    process.send_signal(number)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == SIGNALS[number], said
+    check_target_after_signal(number, said, out)
+    assert (out / target).read_text() == "before"
+
+
+def check_target_after_signal(number, said, out):
+    assert "Traceback" not in said
+    if number != signal.SIGKILL:
+        assert left_beside(out) == []
+        assert list((out.parent / "tmp").iterdir()) == []
     # The next command that writes there cleans up.
-    run = started(["verify", "--states", "3", "--json", "{out}/next.json"], out)
-    run.communicate(timeout=60)
-    assert run.returncode == 0
-    assert not [path for path in out.iterdir() if path.name.startswith(".")]
-
-
-def smallest(name):
-    """The command of a row with less to do."""
-    return [
-        {"200000": "50", "300000": "3", "120": "1", "60": "8"}.get(str(word), str(word))
-        for word in WRITERS[name][0]
-    ]
+    for folder in [out, *(path for path in out.iterdir() if path.is_dir())]:
+        result = CliRunner().invoke(app, ["urdf", "write", "--out", f"{folder}/next.urdf"])
+        assert result.exit_code == 0
+    assert left_beside(out) == []
 
 
 def no_space():
@@ -103,26 +246,106 @@ def no_space():
     resource.setrlimit(resource.RLIMIT_FSIZE, (64, 64))
 
 
-@pytest.mark.parametrize("name", [n for n in WRITERS if n != "report --out"])
+@pytest.mark.parametrize("name", marked(WRITERS))
 def test_a_full_disk_is_one_sentence_and_leaves_nothing(name, out):
-    process = started(smallest(name), out, preexec_fn=no_space)
-    _, said = process.communicate(timeout=120)
+    process = started(WRITERS[name][0], out, preexec_fn=no_space)
+    _, said = process.communicate(timeout=240)
     assert process.returncode == 1, said
     assert said.count("\n") == 1
     assert said.startswith("twolink: ")
-    assert "cannot be written (File too large)" in said
+    assert "File too large" in said
     assert list(out.iterdir()) == []
     assert list((out.parent / "tmp").iterdir()) == []
 
 
-@pytest.mark.parametrize("name", [n for n in WRITERS if n != "report --out"])
+def without_privileges():
+    """Give up the privilege of root to write where nobody may."""
+    drop_from_bounding_set, override = 24, 1
+    ctypes.CDLL(None).prctl(drop_from_bounding_set, override, 0, 0, 0)
+
+
+@pytest.mark.parametrize("name", marked(WRITERS))
+def test_a_folder_that_cannot_be_written_to_is_refused_before_any_work(name, out):
+    out.chmod(0o500)
+    process = started(WRITERS[name][0], out, preexec_fn=without_privileges)
+    _, said = process.communicate(timeout=120)
+    out.chmod(0o700)
+    assert process.returncode == 2, said
+    assert said.count("\n") == 1
+    assert re.match(r"twolink: --(out|json).*(Permission denied|can be written to or made)", said)
+    assert list(out.iterdir()) == []
+    assert list((out.parent / "tmp").iterdir()) == []
+
+
+def fails(error):
+    def failing(*_, **__):
+        raise error
+
+    return failing
+
+
+def opens_nothing_new(code):
+    """Return an `os.open` that makes no file."""
+
+    def opens(path, flags, *mode, **options):
+        if flags & os.O_CREAT and "out" in str(path):
+            raise OSError(code, os.strerror(code))
+        return os_open(path, flags, *mode, **options)
+
+    os_open = os.open
+    return opens
+
+
+@pytest.mark.parametrize("code", [errno.EROFS, errno.ENOSPC, errno.EDQUOT], ids=errno.errorcode.get)
+@pytest.mark.parametrize("name", marked(WRITERS))
+def test_a_file_system_that_takes_no_new_file(name, code, out, monkeypatch):
+    """A single file is refused before any work; a folder is found out at its first file."""
+    monkeypatch.setattr(files.os, "open", opens_nothing_new(code))
+    words, target = WRITERS[name]
+    result = CliRunner().invoke(app, in_folder(words, out))
+    assert result.exit_code == (1 if target.startswith("new/") else 2), result.output
+    assert result.stderr.count("\n") == 1
+    assert f"cannot be written ({os.strerror(code)})" in result.stderr
+    assert list(out.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), r"cannot be written \(No space left"),
+        (OSError(errno.EROFS, os.strerror(errno.EROFS)), r"cannot be written \(Read-only file"),
+        (MemoryError(), r"there is not enough memory"),
+    ],
+    ids=["full", "read-only", "memory"],
+)
+@pytest.mark.parametrize("name", marked(WRITERS))
+def test_faults_at_the_last_moment_leave_the_target_as_before(name, error, words, out, monkeypatch):
+    monkeypatch.setattr(files, "_sync", fails(error))
+    result = CliRunner().invoke(app, in_folder(WRITERS[name][0], out))
+    assert result.exit_code == 1, result.output
+    assert re.search(words, result.stderr)
+    assert result.stderr.count("\n") == 1
+    assert list(out.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_memory_that_ends_while_nothing_is_written_is_one_sentence(name, monkeypatch):
+    words, (module, function) = OTHERS[name]
+    # Commands have the names of their modules, and hide them in the package.
+    monkeypatch.setattr(import_module(module), function, fails(MemoryError()))
+    result = CliRunner().invoke(app, in_folder(words, ""))
+    assert result.exit_code == 1
+    assert result.stderr == "twolink: there is not enough memory (none is left)\n"
+
+
+@pytest.mark.parametrize("name", marked([*WRITERS, "scenes", "urdf show"]))
 def test_a_full_standard_output_is_one_sentence(name, out):
     with Path("/dev/full").open("w") as full:
-        process = started(smallest(name), out, stdout=full)
-        _, said = process.communicate(timeout=120)
+        process = started({**WRITERS, **OTHERS}[name][0], out, stdout=full)
+        _, said = process.communicate(timeout=240)
     assert process.returncode == 1
     assert said == "twolink: the standard output cannot be written to (No space left on device)\n"
-    assert not [path for path in out.iterdir() if path.name.startswith(".")]
+    assert left_beside(out) == []
 
 
 def test_memory_that_is_refused_is_one_sentence(out):
@@ -136,6 +359,27 @@ def test_memory_that_is_refused_is_one_sentence(out):
     assert said.count("\n") == 1
     assert said.startswith("twolink: ")
     assert list(out.iterdir()) == []
+
+
+@pytest.mark.parametrize("fault", ["full", "terminated"])
+def test_a_film_that_is_not_finished_leaves_nothing(fault, out):
+    """By a browser that answers with plain pictures, and by ffmpeg."""
+    browser = pretended_browser(out.parent, pause=0.3)
+    process = started(
+        FILM,
+        out,
+        environment={"TWOLINK_BROWSER": str(browser)},
+        preexec_fn=no_space if fault == "full" else None,
+    )
+    if fault == "terminated":
+        # The encoder runs, and frames are on their way.
+        wait_until(process, lambda: processes_with(str(out / ".twolink-")))
+        process.terminate()
+    _, said = process.communicate(timeout=120)
+    assert process.returncode == (1 if fault == "full" else 143), said
+    assert said.count("\n") == (1 if fault == "full" else 0)
+    assert list(out.iterdir()) == []
+    assert list((out.parent / "tmp").iterdir()) == []
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])

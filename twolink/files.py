@@ -16,6 +16,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from itertools import takewhile
 from pathlib import Path
 
 from twolink.errors import FileError
@@ -141,6 +142,28 @@ def atomic_write(path: Path) -> Iterator[Path]:
         raise _unwritable(path, error) from error
 
 
+@contextmanager
+def new_folder(path: Path) -> Iterator[Path]:
+    """Yield a folder, which is made with its parents if it does not exist.
+
+    If anything goes wrong, folders that were made are removed again, unless something is in them.
+    Raises `FileError` where the folder cannot be made.
+    """
+    whole = path.absolute()
+    made = list(takewhile(lambda place: not os.path.lexists(place), (whole, *whole.parents)))
+    try:
+        try:
+            whole.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise _unwritable(path, error) from error
+        yield path
+    except BaseException:
+        with suppress(OSError):
+            for folder in made:
+                folder.rmdir()
+        raise
+
+
 def _unwritable(path: Path, error: OSError) -> FileError:
     reason = _REASONS.get(error.errno or 0) or error.strerror or error
     return FileError(f"{one_line(path, 300)}: cannot be written ({reason})")
@@ -151,23 +174,19 @@ def _target(path: Path) -> Path:
     name = one_line(path, 300)
     try:
         target = Path(os.path.realpath(path))
-        folder = target.parent
-        if not folder.is_dir():
+        if not target.parent.is_dir():
             raise FileError(f"{name}: its folder does not exist; must be in a folder that does")
-        try:
+        with suppress(FileNotFoundError):
             there = target.stat()
-        except FileNotFoundError:
-            writable = os.access(folder, os.W_OK)
-        else:
             if kind := _kind(there.st_mode) or _kind_of_stream(there):
                 raise FileError(f"{name}: must be a regular file, or a new one; got {kind}")
-            writable = os.access(folder, os.W_OK) and os.access(target, os.W_OK)
+            # It is replaced, and not written to: its folder alone would decide.
+            if not os.access(target, os.W_OK):
+                raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     except OSError as error:
         raise _unwritable(path, error) from error
     except ValueError as error:
         raise FileError(f"{name}: has a NUL character; must be the name of a file") from error
-    if not writable:
-        raise FileError(f"{name}: cannot be written (permission denied)")
     return target
 
 

@@ -209,3 +209,20 @@ def test_a_sample_is_made_again():
     state = document["states"][0]
     again = reference(scene, state["digits"], (float(state["t"]),))
     assert again.states[0] == tuple(state[name] for name in ("q1", "q2", "u1", "u2"))
+
+
+def test_all_scenes_are_read_before_any_is_computed(tmp_path):
+    words = ["reference", str(SCENES / "free_fall.toml"), "none.toml", "--out", str(tmp_path / "a")]
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 2
+    assert "none.toml: there is no file of this name" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_scenes_of_one_name_are_refused_where_their_files_would_be_one(tmp_path):
+    (tmp_path / "free_fall.toml").write_bytes((SCENES / "free_fall.toml").read_bytes())
+    both = ["free_fall", str(tmp_path / "free_fall.toml")]
+    result = CliRunner().invoke(app, ["reference", *both, "--out", str(tmp_path / "a")])
+    assert result.exit_code == 2
+    assert "the scenes must have different names; got 'free_fall' twice" in result.stderr
+    assert not (tmp_path / "a").exists()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -21,7 +22,7 @@ from twolink.cli.terminal import (
     styled,
     write_json,
 )
-from twolink.files import atomic_write
+from twolink.files import atomic_write, new_folder
 from twolink.text import quoted
 
 if TYPE_CHECKING:
@@ -71,8 +72,8 @@ def reference(
         check_target("--out", out, _KINDS)
     asked = _Asked(digits, _times(times), fifths, several, force)
     complete = True
-    for file in scenes:
-        found = asked.enclosed(file) if rigorous else asked.computed(file)
+    for file, scene in _loaded(scenes, several and out is not None).items():
+        found = asked.enclosed(file, scene) if rigorous else asked.computed(file, scene)
         _print(found)
         if out is not None:
             _write(found, out, file.stem if several else None)
@@ -91,17 +92,17 @@ class _Asked:
     several: bool
     force: bool
 
-    def computed(self, file: Path) -> Reference:
+    def computed(self, file: Path, scene: Scene) -> Reference:
         """Return a scene's reference, or refuse."""
         from twolink.accuracy.reference import reference
 
-        return self._found(file, reference, self._wanted)
+        return self._found(file, scene, reference, self._wanted)
 
-    def enclosed(self, file: Path) -> Enclosure:
+    def enclosed(self, file: Path, scene: Scene) -> Enclosure:
         """Return intervals that contain a scene's motion, or refuse."""
         from twolink.accuracy.enclosure import enclosure
 
-        return self._found(file, enclosure, lambda scene: self.digits or _PROVEN)
+        return self._found(file, scene, enclosure, lambda scene: self.digits or _PROVEN)
 
     def is_complete(self, found: Reference | Enclosure) -> bool:
         """Return whether all digits are there; those of an enclosure are."""
@@ -116,10 +117,7 @@ class _Asked:
             return self.digits
         return min(self.digits or _COMPUTED, most_digits(scene))
 
-    def _found(self, file: Path, compute: Any, wanted: Callable[[Scene], int]) -> Any:
-        from twolink.scene import Scene
-
-        scene = Scene.load(file)
+    def _found(self, file: Path, scene: Scene, compute: Any, wanted: Callable[[Scene], int]) -> Any:
         times = self.times
         if self.fifths:
             times = tuple(scene.duration * part / 5 for part in range(1, 6))
@@ -134,6 +132,17 @@ class _Asked:
                     task, description=f"{file.stem}: {stage}", completed=share
                 ),
             )
+
+
+def _loaded(files: list[Path], into_one: bool) -> dict[Path, Scene]:
+    """Return all scenes before any work is done; refuse two of one name, whose files are one."""
+    from twolink.scene import Scene
+
+    stems = [file.stem for file in files]
+    twice = next((stem for stem in stems if into_one and stems.count(stem) > 1), None)
+    if twice is not None:
+        refuse(f"the scenes must have different names; got {quoted(twice)} twice")
+    return {file: Scene.load(file) for file in files}
 
 
 def _times(text: str) -> tuple[float, ...] | None:
@@ -164,12 +173,11 @@ def _print(found: Reference | Enclosure) -> None:
 
 def _write(found: Reference | Enclosure, out: Path, stem: str | None) -> None:
     """Write one file of the kind its name says, or both into a folder."""
-    if stem is not None:
-        out.mkdir(parents=True, exist_ok=True)
     targets = [out] if stem is None else [out / f"{stem}{kind}" for kind in _KINDS]
-    for target in targets:
-        if target.suffix == ".json":
-            write_json(target, found.document())
-        else:
-            with atomic_write(target) as file:
-                file.write_text(found.csv(), encoding="utf-8")
+    with nullcontext() if stem is None else new_folder(out):
+        for target in targets:
+            if target.suffix == ".json":
+                write_json(target, found.document())
+            else:
+                with atomic_write(target) as file:
+                    file.write_text(found.csv(), encoding="utf-8")

@@ -13,6 +13,7 @@ import typer
 from twolink.cli.limits import Force, limits_of
 from twolink.cli.showing import BYTES_OF_A_FRAME, check_frames
 from twolink.cli.terminal import FAILED, check_folder, console, progress_bar, refuse, say
+from twolink.files import new_folder
 
 if TYPE_CHECKING:
     from twolink.limits import Limits
@@ -100,13 +101,13 @@ def _made(
                 verdicts.append(found)
         with stage("writing the page"):
             parts.append(made.origin(verdict, " ".join(["twolink", *sys.argv[1:]])))
-            out.mkdir(parents=True, exist_ok=True)
             lead = page.paragraph(
                 "The planar two-link chain (double pendulum), checked, simulated and measured.",
                 "lead",
             )
             whole = page.page("twolink report", lead, parts, player_head())
-            page.write(out / "index.html", whole)
+            with new_folder(out):
+                page.write(out / "index.html", whole)
     return verdicts
 
 

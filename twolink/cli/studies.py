@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from twolink.cli.terminal import progress_bar, write_json
-from twolink.files import atomic_write
+from twolink.files import atomic_write, new_folder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,9 +43,9 @@ def write_study(folder: Path, name: str, found: Study, figure: Figure) -> None:
     """Write a result into a folder: as JSON, as CSV, and its picture as SVG and PNG."""
     from viz.plots.style import save
 
-    folder.mkdir(parents=True, exist_ok=True)
-    write_json(folder / f"{name}.json", found.document())
-    with atomic_write(folder / f"{name}.csv") as file:
-        file.write_text(found.csv(), encoding="utf-8")
-    for suffix in ("svg", "png"):
-        save(figure, folder / f"{name}.{suffix}")
+    with new_folder(folder):
+        write_json(folder / f"{name}.json", found.document())
+        with atomic_write(folder / f"{name}.csv") as file:
+            file.write_text(found.csv(), encoding="utf-8")
+        for suffix in ("svg", "png"):
+            save(figure, folder / f"{name}.{suffix}")
