@@ -2,12 +2,14 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 
 import pytest
 
-from twolink.interruptible import side_by_side
+from twolink.interruptible import end_process, side_by_side
 
 
 def test_results_come_in_order():
@@ -52,3 +54,42 @@ def test_ctrl_c_is_answered_while_a_call_answers_nothing():
     assert not ended.is_set()
     released.set()
     assert ended.wait(5)
+
+
+ABANDONS = """
+import sys, threading, time
+from twolink.interruptible import end_process, side_by_side
+
+def fails(go_on):
+    raise ValueError("wrong")
+
+def computes(go_on):
+    started.set()
+    end = time.monotonic() + 60
+    while time.monotonic() < end:
+        sum(range(10_000))
+
+started = threading.Event()
+try:
+    side_by_side(computes, lambda go_on: started.wait() and fails(go_on))
+except ValueError as error:
+    sys.stdout.write(f"{error} and said")
+    end_process(3)
+"""
+
+
+def test_a_process_ends_beside_calls_that_were_abandoned():
+    """With its exit code, and with all that was printed."""
+    start = time.monotonic()
+    run = subprocess.run(
+        [sys.executable, "-c", ABANDONS], capture_output=True, text=True, check=False
+    )
+    assert (run.returncode, run.stdout, run.stderr) == (3, "wrong and said", "")
+    assert time.monotonic() - start < 50
+
+
+@pytest.mark.parametrize("code", [0, 130, None, "words"])
+def test_a_process_without_such_calls_ends_as_ever(code):
+    with pytest.raises(SystemExit) as caught:
+        end_process(code)
+    assert caught.value.code == code

@@ -24,6 +24,7 @@ from twolink.cli.terminal import FAILED, say, warn
 from twolink.cli.urdf import app as urdf
 from twolink.cli.verify import verify
 from twolink.cli.view import view
+from twolink.interruptible import end_process
 
 app = typer.Typer(
     cls=Program,
@@ -78,7 +79,9 @@ def main() -> None:
         _run()
     except KeyboardInterrupt:
         # Before a command has begun; `Program` handles later interrupts.
-        sys.exit(128 + signal.SIGINT)
+        end_process(128 + signal.SIGINT)
+    except SystemExit as end:
+        end_process(end.code)
 
 
 def _run() -> None:
