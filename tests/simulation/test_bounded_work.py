@@ -64,8 +64,9 @@ def test_control_that_diverges_is_refused_soon(method):
     """By fixed steps it produces non-finite values, which is another message."""
     with pytest.raises(
         SimulationError, match=r"would take .* of computing|could not be integrated"
-    ):
+    ) as caught:
         simulate(DIVERGING, method=method, accuracy=1e-3, limits=Limits(seconds=60.0))
+    assert "nan s" not in str(caught.value)
 
 
 def test_a_duration_that_is_next_to_nothing():
@@ -122,7 +123,7 @@ def test_by_force():
             *["--kind", "angles", "--out", "never.svg"],
         ],
         ["accuracy", "free_fall", "--budget", "1e9", "--out", "never"],
-        ["drift", "small_swings", "--seconds", "1e15", "--methods", "rk4", "--out", "never"],
+        ["drift", "small_swings", "--seconds", "1e12", "--methods", "rk4", "--out", "never"],
         ["report", "long.toml", "--out", "never"],
     ],
 )
@@ -246,3 +247,28 @@ def test_ctrl_c_is_answered_within_a_second(options, busy):
     assert time.monotonic() - start < 3
     assert run.returncode == 130
     assert b"Traceback" not in errors
+
+
+def test_a_chain_that_stays_at_rest_is_printed(tmp_path):
+    """Its error is 0, which has no logarithm."""
+    file = tmp_path / "rest.toml"
+    file.write_text(replace(FALL, q=(0.0, 0.0), effects=()).to_toml(), encoding="utf-8")
+    result = CliRunner().invoke(app, ["simulate", str(file)])
+    assert result.exit_code == 0, result.output
+    assert "0.0e+00 measured" in result.stdout
+
+
+@pytest.mark.parametrize("apart", [0.0, 5e-324, 1e-200, 1e-18])
+@pytest.mark.parametrize("u", [(0.0, 0.0), (0.0, 1e-199), (0.0, 0.5), (-1e-300, 5e-324)])
+def test_nothing_happens_before_the_start(apart, u):
+    """An event next to the start is at 0 or later, so that all times are within the run."""
+    stop = JointStop("B", -1.0, 0.2, 0.5)
+    effects = (Gravity(), JointFriction((0.1, 0.1), (0.2, 0.2)), stop)
+    found = simulate(replace(FALL, q=(0.3, 0.5 - apart), u=u, duration=0.1, effects=effects))
+    times = [entry.time for entry in (*found.events, *found.impacts)]
+    assert times
+    assert all(0.0 <= time <= 0.1 for time in times)
+    work = sum(parts[-1] for parts in found.work().values())
+    struck = [impact.kinetic_energy[0] for impact in found.impacts if impact.time == 0.0]
+    before = struck[0] if struck else found.kinetic_energy[0]
+    assert work == pytest.approx(found.kinetic_energy[-1] - before, abs=1e-9)
