@@ -2,6 +2,7 @@
 
 import datetime
 import math
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 
@@ -11,12 +12,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.effects.test_inputs_of_effects import GOOD
+from twolink.accuracy.drift import energy_drift
+from twolink.accuracy.enclosure import enclosure
+from twolink.accuracy.reference import reference
+from twolink.accuracy.study import study
 from twolink.chain import Chain
+from twolink.data import data_path
 from twolink.effects import effect_class
 from twolink.effects.gravity import Gravity
 from twolink.errors import TwolinkError
 from twolink.scene import Scene
+from twolink.simulation import Trajectory, simulate
+from twolink.simulation.effects_cost import effects_cost
+from twolink.urdf import parse_planar_urdf, read_planar_urdf
+from twolink.urdf.description import read_description
+from twolink.urdf.repair import repair_file
 from twolink.values import is_value
+from twolink.verification import verify
+from twolink.verification.contact import verify_contact
 
 LEAVES = st.one_of(
     st.floats(width=32),
@@ -101,3 +114,93 @@ def test_odd_values_alone_and_in_pairs(name):
             except TwolinkError as error:
                 sentence = str(error)
                 assert sentence.count("\n") == 0
+
+
+FALL = Scene(**SCENE)
+SWINGS = Scene.load("small_swings")
+TRAJECTORY = simulate(FALL, samples=3)
+URDF = data_path("twolink.urdf")
+
+
+@pytest.mark.parametrize("wrong", [3, None, b"a", object(), ["a"], iter("a"), np.array(0.5)])
+@pytest.mark.parametrize(
+    "call",
+    [
+        Scene.load,
+        Trajectory.load,
+        TRAJECTORY.save,
+        Chain.from_urdf,
+        read_planar_urdf,
+        read_description,
+        repair_file,
+        lambda path: Chain.uniform_bars().to_urdf(path if path is not None else 3),
+        lambda path: verify(path if path is not None else 3),
+        lambda path: verify_contact(path if path is not None else 3),
+        lambda folder: Scene.parse(FALL.to_toml(), folder=folder),
+    ],
+)
+def test_a_path_is_a_path(call, wrong):
+    with pytest.raises(TwolinkError, match=r"must be a path; got "):
+        call(wrong)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: Scene.parse((1, 2)), r"text must be a string; got \(1, 2\)"),
+        (lambda: parse_planar_urdf(b"<robot/>"), r"text must be a string; got b'<robot/>'"),
+        (lambda: read_planar_urdf(URDF, tip=3), "tip must be a string; got 3"),
+        (lambda: read_planar_urdf(URDF, gravity=3), "gravity must be three finite numbers"),
+        (lambda: read_planar_urdf(URDF, gravity=(0, "g", 1)), r"gravity\[1\] must be a number"),
+        (lambda: Chain.uniform_bars().to_urdf(name=3), "name must be a string; got 3"),
+        (lambda: Chain.uniform_bars().to_urdf(name=""), "name must be printable text; got ''"),
+        (lambda: simulate(FALL, limits=3600), "limits must be a Limits; got 3600"),
+        (lambda: simulate(FALL, progress="bar"), "progress must be a function, or None; got 'bar'"),
+        (lambda: verify(states=2, progress=3), "progress must be a function, or None; got 3"),
+        (lambda: verify(states=2, seed=(1, 2)), "seed must be a whole number of 0 or more"),
+        (lambda: verify_contact(states=2, seed="1"), "seed must be a whole number of 0 or more"),
+        (lambda: reference(3), "scene must be a Scene; got 3"),
+        (lambda: reference(FALL, limits=None), "limits must be a Limits; got None"),
+        (lambda: enclosure((FALL,)), r"scene must be a Scene; got \(Scene"),
+        (lambda: enclosure(FALL, np.array(0.5)), r"digits must be a whole number .* array\(0\.5\)"),
+        (lambda: study(FALL, methods="rk4"), "methods must be a sequence of strings; got 'rk4'"),
+        (lambda: study(FALL, methods=(4,)), r"methods\[0\] must be a string; got 4"),
+        (lambda: study(FALL, budget="1"), "budget must be a number; got '1'"),
+        (lambda: study(FALL, budget=math.nan), "budget must be a positive number; got nan"),
+        (lambda: energy_drift(None), "scene must be a Scene; got None"),
+        (lambda: energy_drift(FALL, seconds=np.timedelta64(1)), "seconds must be a number"),
+        (lambda: effects_cost("drop"), "scene must be a Scene; got 'drop'"),
+        (lambda: TRAJECTORY.at(0.1, np.zeros(2)), "side must be 'left' or 'right'; got array"),
+        (lambda: TRAJECTORY.at([np.ma.masked]), "times must be a number of seconds, or a row of"),
+        (lambda: TRAJECTORY.at(np.ma.array([0.1], mask=[True])), "times must be a number of secon"),
+        (lambda: read_planar_urdf("\udcff\n"), r"^\\xff\\n: there is no file"),
+        (lambda: energy_drift(SWINGS, seconds=1e308), "the time must be 100 s to 1e[+]12 s; got"),
+        (lambda: TRAJECTORY.position("D"), "point must be a Point; got 'D'"),
+        (lambda: TRAJECTORY.velocity((1, 2)), r"point must be a Point; got \(1, 2\)"),
+        (lambda: replace(TRAJECTORY, q="q"), "q must be an array of numbers; got 'q'"),
+        (lambda: replace(TRAJECTORY, t=iter((1,))), "t must be an array of numbers; got <tuple_i"),
+    ],
+)
+def test_misuse_is_one_sentence(call, words):
+    with pytest.raises(TwolinkError, match=words) as caught:
+        call()
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("accuracy", [1e-300, 1e-14])
+def test_no_tolerance_is_asked_of_scipy_that_it_does_not_take(accuracy):
+    """It would warn, and take another one."""
+    assert not simulate(FALL, method="DOP853", accuracy=accuracy, samples=3).met
+
+
+def test_a_urdf_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
+    file = tmp_path / "arm.urdf"
+    file.write_text("before")
+
+    def full(file):
+        raise OSError(28, "full")
+
+    monkeypatch.setattr("twolink.files._sync", full)
+    with pytest.raises(TwolinkError, match=r"arm\.urdf: cannot be written \(full\)"):
+        Chain.uniform_bars().to_urdf(file)
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["before"]

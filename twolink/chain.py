@@ -16,15 +16,17 @@ from fractions import Fraction
 from functools import cached_property
 from numbers import Real
 from os import PathLike
-from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from twolink import optional
 from twolink.arithmetic import Pair, Scalar
 from twolink.errors import ParameterError
-from twolink.inputs import as_scalar, as_tuple, refuse
+from twolink.files import atomic_write
+from twolink.inputs import as_path, as_scalar, as_tuple, refuse
 from twolink.tables import table
 from twolink.urdf import LinkParameters, read_planar_urdf, write_planar_urdf
+from twolink.urdf.planar import STANDARD_GRAVITY
+from twolink.urdf.spatial import Vector3
 
 # Within this range products in float64 neither overflow nor lose digits.
 _SMALLEST, _LARGEST = 1e-290, 1e290
@@ -142,14 +144,20 @@ class Chain:
         )
 
     @classmethod
-    def from_urdf(cls, path: str | PathLike[str], **reading: Any) -> Chain:
+    def from_urdf(
+        cls,
+        path: str | PathLike[str],
+        *,
+        tip: str | None = None,
+        gravity: Vector3 = (0.0, 0.0, -STANDARD_GRAVITY),
+    ) -> Chain:
         """Return the chain of a URDF file.
 
-        `reading` is passed to `twolink.urdf.read_planar_urdf`, which also returns the position of
-        the chain and its joint-angle convention. Raises `UrdfError` for a file that is not a
-        planar two-link chain.
+        `tip` and `gravity` are those of `twolink.urdf.read_planar_urdf`, which also returns the
+        position of the chain and its joint-angle convention. Raises `UrdfError` for a file that is
+        not a planar two-link chain.
         """
-        return cls.from_links(read_planar_urdf(path, **reading).links)
+        return cls.from_links(read_planar_urdf(path, tip=tip, gravity=gravity).links)
 
     @classmethod
     def from_links(cls, links: tuple[LinkParameters, LinkParameters]) -> Chain:
@@ -184,7 +192,8 @@ class Chain:
             raise ParameterError(f"parameters must be numbers for a URDF; got {self!r}") from error
         text = write_planar_urdf(plain.links, name=name)
         if path is not None:
-            Path(path).write_text(text, encoding="utf-8")
+            with atomic_write(as_path("path", path)) as file:
+                file.write_text(text, encoding="utf-8")
         return text
 
     def convert(self, number: Callable[[Any], Scalar]) -> Chain:

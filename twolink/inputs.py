@@ -14,6 +14,8 @@ from dataclasses import fields
 from datetime import timedelta
 from itertools import islice
 from numbers import Real
+from os import PathLike
+from pathlib import Path
 from typing import Any, Literal, NoReturn, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -91,7 +93,7 @@ def as_count(name: str, value: Any, least: int = 0) -> int:
     number = None if isinstance(value, (bool, np.bool_)) else value
     try:
         count = number.__index__()  # type: ignore[union-attr]
-    except AttributeError:
+    except (AttributeError, TypeError):
         refuse(name, value, f"a whole number of {least} or more")
     if count < least:
         refuse(name, value, f"a whole number of {least} or more")
@@ -103,6 +105,36 @@ def as_word(name: str, value: Any) -> str:
     if not isinstance(value, str):
         refuse(name, value, "a string")
     return value
+
+
+def as_words(name: str, value: Any) -> tuple[str, ...]:
+    """Return the entries of a sequence of strings."""
+    entries = as_tuple(name, value, "a sequence of strings")
+    return tuple(as_word(f"{name}[{k}]", word) for k, word in enumerate(entries))
+
+
+def as_path(name: str, value: Any) -> Path:
+    """Return the path of a file or folder, which is a string or an object that has one."""
+    try:
+        if isinstance(value, (str, PathLike)):
+            return Path(value)
+    except TypeError:
+        # A path of bytes.
+        pass
+    refuse(name, value, "a path")
+
+
+def check_instance(name: str, value: Any, kind: type) -> None:
+    """Raise `ParameterError` for an object that is no instance of a class."""
+    if not isinstance(value, kind):
+        article = "an" if kind.__name__[0] in "AEIOU" else "a"
+        refuse(name, value, f"{article} {kind.__name__}")
+
+
+def check_callback(name: str, value: Any) -> None:
+    """Raise `ParameterError` for an object that is neither a function nor None."""
+    if value is not None and not callable(value):
+        refuse(name, value, "a function, or None")
 
 
 def as_tuple(name: str, value: Any, wanted: str) -> tuple[Any, ...]:
@@ -134,13 +166,27 @@ def as_times(value: Any) -> np.ndarray[Any, Any]:
     wanted = "a number of seconds, or a row of them"
     if hasattr(value, "__next__"):
         value = as_tuple("times", value, wanted)
-    try:
-        found = np.array(value, dtype=float, ndmin=1)
-    except (TypeError, ValueError):
-        refuse("times", value, wanted)
-    if found.ndim != 1 or value is None or isinstance(value, (str, bytes)):
+    found = np.atleast_1d(as_floats("times", value, wanted))
+    if found.ndim != 1 or isinstance(value, (str, bytes)):
         refuse("times", value, wanted)
     return found
+
+
+def as_floats(name: str, value: Any, wanted: str = "an array of numbers") -> np.ndarray[Any, Any]:
+    """Return a copy of an array of numbers, in float64; those too large for it are infinite."""
+    if value is None or _is_masked(value):
+        refuse(name, value, wanted)
+    try:
+        with np.errstate(over="ignore"):
+            return np.array(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        refuse(name, value, wanted)
+
+
+def _is_masked(value: Any) -> bool:
+    """Return whether something is masked, of which NumPy would take the number beneath."""
+    entries = value if isinstance(value, (list, tuple)) else ()
+    return any(isinstance(entry, np.ma.MaskedArray) for entry in (value, *entries))
 
 
 def take_fields(owner: Any, where: str) -> None:

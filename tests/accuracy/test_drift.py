@@ -22,7 +22,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.motor_inertia import MotorInertia
-from twolink.errors import SimulationError
+from twolink.errors import ParameterError, SimulationError
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import MomentumEquations
 
@@ -195,8 +195,11 @@ def test_scenes_that_do_not_conserve_energy_are_refused(name):
 def test_other_refusals():
     with pytest.raises(SimulationError, match="method must be one of semi-implicit-euler"):
         energy_drift(SWINGS, methods=("euler",))
-    for seconds in (1.0, -5.0, np.inf, np.nan):
-        with pytest.raises(SimulationError, match="the time must be at least 100 s"):
+    for seconds in (1.0, -5.0, 1e13):
+        with pytest.raises(SimulationError, match="the time must be 100 s to"):
+            energy_drift(SWINGS, seconds=seconds)
+    for seconds in (np.inf, np.nan):
+        with pytest.raises(ParameterError, match="seconds must be a finite real number"):
             energy_drift(SWINGS, seconds=seconds)
     with pytest.raises(SimulationError, match="the chain must move; it stays at rest"):
         energy_drift(replace(SWINGS, effects=()))

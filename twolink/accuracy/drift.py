@@ -24,8 +24,10 @@ from twolink.accuracy.long_runs import LONG_METHODS, LongMethod, many_starts, pr
 from twolink.effects import ConservativeEffect, RotorEffect, potential_energy
 from twolink.environment import package_versions, this_machine
 from twolink.errors import SimulationError
+from twolink.inputs import as_real, as_words
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
+from twolink.simulation.motion import check_run
 from twolink.simulation.smooth.equations import MomentumEquations
 from twolink.simulation.smooth.taylor import taylor_run
 from twolink.text import choice
@@ -37,6 +39,8 @@ CONSERVING = (ConservativeEffect, RotorEffect)
 _DECADES, _FITTED_DECADES = 5, 3
 _SAMPLES_A_DECADE = 80
 _LEAST_SECONDS = 100.0
+# The times of steps are numbers of float64.
+_MOST_SECONDS = 1e12
 
 # Before this number of radii of convergence, oscillating errors hide the secular ones.
 _SETTLED = 100.0
@@ -196,8 +200,9 @@ def energy_drift(
     `LONG_METHODS`, and for too short a time, and `TooMuchError` if all together would exceed the
     `limits`.
     """
-    chosen = _chosen(methods)
-    _check(scene, seconds)
+    check_run(scene, progress, limits)
+    chosen = _chosen(as_words("methods", methods))
+    _check(scene, as_real("seconds", seconds))
     own = taylor_run(
         scene,
         np.linspace(0, scene.duration, _VISITED),
@@ -255,8 +260,10 @@ def _chosen(names: tuple[str, ...]) -> tuple[LongMethod, ...]:
 
 
 def _check(scene: Scene, seconds: float) -> None:
-    if not _LEAST_SECONDS <= seconds < math.inf:
-        raise SimulationError(f"the time must be at least {_LEAST_SECONDS:g} s; got {seconds:g} s")
+    if not _LEAST_SECONDS <= seconds <= _MOST_SECONDS:
+        raise SimulationError(
+            f"the time must be {_LEAST_SECONDS:g} s to {_MOST_SECONDS:g} s; got {seconds:g} s"
+        )
     wrong = [
         type(effect).__name__ for effect in scene.effects if not isinstance(effect, CONSERVING)
     ]

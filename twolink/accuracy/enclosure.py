@@ -46,7 +46,7 @@ from twolink.interruptible import side_by_side
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.optional import flint
 from twolink.scene import Scene
-from twolink.simulation.motion import motion_run
+from twolink.simulation.motion import check_run, motion_run
 
 # Largest width for which a bound is proven (rad, rad/s).
 _TUBE = 2.0**-24
@@ -162,6 +162,7 @@ def enclosure(
     and if the motion loses more digits than can be computed in reasonable time, and `TooMuchError`
     if the proof exceeds the `limits`.
     """
+    check_run(scene, progress, limits)
     asked = asked_times(scene, times)
     digits = as_count("digits", digits)
     if has_events(scene):

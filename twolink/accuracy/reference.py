@@ -24,7 +24,7 @@ from twolink.inputs import as_count, as_times
 from twolink.interruptible import side_by_side
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
-from twolink.simulation.motion import has_modes, motion_run
+from twolink.simulation.motion import check_run, has_modes, motion_run
 
 # Motions with events use 113 bits, which have 34 digits; some are lost during the run.
 MOST_DIGITS_WITH_EVENTS = 28
@@ -139,6 +139,7 @@ def reference(
     `SimulationError` for invalid digits or times and for a failed run, and `TooMuchError` for one
     that would exceed the `limits`.
     """
+    check_run(scene, progress, limits)
     digits = as_count("digits", digits)
     asked = asked_times(scene, times)
     _check(scene, digits)

@@ -23,8 +23,10 @@ from twolink.accuracy.pareto import (
 from twolink.accuracy.roundoff_floor import RoundoffFloor, roundoff_floor
 from twolink.accuracy.work_precision import Point, WorkPrecision, work_precision
 from twolink.environment import package_versions, this_machine
+from twolink.inputs import as_positive, as_words
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
+from twolink.simulation.motion import check_run
 
 # The error (rad, rad/s) at which configurations are compared.
 COMPARED_AT = 1e-8
@@ -196,6 +198,8 @@ def study(
     Raises `SimulationError` for a method that the scene does not support, and `TooMuchError` if the
     budget or the reference run would exceed the `limits`; other runs that would are left out.
     """
+    check_run(scene, progress, limits)
+    methods, budget = as_words("methods", methods), float(as_positive("budget", budget))
     limits.check_time("a measurement with this budget", budget)
     configurations = own_configurations(scene, limits)
     left_out: tuple[str, ...] = ()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from twolink.data import data_path
 from twolink.errors import SceneError
+from twolink.inputs import as_path
 from twolink.text import nearest
 
 
@@ -21,7 +22,7 @@ def scene_file(scene: str | PathLike[str]) -> Path:
     A file of that name in the working folder comes first. Raises `SceneError` with the nearest
     names for a name that is neither; a path without a file is returned as it is.
     """
-    path = Path(scene)
+    path = as_path("the path of a scene", scene)
     if path.name != str(path) or path.suffix not in ("", ".toml"):
         return path
     try:

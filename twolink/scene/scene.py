@@ -18,7 +18,7 @@ from twolink.chain import Chain
 from twolink.coordinates import JointConvention
 from twolink.effects import EFFECTS, Effect, is_registered, names_of, with_rotors
 from twolink.errors import ParameterError, SceneError, TwolinkError
-from twolink.inputs import as_number, as_pair, as_tuple, as_word, refuse
+from twolink.inputs import as_number, as_pair, as_path, as_tuple, as_word, refuse
 from twolink.scene.model import checked, scene_model
 from twolink.scene.names import scene_file
 from twolink.scene.reading import chain_of, effects_of, start_of
@@ -122,7 +122,8 @@ class Scene:
     @classmethod
     def parse(cls, text: str, *, source: str = "<string>", folder: Path = Path()) -> Scene:
         """Return the scene in a TOML text; `urdf = "…"` is relative to `folder`."""
-        return cls.from_dict(tables(text, source), source=source, folder=folder)
+        as_word("text", text)
+        return cls.from_dict(tables(text, source), source=source, folder=as_path("folder", folder))
 
     @classmethod
     def from_dict(

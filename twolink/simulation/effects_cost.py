@@ -9,7 +9,7 @@ from twolink.effects import names_of
 from twolink.formulations import EquationsName
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
-from twolink.simulation.motion import motion_run
+from twolink.simulation.motion import check_run, motion_run
 from twolink.simulation.smooth.taylor import default_longest_step
 from twolink.tables import Column, Table, table
 
@@ -58,6 +58,7 @@ def effects_cost(
     Operations are counted in the compiled code; times are medians of several interleaved runs.
     Raises `TooMuchError` if all of them together would exceed the `limits`.
     """
+    check_run(scene, None, limits)
     scenes = {"": scene}
     for number, name in enumerate(names_of(scene.effects)):
         others = (*scene.effects[:number], *scene.effects[number + 1 :])

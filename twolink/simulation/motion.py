@@ -7,10 +7,18 @@ from typing import Any
 
 from twolink.effects import contact_elements, discontinuities
 from twolink.formulations import EquationsName
+from twolink.inputs import check_callback, check_instance
 from twolink.limits import UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.taylor import taylor_run
+
+
+def check_run(scene: Any, progress: Any, limits: Any) -> None:
+    """Raise `ParameterError` for arguments that every run of a scene takes, and that are wrong."""
+    check_instance("scene", scene, Scene)
+    check_callback("progress", progress)
+    check_instance("limits", limits, Limits)
 
 
 def has_modes(scene: Scene) -> bool:

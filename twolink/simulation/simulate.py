@@ -18,10 +18,10 @@ import numpy as np
 
 from twolink.errors import SimulationError
 from twolink.formulations import EquationsName
-from twolink.inputs import as_count, as_number, as_word, refuse
+from twolink.inputs import as_count, as_number, as_word
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import METHODS, Scene
-from twolink.simulation.motion import has_events, has_modes, motion_run
+from twolink.simulation.motion import check_run, has_events, has_modes, motion_run
 from twolink.simulation.run import Array, MotionRun, Recipe, Statistics
 from twolink.simulation.smooth.equations import equations_named
 from twolink.simulation.smooth.numeric import SCIPY, NumericRun, numeric_run
@@ -77,8 +77,7 @@ def simulate(
     and raises `TooMuchError` if it would exceed them. Raises `SimulationError`, in one sentence, if
     the scene cannot be simulated as requested, and `ParameterError` for invalid arguments.
     """
-    if not isinstance(scene, Scene):
-        refuse("scene", scene, "a Scene")
+    check_run(scene, progress, limits)
     accuracy = scene.accuracy if accuracy is None else accuracy
     method = scene.method if method is None else method
     _check(scene, accuracy, method, formulation, samples)
@@ -104,7 +103,12 @@ def simulate(
         note = "heyoka is not installed here, so SciPy's DOP853 took the place of Taylor series."
         return replace(stand_in, notes=(note, *stand_in.notes))
     if method in SCIPY:
-        return _by_refining(asked, method, first=min(1e-3, accuracy), least=_FINEST_TOLERANCE)
+        return _by_refining(
+            asked,
+            method,
+            first=max(min(1e-3, accuracy), _FINEST_TOLERANCE),
+            least=_FINEST_TOLERANCE,
+        )
     between_samples = scene.duration / (samples - 1)
     first = min(between_samples, scene.duration / 200)
     return _by_refining(asked, method, first=first, least=scene.duration / _MOST_STEPS)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
@@ -25,7 +24,7 @@ from twolink.effects import (
     smooth_loads,
 )
 from twolink.errors import SimulationError
-from twolink.inputs import as_times, refuse
+from twolink.inputs import as_floats, as_path, as_times, check_instance, refuse
 from twolink.limits import DEFAULT_LIMITS
 from twolink.loads import Force, Loads
 from twolink.scene import Scene
@@ -106,7 +105,7 @@ class Trajectory(Views):
     def __post_init__(self) -> None:
         """Store read-only copies of the arrays."""
         for name in _ARRAYS:
-            array = np.array(getattr(self, name), dtype=float)
+            array = as_floats(name, getattr(self, name))
             object.__setattr__(self, name, _read_only(array))
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -163,7 +162,7 @@ class Trajectory(Views):
         impact they are those after it, or with `side="left"` those before it. Raises
         `SimulationError` for times outside, and for methods without polynomials.
         """
-        if side not in ("left", "right"):
+        if not isinstance(side, str) or side not in ("left", "right"):
             refuse("side", side, "'left' or 'right'")
         moments = as_times(times)
         if not (np.all(moments >= self.t[0]) and np.all(moments <= self.t[-1])):
@@ -181,10 +180,12 @@ class Trajectory(Views):
 
     def position(self, point: Point) -> Array:
         """Return the x and y of a point (m), shape (2, n)."""
+        check_instance("point", point, Point)
         return np.array(kinematics.position(self.chain, tuple(self.q), point))
 
     def velocity(self, point: Point) -> Array:
         """Return the velocity of a point (m/s), shape (2, n)."""
+        check_instance("point", point, Point)
         return np.array(kinematics.velocity(self.chain, tuple(self.q), tuple(self.u), point))
 
     @property
@@ -374,10 +375,11 @@ class Trajectory(Views):
         """
         from twolink.simulation import storage
 
+        target = as_path("path", path)
         # Accuracies may be numbers of any type; files have floats.
         facts = {name: getattr(self, name) for name in storage.FACTS}
         facts["accuracy"] = float(self.accuracy)
-        storage.save(storage.Stored(self.scene, self.t, self.q, self.u, facts), Path(path))
+        storage.save(storage.Stored(self.scene, self.t, self.q, self.u, facts), target)
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Trajectory:
@@ -389,7 +391,7 @@ class Trajectory(Views):
         """
         from twolink.simulation import storage
 
-        stored = storage.load(Path(path))
+        stored = storage.load(as_path("path", path))
         found = cls(scene=stored.scene, t=stored.t, q=stored.q, u=stored.u, **stored.facts)
         if found.recipe is None or found.failure:
             return found

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from os import PathLike, fspath
+from os import PathLike
 
+from twolink.inputs import as_path
 from twolink.text import quoted
 from twolink.urdf.lumping import RigidBody, two_bodies
 from twolink.urdf.planar import LinkParameters, PlanarUrdf, parse_planar_urdf
@@ -70,7 +71,7 @@ class UrdfDescription:
 
 def read_description(path: str | PathLike[str], *, tip: str | None = None) -> UrdfDescription:
     """Return the description of a URDF file; raise `UrdfError` as `read_planar_urdf` does."""
-    source = fspath(path)
+    source = str(as_path("path", path))
     with naming(source):
         text = read_text(path)
     return describe(text, source=source, tip=tip)

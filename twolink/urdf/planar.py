@@ -11,9 +11,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from os import PathLike, fspath
+from typing import Any
 
 from twolink.coordinates import JointConvention
-from twolink.errors import ParameterError, UrdfError
+from twolink.errors import UrdfError
+from twolink.inputs import as_path, as_real, as_tuple, as_word, refuse
 from twolink.text import quoted
 from twolink.urdf.lumping import Lump, RigidBody, lump, two_bodies
 from twolink.urdf.reading import Limits, listed, naming, parse_tree
@@ -137,10 +139,10 @@ def read_planar_urdf(
     cannot be read or is not a planar two-link chain, and `ParameterError` for a gravity that is
     not finite.
     """
-    source = fspath(path)
-    with naming(source):
-        text = read_text(path)
-    return parse_planar_urdf(text, source=source, tip=tip, gravity=gravity)
+    file = as_path("path", path)
+    with naming(str(file)):
+        text = read_text(file)
+    return parse_planar_urdf(text, source=fspath(path), tip=tip, gravity=gravity)
 
 
 def parse_planar_urdf(
@@ -154,8 +156,10 @@ def parse_planar_urdf(
 
     `source` stands for the file's name in errors and in the result.
     """
-    if len(gravity) != 3 or not all(map(math.isfinite, gravity)):
-        raise ParameterError(f"gravity must be three finite numbers in m/s²; got {gravity!r}")
+    as_word("text", text)
+    if tip is not None:
+        as_word("tip", tip)
+    gravity = _gravity(gravity)
     with naming(source):
         first, second = two_bodies(parse_tree(text))
         lumps = lump(first), lump(second)
@@ -199,6 +203,15 @@ def parse_planar_urdf(
         gravity_note=frame.note,
         left_out=(*_resistance_left_out(first), *_resistance_left_out(second)),
     )
+
+
+def _gravity(value: Any) -> Vector3:
+    wanted = "three finite numbers in m/s²"
+    entries = as_tuple("gravity", value, wanted)
+    if len(entries) != 3:
+        refuse("gravity", value, wanted)
+    gx, gy, gz = (float(as_real(f"gravity[{k}]", entry)) for k, entry in enumerate(entries))
+    return gx, gy, gz
 
 
 def _check_reach(body: RigidBody, lumped: Lump, joint: Vector3) -> None:

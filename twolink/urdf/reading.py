@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from twolink.errors import UrdfError
-from twolink.text import quoted
+from twolink.text import one_line, quoted
 from twolink.urdf.spatial import Matrix3, Pose, Vector3, rotation_from_rpy, unit
 from twolink.urdf.text import check_size
 
@@ -103,7 +103,7 @@ class Tree:
 def naming(source: str) -> Iterator[None]:
     """Put the name of the file, if there is one, before the sentence of a `UrdfError`."""
     # A name that no file system would hold is not repeated.
-    name = source if len(source) <= _LONGEST_NAME else quoted(source)
+    name = one_line(source) if len(source) <= _LONGEST_NAME else quoted(source)
     try:
         yield
     except UrdfError as error:

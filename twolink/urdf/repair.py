@@ -11,10 +11,11 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from os import PathLike, fspath
+from os import PathLike
 from xml.parsers import expat
 
 from twolink.errors import UrdfError
+from twolink.inputs import as_path
 from twolink.text import quoted
 from twolink.urdf.inertia import principal_moments, violates_triangle
 from twolink.urdf.lumping import RigidBody, moment_about, two_bodies
@@ -53,7 +54,7 @@ class Repair:
 
 def repair_file(path: str | PathLike[str]) -> Repair:
     """Return the repair of a URDF file; raise `UrdfError` with the reason if there is none."""
-    source = fspath(path)
+    source = str(as_path("path", path))
     with naming(source):
         text, changes = decoded_leniently(read_bytes(path))
         return _repaired(text, changes)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr
 
 from twolink.errors import ParameterError
+from twolink.inputs import as_word, refuse
 from twolink.urdf.planar import LinkParameters
 from twolink.urdf.reading import UNLIMITED, Limits
 
@@ -75,8 +76,8 @@ def write_planar_urdf(
     numbers to the last bit. Raises `ParameterError` for a parameter that is not a finite number, or
     a name that is not printable text.
     """
-    if not name or not name.isprintable():
-        raise ParameterError(f"name must be printable text; got {name!r}")
+    if not as_word("name", name) or not name.isprintable():
+        refuse("name", name, "printable text")
     first, second = links
     radius1 = first.length / _SLENDERNESS
     radius2 = second.length / _SLENDERNESS or radius1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ from twolink.verification.jointspace import PlanarModel
 from twolink.verification.quantities import Quantity
 from twolink.verification.states import Array, ContactStates, random_contact_states
 from twolink.verification.verdict import Verdict
-from twolink.verification.verify import ComparisonPlan, Progress, cases
+from twolink.verification.verify import ComparisonPlan, Progress, cases, planar_urdf
 
 Three = tuple[Scalar, Scalar, Scalar]
 Four = tuple[Scalar, Scalar, Scalar, Scalar]
@@ -271,7 +272,7 @@ CONTACT: tuple[Quantity, ...] = (
 
 
 def verify_contact(
-    urdf: PlanarUrdf,
+    urdf: PlanarUrdf | str | PathLike[str] | None = None,
     *,
     states: int = 10_000,
     seed: int = 1,
@@ -287,13 +288,14 @@ def verify_contact(
     quantity is excluded at all states; `EngineError` when the engine is missing or rejects the
     file.
     """
-    model = PlanarModel(Chain.from_links(urdf.links), urdf.joints, urdf.gravity)
+    read = planar_urdf(urdf)
+    model = PlanarModel(Chain.from_links(read.links), read.joints, read.gravity)
     texts: dict[str, ContactSpace] = {
         name: ContactSpace(f, model) for name, f in formulations.items()
     }
     plan = ComparisonPlan(
-        urdf,
-        engine or Pinocchio(urdf),
+        read,
+        engine or Pinocchio(read),
         groups=tuple(cases(CONTACT, texts)),
         names={name: f.name for name, f in formulations.items()},
         draw=draw,
@@ -303,7 +305,7 @@ def verify_contact(
     for quantity, count in left_out.items():
         if count == states:
             raise ParameterError(
-                f"{urdf.path}: {quantity}: J M⁻¹ Jᵀ of D is singular to rounding at all {states} "
+                f"{read.path}: {quantity}: J M⁻¹ Jᵀ of D is singular to rounding at all {states} "
                 "states; D must be able to move along x and y"
             )
     remark = (

@@ -14,7 +14,7 @@ from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.engines.protocol import Engine
 from twolink.environment import package_versions, this_machine
 from twolink.formulations import FORMULATIONS, Formulation, FormulationName
-from twolink.inputs import as_count
+from twolink.inputs import as_count, check_callback
 from twolink.urdf import PlanarUrdf, read_planar_urdf
 from twolink.verification.jointspace import (
     JointSpace,
@@ -49,11 +49,16 @@ def verify(
     kinematics. Raises `ParameterError` for less than one state, `UrdfError` for a file that does
     not describe a planar two-link chain, `EngineError` when the engine is missing or rejects it.
     """
-    if not isinstance(urdf, PlanarUrdf):
-        urdf = read_planar_urdf(data_path("twolink.urdf") if urdf is None else urdf)
-    plan = motion_plan(urdf, formulations, engine, motion)
+    plan = motion_plan(planar_urdf(urdf), formulations, engine, motion)
     comparisons, _ = plan.worst(states, seed, progress)
     return plan.verdict(comparisons, states, seed)
+
+
+def planar_urdf(urdf: PlanarUrdf | str | PathLike[str] | None) -> PlanarUrdf:
+    """Return a URDF that was read already, or read one from a path; by default the shipped one."""
+    if isinstance(urdf, PlanarUrdf):
+        return urdf
+    return read_planar_urdf(data_path("twolink.urdf") if urdf is None else urdf)
 
 
 def motion_plan(
@@ -120,7 +125,8 @@ class ComparisonPlan:
 
         Raises `ParameterError` for less than one state.
         """
-        states = as_count("states", states, least=1)
+        states, seed = as_count("states", states, least=1), as_count("seed", seed)
+        check_callback("progress", progress)
         chain = Chain.from_links(self.urdf.links)
         own = Scale.of(chain, joint=True, gravity=self.urdf.gravity, joints=self.urdf.joints)
         largest = {"torque": 100 * float(own.mass_matrix.max()), "force": 10 * sum(chain.mass)}
