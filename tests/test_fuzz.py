@@ -1,13 +1,17 @@
 """The fuzz campaign: hostile inputs are handled, and its checks fire on commands that are wrong."""
 
+import functools
 import os
+import warnings
 from pathlib import Path
 
 import pytest
 
 from tests.fuzz.__main__ import campaign
+from tests.fuzz.calls import _called
 from tests.fuzz.dice import Input
-from tests.fuzz.run import Ended, faults
+from tests.fuzz.run import Ended, faults, run
+from twolink.errors import ParameterError
 
 
 @pytest.mark.parametrize(
@@ -37,6 +41,34 @@ def test_files_that_are_left_are_seen(tmp_path):
     assert faults(given, Ended(0, "", "", 0.1), set(), tmp_path) == ["left behind: .twolink-1"]
     found = faults(given, Ended(2, "", "a\n", 0.1), set(), tmp_path)
     assert "a.json written" in found
+
+
+def refuses():
+    raise ParameterError("x must be 1; got 2")
+
+
+def warns():
+    warnings.warn("a library says so", stacklevel=1)
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments", "code", "words"),
+    [
+        (int, {}, 0, ""),
+        (refuses, {}, 2, "x must be 1; got 2\n"),
+        (refuses, {"y": 1}, 2, "got an unexpected keyword argument 'y'\n"),
+        (lambda: len(3), {}, 70, "TypeError"),
+        (lambda: {}[0], {}, 70, "KeyError: 0"),
+        (warns, {}, 70, "UserWarning: a library says so"),
+    ],
+)
+def test_how_calls_are_judged(function, arguments, code, words, tmp_path):
+    (tmp_path / "out").mkdir()
+    given = Input(["call"], call=functools.partial(_called, function, arguments))
+    ended = run(given, tmp_path)
+    assert ended.code == code
+    assert words in ended.err
+    assert bool(faults(given, ended, set(), tmp_path / "out")) == (code == 70)
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from collections import Counter
 from importlib import import_module
 from pathlib import Path
 
+from tests.fuzz.calls import trajectories
 from tests.fuzz.draw import drawn
 from tests.fuzz.files import prepare
 from tests.fuzz.run import faults, run
@@ -20,6 +21,8 @@ from tests.fuzz.run import faults, run
 def campaign(inputs: int, seed: int, first: int = 0) -> tuple[list[str], Counter[object]]:
     """Return the faults, a line for each input, and how often each exit code was seen."""
     lines, codes = [], Counter()
+    # Their integrators are compiled once, for all forks.
+    trajectories()
     with tempfile.TemporaryDirectory() as place:
         folder, out = Path(place, "in"), Path(place, "out")
         folder.mkdir()
@@ -37,6 +40,9 @@ def campaign(inputs: int, seed: int, first: int = 0) -> tuple[list[str], Counter
                 )
                 sys.stdout.flush()
             shutil.rmtree(out)
+            if (number + 1) % 1000 == 0:
+                sys.stdout.write(f"{number + 1 - first} inputs so far, {len(lines)} faults\n")
+                sys.stdout.flush()
     return lines, codes
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -24,7 +25,9 @@ NUMBERS = (
 class Input:
     """A command line, its environment, and whether it must be refused.
 
-    `shut` names streams that are closed or full. `out` are files that may be there in the end.
+    A `call` of the Python API takes the place of the command; it returns an exit code, and its
+    words describe it. `shut` names streams that are closed or full. `out` are files that may be
+    there in the end.
     """
 
     words: list[str]
@@ -33,6 +36,7 @@ class Input:
     shut: str = ""
     out: tuple[Path, ...] = ()
     interrupted: float | None = None
+    call: Callable[[], int] | None = None
 
 
 class Dice(random.Random):

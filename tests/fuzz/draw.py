@@ -6,6 +6,7 @@ import signal
 from collections.abc import Callable
 from pathlib import Path
 
+from tests.fuzz.calls import drawn_call
 from tests.fuzz.dice import NUMBERS, Dice, Input
 from tests.fuzz.files import bad_file, damaged_trajectory
 
@@ -15,6 +16,8 @@ Options = dict[str, str]
 def drawn(seed: int, number: int, folder: Path, out: Path) -> Input:
     """Return the input of a number, of files that are in `folder`; it writes into `out`."""
     dice = Dice(seed, number)
+    if dice.happens(0.5):
+        return drawn_call(dice, folder, out)
     made = dice.choice((_spoiled, _spoiled, _spoiled, _damaged, _surroundings, _words))
     found = made(dice, folder, out)
     if dice.happens(0.15):

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from tests.fuzz.dice import Input
 
-PATIENCE = 60.0
-"""Seconds after which a command hangs: ten, on a machine that six others share."""
+PATIENCE, ASLEEP = 10.0, 600.0
+"""Seconds of computing after which a command hangs, and of waiting: the machine may be busy."""
 
 _CODES = {0, 1, 2, 129, 130, 143}
 
@@ -57,13 +57,9 @@ def _become(given: Input, streams: dict[str, Path], folder: Path) -> None:
         _shut(given.shut)
         os.environ.update(given.environment)
         tempfile.tempdir = given.environment.get("TMPDIR")
-        sys.argv = ["twolink", *given.words]
         sys.stdout = sys.__stdout__ = _stream(1)
         sys.stderr = sys.__stderr__ = _stream(2)
-        from twolink.cli import main
-
-        main()
-        code = 0
+        code = _command(given.words) if given.call is None else given.call()
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else 70
     except KeyboardInterrupt:
@@ -80,6 +76,14 @@ def _become(given: Input, streams: dict[str, Path], folder: Path) -> None:
             except (OSError, ValueError, AttributeError):
                 code = code or 70
         os._exit(code)
+
+
+def _command(words: list[str]) -> int:
+    from twolink.cli import main
+
+    sys.argv = ["twolink", *words]
+    main()
+    return 0
 
 
 def _stream(number: int):
@@ -116,18 +120,25 @@ def _awaited(child: int, given: Input, begin: float) -> int | None:
         if not struck and waited > (given.interrupted or 0.0):
             os.kill(child, int(given.environment["SIGNAL"]))
             struck = True
-        if waited > PATIENCE:
+        if waited > ASLEEP or _computed(child) > PATIENCE:
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
             return None
         time.sleep(0.005)
 
 
+def _computed(process: int) -> float:
+    """Return the seconds that a process has computed."""
+    with open(f"/proc/{process}/stat", encoding="utf-8") as stream:
+        fields = stream.read().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def faults(given: Input, ended: Ended, before: set[Path], scratch: Path) -> list[str]:
     """Return the fault of the end of a command, or nothing."""
     found = []
     if ended.code is None:
-        found.append(f"hangs for {PATIENCE:g} s")
+        found.append(f"hangs after {PATIENCE:g} s of computing, or {ASLEEP:g} s")
     elif ended.code not in _CODES and not _killed_before_it_began(given, ended):
         found.append(f"exit code {ended.code}")
     if "Traceback" in ended.err + ended.out:
