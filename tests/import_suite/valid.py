@@ -122,6 +122,20 @@ def _rotated_box() -> Valid:
     return Valid(("LumpedRotated",), comment, robot(*parts.values()), lumped.expected())
 
 
+def _rod_along_axis() -> Valid:
+    """A slender rod that a rotation of its joint lays along the axis of the elbow."""
+    rod = np.diag([1e-3, 0.02, 0.02])
+    frame = rpy(0, 0, math.pi / 2)
+    parts = ARM.parts() | {
+        "pin": f'<link name="pin">{inertial(0.4, (0, 0, 0), None, rod)}</link>',
+        "weld": joint("weld", "fixed", ("lower", "pin"), (0.5, 0, 0.2), frame),
+    }
+    load = (1, 0.4, (0.5, -0.2), float((frame @ rod @ frame.T)[1, 1]))
+    lumped = replace(ARM, bars=_lumped(ARM.bars, load))
+    comment = "a fixed rod is turned along the joint's axis, about which its moment is least"
+    return Valid(("LumpedRotated",), comment, robot(*parts.values()), lumped.expected())
+
+
 def _before_the_joint() -> Valid:
     """The elbow hangs on a link that is fixed to the upper one."""
     parts = ARM.parts()
@@ -377,6 +391,7 @@ VALID: dict[str, Callable[[], Valid]] = {
         ("LumpedOffset", "LumpedRotated"), "three balls are fixed", turned=True, several=True
     ),
     "lumped-rod-rotated": _rotated_box,
+    "lumped-rod-along-axis": _rod_along_axis,
     "lumped-before-joint": _before_the_joint,
     "lumped-behind-joint": _behind_the_joint,
     "joint-between-frames": _between_frames,

@@ -11,7 +11,9 @@ from typing import Annotated
 import typer
 
 from twolink.cli.accuracy import accuracy
+from twolink.cli.conform import conform
 from twolink.cli.drift import drift
+from twolink.cli.golden import golden
 from twolink.cli.hardcases import hardcases
 from twolink.cli.plot import plot
 from twolink.cli.program import Program
@@ -37,6 +39,8 @@ app = typer.Typer(
 COMMANDS = (
     report,
     verify,
+    conform,
+    golden,
     simulate,
     accuracy,
     drift,

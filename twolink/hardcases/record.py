@@ -30,14 +30,18 @@ class Mark(Enum):
     REFUSED = "refused"
     CRASH = "crash"
     HANG = "hang"
+    INVALID = "invalid answer"
     CANNOT = "cannot express"
 
     @property
     def short(self) -> str:
         """The abbreviated mark, for tables with a dozen columns."""
-        return {"missed": "×", "silently wrong": "silent", "cannot express": "–"}.get(
-            self.value, self.value
-        )
+        return {
+            "missed": "×",
+            "silently wrong": "silent",
+            "invalid answer": "invalid",
+            "cannot express": "–",
+        }.get(self.value, self.value)
 
     @property
     def means(self) -> str:
@@ -52,6 +56,7 @@ _MEANS = {
     Mark.REFUSED: "the engine rejects the case",
     Mark.CRASH: "the engine's process ended unexpectedly, or ran out of memory",
     Mark.HANG: "no answer within the time limit",
+    Mark.INVALID: "the answer breaks the protocol: another shape, format or length",
     Mark.CANNOT: "unsupported effect or file format; not tried",
 }
 

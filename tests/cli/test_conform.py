@@ -1,0 +1,82 @@
+"""The commands `twolink conform` and `twolink golden`: tables, causes, files, exit codes."""
+
+import json
+from xml.etree import ElementTree
+
+import pytest
+from typer.testing import CliRunner
+
+from twolink.cli import app
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, list(arguments))
+
+
+@pytest.fixture(scope="module")
+def agreement(tmp_path_factory):
+    """Pinocchio on the evaluation suite."""
+    folder = tmp_path_factory.mktemp("conform")
+    files = folder / "report.json", folder / "report.xml"
+    found = run(
+        *("conform", "pinocchio", "--suite", "evaluation"),
+        *("--json", str(files[0]), "--junit", str(files[1])),
+    )
+    return found, *files
+
+
+def test_an_engine_that_agrees(agreement):
+    found, as_json, as_xml = agreement
+    assert found.exit_code == 0, found.output
+    lines = found.output.splitlines()
+    assert lines[0].startswith("Pinocchio 4")
+    assert lines[-1] == "Pinocchio agrees in all 80 tests."
+    assert json.loads(as_json.read_text())["agrees"] is True
+    assert ElementTree.parse(as_xml).getroot().find("testsuite").attrib["failures"] == "0"
+
+
+def test_the_table_fits_80_columns(agreement):
+    assert max(map(len, agreement[0].output.splitlines())) <= 80
+
+
+def test_an_engine_that_disagrees():
+    found = run("conform", "tests.conformance.wrong:GravitySign", "--suite", "evaluation")
+    assert found.exit_code == 1
+    text = found.output
+    assert "gravity acts in the opposite direction (gravity-sign, " in text
+    assert "evaluation/bars/gravity-terms" in text
+    assert text.splitlines()[-1].startswith("gravity-sign disagrees in ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("pinnochio",), "did you mean 'pinocchio'"),
+        (("pinocchio", "--suite", "imports"), "suite must be one of import, evaluation"),
+        (("pinocchio", "--seconds", "0"), "--seconds must be a positive number; got 0"),
+        (("pinocchio", "--memory", "nan"), "--memory must be a positive number of GB; got nan"),
+        (("pinocchio", "--json", "/no/such/folder/x.json"), "--json: /no/such/folder/x.json"),
+        (("cmd: false",), "the engine does not start: crash: exit code 1"),
+        (("cmd: /no/such/program",), "there is no such command"),
+        ((), "ENGINE is missing"),
+    ],
+)
+def test_bad_input_is_refused_in_one_sentence(arguments, sentence):
+    found = run("conform", *arguments)
+    assert found.exit_code == 2
+    assert sentence in found.output
+    assert len(found.output.strip().splitlines()) == 1
+
+
+def test_golden_writes_the_vectors(tmp_path):
+    found = run("golden", "--out", str(tmp_path / "golden"), "--suite", "evaluation")
+    assert found.exit_code == 0, found.output
+    assert (tmp_path / "golden" / "evaluation" / "bars.json").exists()
+    assert found.output.strip().endswith("files")
+
+
+def test_golden_refuses_a_folder_that_it_cannot_make(tmp_path):
+    (tmp_path / "file").write_text("")
+    found = run("golden", "--out", str(tmp_path / "file" / "golden"))
+    assert found.exit_code == 2
+    assert "--out must be a folder" in found.output

@@ -1,0 +1,181 @@
+"""Engines in child processes: every way to fail is told apart, in time, and the run goes on."""
+
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from twolink.conformance.messages import Model, Start, Started
+from twolink.conformance.process import ProcessTransport
+from twolink.conformance.runner import conform
+from twolink.conformance.suites import suite
+from twolink.conformance.transport import EngineFault, FaultKind
+from twolink.errors import EngineError
+from twolink.hardcases import Mark
+
+ROGUE = Path(__file__).parent / "rogue.py"
+LIMIT = 8.0
+
+# Mode, the mark of the mass matrix, and words of the reason.
+FAULTS = [
+    ("crash", Mark.CRASH, "crash: SIGSEGV"),
+    ("exit", Mark.CRASH, "crash: exit code 3; no licence"),
+    ("memory", Mark.CRASH, "crash: exit code 1; MemoryError"),
+    ("cut", Mark.CRASH, 'death in mid-line: exit code 0, in the middle of the line \'{"seq": 1'),
+    ("flood", Mark.INVALID, "flood: "),
+    ("flood of lines", Mark.INVALID, "flood: it writes without end"),
+    ("banner", Mark.INVALID, "no message of the protocol: an answer must be one JSON object"),
+    ("nan", Mark.INVALID, 'numbers must be JSON, with "nan" and "inf" as strings; got NaN'),
+    ("nan as a word", Mark.MISSED, "values are not finite"),
+    (
+        "length",
+        Mark.INVALID,
+        "wrong length: values of mass_matrix must be 6 × 2 × 2 numbers; got 5",
+    ),
+    (
+        "shape",
+        Mark.INVALID,
+        "wrong length: values of mass_matrix must be 6 × 2 × 2 numbers; got 6 × 2",
+    ),
+    ("ragged", Mark.INVALID, "wrong length: values of mass_matrix must be numbers in rows"),
+    ("words", Mark.INVALID, "wrong length: values of mass_matrix must be numbers in rows"),
+    ("other question", Mark.INVALID, "answer to another question: seq must be 1, as asked; got 2"),
+    ("lie", Mark.SILENT, "times its bound"),
+    ("no schema", Mark.INVALID, "no message of the protocol: confidence: extra inputs"),
+    ("error", Mark.REFUSED, "singular"),
+    ("skip", Mark.CANNOT, "not yet"),
+]
+
+
+@pytest.fixture(scope="module")
+def answers(tmp_path_factory):
+    """The right answers to the first group of the evaluation suite, in a file."""
+    file = tmp_path_factory.mktemp("rogue") / "answers.json"
+    tests = suite("evaluation")[0].tests
+    found = {test.quantity: numbers(test.values) for test in tests if not test.needs}
+    file.write_text(json.dumps(found))
+    return file
+
+
+def numbers(value):
+    return [numbers(entry) for entry in value] if isinstance(value, list) else float(value)
+
+
+def start(mode, answers, memory=2**29):
+    command = [sys.executable, "-I", "-S", str(ROGUE), mode, str(answers)]
+    return lambda: ProcessTransport(command, memory)
+
+
+def results(mode, answers, seconds=LIMIT):
+    groups = {"evaluation": suite("evaluation")[:1]}
+    found = conform("cmd: rogue", start(mode, answers), groups, seconds=seconds)
+    return {result.quantity: result for result in found.results}
+
+
+@pytest.mark.parametrize(("mode", "mark", "words"), FAULTS, ids=[mode for mode, _, _ in FAULTS])
+def test_faults_are_told_apart_and_the_run_goes_on(mode, mark, words, answers):
+    found = results(mode, answers)
+    failed = found.pop("mass_matrix")
+    assert failed.mark is mark
+    assert words in failed.said
+    assert {result.mark for result in found.values()} == {Mark.PASS}
+
+
+@pytest.mark.parametrize(
+    ("mode", "words"),
+    [
+        ("hang", "no answer within 1.5 s"),
+        ("hang in a line", "in the middle of the line '{\"seq\":'"),
+    ],
+)
+def test_a_hang_ends_at_its_limit(mode, words, answers):
+    begin = time.monotonic()
+    found = results(mode, answers, seconds=1.5)
+    assert time.monotonic() - begin < 20
+    assert found["mass_matrix"].mark is Mark.HANG
+    assert words in found["mass_matrix"].said
+    assert found["jacobian"].mark is Mark.PASS
+
+
+def test_output_that_was_not_asked_for(answers):
+    """It is noticed at the next question, which is then lost."""
+    found = results("twice", answers)
+    assert found["mass_matrix"].mark is Mark.PASS
+    assert found["velocity_terms"].mark is Mark.INVALID
+    assert found["velocity_terms"].said.startswith("output that was not asked for: it wrote")
+    assert found["gravity_terms"].mark is Mark.PASS
+
+
+@pytest.mark.parametrize(
+    ("mode", "words"),
+    [("start", "crash: exit code 1; no display"), ("version", "version must be 1; got 2")],
+)
+def test_an_engine_that_does_not_start(mode, words, answers):
+    with pytest.raises(EngineError, match="the engine does not start") as caught:
+        results(mode, answers)
+    assert words in str(caught.value)
+
+
+def test_a_program_that_cannot_be_run(tmp_path):
+    """It is there, and is no program."""
+    file = tmp_path / "engine"
+    file.write_text("")
+    transport = ProcessTransport([str(file)])
+    with pytest.raises(EngineFault, match="Permission denied") as caught:
+        transport.ask(Start(), LIMIT)
+    assert caught.value.kind is FaultKind.CRASH
+    transport.close()
+
+
+def test_children_of_a_child_end_with_it(tmp_path):
+    file = tmp_path / "pid"
+    code = (
+        "import subprocess, sys, time\n"
+        "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)'])\n"
+        f"open({str(file)!r}, 'w').write(str(child.pid))\n"
+        "time.sleep(60)"
+    )
+    transport = ProcessTransport([sys.executable, "-I", "-S", "-c", code])
+    with pytest.raises(EngineFault, match="hang"):
+        transport.ask(Start(), 3.0)
+    transport.close()
+    assert has_ended(int(file.read_text()))
+
+
+def has_ended(pid):
+    for _ in range(100):
+        try:
+            if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
+                return True
+            os.kill(pid, 0)
+        except (FileNotFoundError, ProcessLookupError):
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def test_a_large_question_to_a_child_that_does_not_read():
+    """Writing to a full pipe does not block beyond the limit."""
+    transport = ProcessTransport([sys.executable, "-I", "-S", "-c", "import time; time.sleep(60)"])
+    begin = time.monotonic()
+    with pytest.raises(EngineFault, match="hang"):
+        transport.ask(Model(id="large", urdf="x" * 2**22), 1.0)
+    assert time.monotonic() - begin < 10
+    transport.close()
+
+
+def test_a_large_answer_is_read_whole():
+    code = (
+        "import sys\n"
+        "sys.stdin.readline()\n"
+        'print(\'{"version": 1, "engine": {"name": "\' + "x" * 5000000 + \'", "version": "1", '
+        '"reads": ["urdf"]}}\')'
+    )
+    transport = ProcessTransport([sys.executable, "-I", "-S", "-c", code])
+    answer = transport.ask(Start(), LIMIT)
+    assert isinstance(answer, Started)
+    assert len(answer.engine.name) == 5_000_000
+    transport.close()

@@ -1,0 +1,159 @@
+"""The command `twolink conform`."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from twolink.cli.terminal import (
+    FAILED,
+    check_target,
+    console,
+    progress_bar,
+    refuse,
+    say,
+    styled,
+    write_json,
+)
+
+if TYPE_CHECKING:
+    from rich.text import Text
+
+    from twolink.conformance.results import Report, TestResult
+
+# The table fits a terminal of this width.
+_WIDE = 80
+
+# Tests that are printed with a cause; --json has all.
+_SHOWN = 3
+
+_GIGABYTE = 2**30
+
+
+def conform(
+    engine: Annotated[
+        str,
+        typer.Argument(help="A registered name, 'module:object', or 'cmd: COMMAND' of a program."),
+    ],
+    suite: Annotated[
+        list[str] | None, typer.Option(help="Only this suite; may be given often. Default: all.")
+    ] = None,
+    seconds: Annotated[
+        float, typer.Option(help="Time limit of each answer, with the start of the engine.")
+    ] = 60.0,
+    memory: Annotated[float, typer.Option(help="Memory limit of the engine, in GB.")] = 4.0,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the report to this file as JSON.")
+    ] = None,
+    junit_file: Annotated[
+        Path | None, typer.Option("--junit", help="Write the report to this file as JUnit XML.")
+    ] = None,
+) -> None:
+    """Check any dynamics engine, in any language, and say what is wrong.
+
+    The engine answers messages; see docs/check_your_engine.md. Exit code 0: all agree. 1: some do
+    not. 2: the input was refused.
+    """
+    if not 0 < seconds < math.inf:
+        refuse(f"--seconds must be a positive number; got {seconds:g}")
+    if not 0 < memory < math.inf:
+        refuse(f"--memory must be a positive number of GB; got {memory:g}")
+    check_target("--json", json_file)
+    check_target("--junit", junit_file)
+    report = _report(engine, suite, seconds, int(memory * _GIGABYTE))
+    _print_report(report)
+    if json_file is not None:
+        from twolink.conformance.report import document
+
+        write_json(json_file, document(report))
+    if junit_file is not None:
+        _write_junit(junit_file, report)
+    if not report.agrees:
+        raise typer.Exit(FAILED)
+
+
+def _report(engine: str, suite: list[str] | None, seconds: float, memory: int) -> Report:
+    """Run the suites under a progress bar."""
+    from twolink.conformance.attach import attach
+    from twolink.conformance.runner import conform as run
+    from twolink.conformance.suites import chosen
+
+    start = attach(engine, memory=memory)
+    suites = chosen(suite)
+    with progress_bar() as bar:
+        task = bar.add_task("conformance", total=1.0)
+        return run(
+            engine,
+            start,
+            suites,
+            seconds=seconds,
+            memory=memory,
+            progress=lambda share: bar.update(task, completed=share),
+        )
+
+
+def _write_junit(file: Path, report: Report) -> None:
+    from twolink.conformance.report import junit
+    from twolink.files import atomic_write
+
+    with atomic_write(file) as temporary:
+        temporary.write_text(junit(report), encoding="utf-8")
+
+
+def _print_report(report: Report) -> None:
+    """Print the table, the causes, and the verdict."""
+    from rich import box
+    from rich.table import Table
+
+    from twolink.conformance.results import rows
+
+    page = console(_WIDE)
+    about = report.engine
+    page.print(f"{about.name} {about.version}, {about.precision}, {report.attachment}\n")
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for name in ("suite", "quantity"):
+        table.add_column(name, no_wrap=True)
+    table.add_column("pass", justify="right", no_wrap=True)
+    table.add_column("digits", justify="right", no_wrap=True)
+    table.add_column("otherwise", overflow="fold")
+    before = ""
+    for (suite, quantity), results in rows(report.results).items():
+        table.add_row("" if suite == before else suite, quantity, *_cells(results))
+        before = suite
+    page.print(table)
+    page.print("digits: correct digits of the worst answer (LRE).\n", style="dim")
+    for name, results in report.causes().items():
+        _print_cause(name, results)
+    for result in report.failed:
+        if not result.cause:
+            say(f"{result.id}: {result.mark.value}; {result.said}")
+    page.print(report.sentence, style="bold green" if report.agrees else "bold red", soft_wrap=True)
+
+
+def _cells(results: tuple[TestResult, ...]) -> tuple[str, str, Text]:
+    """Return passes of tests, the digits of the worst answer, and the other marks."""
+    from collections import Counter
+
+    from twolink.hardcases import Mark
+
+    marks = Counter(result.mark for result in results)
+    put = len(results) - marks[Mark.CANNOT]
+    digits = [result.digits for result in results if not math.isnan(result.digits)]
+    others = [f"{count} {mark.value}" for mark, count in marks.items() if mark is not Mark.PASS]
+    return (
+        f"{marks[Mark.PASS]}/{put}" if put else "–",
+        f"{min(digits):.1f}" if digits else "–",
+        styled(", ".join(others)),
+    )
+
+
+def _print_cause(name: str, results: tuple[TestResult, ...]) -> None:
+    from twolink.conformance.diagnosis import SENTENCES
+
+    count = f"{len(results)} test{'' if len(results) == 1 else 's'}"
+    shown = ", ".join(result.id for result in results[:_SHOWN])
+    more = ", …" if len(results) > _SHOWN else ""
+    say(f"{SENTENCES[name]} ({name}, {count}): {shown}{more}")

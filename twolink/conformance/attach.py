@@ -1,0 +1,99 @@
+"""From the name of an engine to a transport: `cmd: …`, `module:object`, or a registered name."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import os
+import shlex
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from twolink.conformance.contract import Engine
+from twolink.conformance.in_process import InProcess
+from twolink.conformance.process import ProcessTransport
+from twolink.conformance.transport import Transport
+from twolink.errors import EngineError
+from twolink.text import choice, one_line, quoted
+
+GROUP = "twolink.engines"
+"""The group of entry points by which packages register engines."""
+
+_COMMAND = "cmd:"
+
+ENGINES = {"pinocchio": "twolink.conformance.pinocchio_engine:PinocchioEngine"}
+"""The engines that come with this library, as `module:object`."""
+
+
+def attach(
+    engine: str, *, memory: int = 4 * 2**30, in_process: bool = False
+) -> Callable[[], Transport]:
+    """Return a function that starts an engine.
+
+    A Python engine runs in a child process with a limit on memory (bytes), unless `in_process`.
+    Raises `EngineError` for a name that is not known, or a command that cannot be found.
+    """
+    if engine.startswith(_COMMAND):
+        command = _command(engine.removeprefix(_COMMAND))
+        return lambda: ProcessTransport(command, memory)
+    path = _path_of(engine)
+    if in_process:
+        return lambda: InProcess(python_engine(path))
+    served = [sys.executable, "-m", "twolink.conformance.serve", path]
+    return lambda: ProcessTransport(served, memory)
+
+
+def python_engine(path: str) -> Engine:
+    """Return the engine `module:object`, a class of engines or one itself. Raises `EngineError`."""
+    module, _, name = path.partition(":")
+    try:
+        found: Any = importlib.import_module(module)
+        for part in name.split("."):
+            found = getattr(found, part)
+    except (ImportError, AttributeError) as error:
+        raise EngineError(f"engine {quoted(path)} cannot be imported: {error}") from error
+    if isinstance(found, type):
+        found = found()
+    if not isinstance(found, Engine):
+        raise EngineError(
+            f"engine {quoted(path)} must be a twolink.conformance.contract.Engine;"
+            f" got {quoted(found)}"
+        )
+    return found
+
+
+def registered() -> dict[str, str]:
+    """Return the registered engines by name, as `module:object`."""
+    entries = importlib.metadata.entry_points(group=GROUP)
+    return {**ENGINES, **{entry.name: entry.value for entry in entries}}
+
+
+def _path_of(engine: str) -> str:
+    known = registered()
+    for name, path in known.items():
+        if name.casefold() == engine.casefold():
+            return path
+    if ":" in engine and all(part.isidentifier() for part in engine.replace(":", ".").split(".")):
+        return engine
+    raise EngineError(
+        f"{choice('engine', engine, known)}; or 'module:object', or 'cmd: COMMAND' for a program"
+    )
+
+
+def _command(text: str) -> list[str]:
+    try:
+        words = shlex.split(text)
+    except ValueError as error:
+        raise EngineError(f"the command of an engine must be words; got {text!r}") from error
+    if not words:
+        raise EngineError("the command of an engine must be words; got none")
+    if not _is_there(words[0]):
+        raise EngineError(f"{one_line(words[0], 200)}: there is no such command")
+    return words
+
+
+def _is_there(program: str) -> bool:
+    from shutil import which
+
+    return which(program) is not None or os.access(program, os.X_OK)

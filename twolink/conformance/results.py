@@ -1,0 +1,109 @@
+"""Results of an engine: the outcome of each test, and the verdict on all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from twolink.conformance.diagnosis import SENTENCES
+from twolink.conformance.messages import About
+from twolink.hardcases import Mark
+
+READ = "read"
+"""The quantity of a test of reading: a model is loaded, or refused."""
+
+_FINE = (Mark.PASS, Mark.CANNOT)
+
+
+@dataclass(frozen=True)
+class TestResult:
+    """The outcome of one test.
+
+    `factor` is the error in units of its bound and `digits` the number of correct digits, NaN where
+    there are none. `cause` is a name of `twolink.conformance.diagnosis.SENTENCES`, or empty; `said`
+    is what went wrong, in the kit's words or the engine's. `output` is the end of the engine's
+    standard error after a fault, `expected` the reason of a known failure.
+    """
+
+    __test__ = False
+
+    id: str
+    suite: str
+    group: str
+    quantity: str
+    flags: tuple[str, ...]
+    mark: Mark
+    factor: float = math.nan
+    digits: float = math.nan
+    cause: str = ""
+    said: str = ""
+    warnings: tuple[str, ...] = ()
+    output: str = ""
+    issue: str = ""
+    expected: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """Whether the test passed, was not for this engine, or failed as was expected."""
+        return bool(self.expected) or self.mark in _FINE
+
+    @property
+    def reason(self) -> str:
+        """Why the test did not pass, in one sentence."""
+        return SENTENCES.get(self.cause, self.said)
+
+
+@dataclass(frozen=True)
+class Report:
+    """All results of one engine, with the settings of the run."""
+
+    engine: About
+    attachment: str
+    suites: tuple[str, ...]
+    seconds: float
+    memory: int
+    results: tuple[TestResult, ...]
+    setup: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def compared(self) -> tuple[TestResult, ...]:
+        """The tests that were put to the engine and that it did not skip."""
+        return tuple(result for result in self.results if result.mark is not Mark.CANNOT)
+
+    @property
+    def failed(self) -> tuple[TestResult, ...]:
+        """The tests that were not passed."""
+        return tuple(result for result in self.results if not result.passed)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether something was compared, and all of it agrees."""
+        return bool(self.compared) and not self.failed
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in one sentence."""
+        count = len(self.compared)
+        if not count:
+            return f"{self.engine.name} was not compared: it skips all tests."
+        if not self.failed:
+            return f"{self.engine.name} agrees in all {count} tests."
+        return f"{self.engine.name} disagrees in {len(self.failed)} of {count} tests."
+
+    def causes(self) -> dict[str, tuple[TestResult, ...]]:
+        """Return the tests that each cause explains, the most frequent cause first."""
+        found: dict[str, list[TestResult]] = {}
+        for result in self.failed:
+            if result.cause:
+                found.setdefault(result.cause, []).append(result)
+        ordered = sorted(found, key=lambda name: -len(found[name]))
+        return {name: tuple(found[name]) for name in ordered}
+
+
+def rows(results: Iterable[TestResult]) -> dict[tuple[str, str], tuple[TestResult, ...]]:
+    """Return results by suite and quantity, in their order."""
+    found: dict[tuple[str, str], list[TestResult]] = {}
+    for result in results:
+        found.setdefault((result.suite, result.quantity), []).append(result)
+    return {key: tuple(each) for key, each in found.items()}

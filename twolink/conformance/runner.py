@@ -1,0 +1,282 @@
+"""Run the suites on an engine: load each model, ask each question, judge and diagnose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from types import TracebackType
+from typing import Self
+
+from twolink.conformance.diagnosis import causes, explanation
+from twolink.conformance.judge import judged
+from twolink.conformance.messages import (
+    PROTOCOL,
+    About,
+    Answer,
+    Ask,
+    Errored,
+    Loaded,
+    Model,
+    Refused,
+    Request,
+    Skipped,
+    Start,
+    Started,
+    Values,
+)
+from twolink.conformance.results import READ, Report, TestResult
+from twolink.conformance.transport import EngineFault, FaultKind, Transport
+from twolink.conformance.understanding import misunderstood
+from twolink.conformance.vectors import Group, Vector
+from twolink.errors import EngineError
+from twolink.hardcases import Mark
+
+Progress = Callable[[float], None]
+
+SECONDS = 60.0
+"""Time limit (s) of an answer, the start of the engine included."""
+
+MEMORY = 4 * 2**30
+"""Memory limit (bytes) of an engine in a child process."""
+
+# An engine that fails so often on one model is not asked further questions on it.
+_PATIENCE = 3
+
+_MARKS = {
+    FaultKind.CRASH: Mark.CRASH,
+    FaultKind.CUT: Mark.CRASH,
+    FaultKind.HANG: Mark.HANG,
+}
+
+
+class Session:
+    """An engine that is started anew, with its model, after each fault."""
+
+    def __init__(self, start: Callable[[], Transport], seconds: float) -> None:
+        """Start the engine. Raises `EngineError` if it does not start."""
+        self._start, self._seconds = start, seconds
+        self._transport: Transport | None = None
+        self._model: Model | None = None
+        self._seq = 0
+        try:
+            self.engine = self._started()
+        except EngineFault as fault:
+            self.close()
+            raise EngineError(f"the engine does not start: {fault}") from fault
+        if not self.engine.reads:
+            raise EngineError("the engine must read urdf or parameters; it reads neither")
+
+    def __enter__(self) -> Self:
+        """Return the session."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Stop the engine."""
+        self.close()
+
+    def load(self, model: Model) -> Answer:
+        """Load a model. Raises `EngineFault`."""
+        self._model = None
+        answer = self._asked(model)
+        self._model = model if isinstance(answer, Loaded) else None
+        return answer
+
+    def ask(self, vector: Vector) -> Answer:
+        """Ask for the quantity of a test. Raises `EngineFault`."""
+        self._seq += 1
+        return self._asked(
+            Ask(seq=self._seq, test=vector.id, quantity=vector.quantity, states=vector.states)
+        )
+
+    def close(self) -> None:
+        """Stop the engine."""
+        if self._transport is not None:
+            self._transport.close()
+            self._transport = None
+
+    def _asked(self, request: Request) -> Answer:
+        try:
+            if self._transport is None:
+                self._started()
+                if self._model is not None:
+                    self._told(self._model)
+            return self._told(request)
+        except EngineFault:
+            self.close()
+            raise
+
+    def _started(self) -> About:
+        self._transport = self._start()
+        answer = self._told(Start())
+        assert isinstance(answer, Started)
+        if answer.version != PROTOCOL:
+            raise EngineFault(
+                FaultKind.NO_MESSAGE, f"version must be {PROTOCOL}; got {answer.version}"
+            )
+        return answer.engine
+
+    def _told(self, request: Request) -> Answer:
+        assert self._transport is not None
+        return self._transport.ask(request, self._seconds)
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """A result, and the possible causes of a wrong answer."""
+
+    result: TestResult
+    causes: tuple[str, ...] = ()
+
+
+def conform(
+    attachment: str,
+    start: Callable[[], Transport],
+    suites: Mapping[str, tuple[Group, ...]],
+    *,
+    seconds: float = SECONDS,
+    memory: int = MEMORY,
+    progress: Progress = lambda share: None,
+) -> Report:
+    """Return the report on an engine.
+
+    `attachment` is how the engine is named on the command line, `start` starts it (see
+    `twolink.conformance.attach`). Raises `EngineError` if it does not start.
+    """
+    count = sum(len(groups) for groups in suites.values())
+    outcomes: list[_Outcome] = []
+    with Session(start, seconds) as session:
+        done = 0
+        for name, groups in suites.items():
+            for group in groups:
+                outcomes += _group(session, name, group)
+                done += 1
+                progress(done / count)
+        engine = session.engine
+    chosen = explanation({each.result.id: each.causes for each in outcomes})
+    results = tuple(replace(each.result, cause=chosen.get(each.result.id, "")) for each in outcomes)
+    return Report(engine, attachment, tuple(suites), seconds, memory, results)
+
+
+def _group(session: Session, suite: str, group: Group) -> Iterator[_Outcome]:
+    """Load a model and ask its questions."""
+    engine = session.engine
+    request = group.request(engine.reads)
+    read = TestResult(f"{group.id}/read", suite, group.id, READ, group.flags, Mark.PASS)
+    if request is None:
+        reads = " and ".join(engine.reads)
+        yield _Outcome(replace(read, mark=Mark.CANNOT, said=f"the engine reads {reads} only"))
+        return
+    try:
+        answer = session.load(request)
+    except EngineFault as fault:
+        yield _Outcome(_fault(read, fault))
+        return
+    yield _Outcome(_reading(read, group, answer, engine))
+    if isinstance(answer, Loaded):
+        yield from _questions(session, suite, group, from_urdf=request.urdf is not None)
+
+
+def _reading(read: TestResult, group: Group, answer: Answer, engine: About) -> TestResult:
+    """Return the result of loading a model."""
+    if isinstance(answer, Refused):
+        mark = Mark.REFUSED if group.expect == "value" else Mark.PASS
+        return replace(read, mark=mark, said=answer.refused)
+    assert isinstance(answer, Loaded)
+    if group.expect == "refuse":
+        wanted = f"it must be refused: {group.comment}"
+        mark = Mark.MISSED if answer.warnings else Mark.SILENT
+        return replace(read, mark=mark, said=wanted, warnings=answer.warnings)
+    wrong = misunderstood(answer.understood, group.understood, engine.precision)
+    if wrong:
+        mark = Mark.MISSED if answer.warnings else Mark.SILENT
+        return replace(read, mark=mark, said="; ".join(wrong), warnings=answer.warnings)
+    return replace(read, warnings=answer.warnings)
+
+
+def _questions(
+    session: Session, suite: str, group: Group, *, from_urdf: bool
+) -> Iterator[_Outcome]:
+    faults: list[EngineFault] = []
+    for vector in group.tests:
+        flags = (*group.flags, *vector.flags)
+        result = TestResult(vector.id, suite, group.id, vector.quantity, flags, Mark.CANNOT)
+        reason = _unasked(vector, session.engine)
+        if reason:
+            yield _Outcome(replace(result, said=reason))
+        elif len(faults) >= _PATIENCE:
+            failed = _fault(result, faults[-1])
+            yield _Outcome(replace(failed, said=f"not asked after {_PATIENCE} faults on the model"))
+        else:
+            try:
+                yield _question(session, group, vector, result, from_urdf=from_urdf)
+            except EngineFault as fault:
+                # The engine is started anew after all faults but this one.
+                faults += [fault] if fault.kind is not FaultKind.WRONG_LENGTH else []
+                yield _Outcome(_fault(result, fault))
+
+
+def _unasked(vector: Vector, engine: About) -> str:
+    """Return why a question is not for an engine, or nothing."""
+    if vector.quantity not in engine.answers:
+        return "the engine does not answer this quantity"
+    missing = [effect for effect in vector.needs if effect not in engine.effects]
+    if missing:
+        return f"the engine does not have {' and '.join(missing)}"
+    return ""
+
+
+def _question(
+    session: Session, group: Group, vector: Vector, result: TestResult, *, from_urdf: bool
+) -> _Outcome:
+    """Return the outcome of one question. Raises `EngineFault`."""
+    answer = session.ask(vector)
+    if isinstance(answer, Skipped):
+        return _Outcome(replace(result, said=answer.message, issue=answer.issue_url))
+    if isinstance(answer, Errored):
+        return _Outcome(replace(result, mark=Mark.REFUSED, said=answer.message or "an error"))
+    assert isinstance(answer, Values)
+    precision = session.engine.precision
+    found = judged(
+        vector,
+        group,
+        answer.values,
+        from_urdf=from_urdf,
+        precision=precision,
+        warned=bool(answer.warnings),
+    )
+    result = replace(
+        result,
+        mark=found.mark,
+        factor=found.factor,
+        digits=found.digits,
+        warnings=answer.warnings,
+    )
+    if found.mark is Mark.PASS:
+        return _Outcome(result)
+    names = causes(
+        vector,
+        group,
+        found.answer,
+        from_urdf=from_urdf,
+        precision=precision,
+        single=found.single,
+    )
+    return _Outcome(replace(result, said=_wrong(found.factor, found.digits)), names)
+
+
+def _wrong(factor: float, digits: float) -> str:
+    if math.isnan(factor):
+        return "values are not finite"
+    return f"the error is {factor:.2g} times its bound; {digits:.1f} digits are right"
+
+
+def _fault(result: TestResult, fault: EngineFault) -> TestResult:
+    """Return the result of a test that ended in a fault."""
+    mark = _MARKS.get(fault.kind, Mark.INVALID)
+    return replace(result, mark=mark, said=str(fault), output=fault.output)
