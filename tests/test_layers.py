@@ -131,6 +131,7 @@ ROWS = {
         "diagnosis serve",
         "results",
         "report runner",
+        "harness_check",
     ],
     "twolink.conformance.suites": ["building", "evaluation imports", "__init__"],
     "viz": [

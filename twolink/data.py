@@ -8,3 +8,10 @@ def data_path(name: str) -> Path:
     package = Path(__file__).parent
     installed = package / "models" / name
     return installed if installed.exists() else package.parent / "models" / name
+
+
+def harness_path() -> Path:
+    """Return the folder of the harness skeletons."""
+    package = Path(__file__).parent
+    installed = package / "models" / "harness"
+    return installed if installed.exists() else package.parent / "examples" / "harness"

@@ -71,6 +71,8 @@ class Arm(Engine):
         return vector
 
     def read_parameters(self, p):
+        if not all(mass > 0 for mass in p.mass):
+            raise ModelRefusedError("masses must be positive")
         self.R, self.p = [EYE, EYE], [np.zeros(3), np.array([p.length[0], 0, 0])]
         self.axis = [np.array([0.0, 0, 1])] * 2
         lumps = []

@@ -15,6 +15,7 @@ from twolink.cli.conform import conform
 from twolink.cli.drift import drift
 from twolink.cli.golden import golden
 from twolink.cli.hardcases import hardcases
+from twolink.cli.harness import harness
 from twolink.cli.plot import plot
 from twolink.cli.program import Program
 from twolink.cli.record import record
@@ -40,6 +41,7 @@ COMMANDS = (
     report,
     verify,
     conform,
+    harness,
     golden,
     simulate,
     accuracy,

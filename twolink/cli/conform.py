@@ -45,6 +45,13 @@ def conform(
         float, typer.Option(help="Time limit of each answer, with the start of the engine.")
     ] = 60.0,
     memory: Annotated[float, typer.Option(help="Memory limit of the engine, in GB.")] = 4.0,
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check-harness",
+            help="Only check, message by message, that the engine keeps to the protocol.",
+        ),
+    ] = False,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the report to this file as JSON.")
     ] = None,
@@ -63,6 +70,9 @@ def conform(
         refuse(f"--memory must be a positive number of GB; got {memory:g}")
     check_target("--json", json_file)
     check_target("--junit", junit_file)
+    if check:
+        _check_harness(engine, seconds, int(memory * _GIGABYTE))
+        return
     report = _report(engine, suite, seconds, int(memory * _GIGABYTE))
     _print_report(report)
     if json_file is not None:
@@ -93,6 +103,21 @@ def _report(engine: str, suite: list[str] | None, seconds: float, memory: int) -
             memory=memory,
             progress=lambda share: bar.update(task, completed=share),
         )
+
+
+def _check_harness(engine: str, seconds: float, memory: int) -> None:
+    """Print each check of the protocol, and end with exit code 1 if one fails."""
+    from twolink.conformance.attach import attach
+    from twolink.conformance.harness_check import check_harness
+
+    checks = check_harness(attach(engine, memory=memory), seconds)
+    for check in checks:
+        say(f"{'✓' if check.passed else '✗'} {check.name}: {check.said}")
+    failed = sum(not check.passed for check in checks)
+    if failed:
+        say(f"{failed} of {len(checks)} checks of the protocol fail.")
+        raise typer.Exit(FAILED)
+    say(f"All {len(checks)} checks of the protocol pass.")
 
 
 def _write_junit(file: Path, report: Report) -> None:

@@ -135,10 +135,11 @@ def usage_sentence(error: Any, words: Sequence[str]) -> str:
 def _bad_value(parameter: Any, message: str, words: Sequence[str]) -> str:
     """Return the sentence that an option's value is of another type."""
     name, received = _named(parameter), quoted(_received(parameter, words))
-    _, of_names, names = message.rpartition(" is not one of ")
+    wrong, of_names, names = message.rpartition(" is not one of ")
     if of_names:
         known = re.findall(r"'([^']+)'", names)
-        return choice(name, _received(parameter, words), known)
+        # An argument has no name before it on the command line.
+        return choice(name, _received(parameter, words) or wrong.strip("'"), known)
     for word, noun in (
         ("integer", "a whole number"),
         ("number", "a number"),

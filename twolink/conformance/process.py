@@ -83,14 +83,20 @@ class ProcessTransport:
         check_sequence(request, answer)
         return answer
 
+    def stop(self, seconds: float) -> bool:
+        """Ask the child to stop; return whether it ends by itself within a time (s)."""
+        with contextlib.suppress(OSError):
+            os.write(self._stdin, Stop().line().encode() + b"\n")
+        self._close(self._streams[0])
+        try:
+            return self._process.wait(seconds) == 0
+        except subprocess.TimeoutExpired:
+            return False
+
     def close(self) -> None:
         """Ask the child to stop, and kill it with all of its children."""
         if self._process.poll() is None and not self._ended:
-            with contextlib.suppress(OSError):
-                os.write(self._stdin, Stop().line().encode() + b"\n")
-            self._close(self._streams[0])
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                self._process.wait(_PARTING)
+            self.stop(_PARTING)
         self._kill()
         self._selector.close()
         for stream in self._streams:

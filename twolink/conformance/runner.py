@@ -94,6 +94,13 @@ class Session:
             Ask(seq=self._seq, test=vector.id, quantity=vector.quantity, states=vector.states)
         )
 
+    def stop(self, seconds: float) -> bool:
+        """Ask the engine to stop; return whether it ends by itself within a time (s)."""
+        if self._transport is None:
+            self._started()
+        assert self._transport is not None
+        return self._transport.stop(seconds)
+
     def close(self) -> None:
         """Stop the engine."""
         if self._transport is not None:

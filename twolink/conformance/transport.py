@@ -39,6 +39,9 @@ class Transport(Protocol):
     def ask(self, request: Request, seconds: float) -> Answer:
         """Return the answer to a request within a time (s). Raises `EngineFault`."""
 
+    def stop(self, seconds: float) -> bool:
+        """Ask the engine to stop; return whether it ends by itself within a time (s)."""
+
     def close(self) -> None:
         """Stop the engine, and end all its processes."""
 
