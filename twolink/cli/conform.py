@@ -52,6 +52,9 @@ def conform(
             help="Only check, message by message, that the engine keeps to the protocol.",
         ),
     ] = False,
+    expect: Annotated[
+        Path | None, typer.Option(help="A TOML file of known failures, which must fail.")
+    ] = None,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the report to this file as JSON.")
     ] = None,
@@ -73,7 +76,7 @@ def conform(
     if check:
         _check_harness(engine, seconds, int(memory * _GIGABYTE))
         return
-    report = _report(engine, suite, seconds, int(memory * _GIGABYTE))
+    report = _report(engine, suite, seconds, int(memory * _GIGABYTE), expect)
     _print_report(report)
     if json_file is not None:
         from twolink.conformance.report import document
@@ -85,17 +88,21 @@ def conform(
         raise typer.Exit(FAILED)
 
 
-def _report(engine: str, suite: list[str] | None, seconds: float, memory: int) -> Report:
-    """Run the suites under a progress bar."""
+def _report(
+    engine: str, suite: list[str] | None, seconds: float, memory: int, expect: Path | None
+) -> Report:
+    """Run the suites under a progress bar, and take known failures out."""
     from twolink.conformance.attach import attach
+    from twolink.conformance.expectations import read_expectations, with_expectations
     from twolink.conformance.runner import conform as run
     from twolink.conformance.suites import chosen
 
     start = attach(engine, memory=memory)
     suites = chosen(suite)
+    known = () if expect is None else read_expectations(expect)
     with progress_bar() as bar:
         task = bar.add_task("conformance", total=1.0)
-        return run(
+        report = run(
             engine,
             start,
             suites,
@@ -103,6 +110,7 @@ def _report(engine: str, suite: list[str] | None, seconds: float, memory: int) -
             memory=memory,
             progress=lambda share: bar.update(task, completed=share),
         )
+    return with_expectations(report, known)
 
 
 def _check_harness(engine: str, seconds: float, memory: int) -> None:
@@ -154,7 +162,7 @@ def _print_report(report: Report) -> None:
         _print_cause(name, results)
     for result in report.failed:
         if not result.cause:
-            say(f"{result.id}: {result.mark.value}; {result.said}")
+            say(f"{result.id}: {result.verdict}; {result.said}")
     page.print(report.sentence, style="bold green" if report.agrees else "bold red", soft_wrap=True)
 
 

@@ -134,12 +134,15 @@ def usage_sentence(error: Any, words: Sequence[str]) -> str:
 
 def _bad_value(parameter: Any, message: str, words: Sequence[str]) -> str:
     """Return the sentence that an option's value is of another type."""
-    name, received = _named(parameter), quoted(_received(parameter, words))
+    name = _named(parameter)
     wrong, of_names, names = message.rpartition(" is not one of ")
     if of_names:
         known = re.findall(r"'([^']+)'", names)
         # An argument has no name before it on the command line.
-        return choice(name, _received(parameter, words) or wrong.strip("'"), known)
+        quoted_value = re.search(r"'(.*)'", wrong)
+        received = _received(parameter, words) or (quoted_value[1] if quoted_value else "")
+        return choice(name, received, known)
+    received = quoted(_received(parameter, words))
     for word, noun in (
         ("integer", "a whole number"),
         ("number", "a number"),

@@ -50,6 +50,7 @@ def _table(result: TestResult) -> dict[str, Any]:
         "output": result.output,
         "issue": result.issue,
         "expected": result.expected,
+        "unexpected": result.unexpected,
     }
 
 
@@ -80,8 +81,8 @@ def _add_case(suite: ElementTree.Element, result: TestResult) -> None:
     if result.mark is Mark.CANNOT:
         ElementTree.SubElement(case, "skipped", message=printable(result.said))
     elif not result.passed:
-        words = f"{result.mark.value}: {result.reason}"
+        words = f"{result.verdict}: {result.reason}"
         failure = ElementTree.SubElement(
-            case, "failure", type=result.mark.value, message=printable(words)
+            case, "failure", type=result.verdict, message=printable(words)
         )
         failure.text = printable("\n".join([result.said, *result.warnings, result.output]))

@@ -23,7 +23,8 @@ class TestResult:
     `factor` is the error in units of its bound and `digits` the number of correct digits, NaN where
     there are none. `cause` is a name of `twolink.conformance.diagnosis.SENTENCES`, or empty; `said`
     is what went wrong, in the kit's words or the engine's. `output` is the end of the engine's
-    standard error after a fault, `expected` the reason of a known failure.
+    standard error after a fault, `expected` the reason of a known failure;
+    `unexpected` states that the test passes and is known to fail.
     """
 
     __test__ = False
@@ -42,11 +43,17 @@ class TestResult:
     output: str = ""
     issue: str = ""
     expected: str = ""
+    unexpected: bool = False
 
     @property
     def passed(self) -> bool:
         """Whether the test passed, was not for this engine, or failed as was expected."""
-        return bool(self.expected) or self.mark in _FINE
+        return not self.unexpected and (bool(self.expected) or self.mark in _FINE)
+
+    @property
+    def verdict(self) -> str:
+        """The mark in words, or that of a pass that was not expected."""
+        return "unexpected pass" if self.unexpected else self.mark.value
 
     @property
     def reason(self) -> str:
@@ -88,7 +95,9 @@ class Report:
         if not count:
             return f"{self.engine.name} was not compared: it skips all tests."
         if not self.failed:
-            return f"{self.engine.name} agrees in all {count} tests."
+            known = sum(bool(result.expected) for result in self.compared)
+            but = f" but {known} known failure{'' if known == 1 else 's'}" if known else ""
+            return f"{self.engine.name} agrees in all {count} tests{but}."
         return f"{self.engine.name} disagrees in {len(self.failed)} of {count} tests."
 
     def causes(self) -> dict[str, tuple[TestResult, ...]]:
