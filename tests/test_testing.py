@@ -43,4 +43,4 @@ def test_bad_arguments():
     with pytest.raises(EngineError, match="did you mean"):
         assert_conforms("pinnochio", suites=ONE)
     with pytest.raises(ParameterError, match="suite must be one of"):
-        assert_conforms(Arm, suites=("motion",))
+        assert_conforms(Arm, suites=("walks",))

@@ -52,7 +52,7 @@ def test_an_engine_that_disagrees():
     ("arguments", "sentence"),
     [
         (("pinnochio",), "did you mean 'pinocchio'"),
-        (("pinocchio", "--suite", "imports"), "suite must be one of import, evaluation"),
+        (("pinocchio", "--suite", "imports"), "suite must be one of import, evaluation, motion"),
         (("pinocchio", "--seconds", "0"), "--seconds must be a positive number; got 0"),
         (("pinocchio", "--memory", "nan"), "--memory must be a positive number of GB; got nan"),
         (("pinocchio", "--json", "/no/such/folder/x.json"), "--json: /no/such/folder/x.json"),

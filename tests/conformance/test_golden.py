@@ -29,7 +29,7 @@ def test_ids_are_unique_and_flags_have_notes():
     ids, used = [], set()
     for name in SUITES:
         for group in suite(name):
-            ids += [group.id, *(test.id for test in group.tests)]
+            ids += [group.id, *(test.id for test in (*group.tests, *group.motions))]
             used |= {*group.flags, *(flag for test in group.tests for flag in test.flags)}
     assert len(ids) == len(set(ids))
     assert used == set(FLAGS)
@@ -66,7 +66,7 @@ def test_a_changed_file_is_against_the_schema():
 def test_the_page_defines_every_field_and_flag():
     page = FILES[PAGE].decode()
     for schema in json.loads(FILES["schema/vectors.json"])["$defs"].values():
-        if schema["title"] in ("Vector", "Group", "Flag", "Frame"):
+        if schema["title"] in ("Vector", "Motion", "Group", "Flag", "Frame"):
             for name in schema["properties"]:
                 assert f"| `{name}` |" in page
     for flag in FLAGS:
@@ -95,5 +95,5 @@ def test_bad_targets_and_suites(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises((FileError, OSError)):
         write_golden(tmp_path / "file" / "folder", ["evaluation"])
-    with pytest.raises(ParameterError, match="suite must be one of import, evaluation"):
+    with pytest.raises(ParameterError, match="suite must be one of import, evaluation, motion"):
         golden_files(["imports"])

@@ -93,3 +93,13 @@ def test_without_the_option_nothing_happens(folder):
     (folder / "test_nothing.py").write_text("def test_it():\n    pass\n")
     done = run(folder)
     assert counts(done.stdout) == {"passed": 1}
+
+
+def test_motions(folder):
+    """A motion has one test, for all methods of the engine."""
+    (folder / "moving.py").write_text("from tests.conformance.mover import Undamped\n")
+    done = run(folder, "--twolink-engine", "moving:Undamped", "--twolink-suite", "motion")
+    assert done.returncode == 1
+    found = counts(done.stdout)
+    assert (found["failed"], found["passed"]) == (1, 5)
+    assert "converges to another model" in done.stdout

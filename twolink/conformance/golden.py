@@ -22,6 +22,7 @@ from twolink.conformance.vectors import (
     Flag,
     Frame,
     Group,
+    Motion,
     Vector,
     VectorFile,
 )
@@ -104,6 +105,8 @@ def page() -> str:
         _fields(Group),
         "## Fields of a test",
         _fields(Vector),
+        "## Fields of a motion",
+        _fields(Motion),
         "## Fields of a flag in `notes`",
         _fields(Flag),
         "## Fields of `frame`",
@@ -148,12 +151,17 @@ _MEANINGS: Mapping[str, str] = {
     " of its mass centre from its joint's axis (m) and its inertia about the mass centre (kg m²);"
     " of each joint its damping, friction, armature and limits",
     "tests": "the tests of the model",
+    "motions": "the motions of the model",
+    "angles": "joint angles at the start, rad",
+    "speeds": "joint speeds at the start, rad/s",
+    "times": "times, the first of which is that of the start, s",
     "quantity": "name of the quantity; see Quantities",
     "unit": "unit of the values",
     "needs": "effects that the engine must have, or the test is not for it",
     "states": "inputs, a row for each state: angles (rad), speeds (rad/s), accelerations (rad/s²),"
     " torques (N m)",
-    "values": "certified values as decimal strings, an entry for each state",
+    "values": "certified values as decimal strings: an entry for each state of a test; θ1, θ2 (rad)"
+    " and their speeds (rad/s) at each time but the first of a motion",
     "bound": "largest error of a right binary64 engine, in the shape of the values",
     "kind": "kind of mistake: import, dynamics, input, numbers",
     "description": "what is special",

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from twolink.conformance.diagnosis import SENTENCES
 from twolink.conformance.messages import About
+from twolink.conformance.transport import EngineFault, FaultKind
 from twolink.hardcases import Mark
 
 READ = "read"
@@ -108,6 +109,19 @@ class Report:
                 found.setdefault(result.cause, []).append(result)
         ordered = sorted(found, key=lambda name: -len(found[name]))
         return {name: tuple(found[name]) for name in ordered}
+
+
+_MARKS = {
+    FaultKind.CRASH: Mark.CRASH,
+    FaultKind.CUT: Mark.CRASH,
+    FaultKind.HANG: Mark.HANG,
+}
+
+
+def faulty(result: TestResult, fault: EngineFault) -> TestResult:
+    """Return the result of a test that ended in a fault."""
+    mark = _MARKS.get(fault.kind, Mark.INVALID)
+    return replace(result, mark=mark, said=str(fault), output=fault.output)
 
 
 def rows(results: Iterable[TestResult]) -> dict[tuple[str, str], tuple[TestResult, ...]]:

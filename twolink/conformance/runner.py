@@ -18,6 +18,7 @@ from twolink.conformance.messages import (
     Errored,
     Loaded,
     Model,
+    Move,
     Refused,
     Request,
     Skipped,
@@ -25,7 +26,8 @@ from twolink.conformance.messages import (
     Started,
     Values,
 )
-from twolink.conformance.results import READ, Report, TestResult
+from twolink.conformance.motions import motion_results
+from twolink.conformance.results import READ, Report, TestResult, faulty
 from twolink.conformance.transport import EngineFault, FaultKind, Transport
 from twolink.conformance.understanding import misunderstood
 from twolink.conformance.vectors import Group, Vector
@@ -42,12 +44,6 @@ MEMORY = 4 * 2**30
 
 # An engine that fails so often on one model is not asked further questions on it.
 _PATIENCE = 3
-
-_MARKS = {
-    FaultKind.CRASH: Mark.CRASH,
-    FaultKind.CUT: Mark.CRASH,
-    FaultKind.HANG: Mark.HANG,
-}
 
 
 class Session:
@@ -93,6 +89,11 @@ class Session:
         return self._asked(
             Ask(seq=self._seq, test=vector.id, quantity=vector.quantity, states=vector.states)
         )
+
+    def move(self, request: Move) -> Answer:
+        """Ask for a motion. Raises `EngineFault`."""
+        self._seq += 1
+        return self._asked(request.model_copy(update={"seq": self._seq}))
 
     def stop(self, seconds: float) -> bool:
         """Ask the engine to stop; return whether it ends by itself within a time (s)."""
@@ -179,14 +180,20 @@ def _group(session: Session, suite: str, group: Group) -> Iterator[_Outcome]:
         reads = " and ".join(engine.reads)
         yield _Outcome(replace(read, mark=Mark.CANNOT, said=f"the engine reads {reads} only"))
         return
+    if not group.tests and group.motions and not engine.methods:
+        yield _Outcome(replace(read, mark=Mark.CANNOT, said="the engine has no methods"))
+        return
     try:
         answer = session.load(request)
     except EngineFault as fault:
-        yield _Outcome(_fault(read, fault))
+        yield _Outcome(faulty(read, fault))
         return
     yield _Outcome(_reading(read, group, answer, engine))
     if isinstance(answer, Loaded):
         yield from _questions(session, suite, group, from_urdf=request.urdf is not None)
+        for motion in group.motions:
+            for result in motion_results(suite, group, motion, session.engine, session.move):
+                yield _Outcome(result)
 
 
 def _reading(read: TestResult, group: Group, answer: Answer, engine: About) -> TestResult:
@@ -217,7 +224,7 @@ def _questions(
         if reason:
             yield _Outcome(replace(result, said=reason))
         elif len(faults) >= _PATIENCE:
-            failed = _fault(result, faults[-1])
+            failed = faulty(result, faults[-1])
             yield _Outcome(replace(failed, said=f"not asked after {_PATIENCE} faults on the model"))
         else:
             try:
@@ -225,7 +232,7 @@ def _questions(
             except EngineFault as fault:
                 # The engine is started anew after all faults but this one.
                 faults += [fault] if fault.kind is not FaultKind.WRONG_LENGTH else []
-                yield _Outcome(_fault(result, fault))
+                yield _Outcome(faulty(result, fault))
 
 
 def _unasked(vector: Vector, engine: About) -> str:
@@ -281,9 +288,3 @@ def _wrong(factor: float, digits: float) -> str:
     if math.isnan(factor):
         return "values are not finite"
     return f"the error is {factor:.2g} times its bound; {digits:.1f} digits are right"
-
-
-def _fault(result: TestResult, fault: EngineFault) -> TestResult:
-    """Return the result of a test that ended in a fault."""
-    mark = _MARKS.get(fault.kind, Mark.INVALID)
-    return replace(result, mark=mark, said=str(fault), output=fault.output)

@@ -15,7 +15,9 @@ from twolink.conformance.messages import (
     Message,
     Model,
     Number,
+    Pair,
     Parameters,
+    Row,
     States,
     Understood,
 )
@@ -67,6 +69,23 @@ class Vector(Message):
     bound: list[Any]
 
 
+class Motion(Message):
+    """A motion from a state: its angles and speeds at times, with 30 digits.
+
+    `values` has θ1, θ2, θ̇1 and θ̇2 at each of the `times` but the first, at which it starts.
+    """
+
+    id: str
+    comment: str = ""
+    flags: tuple[str, ...] = ()
+    level: Level = "average"
+    needs: tuple[Effect, ...] = ()
+    angles: Pair
+    speeds: Pair
+    times: Row
+    values: list[list[str]]
+
+
 class Group(Message):
     """One model with its tests.
 
@@ -87,6 +106,7 @@ class Group(Message):
     parameters: Parameters | None = None
     understood: Understood | None = None
     tests: tuple[Vector, ...] = ()
+    motions: tuple[Motion, ...] = ()
 
     def request(self, reads: tuple[str, ...]) -> Model | None:
         """Return the message that loads the model in the first form an engine reads, or None."""

@@ -7,6 +7,7 @@ from functools import cache
 
 from twolink.conformance.suites.evaluation import evaluation_suite
 from twolink.conformance.suites.imports import import_suite
+from twolink.conformance.suites.motion import motion_suite
 from twolink.conformance.vectors import Group
 from twolink.errors import ParameterError
 from twolink.text import choice
@@ -14,6 +15,7 @@ from twolink.text import choice
 _SUITES: dict[str, Callable[[], tuple[Group, ...]]] = {
     "import": import_suite,
     "evaluation": evaluation_suite,
+    "motion": motion_suite,
 }
 
 SUITES = tuple(_SUITES)
@@ -21,6 +23,7 @@ SUITES = tuple(_SUITES)
 ABOUT = {
     "import": "URDF files of planar two-link chains: one feature or fault each.",
     "evaluation": "Quantities of chains given by parameters or by a plain URDF.",
+    "motion": "Smooth motions from a state, by every method of an engine.",
 }
 
 

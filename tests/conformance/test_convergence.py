@@ -1,0 +1,72 @@
+"""The convergence verdict on sequences whose limit and order are known."""
+
+import math
+
+import numpy as np
+import pytest
+
+from twolink.conformance.convergence import Limit, convergence
+
+TRUTH = np.array([[1.0, -2.0, 0.5, 3.0]])
+SLOPE = np.array([[1.0, 0.3, -2.0, 0.7]])
+EPSILON = 2.0**-52
+
+
+def motions(order, limit=TRUTH, count=5, ratio=2.0, first=1e-2):
+    return [limit + SLOPE * first * ratio ** (-order * k) for k in range(count)]
+
+
+@pytest.mark.parametrize("order", [1, 2, 3, 4])
+@pytest.mark.parametrize("ratio", [2.0, 10.0])
+def test_the_order_is_measured(order, ratio):
+    found = convergence(motions(order, ratio=ratio, count=4), TRUTH, EPSILON, ratio)
+    assert found.limit is Limit.TRUTH
+    assert found.order == pytest.approx(order, abs=0.01)
+    assert found.limit_error <= 0.1 * found.error or found.error < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("order", "off"), [(1, 1e-2), (1, 1e-4), (2, 1e-2), (2, 1e-6), (4, 1e-2), (4, 1e-6)]
+)
+def test_another_model(order, off):
+    limit = TRUTH + np.array([[off, 0.0, -off, 0.0]])
+    found = convergence(motions(order, limit, count=7), TRUTH, EPSILON)
+    assert found.limit is Limit.ANOTHER
+    assert found.limit_error == pytest.approx(off, rel=1e-3)
+    assert found.order == pytest.approx(order, abs=0.1)
+    assert "converges to another model" in found.sentence
+
+
+def test_a_limit_near_the_finest_error_is_not_told_apart():
+    limit = TRUTH + np.array([[1e-6, 0.0, -1e-6, 0.0]])
+    found = convergence(motions(1, limit, count=7), TRUTH, EPSILON)
+    assert found.limit is Limit.TRUTH
+    assert found.limit_error < 0.1 * found.error
+
+
+def test_no_convergence():
+    away = [TRUTH + SLOPE * 0.1 * (-1) ** k for k in range(5)]
+    assert convergence(away, TRUTH, EPSILON).limit is Limit.NONE
+    growing = [TRUTH + SLOPE * 0.01 * 2.0**k for k in range(5)]
+    found = convergence(growing, TRUTH, EPSILON)
+    assert found.limit is Limit.NONE
+    assert found.order == pytest.approx(-1, abs=0.01)
+
+
+def test_values_that_are_not_finite():
+    found = convergence([*motions(1), TRUTH * math.nan], TRUTH, EPSILON)
+    assert found.limit is Limit.NONE
+    assert math.isnan(found.order)
+
+
+def test_the_truth_itself_has_no_order():
+    found = convergence([TRUTH] * 3, TRUTH, EPSILON)
+    assert found.limit is Limit.TRUTH
+    assert math.isnan(found.order)
+    assert "order" not in found.sentence
+
+
+def test_precision_decides_what_is_rounding():
+    off = [TRUTH + 1e-5 * SLOPE] * 3
+    assert convergence(off, TRUTH, EPSILON).limit is Limit.NONE
+    assert convergence(off, TRUTH, 2.0**-23).limit is Limit.TRUTH

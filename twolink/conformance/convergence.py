@@ -1,0 +1,92 @@
+"""The convergence verdict: where an engine's motions go as its step shrinks.
+
+With steps divided by r, motions x_0, x_1, … differ by d_k = |x_k − x_{k+1}|. A method of order p
+has d_k / d_{k+1} → r^p, and Richardson's extrapolation x_n + (x_n − x_{n−1}) / (r^p − 1) is its
+limit up to higher order (E. Hairer, S. P. Nørsett and G. Wanner, Solving Ordinary Differential
+Equations I, 1993, section II.4). Motions of the right equations have the truth as their limit,
+those of other equations another one. Limits closer than a tenth of the finest error are not told
+apart.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# Extrapolation leaves this share of the last error, or less, where the limit is the truth.
+_LEFT = 0.1
+
+# A method converges if its measured order is above this.
+_LEAST_ORDER = 0.5
+
+
+class Limit(Enum):
+    """Where motions go as the step shrinks."""
+
+    TRUTH = "converges to the truth"
+    ANOTHER = "converges to another model"
+    NONE = "does not converge"
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """The verdict on a method: its limit, the measured order, and errors in rad and rad/s.
+
+    `order` is NaN where rounding hides it; `error` is that of the finest motion and `limit_error`
+    that of the extrapolated limit.
+    """
+
+    limit: Limit
+    order: float
+    error: float
+    limit_error: float
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words."""
+        order = "" if math.isnan(self.order) else f", order {self.order:.1f}"
+        return (
+            f"{self.limit.value}{order}; error {self.error:.1e} at the finest setting,"
+            f" {self.limit_error:.1e} of its limit"
+        )
+
+
+def convergence(
+    motions: Sequence[Array], truth: Array, epsilon: float, ratio: float = 2.0
+) -> Convergence:
+    """Return the verdict on three motions or more, each with its step or tolerance divided by r.
+
+    `ratio` is r. `epsilon` is that of the engine's precision: errors below the square root of it,
+    relative to the largest value, are half of all digits and no difference of models.
+    """
+    errors = [float(np.abs(motion - truth).max()) for motion in motions]
+    if not all(map(math.isfinite, errors)):
+        return Convergence(Limit.NONE, math.nan, errors[-1], math.inf)
+    same = math.sqrt(epsilon) * float(np.abs(truth).max())
+    differences = [float(np.abs(one - other).max()) for one, other in pairwise(motions)]
+    order = _order(differences, same, ratio)
+    if errors[-1] <= same:
+        return Convergence(Limit.TRUTH, order, errors[-1], errors[-1])
+    if not order > _LEAST_ORDER:
+        return Convergence(Limit.NONE, order, errors[-1], errors[-1])
+    extrapolated = motions[-1] + (motions[-1] - motions[-2]) / (ratio**order - 1)
+    left = float(np.abs(extrapolated - truth).max())
+    close = left <= max(_LEFT * errors[-1], same)
+    return Convergence(Limit.TRUTH if close else Limit.ANOTHER, order, errors[-1], left)
+
+
+def _order(differences: Sequence[float], same: float, ratio: float) -> float:
+    """Return log_r of the last ratio of differences that rounding does not hide."""
+    pairs = [(coarse, fine) for coarse, fine in pairwise(differences) if coarse > 0 and fine > 0]
+    seen = [pair for pair in pairs if pair[1] > 1e-4 * same]
+    if not pairs or not seen:
+        return math.nan
+    return math.log(seen[-1][0] / seen[-1][1], ratio)
