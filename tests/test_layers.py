@@ -127,7 +127,7 @@ ROWS = {
         "convergence messages spatial",
         "quantities transport urdf_model vectors",
         "bounds contract flags process",
-        "in_process judge mistakes pinocchio_engine suites understanding",
+        "in_process judge mistakes pinocchio_engine simulators suites understanding",
         "answer_mistakes attach golden model_mistakes",
         "diagnosis serve",
         "results",

@@ -18,6 +18,7 @@ from twolink.cli.terminal import (
     styled,
     write_json,
 )
+from twolink.text import one_line
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -162,7 +163,7 @@ def _print_report(report: Report) -> None:
         _print_cause(name, results)
     for result in report.failed:
         if not result.cause:
-            say(f"{result.id}: {result.verdict}; {result.said}")
+            say(f"{result.id}: {result.verdict}; {one_line(result.said, 300)}")
     page.print(report.sentence, style="bold green" if report.agrees else "bold red", soft_wrap=True)
 
 

@@ -22,7 +22,18 @@ GROUP = "twolink.engines"
 
 _COMMAND = "cmd:"
 
-ENGINES = {"pinocchio": "twolink.conformance.pinocchio_engine:PinocchioEngine"}
+_SIMULATORS = "twolink.conformance.simulators"
+
+ENGINES = {
+    "pinocchio": "twolink.conformance.pinocchio_engine:PinocchioEngine",
+    "heyoka": f"{_SIMULATORS}:Heyoka",
+    "scipy": f"{_SIMULATORS}:Scipy",
+    "mujoco": f"{_SIMULATORS}:Mujoco",
+    "drake": f"{_SIMULATORS}:Drake",
+    "diffrax": f"{_SIMULATORS}:Diffrax",
+    "pybullet": f"{_SIMULATORS}:Pybullet",
+    "sympy": f"{_SIMULATORS}:Sympy",
+}
 """The engines that come with this library, as `module:object`."""
 
 

@@ -19,7 +19,7 @@ import traceback
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,13 +67,13 @@ class Engine(ABC):
     torques (N m) have shape (n, 2), and results (n, …) with the shape of the quantity.
     """
 
-    name: ClassVar[str]
-    version: ClassVar[str] = ""
-    precision: ClassVar[Precision] = "binary64"
-    reads: ClassVar[tuple[Reads, ...]] = ("urdf",)
-    effects: ClassVar[tuple[Effect, ...]] = ()
-    methods: ClassVar[tuple[Method, ...]] = ()
-    issues: ClassVar[str] = ""
+    name: str
+    version: str = ""
+    precision: Precision = "binary64"
+    reads: tuple[Reads, ...] = ("urdf",)
+    effects: tuple[Effect, ...] = ()
+    methods: tuple[Method, ...] = ()
+    issues: str = ""
 
     @abstractmethod
     def load(self, model: Model) -> Understood | None:

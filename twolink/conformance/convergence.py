@@ -4,8 +4,8 @@ With steps divided by r, motions x_0, x_1, … differ by d_k = |x_k − x_{k+1}|
 has d_k / d_{k+1} → r^p, and Richardson's extrapolation x_n + (x_n − x_{n−1}) / (r^p − 1) is its
 limit up to higher order (E. Hairer, S. P. Nørsett and G. Wanner, Solving Ordinary Differential
 Equations I, 1993, section II.4). Motions of the right equations have the truth as their limit,
-those of other equations another one. Limits closer than a tenth of the finest error are not told
-apart.
+those of other equations another one: then the errors level off while the differences shrink. Limits
+that are closer than the finest error are not told apart.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Extrapolation leaves this share of the last error, or less, where the limit is the truth.
-_LEFT = 0.1
+# Errors shrink with this share of the order of the differences, or more, if the limit is the truth.
+_SHARE = 0.5
 
 # A method converges if its measured order is above this.
 _LEAST_ORDER = 0.5
@@ -79,8 +79,9 @@ def convergence(
         return Convergence(Limit.NONE, order, errors[-1], errors[-1])
     extrapolated = motions[-1] + (motions[-1] - motions[-2]) / (ratio**order - 1)
     left = float(np.abs(extrapolated - truth).max())
-    close = left <= max(_LEFT * errors[-1], same)
-    return Convergence(Limit.TRUTH if close else Limit.ANOTHER, order, errors[-1], left)
+    shrinking = math.log(errors[-2] / errors[-1], ratio)
+    limit = Limit.TRUTH if shrinking >= _SHARE * order else Limit.ANOTHER
+    return Convergence(limit, order, errors[-1], left)
 
 
 def _order(differences: Sequence[float], same: float, ratio: float) -> float:

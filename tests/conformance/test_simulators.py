@@ -1,0 +1,66 @@
+"""The simulators of the library under test, through the same messages as any engine."""
+
+import pytest
+
+from twolink.conformance.attach import ENGINES, attach, python_engine
+from twolink.conformance.runner import conform
+from twolink.conformance.simulators import Scipy, Simulator
+from twolink.conformance.suites import suite
+from twolink.engines.registry import ENGINES as SIMULATORS
+from twolink.errors import EngineError
+from twolink.hardcases import Mark
+
+GROUPS = {
+    "evaluation": tuple(
+        g for g in suite("evaluation") if g.id in ("evaluation/general", "evaluation/damped")
+    ),
+    "motion": suite("motion")[1:2],
+}
+
+
+def results(name):
+    found = conform(name, attach(name, memory=2**33, in_process=True), GROUPS, seconds=120.0)
+    return {result.id: result for result in found.results}
+
+
+def check(found):
+    """Rigid accelerations and all motions agree, and damping is not asked for."""
+    assert found["evaluation/general/forward-dynamics"].mark is Mark.PASS
+    assert found["evaluation/damped/forward-dynamics"].mark is Mark.CANNOT
+    motions = [result for result in found.values() if result.quantity.startswith("motion: ")]
+    assert motions
+    assert [(each.id, each.said) for each in motions if not each.passed] == []
+
+
+def test_scipy_over_pinocchio():
+    check(results("scipy"))
+
+
+@pytest.mark.engines
+@pytest.mark.parametrize("name", ["mujoco", "pybullet"])
+def test_other_simulators(name):
+    check(results(name))
+
+
+def test_every_simulator_has_a_name():
+    served = {path.partition(":")[2] for path in ENGINES.values() if "simulators" in path}
+    kinds = {kind.__name__: kind.simulator for kind in Simulator.__subclasses__()}
+    assert served == set(kinds)
+    assert set(kinds.values()) == {engine.name for engine in SIMULATORS}
+
+
+def test_a_simulator_whose_package_is_missing(monkeypatch):
+    class Gone:
+        def missing(self):
+            return "it needs a package, which is not installed"
+
+    monkeypatch.setattr("twolink.conformance.simulators.engine_named", lambda name: Gone())
+    with pytest.raises(EngineError, match="which is not installed"):
+        python_engine("twolink.conformance.simulators:Scipy")
+
+
+def test_capabilities_are_those_of_the_simulator():
+    engine = Scipy()
+    assert engine.effects == ("joint_damping",)
+    assert {method.name for method in engine.methods} >= {"DOP853"}
+    assert {method.parameter for method in engine.methods} == {"tolerance"}
