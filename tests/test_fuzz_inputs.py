@@ -161,7 +161,7 @@ def test_a_path_is_a_path(call, wrong):
         (lambda: verify_contact(states=2, seed="1"), "seed must be a whole number of 0 or more"),
         (lambda: reference(3), "scene must be a Scene; got 3"),
         (lambda: reference(FALL, limits=None), "limits must be a Limits; got None"),
-        (lambda: enclosure((FALL,)), r"scene must be a Scene; got \(Scene"),
+        (lambda: enclosure((FALL,)), r"scene must be a Scene; got \(<Scene"),
         (lambda: enclosure(FALL, np.array(0.5)), r"digits must be a whole number .* array\(0\.5\)"),
         (lambda: study(FALL, methods="rk4"), "methods must be a sequence of strings; got 'rk4'"),
         (lambda: study(FALL, methods=(4,)), r"methods\[0\] must be a string; got 4"),

@@ -44,6 +44,15 @@ WRITERS = {
         ["urdf", "convert", URDF, "--to", "mjcf", "--out", "{out}/a.xml"],
         "a.xml",
     ),
+    "conform --json": (
+        ["conform", "pinocchio", "--suite", "evaluation", "--json", "{out}/a.json"],
+        "a.json",
+    ),
+    "harness --out": (["harness", "c", "--out", "{out}/a.c"], "a.c"),
+    "golden --out": (
+        ["golden", "--suite", "evaluation", "--out", "{out}/new"],
+        "new/evaluation/bars.json",
+    ),
     "record --out": (["record", CONTACT, "--fps", 1, "--out", "{out}/a.html"], "a.html"),
     "report --out": (["report", FREE_FALL, "--states", 3, "--out", "{out}/new"], "new/index.html"),
     "accuracy --out": (
@@ -66,7 +75,7 @@ WRITERS = {
 FILM = ["record", CONTACT, "--fps", 10, "--size", "160x160", "--out", "{out}/a.mp4"]
 OTHERS = {
     "view": (["view", FREE_FALL, "--no-browser"], ("twolink.cli.view", "film_of")),
-    "scenes": (["scenes"], ("twolink.cli.scenes", "say")),
+    "scenes": (["scenes"], ("twolink.cli.scenes", "print_table")),
     "urdf show": (["urdf", "show", URDF], ("twolink.urdf.description", "read_description")),
 }
 

@@ -63,7 +63,7 @@ def conform(
         Path | None, typer.Option("--junit", help="Write the report to this file as JUnit XML.")
     ] = None,
 ) -> None:
-    """Check any dynamics engine, in any language, and say what is wrong.
+    """Check a dynamics engine, and say what is wrong.
 
     The engine answers messages; see docs/check_your_engine.md. Exit code 0: all agree. 1: some do
     not. 2: the input was refused.

@@ -29,7 +29,7 @@ def harness(
         Path | None, typer.Option(help="Write to this file. Default: engine with the suffix.")
     ] = None,
 ) -> None:
-    """Write the skeleton of an engine for `twolink conform`, to be filled with calls of yours.
+    """Write the skeleton of an engine for `twolink conform`.
 
     It is a whole engine of at most 150 lines: a planar chain in closed form. Its first lines say
     how to build it.

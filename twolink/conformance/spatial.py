@@ -8,7 +8,7 @@ theorem, the planar reduction and the formulations of this library play no part 
     c_i  = Σ m J_i · a + ω_i · (I α + ω × I ω)         a, α: with zero joint accelerations
     g_i  = −Σ m g · J_i
 
-(R. Featherstone, Rigid Body Dynamics Algorithms, 2008, section 6.6, for the Jacobian form of M.)
+(R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 6, for the Jacobian form of M.)
 """
 
 from __future__ import annotations

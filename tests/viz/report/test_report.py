@@ -35,7 +35,7 @@ def test_it_has_all_sections(made):
         "All 60 comparisons agree at 200 states",
         "computeGeneralizedGravity",
         "The drop onto a floor",
-        "D on floor: impact",
+        "impact",
         "without Surface",
         "Recommended: taylor on ",
         "twolink-player",
