@@ -208,7 +208,7 @@ def _moments(first: HybridRun, second: HybridRun, times: Array, end: float) -> A
     """Return the times (s) at which runs are compared.
 
     An event has two instants, one in each run. Forces may jump there, so that the error is largest
-    after the later one.
+    after the later one. The instants of bounces that the first run omits are left out.
     """
     starts = first.polynomials.starts.astype(float)
     places = _PLACES if len(starts) < _MANY_STEPS else (0.5,)
@@ -216,6 +216,9 @@ def _moments(first: HybridRun, second: HybridRun, times: Array, end: float) -> A
     inside = [starts[:-1] + place * widths for place in places]
     events = np.array([float(arc.start.t) for run in (first, second) for arc in run.arcs])
     after = events + 2 * _SLACK * np.spacing(events)
+    for arc, rest in zip(first.arcs, first.since, strict=True):
+        # Bounces that are omitted have a speed only until they would have ended.
+        after = after[(after < float(arc.start.t)) | (after > rest)]
     every = np.unique(np.concatenate([times, *inside, after]))
     return np.asarray(every[every <= end])
 
