@@ -29,11 +29,11 @@ def test_files_that_are_named_are_there(page):
         ("twolink/effects/compliant_surface.py", ["_LAWS", "_law"]),
         ("twolink/formulations.py", ["FORMULATIONS", "FormulationName"]),
         ("twolink/engines/registry.py", ["ENGINES"]),
+        ("twolink/cli/plot.py", ["OF_MOTION"]),
+        ("viz/plots/kinds.py", ["OF_ONE", "OF_SEVERAL"]),
         ("twolink/conformance/model_mistakes.py", ["MODEL_MISTAKES"]),
         ("twolink/conformance/answer_mistakes.py", ["ANSWER_MISTAKES"]),
         ("twolink/conformance/suites/__init__.py", ["_SUITES"]),
-        ("twolink/cli/plot.py", ["OF_MOTION"]),
-        ("viz/plots/kinds.py", ["OF_ONE", "OF_SEVERAL"]),
         ("twolink/hardcases/friction.py", ["CASES"]),
     ],
 )

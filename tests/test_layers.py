@@ -149,7 +149,7 @@ ROWS = {
         "live recording report",
         "display",
     ],
-    "viz.plots": ["style", "moments", "curves", OTHERS, "path", "kinds"],
+    "viz.plots": ["style", "moments", "curves", OTHERS, "path", "kinds strip"],
     "viz.report": ["page", "scoreboard sections"],
     "twolink.cli": [
         "limits terminal",

@@ -26,10 +26,11 @@ class Tone(StrEnum):
 
 @dataclass(frozen=True)
 class Cell:
-    """A text in a table, with its emphasis."""
+    """A text in a table, with its emphasis, and in pages with a link."""
 
     text: str
     tone: Tone = Tone.PLAIN
+    link: str = ""
 
 
 @dataclass(frozen=True)
@@ -109,13 +110,13 @@ class Table:
     def html(self, kind: str = "") -> str:
         """Return the table as HTML, with an optional CSS class."""
         heads = "".join(
-            f'<th scope="col"{_NUMBER if column.number else ""}>{_escaped(column.name)}</th>'
+            f'<th scope="col"{_kinds(column)}>{_escaped(column.name)}</th>'
             for column in self.columns
         )
         body = "\n".join(f"<tr>{self._row(row)}</tr>" for row in self.rows)
         named = any(column.name for column in self.columns)
         return (
-            f"<table{f' class={kind!r}' if kind else ''}>"
+            (f'<table class="{kind}">' if kind else "<table>")
             + (f"<caption>{_escaped(self.title)}</caption>" if self.title else "")
             + (f"<thead><tr>{heads}</tr></thead>" if named else "")
             + f"\n<tbody>{body}</tbody></table>"
@@ -129,7 +130,9 @@ class Table:
             content = _escaped(cell.text)
             if cell.tone:
                 content = f'<span class="{cell.tone}">{content}</span>'
-            cells.append(f"<{tag}{_NUMBER if column.number else ''}>{content}</{tag[:2]}>")
+            if cell.link:
+                content = f'<a href="{html.escape(cell.link)}">{content}</a>'
+            cells.append(f"<{tag}{_kinds(column)}>{content}</{tag[:2]}>")
         return "".join(cells)
 
     def width_with(self, widths: Iterable[int]) -> int:
@@ -159,7 +162,10 @@ class Table:
         return pieces
 
 
-_NUMBER = ' class="number"'
+def _kinds(column: Column) -> str:
+    """Return the CSS classes of a column's cells: narrow pages leave out spare ones."""
+    kinds = [*(["number"] if column.number else []), *(["spare"] if column.spare else [])]
+    return f' class="{" ".join(kinds)}"' if kinds else ""
 
 
 def table(

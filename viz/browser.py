@@ -191,12 +191,12 @@ class Browser:
             self.process = None
         self._scratch.__exit__(None, None, None)
 
-    def page(self, width: int, height: int) -> Page:
-        """Return a new page of a size in pixels."""
+    def page(self, width: int, height: int, scale: float = 1) -> Page:
+        """Return a new page of a size in its pixels, each so many of the device's pixels wide."""
         target = self.call("Target.createTarget", {"url": "about:blank"})["targetId"]
         attached = self.call("Target.attachToTarget", {"targetId": target, "flatten": True})
         page = Page(self, str(attached["sessionId"]))
-        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        size = {"width": width, "height": height, "deviceScaleFactor": scale, "mobile": False}
         page.call("Emulation.setDeviceMetricsOverride", size)
         for domain in ("Page", "Runtime", "Log", "Network"):
             page.call(f"{domain}.enable")

@@ -23,6 +23,10 @@ _ORDER = 60
 # Minimum time (s) on the screen of a contact mark.
 _LEAST = 0.25
 
+# An arrow of friction begins and ends so far from the contact, relative to half of a bar's width.
+_ARROW = (2.4, 6.4)
+_ARROW_MIDDLE = sum(_ARROW) / 2
+
 _HELD, _SLIPPING, _PUSHED = "held", "slipping", ("pushed-on", "pushed-back")
 _WORDS = {
     ContactState.STICKS: "sticks",
@@ -64,17 +68,20 @@ def contact_setup(run: Run, size: float, theme: Theme) -> list[bytes]:
         if tangent is not None:
             for name, sense in zip(_PUSHED, (1, -1), strict=True):
                 way = sense * np.array(tangent)
-                shapes[name] = arrow(2.4 * size * way, 6.4 * size * way, 0.55 * size)
+                start, end = (part * size * way for part in _ARROW)
+                shapes[name] = arrow(start, end, 0.55 * size)
         for name, shape in shapes.items():
             path = f"{_path(number)}/{name}"
             found += [flat_mesh(path, shape, theme.contact, order=_ORDER), visible(path, False)]
     return found
 
 
-def contact_marks(now: Moments, speed: float) -> tuple[list[bytes], list[Label]]:
+def contact_marks(now: Moments, speed: float, size: float) -> tuple[list[bytes], list[Label]]:
     """Return the commands for the marks at a moment, and their description.
 
-    An instantaneous contact is marked for a minimum time on the screen (`speed`).
+    An instantaneous contact is marked for a minimum time on the screen (`speed`); `size` (m) is
+    half of a bar's width. The arrow of
+    friction has its size beside it; an arrow in the text is the direction of sliding.
     """
     time = float(now.times[0])
     mode = mode_at(now.run, time)
@@ -94,6 +101,14 @@ def contact_marks(now: Moments, speed: float) -> tuple[list[bytes], list[Label]]
         commands.append(transform(_path(number), in_the_plane(place, 0.0)))
         commands += [visible(f"{_path(number)}/{name}", on) for name, on in shown.items()]
         word = "touched" if just else _WORDS.get(state)
+        if word is not None and tangent is not None and state.slips:
+            word = f"{word} {_arrow_of(state.direction * np.array(tangent))}"
+        if tangent is not None and state.direction:
+            way = -state.direction * np.array(tangent)
+            # Beside the arrow, inside the surface, and away from the letter of the point.
+            aside = way - np.array(_away(element))
+            words = _friction_in_words(now, number)
+            labels.append([words, *(place + _ARROW_MIDDLE * size * way), *aside, "friction"])
         if word is not None:
             at_joint = joint_labels(now).get(getattr(element.principal, "joint", ""))
             if at_joint is not None:
@@ -101,6 +116,18 @@ def contact_marks(now: Moments, speed: float) -> tuple[list[bytes], list[Label]]
             else:
                 labels.append([word, *place.tolist(), *_away(element), "contact"])
     return commands, labels
+
+
+def _arrow_of(vector: Array) -> str:
+    """Return the arrow of a direction (x, y), y downward."""
+    eighth = round(float(np.arctan2(vector[1], vector[0])) / (np.pi / 4)) % 8
+    return "→↘↓↙←↖↑↗"[eighth]
+
+
+def _friction_in_words(now: Moments, number: int) -> str:
+    """Return the name of the friction force, with its size where that is known."""
+    size = now.run.friction(number, float(now.times[0]))
+    return "friction" if size is None else f"friction {size:.3g} N"
 
 
 def _just_left(run: Run, number: int, time: float, lasting: float) -> bool:
@@ -115,7 +142,10 @@ def _just_left(run: Run, number: int, time: float, lasting: float) -> bool:
 
 
 def joint_labels(now: Moments) -> dict[str, Label]:
-    """Return the letters A, B and D, each offset from the links that meet there."""
+    """Return the letters A, B and D, each offset from the links that meet there.
+
+    The letter of D is below a surface along which an arrow of friction is drawn.
+    """
     ways = [np.array([np.cos(q), np.sin(q)]) for q in now.q[:, 0]]
     at_elbow = ways[0] - ways[1]
     if np.hypot(*at_elbow) < 0.5:
@@ -123,6 +153,13 @@ def joint_labels(now: Moments) -> dict[str, Label]:
         across = np.array([ways[0][1], -ways[0][0]])
         at_elbow = across if across[1] < 0 else -across
     aside = {"A": -ways[0], "B": at_elbow / np.hypot(*at_elbow), "D": ways[1]}
+    mode = mode_at(now.run, float(now.times[0]))
+    for element, state in zip(
+        elements_of(now.run), () if mode is None else mode.states, strict=False
+    ):
+        normal = element.normal
+        if state.direction and isinstance(normal, PointCoordinate) and normal.point == "D":
+            aside["D"] = -np.array(normal.vector)
     return {
         name: [name, *now.point(name)[0].tolist(), *way.tolist(), "joint"]
         for name, way in aside.items()

@@ -109,7 +109,8 @@ def show(trajectory: Trajectory) -> None:
     shell = sys.modules.get("IPython")
     if shell is not None and getattr(shell.get_ipython(), "kernel", None) is not None:
         cell: Any = importlib.import_module("IPython.display")
-        cell.display(cell.HTML(player(trajectory)))
+        # Of a bare frame IPython would say that it has a class for it.
+        cell.display(cell.HTML(f"<div>{player(trajectory)}</div>"))
         return
     with tempfile.NamedTemporaryFile(
         "w", suffix=".html", prefix="twolink-", delete=False, encoding="utf-8"

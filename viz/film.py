@@ -66,8 +66,9 @@ class Film:
     """Runs of a chain as frames: the first in full, the others as ghosts.
 
     The film is as long as the shortest run; frame k is at k · `speed` / `fps` seconds of the
-    motion. `bodies` are commands that attach a URDF's geometry to the first run. Raises
-    `PictureError` for invalid rates.
+    motion. `bodies` are commands that attach a URDF's geometry to the first run. A film for a
+    `still` has a frame at exactly this time (s), too. Raises `PictureError` for invalid rates, and
+    for a still outside of the motion.
     """
 
     runs: tuple[Run, ...]
@@ -76,12 +77,18 @@ class Film:
     theme: Theme = LIGHT
     title: str = ""
     bodies: tuple[bytes, ...] = field(default=(), repr=False)
+    still: float | None = None
 
     def __post_init__(self) -> None:
         """Raise `PictureError` for films without runs and rates out of range."""
         if not self.runs:
             raise PictureError("a film must have at least one run; got none")
         check_rates(self.fps, self.speed)
+        if self.still is not None and not self.start <= self.still <= self.start + self.duration:
+            raise PictureError(
+                f"at must be {self.start:g} to {self.start + self.duration:g} s; got "
+                f"{self.still:g} s"
+            )
 
     @property
     def duration(self) -> float:
@@ -97,7 +104,8 @@ class Film:
     def times(self) -> Array:
         """The times of all frames (s)."""
         count = int(np.floor(self.duration * self.fps / self.speed + 1e-9)) + 1
-        return self.start + np.minimum(np.arange(count) * self.speed / self.fps, self.duration)
+        grid = self.start + np.minimum(np.arange(count) * self.speed / self.fps, self.duration)
+        return grid if self.still is None else np.union1d(grid, [self.still])
 
     @cached_property
     def moments(self) -> tuple[Moments, ...]:
@@ -162,6 +170,7 @@ class Film:
             "framing": Framing.rule(),
             "grid": f"grid {metres(grid_spacing(self.box))}",
             "reach": self.reach,
+            **({} if self.still is None else {"still": self.still}),
             "names": list(self.names),
             "energy": {"lowest": lowest, "most": most, "loses": bool(loses)},
             "surfaces": surface_names(self.runs[0], self.box),
@@ -192,7 +201,7 @@ class Film:
         for number, (moment, moments) in enumerate(zip(now, self.moments, strict=True)):
             commands += _poses(number, moment)
             commands.append(self._trail(number, moment, moments))
-        contacts, contact_labels = contact_marks(now[0], self.speed)
+        contacts, contact_labels = contact_marks(now[0], self.speed, self._width / 2)
         impact, impact_labels = self._impacts.marks(time, self.speed, self._width / 2, self.theme)
         labels = [*joint_labels(now[0]).values(), *contact_labels, *impact_labels]
         words = {

@@ -76,7 +76,7 @@ class Impacts:
             share = abs(impact.normal_impulse) / (largest[turning] or 1.0)
             place = place_of(element, moments.only(number))
             joint = getattr(element.principal, "joint", "")
-            words = f"{size:.3g} {unit}"
+            words = f"impulse {size:.3g} {unit}"
             found.append(Impulse(impact.time, place, vector, share, words, joint))
         return tuple(found)
 

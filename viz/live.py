@@ -26,7 +26,7 @@ import tornado.websocket
 
 from twolink.errors import PictureError
 from viz.film import Film
-from viz.page import frame_message, licences, part, setup_message, viewer_script
+from viz.page import frame_message, licences, part, setup_message, still, viewer_script
 
 LOOPBACK = "127.0.0.1"
 _OWN = ("127.0.0.1", "localhost", "::1")
@@ -46,7 +46,7 @@ _PAGE = """<!DOCTYPE html>
 <script src="viewer.js"></script>
 <script src="player.js"></script>
 </head>
-<body><div class="twolink-player alone" data-theme="{theme}"></div></body>
+<body><div class="twolink-player alone" data-theme="{theme}">{still}</div></body>
 </html>
 """
 
@@ -97,10 +97,13 @@ def _is_number(value: Any) -> TypeGuard[float]:
 class LiveView:
     """A film on a server; `await start()`, then `await play()` until it is cancelled, `close()`.
 
-    `host` is where it listens; `port` 0 is any that is free.
+    `host` is where it listens; `port` 0 is any that is free. With `follows` pages have the
+    colours of their readers' scheme.
     """
 
-    def __init__(self, film: Film, *, host: str = LOOPBACK, port: int = 0) -> None:
+    def __init__(
+        self, film: Film, *, host: str = LOOPBACK, port: int = 0, follows: bool = False
+    ) -> None:
         """Take the film, and where to listen."""
         self.film = film
         self.host = host
@@ -109,7 +112,7 @@ class LiveView:
         self.pages: set[_Stream] = set()
         # Who can reach loopback is on this machine; elsewhere the address itself is the key.
         self._key = "" if host in _OWN else secrets.token_urlsafe(16)
-        self._setup = setup_message(film)
+        self._setup = setup_message(film, follows)
         self._server: tornado.httpserver.HTTPServer | None = None
         self._changed = asyncio.Event()
 
@@ -223,12 +226,15 @@ class LiveView:
 
     def _message(self) -> bytes:
         clock, film = self.clock, self.film
-        time = film.start + clock.frame * film.speed / film.fps
+        # Of a run known at its samples the frames are samples, and what lies between them is not.
+        sampled = any(run.is_sampled for run in film.runs)
+        frame = float(int(clock.frame)) if sampled else clock.frame
+        time = film.start + frame * film.speed / film.fps
         return frame_message(film.at(min(time, film.start + film.duration)), clock.state)
 
     def _page(self) -> str:
         title = html.escape(str(self.film.about["title"]))
-        return _PAGE.format(title=title, theme=self.film.theme.name)
+        return _PAGE.format(title=title, theme=self.film.theme.name, still=still(self.film))
 
 
 def _is_address(name: str) -> bool:

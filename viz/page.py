@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import html
+import io
 import json
 import struct
 import zlib
@@ -14,16 +15,22 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from twolink.text import printable
 from viz.film import Film, Frame
+from viz.plots.strip import strip
+from viz.plots.style import write_to
 from viz.themes import DARK, recoloured
 
 Progress = Callable[[float], None]
 
 
-def player_page(film: Film, *, bare: bool = False, progress: Progress | None = None) -> str:
+def player_page(
+    film: Film, *, bare: bool = False, dark: bool = False, progress: Progress | None = None
+) -> str:
     """Return a page (HTML) that fills the window with a player of a film.
 
-    It works offline and from a file. `bare` omits the buttons. `progress` is called with the
+    It works offline and from a file. `bare` omits the buttons; with `dark` the page follows the
+    reader's colour scheme. `progress` is called with the
     completed fraction.
     """
     kind = "alone bare" if bare else "alone"
@@ -34,7 +41,7 @@ def player_page(film: Film, *, bare: bool = False, progress: Progress | None = N
         # Without an icon the browser would request one from the server.
         '<link rel="icon" href="data:,">\n'
         f"<title>{title}</title>\n<style>body {{ margin: 0; }}</style>\n{player_head()}</head>\n"
-        f"<body>\n{player_body(film, kind=kind, progress=progress)}</body>\n</html>\n"
+        f"<body>\n{player_body(film, kind=kind, dark=dark, progress=progress)}</body>\n</html>\n"
     )
 
 
@@ -58,8 +65,18 @@ def player_body(
     packed = base64.b64encode(zlib.compress(archive(film, dark, progress), 9)).decode()
     return (
         f'<div class="{f"twolink-player {kind}".strip()}" data-theme="{film.theme.name}">'
-        f'<script type="application/x-twolink-film">{packed}</script></div>\n'
+        f'<script type="application/x-twolink-film">{packed}</script>{still(film)}</div>\n'
     )
+
+
+def still(film: Film) -> str:
+    """Return an image of the first run at five times, for print and browsers without WebGL."""
+    trajectory = film.runs[0].trajectory
+    buffer = io.BytesIO()
+    write_to(strip(trajectory, film.theme.name), buffer, ".svg")
+    data = base64.b64encode(buffer.getvalue()).decode("ascii")
+    title = html.escape(printable(trajectory.scene.title))
+    return f'<img class="still" alt="{title} at five times" src="data:image/svg+xml;base64,{data}">'
 
 
 def archive(film: Film, dark: bool = False, progress: Progress | None = None) -> bytes:
@@ -72,12 +89,8 @@ def archive(film: Film, dark: bool = False, progress: Progress | None = None) ->
         frames.append(film.frame(number))
         if progress is not None:
             progress((number + 1) / len(film.times))
-    about = film.about
-    if dark:
-        colours = replace(film, theme=DARK).colours
-        about = {**about, "dark": {**colours, "recoloured": recoloured(film.theme, DARK)}}
     head = {
-        "about": about,
+        "about": about_of(film, dark),
         "setup": [len(command) for command in film.setup],
         "frames": [
             {"words": frame.words, "commands": [len(command) for command in frame.commands]}
@@ -88,10 +101,18 @@ def archive(film: Film, dark: bool = False, progress: Progress | None = None) ->
     return packed_message(head, commands)
 
 
-def setup_message(film: Film) -> bytes:
-    """Return the first message to a streamed page."""
+def about_of(film: Film, dark: bool) -> dict[str, Any]:
+    """Return a film's data for the page, with `dark` also its colours in the dark theme."""
+    if not dark:
+        return film.about
+    colours = replace(film, theme=DARK).colours
+    return {**film.about, "dark": {**colours, "recoloured": recoloured(film.theme, DARK)}}
+
+
+def setup_message(film: Film, dark: bool = False) -> bytes:
+    """Return the first message to a streamed page; with `dark` it follows its reader's scheme."""
     lengths = [len(command) for command in film.setup]
-    return packed_message({"about": film.about, "setup": lengths}, film.setup)
+    return packed_message({"about": about_of(film, dark), "setup": lengths}, film.setup)
 
 
 def frame_message(frame: Frame, state: dict[str, Any]) -> bytes:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import base64
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from twolink.errors import PictureError
 from twolink.files import atomic_write, scratch_folder
@@ -19,6 +22,13 @@ KINDS = (*FILMS, ".png", ".html")
 
 _LEAST, _MOST = 160, 7680
 
+# A picture is drawn so many times as large each way, and scaled down, which smooths its edges. It
+# takes about twice the time.
+_SMOOTH = 2
+
+STAGES = ("frames", "pictures", "checking")
+"""The stages of a recording, in order; a .html has only the first, and a .png the first two."""
+
 # The stage, and its completed fraction.
 Progress = Callable[[str, float], None]
 
@@ -29,23 +39,27 @@ def record(
     *,
     size: tuple[int, int] = (1280, 720),
     at: float | None = None,
+    follows: bool = False,
     patience: float = 30.0,
     progress: Progress | None = None,
 ) -> None:
     """Write a film to a file in the format of its suffix.
 
     A .mp4, .webm or .gif is decoded again to check its frames, times and size (pixels). A .png is
-    one picture at the time `at` (s), by default the last. A .html plays the film in any browser,
-    offline. The file is written atomically; `patience` (s) is the time limit of the browser's
-    answers. Raises `PictureError` for invalid options, `BrowserError` if browser or encoder fail,
-    and `FileError` if the file cannot be written.
+    one picture at exactly the time `at` (s), by default the end. A .html plays
+    the film in any browser, offline; with `follows` in the colours of its reader's scheme. The file
+    is written atomically; `patience` (s) is the time limit of the browser's answers. Raises
+    `PictureError` for invalid options, `BrowserError` if browser or encoder fail, and `FileError`
+    if the file cannot be written.
     """
     check_recording(file, size, film.fps)
     report = progress or (lambda stage, share: None)
-    number = _frame_number(film, at)
+    if at is not None:
+        film = replace(film, still=at)
+    number = len(film.times) - 1 if at is None else int(np.searchsorted(film.times, at))
     with atomic_write(file) as temporary:
         if file.suffix == ".html":
-            page = player_page(film, progress=lambda share: report("frames", share))
+            page = player_page(film, dark=follows, progress=lambda share: report("frames", share))
             temporary.write_text(page, encoding="utf-8")
             return
         if file.suffix == ".png":
@@ -91,7 +105,7 @@ def _shown(film: Film, size: tuple[int, int], patience: float, report: Progress)
         file = folder / "film.html"
         page = player_page(film, bare=True, progress=lambda share: report("frames", share))
         file.write_text(page, encoding="utf-8")
-        player = browser.page(*size)
+        player = browser.page(*size, scale=_SMOOTH)
         player.open(file.as_uri())
         yield player
 
@@ -113,15 +127,3 @@ def _ask(number: int) -> str:
 
 def _picture(url: str) -> bytes:
     return base64.b64decode(url.partition(",")[2])
-
-
-def _frame_number(film: Film, at: float | None) -> int:
-    """Return the number of the frame at a time (s)."""
-    last = len(film.times) - 1
-    if at is None:
-        return last
-    if not film.start <= at <= film.start + film.duration:
-        raise PictureError(
-            f"at must be {film.start:g} to {film.start + film.duration:g} s; got {at:g} s"
-        )
-    return min(last, round((at - film.start) * film.fps / film.speed))

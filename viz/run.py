@@ -10,12 +10,17 @@ import numpy as np
 from twolink import kinematics, lagrange
 from twolink.chain import Chain
 from twolink.effects import potential_energy
+from twolink.errors import SimulationError
 from twolink.simulation import Trajectory
 from viz.motion import States, resolution, states_of
 from viz.shapes import Array
 
 # Impacts below this part of the largest impulse have no visible effect on a trail.
 _SEEN = 1e-3
+
+# Between two points of a trail a link turns by this angle (rad) at most, unless there would be more
+# points than this between two frames.
+_TURN, _MOST_BETWEEN = 0.12, 24
 
 
 @dataclass(frozen=True)
@@ -49,6 +54,11 @@ class Run:
     def _resolution(self) -> float:
         return self.reach * resolution(self.trajectory)
 
+    @property
+    def is_sampled(self) -> bool:
+        """Whether its states between samples are interpolated."""
+        return self._resolution > 0
+
     def resolution(self, time: float) -> float:
         """Return the error of its points at a time (s) between samples (m)."""
         near = np.abs(self.trajectory.t - time).min()
@@ -59,14 +69,37 @@ class Run:
         q, u = self.states(times)
         return Moments(self, times, q, u)
 
+    def friction(self, number: int, time: float) -> float | None:
+        """Return the friction force (N) at the contact of this number at a time (s).
+
+        It is None for a trajectory that is known only at its samples.
+        """
+        try:
+            force = self.trajectory.contact_forces([time])[number].tangential
+        except SimulationError:
+            return None
+        return None if force is None else abs(float(force[0]))
+
     def moments(self, frames: Array, finer: int) -> Moments:
-        """Return the states at the times of frames (s), `finer` times as often, and at impacts."""
-        parts = np.arange(finer) / finer
-        between = frames[:-1, None] + np.diff(frames)[:, None] * parts
+        """Return the states at the times of frames (s), between them, and at impacts.
+
+        There are at least `finer` times for each frame, and as many that no link turns visibly.
+        """
+        _, u = self.states(frames)
+        fastest = np.abs(u).max(axis=0)
+        turned = np.maximum(fastest[:-1], fastest[1:]) * np.diff(frames)
+        counts = np.clip(np.ceil(turned / _TURN), finer, max(finer, _MOST_BETWEEN)).astype(int)
+        between = np.concatenate(
+            [
+                start + length * np.arange(count) / count
+                for start, length, count in zip(frames, np.diff(frames), counts, strict=False)
+            ]
+            or [np.empty(0)]
+        )
         impulses = np.array([impact.normal_impulse for impact in self.trajectory.impacts])
         felt = np.abs(impulses) >= _SEEN * np.abs(impulses).max(initial=0.0)
         struck = np.array([impact.time for impact in self.trajectory.impacts])[felt]
-        return self.at(np.union1d([*between.ravel(), frames[-1]], struck[struck <= frames[-1]]))
+        return self.at(np.union1d([*between, frames[-1]], struck[struck <= frames[-1]]))
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,8 @@ def surface_names(run: Run, box: Box) -> list[Label]:
         ends = point + np.outer([steps.min(), steps.max()], along)
         place = ends[np.argmin(ends[:, 0] + 1e-6 * ends[:, 1])]
         place = np.clip(place, (box.left, box.top), (box.right, box.bottom))
-        labels.append([printable(effect.name), *place.tolist(), *inward.tolist(), "surface"])
+        name = f"{effect.name} (for {', '.join(effect.on)})"
+        labels.append([printable(name), *place.tolist(), *inward.tolist(), "surface"])
     return labels
 
 

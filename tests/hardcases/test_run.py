@@ -45,8 +45,20 @@ def warn(check):
 
 def hang(check):
     while True:
+        check()
+
+
+def wait(check):
+    while True:
         time.sleep(0.01)
         check()
+
+
+def work_on_a_busy_machine(check):
+    """Twice the limit by the clock, and little of it at work."""
+    time.sleep(0.4)
+    check()
+    return Result(0.1)
 
 
 @pytest.mark.parametrize(
@@ -57,7 +69,9 @@ def hang(check):
         (refuse, Mark.REFUSED, "it must be so; got another"),
         (crash, Mark.CRASH, "ZeroDivisionError: division by zero"),
         (warn, Mark.CRASH, "RuntimeWarning: overflow"),
-        (hang, Mark.HANG, "stopped after 0.2 s"),
+        (hang, Mark.HANG, "stopped after 0.2 s of processor time"),
+        (wait, Mark.HANG, "stopped after 4 s, most of them waiting"),
+        (work_on_a_busy_machine, Mark.PASS, ""),
     ],
 )
 def test_cells_of_this_library(does, mark, said):

@@ -88,7 +88,10 @@ def test_a_scene_from_a_dict_is_that_of_its_file():
     [
         ([1], "<dict>: a scene must be a dict; got list"),
         ({}, "<dict>: key 'chain' is missing"),
-        ({"chain": {"mass": (1, "x")}}, "<dict>: chain.mass.1 must be a valid number; got 'x'"),
+        (
+            {"chain": {"mass": (1, "x")}},
+            "<dict>: chain.mass.1 must be a number, without quotes; got 'x'",
+        ),
     ],
 )
 def test_a_dict_that_is_no_scene_is_refused(table, sentence):

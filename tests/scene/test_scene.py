@@ -147,7 +147,11 @@ def test_any_chain_may_be_given():
     ("old", "new", "words"),
     [
         ("g = 9.81", "h = 9.81", "a key of effects.gravity must be one of g, direction; got 'h'"),
-        ("g = 9.81", 'g = "9.81"', "effects.gravity.g must be a valid number; got '9.81'"),
+        (
+            "g = 9.81",
+            'g = "9.81"',
+            "effects.gravity.g must be a number, without quotes; got '9.81'",
+        ),
         ("g = 9.81", "g = nan", "effects.gravity.g must be a finite number; got nan"),
         ("g = 9.81", "g = true", "effects.gravity.g must be a valid number; got True"),
         ("effects.gravity", "effects.gravitas", "got 'gravitas' (did you mean 'gravity'?)"),

@@ -101,7 +101,7 @@ def test_the_worst_state_reproduces_the_difference():
 
 def test_one_formulation_alone():
     verdict = verify(SHIPPED, states=10, formulations={"kane": FORMULATIONS["kane"]})
-    assert {c.source for c in verdict.comparisons} == {"Kane", "Section 6.1"}
+    assert {c.source for c in verdict.comparisons} == {"Kane", "twolink's kinematics"}
 
 
 def test_the_same_seed_gives_the_same_verdict():

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -131,7 +133,7 @@ def test_surfaces_are_hatched_behind_their_edge():
     assert found[:, 1].max() < 1.2 + film._hatch
     assert found[:, 0].min() < film.box.left
     assert found[:, 0].max() > film.box.right
-    assert film.about["surfaces"][0][0] == "floor"
+    assert film.about["surfaces"][0][0] == "floor (for D)"
 
 
 def test_no_surface_no_command():
@@ -149,7 +151,7 @@ def test_an_impact_is_marked_with_its_impulse_where_it_was():
     frame = film.frame(after)
     words = [label for label in frame.words["labels"] if label[5] == "impulse"]
     size = np.hypot(impact.normal_impulse, impact.tangential_impulse)
-    assert [label[0] for label in words] == [f"{size:.3g} N s"]
+    assert [label[0] for label in words] == [f"impulse {size:.3g} N s"]
     chain = trajectory.chain
     q, _ = trajectory.at([impact.time])
     place = np.array(kinematics.position(chain, tuple(q[:, 0]), chain.D))
@@ -183,12 +185,18 @@ def test_contacts_are_marked_while_they_last(frame):
     words = [label[0] for label in film.frame(frame).words["labels"] if label[5] == "contact"]
     assert film.frame(frame).words["mode"] == event.what
     if "slips" in event.what:
-        assert words == ["slips"]
         assert shown["slipping"]
         # Friction acts against the sliding of D along x.
         chain = trajectory.chain
         q, u = trajectory.at([time])
         vx, _ = kinematics.velocity(chain, tuple(q[:, 0]), tuple(u[:, 0]), chain.D)
+        # The words point where D slides, and the arrow of friction has its size.
+        assert words == ["slips →" if vx > 0 else "slips ←"]
+        (friction,) = trajectory.contact_forces([time])
+        (label,) = [x for x in film.frame(frame).words["labels"] if x[5] == "friction"]
+        assert label[0] == f"friction {abs(friction.tangential[0]):.3g} N"
+        x, _ = kinematics.position(chain, tuple(q[:, 0]), chain.D)
+        assert (label[1] - x) * vx < 0
         assert shown["pushed-on" if vx < 0 else "pushed-back"]
         assert not shown["pushed-back" if vx < 0 else "pushed-on"]
     else:
@@ -294,3 +302,36 @@ def test_each_colour_of_a_theme_has_one_place_in_the_other():
 def test_unknown_themes_are_refused():
     with pytest.raises(PictureError, match="theme must be one of light, dark; got 'pink'"):
         theme_named("pink")
+
+
+def test_a_still_is_a_frame_at_exactly_its_time():
+    film = replace(film_of("bounce_to_rest", 1.0), still=0.44)
+    number = int(np.searchsorted(film.times, 0.44))
+    assert film.times[number] == 0.44
+    assert film.frame(number).words["t"] == 0.44
+    assert film.about["still"] == 0.44
+    with pytest.raises(PictureError, match=r"at must be 0 to 1 s; got 1\.5 s"):
+        replace(film, still=1.5)
+
+
+def test_a_trail_is_smooth_where_the_chain_is_fast():
+    trajectory = trajectory_of("free_fall", 10.0)
+    film = film_of("free_fall", 10.0)
+    (moments,) = film.moments
+    turned = np.abs(np.diff(moments.q)).max()
+    assert turned < 0.15
+    # At a constant rate it would turn more between two points.
+    every = np.linspace(0, 10, len(film.times) * 3)
+    assert np.abs(np.diff(trajectory.at(every)[0])).max() > 0.15
+
+
+def test_the_letter_of_D_does_not_lie_on_the_arrow_of_friction():
+    film = film_of("slide_and_stop", 2.0)
+    labels = {label[0]: label for label in film.frame(5).words["labels"]}
+    # Below the floor, whose normal is −y.
+    assert labels["D"][3:5] == [0.0, 1.0]
+
+
+def test_a_surface_says_which_points_it_stops():
+    film = film_of("slide_and_stop", 2.0)
+    assert [label[0] for label in film.about["surfaces"]] == ["floor (for D)"]

@@ -39,8 +39,10 @@ def test_an_archive_holds_every_frame_in_order():
 def test_a_page_is_one_file_that_names_no_other():
     page = player_page(film_of("free_fall", 2.0))
     outside = re.sub(r"<!--.*?-->|<script>.*?</script>", "", page, flags=re.DOTALL)
-    # Addresses: only the empty icon, without which a browser asks for one.
-    assert re.findall(r'(?:src|href|url)\s*=\s*"([^"]*)"', outside) == ["data:,"]
+    # Addresses: the empty icon, without which a browser asks for one, and the stills.
+    icon, stills = re.findall(r'(?:src|href|url)\s*=\s*"([^"]*)"', outside)
+    assert icon == "data:,"
+    assert stills.startswith("data:image/svg+xml;base64,")
     assert "http" not in outside
     assert page.count("<script") == page.count("</script>") == 3
 

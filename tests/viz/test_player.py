@@ -265,3 +265,68 @@ def test_players_stand_in_a_page_of_text(browser, tmp_path):
     assert page.value(frames) == ["0", "1"]
     assert page.complaints() == []
     page.call("Page.close")
+
+
+def test_a_focused_button_is_pressed_by_space(page):
+    page.value("document.querySelector('.faster').focus()")
+    press(page, " ", "Space")
+    settled(page)
+    _, playing, speed = state(page)
+    assert speed == 2
+    assert not playing
+
+
+def test_the_speed_of_the_film_is_shown_once(browser, tmp_path):
+    file = tmp_path / "slow.html"
+    file.write_text(player_page(film_of("bounce_to_rest", 1.0, speed=0.5)), encoding="utf-8")
+    page = browser.page(WIDTH, HEIGHT)
+    page.open(file.as_uri())
+    assert page.value("document.querySelector('span.speed').textContent") == "× 0.5"
+    assert page.value("document.querySelector('.twolink-player').closest('.bare')") is None
+    page.call("Page.close")
+
+
+def test_a_phone_has_a_wide_slider_and_all_buttons(browser, film_page):
+    page = browser.page(390, 844)
+    page.open(film_page)
+    assert page.value("document.querySelector('.scrub').getBoundingClientRect().width") > 300
+    for name in ("play", "slower", "faster", "view"):
+        box = page.value(
+            f"(() => {{ const b = document.querySelector('.{name}').getBoundingClientRect();"
+            "return [b.left, b.right, b.width] })()"
+        )
+        assert 0 <= box[0] < box[1] <= 390
+        assert box[2] >= 36
+    page.call("Page.close")
+
+
+def test_without_webgl_there_is_a_still(browser, tmp_path):
+    blind = (
+        "<script>const own = HTMLCanvasElement.prototype.getContext;"
+        "HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {"
+        "return kind.includes('webgl') ? null : own.call(this, kind, ...rest) };</script>"
+    )
+    content = player_page(film_of("bounce_to_rest", 1.0))
+    file = tmp_path / "blind.html"
+    file.write_text(content.replace("<head>", f"<head>{blind}", 1), encoding="utf-8")
+    page = browser.page(WIDTH, HEIGHT)
+    page.call("Page.navigate", {"url": file.as_uri()})
+    page.wait_until("document.querySelector('.broken') !== null")
+    still = "document.querySelector('.twolink-player .still')"
+    assert page.value(f"getComputedStyle({still}).display") == "block"
+    assert page.value(f"{still}.naturalWidth") > 100
+    page.call("Page.close")
+
+
+def test_a_page_follows_the_scheme_of_its_reader(browser, tmp_path):
+    file = tmp_path / "film.html"
+    file.write_text(player_page(film_of("bounce_to_rest", 1.0), dark=True), encoding="utf-8")
+    page = browser.page(WIDTH, HEIGHT)
+    for scheme in ("dark", "light"):
+        page.call(
+            "Emulation.setEmulatedMedia",
+            {"features": [{"name": "prefers-color-scheme", "value": scheme}]},
+        )
+        page.open(file.as_uri())
+        assert page.value("document.querySelector('.twolink-player').dataset.theme") == scheme
+    page.call("Page.close")

@@ -15,7 +15,6 @@ from twolink.cli.showing import (
     Nearby,
     OwnGeometry,
     Surroundings,
-    ThemeName,
     film_of,
 )
 from twolink.cli.terminal import check_target, progress_bar, refuse, say
@@ -26,11 +25,11 @@ def record(
     motion: Motion,
     out: Annotated[Path, typer.Option(help="The .mp4, .webm, .gif, .png or .html file to write.")],
     fps: Annotated[
-        float | None, typer.Option(help="Frames a second. Default: 30, and 25 in a .gif.")
+        float | None, typer.Option(help="Frames per second. Default: 30, and 25 in a .gif.")
     ] = None,
     size: Annotated[str, typer.Option(help="Width and height in pixels.")] = "1280x720",
-    speed: Annotated[float, typer.Option(help="Seconds of motion a second of film.")] = 1.0,
-    theme: Surroundings = ThemeName.light,
+    speed: Annotated[float, typer.Option(help="Playback speed; 0.5 is slow motion.")] = 1.0,
+    theme: Surroundings = None,
     ghost: Ghosts = None,
     nearby: Nearby = None,
     urdf: OwnGeometry = None,
@@ -42,10 +41,10 @@ def record(
     """Record a motion to a film, a picture, or a page that plays it.
 
     Every frame is drawn once, at its exact time, by a headless Chromium or Chrome; a .html needs
-    none. A film is decoded again and checked. Exit code 0: it is there. 1: browser or encoder
-    failed. 2: the input was refused.
+    none. A film is decoded again and checked. Exit code 0: the file was written. 1: browser or
+    encoder failed. 2: the input was refused.
     """
-    from viz.recording import KINDS, check_recording
+    from viz.recording import KINDS, STAGES, check_recording
     from viz.recording import record as recorded
 
     check_target("--out", out, KINDS)
@@ -58,16 +57,15 @@ def record(
         theme=theme, force=force, frame_bytes=BYTES_OF_A_FRAME,
     )  # fmt: skip
     with progress_bar() as bar:
-        task = bar.add_task("recording", total=1.0)
-        recorded(
-            film,
-            out,
-            size=pixels,
-            at=at,
-            progress=lambda stage, share: bar.update(
-                task, description=f"recording, {stage}", completed=share
-            ),
-        )
+        task = bar.add_task("recording", total=float(len(STAGES)))
+
+        def report(stage: str, share: float) -> None:
+            # A bar that is full between two stages would stop its clock.
+            bar.update(
+                task, description=f"recording, {stage}", completed=STAGES.index(stage) + share
+            )
+
+        recorded(film, out, size=pixels, at=at, follows=theme is None, progress=report)
     frames = "" if out.suffix == ".png" else f"{len(film.times)} frames, "
     say(f"{out}: {frames}{out.stat().st_size / 1e6:.2g} MB")
 

@@ -18,7 +18,9 @@ from twolink.files import new_folder
 if TYPE_CHECKING:
     from twolink.limits import Limits
     from twolink.scene import Scene
+    from twolink.simulation import Trajectory
     from viz.report.page import Section
+    from viz.report.sections import Card
 
 # Time limit (s) of the measurements of accuracy and cost, for all scenes together.
 _BUDGET = 14.0
@@ -66,7 +68,10 @@ def _made(
     files: list[Path], out: Path, states: int, full: bool, limits: Limits
 ) -> list[tuple[bool, str]]:
     """Write the page; return each verdict: whether the check passed, and its sentence."""
+    from datetime import UTC, datetime
+
     from twolink.data import data_path
+    from twolink.environment import this_commit
     from twolink.scene import Scene
     from twolink.urdf import read_planar_urdf
     from twolink.verification import verify
@@ -83,32 +88,56 @@ def _made(
     stages = 2 + len(loaded) + full
     with progress_bar() as bar:
         stage = _Stages(bar, stages)
-        with stage("verifying the shipped URDF") as progress:
+        with stage("verifying the shipped URDF") as report:
             verdict = verify(
                 read_planar_urdf(data_path("twolink.urdf")),
                 states=states,
-                progress=limits.timed(f"comparing at {states} states", progress),
+                progress=limits.timed(f"comparing at {states} states", report),
             )
-        parts: list[Section] = [made.verification(verdict)]
-        verdicts = [(verdict.passed, verdict.sentence)]
+        parts: list[Section] = []
+        trajectories = []
         for scene in loaded:
-            with stage(f"simulating, filming, measuring: {scene.title}") as progress:
-                parts.append(_scene(scene, _BUDGET / len(loaded), progress, limits))
+            with stage(f"simulating, filming, measuring: {scene.title}") as report:
+                trajectory, section = _scene(scene, _BUDGET / len(loaded), report, limits)
+                trajectories.append(trajectory)
+                parts.append(section)
+        cards = [
+            made.Card("Checks", verdict.passed, verdict.sentence, "verification"),
+            made.accuracy_card(trajectories),
+        ]
         if full:
-            with stage("hard cases") as progress:
-                part, found = _hard_cases(progress)
+            with stage("hard cases") as report:
+                part, (passed, sentence) = _hard_cases(report)
                 parts.append(part)
-                verdicts.append(found)
+                cards.append(made.Card("Hard cases", passed, sentence, part.anchor))
+        else:
+            left_out = "Not run for this report; twolink report --full runs them."
+            cards.append(made.Card("Hard cases", None, left_out))
         with stage("writing the page"):
-            parts.append(made.origin(verdict, " ".join(["twolink", *sys.argv[1:]])))
-            lead = page.paragraph(
-                "The planar two-link chain (double pendulum), checked, simulated and measured.",
-                "lead",
-            )
-            whole = page.page("twolink report", lead, parts, player_head())
+            command = " ".join(["twolink", *sys.argv[1:]])
+            now = datetime.now(UTC).isoformat(timespec="seconds")
+            parts += [
+                made.verification(verdict),
+                made.origin(verdict, command, [("date", now), ("commit", this_commit())]),
+            ]
+            whole = page.page("twolink report", _lead(cards), parts, player_head())
             with new_folder(out):
                 page.write(out / "index.html", whole)
-    return verdicts
+    return [(card.passed, card.sentence) for card in cards if card.passed is not None]
+
+
+def _lead(cards: list[Card]) -> str:
+    """Return the top of the page: one sentence, the verdicts, and the chain with its symbols."""
+    from twolink.chain import Chain
+    from viz.display import drawing
+    from viz.report import page
+    from viz.report import sections as made
+
+    sentence = (
+        "The planar two-link chain (double pendulum): its equations of motion checked against "
+        "Pinocchio, its scenes simulated with measured errors, and the cost of accuracy."
+    )
+    return page.paragraph(sentence, "lead") + made.summary(cards, drawing(Chain.uniform_bars()))
 
 
 class _Stages:
@@ -133,9 +162,9 @@ class _Stages:
 
 
 def _scene(
-    scene: Scene, budget: float, progress: Callable[[float], None], limits: Limits
-) -> Section:
-    """Return a scene's section: its motion and film, its curves and costs."""
+    scene: Scene, budget: float, report: Callable[[float], None], limits: Limits
+) -> tuple[Trajectory, Section]:
+    """Return a scene's motion and its section: film, curves and costs."""
     from twolink.accuracy.study import study
     from twolink.simulation import simulate
     from twolink.simulation.effects_cost import effects_cost
@@ -146,8 +175,8 @@ def _scene(
 
     trajectory = simulate(scene, limits=limits)
     player = player_body(Film((Run(scene.title, trajectory),), fps=_FPS), dark=True)
-    measured = study(scene, budget=budget, progress=lambda _, share: progress(share), limits=limits)
-    return made.scene(trajectory, player, effects_cost(scene, limits=limits), measured)
+    measured = study(scene, budget=budget, progress=lambda _, share: report(share), limits=limits)
+    return trajectory, made.scene(trajectory, player, effects_cost(scene, limits=limits), measured)
 
 
 def _hard_cases(progress: Callable[[float, str], None]) -> tuple[Section, tuple[bool, str]]:

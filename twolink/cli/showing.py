@@ -68,7 +68,10 @@ class ThemeName(StrEnum):
     dark = "dark"
 
 
-Surroundings = Annotated[ThemeName, typer.Option(help="Light or dark surroundings.")]
+Surroundings = Annotated[
+    ThemeName | None,
+    typer.Option(help="Colours. Default: those of the reader's screen in a page, else light."),
+]
 
 
 def film_of(
@@ -79,7 +82,7 @@ def film_of(
     urdf: Path | None,
     fps: float,
     speed: float,
-    theme: str,
+    theme: str | None,
     force: bool = False,
     frame_bytes: int = BYTES_OF_A_POSE,
 ) -> Film:
@@ -95,7 +98,7 @@ def film_of(
     from viz.urdf_bodies import urdf_bodies
 
     motion = scene_file(motion)
-    colours = theme_named(theme)
+    colours = theme_named(theme or ThemeName.light)
     check_rates(fps, speed)
     with progress_bar() as bar:
         limits = limits_of(force)

@@ -15,7 +15,6 @@ from twolink.cli.showing import (
     Nearby,
     OwnGeometry,
     Surroundings,
-    ThemeName,
     film_of,
 )
 from twolink.cli.terminal import flush, refuse, say, warn
@@ -34,8 +33,8 @@ def view(
     ghost: Ghosts = None,
     nearby: Nearby = None,
     urdf: OwnGeometry = None,
-    speed: Annotated[float, typer.Option(help="Seconds of motion a second on the wall.")] = 1.0,
-    theme: Surroundings = ThemeName.light,
+    speed: Annotated[float, typer.Option(help="Playback speed; 0.5 is slow motion.")] = 1.0,
+    theme: Surroundings = None,
     browser: Annotated[
         bool, typer.Option(help="Open the page in your browser, and not only print its address.")
     ] = True,
@@ -48,7 +47,7 @@ def view(
     """Show a motion live in the browser, through meshcat's viewer.
 
     The page plays it in real time; it has buttons, and keys: space, arrows, Home, End, + and −, 0.
-    All pages that are open show the same. Ctrl-C ends it.
+    All open pages show the same. Press Ctrl-C to stop.
     """
     if not 0 <= port <= 65535:
         refuse(f"--port must be 0 to 65535; got {port}")
@@ -56,14 +55,14 @@ def view(
         motion, ghosts=ghost or [], nearby=nearby, urdf=urdf, fps=_FPS, speed=speed,
         theme=theme, force=force,
     )  # fmt: skip
-    asyncio.run(_served(film, host, port, opened=browser))
+    asyncio.run(_served(film, host, port, opened=browser, follows=theme is None))
 
 
-async def _served(film: Film, host: str, port: int, *, opened: bool) -> None:
+async def _served(film: Film, host: str, port: int, *, opened: bool, follows: bool) -> None:
     """Serve a film until Ctrl-C or SIGTERM."""
     from viz.live import LiveView
 
-    live = LiveView(film, host=host, port=port)
+    live = LiveView(film, host=host, port=port, follows=follows)
     await live.start()
     loop = asyncio.get_running_loop()
     playing = asyncio.ensure_future(live.play())
@@ -75,7 +74,7 @@ async def _served(film: Film, host: str, port: int, *, opened: bool) -> None:
                 f"Listening at {host}: anyone who has this address and can reach this machine can "
                 "watch the motion, and play, pause and seek it; there is no encryption."
             )
-        say(f"{live.url}\nCtrl-C ends it.")
+        say(f"{live.url}\nPress Ctrl-C to stop.")
         flush()
         if opened:
             import webbrowser

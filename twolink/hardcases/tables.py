@@ -17,6 +17,7 @@ _TONES = {
     Mark.SILENT: Tone.BAD,
     Mark.CRASH: Tone.BAD,
     Mark.HANG: Tone.BAD,
+    Mark.REFUSED: Tone.SOFT,
     Mark.CANNOT: Tone.SOFT,
 }
 
@@ -25,11 +26,11 @@ def group_table(
     group: str, cases: Sequence[Case], columns: Sequence[Column], board: Board
 ) -> Table:
     """Return the outcomes of the cases of a group."""
-    rows: list[tuple[str | Cell, ...]] = [
-        (case.name, *(_cell(board[case.name][column.name]) for column in columns))
-        for case in cases
-        if case.group == group
-    ]
+    rows: list[list[str | Cell]] = []
+    for case in (case for case in cases if case.group == group):
+        outcomes = board[case.name]
+        name = Cell(case.name, link=f"#case-{case.name}")
+        rows.append([name, *(_cell(outcomes[column.name]) for column in columns)])
     # A long name breaks at its hyphen.
     heads = (TableColumn(column.name.replace("-", "-\n")) for column in columns)
     return table(f"Hard cases: {group}", ["", *heads], rows)

@@ -153,6 +153,8 @@ def _sentence(fault: Any) -> str:
         return f"{key.removesuffix('.1')} must be two numbers; got {quoted(fault['input'])}"
     if fault["type"] == "missing":
         return f"key '{key}' is missing; it must be given"
+    if fault["type"] == "float_type" and isinstance(fault["input"], str):
+        return f"{key} must be a number, without quotes; got {quoted(fault['input'])}"
     # A tuple of pydantic is a list in TOML.
     required = fault["msg"].removeprefix("Input should be ").replace("a valid tuple", "a list")
     return f"{key} must be {required}; got {quoted(fault['input'])}"

@@ -54,7 +54,10 @@ def start_of(table: dict[str, Any], joints: JointConvention | None) -> tuple[Pai
                 f" got neither, so the start must be given by {absolute}"
             )
     if "q" not in given and "theta" not in given:
-        raise SceneError("key 'start.q' is missing; it, or theta, must be given")
+        raise SceneError(
+            "key 'start.q' is missing; it must be the two starting angles in rad (or theta, the "
+            "joint angles)"
+        )
     joints = joints or JointConvention()
     q = joints.absolute_angles(given["theta"]) if "theta" in given else given["q"]
     u = joints.absolute_speeds(given["omega"]) if "omega" in given else given.get("u", (0.0, 0.0))

@@ -16,8 +16,8 @@ KEY = (
 )
 """The meaning of a cell."""
 
-# The source of the kinematic quantities in comparisons.
-_KINEMATICS = "Section 6.1"
+KINEMATICS = "twolink's kinematics"
+"""The source of kinematic quantities in comparisons."""
 
 
 @dataclass(frozen=True)
@@ -99,8 +99,8 @@ class Verdict:
 
     def tables(self, dynamics: str = "Equations of motion") -> tuple[Table, ...]:
         """Return the tables: dynamics under this title, and kinematics if compared."""
-        moving = [c for c in self.comparisons if c.source != _KINEMATICS]
-        points = [c for c in self.comparisons if c.source == _KINEMATICS]
+        moving = [c for c in self.comparisons if c.source != KINEMATICS]
+        points = [c for c in self.comparisons if c.source == KINEMATICS]
         titled = ((dynamics, moving), ("Motion of the points", points))
         return tuple(_comparisons(title, found) for title, found in titled if found)
 
@@ -112,7 +112,7 @@ def _comparisons(title: str, comparisons: Iterable[Comparison]) -> Table:
     columns = [
         Column("quantity"),
         Column("Pinocchio's algorithm", spare=1),
-        *(Column(f"{_named(a)}\n− {b.split()[0]}", number=True) for a, b in pairs),
+        *(Column(f"{a}\n− {b.split()[0]}", number=True) for a, b in pairs),
     ]
     rows: list[tuple[str | Cell, ...]] = []
     for row in dict.fromkeys(c.quantity.partition(" of ")[0] for c in found):
@@ -125,10 +125,6 @@ def _comparisons(title: str, comparisons: Iterable[Comparison]) -> Table:
         )
         rows.append((label, inside[0].algorithm, *map(_cell, worst)))
     return table(title, columns, rows)
-
-
-def _named(source: str) -> str:
-    return "twolink's kinematics" if source == _KINEMATICS else source
 
 
 def _cell(comparison: Comparison) -> Cell:

@@ -24,7 +24,7 @@ from twolink.verification.jointspace import (
 from twolink.verification.quantities import DYNAMICS, MOTION, Formula, Quantity
 from twolink.verification.states import Array, States, random_states
 from twolink.verification.tolerance import EPSILON, Problem, Scale, tolerance
-from twolink.verification.verdict import Comparison, Verdict
+from twolink.verification.verdict import KINEMATICS, Comparison, Verdict
 
 # States are processed in batches, which bounds memory and allows progress reports.
 _BATCH = 4000
@@ -75,7 +75,7 @@ def motion_plan(
         urdf,
         engine or Pinocchio(urdf),
         groups=(*cases(DYNAMICS, texts), *cases(MOTION, kinematics)),
-        names={**{name: f.name for name, f in formulations.items()}, "kinematics": "Section 6.1"},
+        names={**{name: f.name for name, f in formulations.items()}, "kinematics": KINEMATICS},
     )
 
 

@@ -45,6 +45,8 @@
       this.viewer = new MeshCat.Viewer(this.pane, false);
       // With another camera the viewer takes new controls, and forgets to let go of the first.
       this.viewer.controls.dispose();
+      // Pictures that are scaled down have smoother edges.
+      this.viewer.renderer.setPixelRatio(element.closest(".bare") ? window.devicePixelRatio || 1 : 1);
       // The viewer would take the height of the window, and stretch an orthographic camera.
       this.viewer.set_3d_pane_size = () => this.fit();
       this.words = null;
@@ -122,11 +124,12 @@
     picture() {
       this.draw();
       const canvas = document.createElement("canvas");
-      canvas.width = this.canvas.width;
-      canvas.height = this.canvas.height;
+      canvas.width = this.width;
+      canvas.height = this.height;
       const context = canvas.getContext("2d", { willReadFrequently: true });
+      context.imageSmoothingQuality = "high";
       context.drawImage(this.viewer.renderer.domElement, 0, 0, canvas.width, canvas.height);
-      context.drawImage(this.canvas, 0, 0);
+      context.drawImage(this.canvas, 0, 0, canvas.width, canvas.height);
       return canvas.toDataURL("image/png");
     }
 
@@ -156,7 +159,7 @@
       const { theme } = this.about;
       const colour = {
         joint: theme.ink, contact: theme.contact, impulse: theme.impulse,
-        surface: theme.faint,
+        surface: theme.faint, friction: theme.contact,
       };
       const { camera } = this.viewer;
       const scale = this.height * camera.zoom / (camera.top - camera.bottom);
@@ -164,6 +167,7 @@
       const away = {
         joint: 0.9 * this.about.width * scale, contact: 1.3 * this.about.width * scale,
         impulse: 0, surface: 0.8 * this.about.hatch * scale,
+        friction: 0.5 * this.about.width * scale + 8 * this.unit,
       };
       const taken = [];
       for (const [text, x, y, dx, dy, kind, line] of labels) {
@@ -185,7 +189,7 @@
         [left, middle] = free(taken, left, middle, half, size, room);
         c.textAlign = "left";
         c.textBaseline = "middle";
-        if (kind === "surface") {
+        if (kind === "surface" || kind === "friction") {
           // Hatching would strike the letters through.
           c.fillStyle = theme.background;
           c.fillRect(left - 3, middle - 0.62 * size, 2 * half + 6, 1.24 * size);
@@ -268,17 +272,23 @@
       c.fillStyle = theme.grid;
       c.fillRect(bar.x, bar.y, bar.w, bar.h);
       let x = bar.x, words_x = bar.x;
+      // Where there is no room for the numbers, the names remain.
+      let size = this.font(c, 14);
+      const wide = (all) => parts.reduce((sum, [name]) =>
+        sum + size * 2.1 + c.measureText(all ? `${name} ${joules(energy.most, energy.most)}` : name).width, 0);
+      const numbers = wide(true) < this.width - 2 * side;
+      const shorten = (name) => (wide(false) < this.width - 2 * side ? name : name.split(" ")[0]);
       for (const [name, value, colour] of parts) {
-        const size = this.font(c, 14);
-        const wide = share(value) * bar.w;
+        size = this.font(c, 14);
+        const long = share(value) * bar.w;
         c.fillStyle = colour;
-        c.fillRect(x, bar.y, Math.min(wide, bar.x + bar.w - x), bar.h);
-        x += wide;
+        c.fillRect(x, bar.y, Math.min(long, bar.x + bar.w - x), bar.h);
+        x += long;
         c.fillRect(words_x, bar.y - 15 * u - size / 3, size * 0.66, size * 0.66);
         c.textAlign = "left";
         c.fillStyle = theme.ink;
-        const text = `${name} ${joules(Math.max(value, 0), energy.most)}`;
-        const longest = `${name} ${joules(energy.most, energy.most)}`;
+        const text = numbers ? `${name} ${joules(Math.max(value, 0), energy.most)}` : shorten(name);
+        const longest = numbers ? `${name} ${joules(energy.most, energy.most)}` : text;
         c.fillText(text, words_x + size, bar.y - 15 * u);
         words_x += size * 2.1 + c.measureText(longest).width;
       }
@@ -300,7 +310,9 @@
         c.lineWidth = 4;
         c.strokeStyle = about.theme.background;
         const cut = this.cut(c, mode, width - 2 * side);
-        c.strokeText(cut, width - side, height - this.bottom - 9 * u);
+        c.fillStyle = about.theme.background;
+        c.fillRect(width - side - c.measureText(cut).width - 4, height - this.bottom - 18 * u, c.measureText(cut).width + 8, 18 * u);
+        c.fillStyle = about.theme.contact;
         c.fillText(cut, width - side, height - this.bottom - 9 * u);
       }
       this.font(c, 13);
@@ -434,6 +446,8 @@
     constructor(element, source) {
       this.element = element;
       this.source = source;
+      // Shown in print, and without WebGL.
+      const still = element.querySelector(".still");
       element.innerHTML =
         '<div class="stage"><div class="pane"></div><canvas class="words"></canvas></div>' +
         '<div class="controls">' +
@@ -445,6 +459,7 @@
         '<button class="faster" title="faster (+)" aria-label="faster">+</button>' +
         `<button class="view" title="the view as at first (0)" aria-label="reset view">${SIGN.view}</button>` +
         "</div>";
+      if (still) element.append(still);
       const find = (name) => element.querySelector(name);
       Object.assign(this, {
         playButton: find(".play"), scrub: find(".scrub"), time: find(".time"),

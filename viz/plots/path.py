@@ -47,9 +47,9 @@ def path(trajectory: Trajectory, theme: str = "light", others: Others | None = N
     axes.set_ylim(view.bottom, view.top)
     for effect in trajectory.scene.effects:
         if isinstance(effect, (Surface, CompliantSurface)):
-            _draw_surface(axes, palette, view, effect)
+            draw_surface(axes, palette, view, effect)
     for moment, alpha in ((0, 0.35), (-1, 0.8)):
-        _draw_chain(axes, palette, trajectory, shown.q[:, moment], alpha)
+        draw_chain(axes, palette, trajectory, shown.q[:, moment], alpha)
     axes.plot(x, y, label="_path", **{**stroke(palette, 2), "linestyle": "solid", "linewidth": 1.2})
     for number, (name, way) in enumerate(beside.items(), start=1):
         style = line_style(palette, number + 2, number)
@@ -139,10 +139,15 @@ class View:
         return (self.left <= x) & (x <= self.right) & (self.top <= y) & (y <= self.bottom)
 
 
-def _draw_chain(
-    axes: Axes, palette: Palette, trajectory: Trajectory, q: Array, alpha: float
+def draw_chain(
+    axes: Axes,
+    palette: Palette,
+    trajectory: Trajectory,
+    q: Array,
+    alpha: float,
+    width: float = 5.0,
 ) -> None:
-    """Draw both links in a pose, in the background."""
+    """Draw both links in a pose, in lines of a width (points)."""
     chain = trajectory.chain
     B, D = (kinematics.position(chain, tuple(q), point) for point in (chain.B, chain.D))
     for link, (start, end) in enumerate((((0.0, 0.0), B), (B, D))):
@@ -150,15 +155,21 @@ def _draw_chain(
             (start[0], end[0]),
             (start[1], end[1]),
             color=palette.lines[link],
-            linewidth=5,
+            linewidth=width,
             alpha=alpha,
             solid_capstyle="round",
             label=f"_link {link + 1}",
         )
     for x, y in ((0.0, 0.0), B):
         axes.plot(
-            x, y, "o", markersize=5, color=palette.paper, markeredgecolor=palette.ink, alpha=alpha
-        )
+            x,
+            y,
+            "o",
+            markersize=width,
+            color=palette.paper,
+            markeredgecolor=palette.ink,
+            alpha=alpha,
+        )  # fmt: skip
 
 
 def _draw_impacts(axes: Axes, palette: Palette, trajectory: Trajectory, shown: Moments) -> str:
@@ -186,8 +197,10 @@ def _draw_impacts(axes: Axes, palette: Palette, trajectory: Trajectory, shown: M
     )
 
 
-def _draw_surface(axes: Axes, palette: Palette, view: View, surface: Any) -> None:
-    """Draw the edge of a half-plane across the view, with hatching inside."""
+def draw_surface(
+    axes: Axes, palette: Palette, view: View, surface: Any, *, named: bool = True
+) -> None:
+    """Draw the edge of a half-plane across the view, with hatching inside, and its name."""
     normal = np.array(surface.normal) / float(np.hypot(*surface.normal))
     along = np.array([-normal[1], normal[0]])
     point = np.array(surface.point)
@@ -203,7 +216,7 @@ def _draw_surface(axes: Axes, palette: Palette, view: View, surface: Any) -> Non
     # The name is below a floor at the right, or at another visible part of its edge.
     inside = edge - 1.9 * step * normal[:, None]
     seen = inside[:, view.holds(inside)]
-    if seen.size:
+    if named and seen.size:
         x, y = seen[:, np.argsort(seen[0] + seen[1])[-min(4, seen.shape[1])]]
         axes.text(
             x, y, plain(surface.name), ha="center", va="center", color=palette.ink, fontsize=9,

@@ -56,7 +56,7 @@ def verification(found: Iterable[Differences], theme: str = "light") -> Figure:
     axes.grid(visible=False, axis="y")
     axes.set_xscale("log")
     axes.set_xlim(edges[0], edges[-1])
-    axes.set_xlabel("difference / tolerance (1)")
+    axes.set_xlabel("difference / tolerance")
     axes.axvline(1.0, color=palette.ink, linewidth=1.3, label="_tolerance")
     axes.annotate(
         "tolerance",

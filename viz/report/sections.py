@@ -2,186 +2,266 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
+import json
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
 from functools import partial
-from typing import Any
+from pathlib import Path
 
-from twolink.accuracy.study import COMPARED_AT, ConfigurationSummary, Study
+import numpy as np
+
+from twolink.accuracy.study import Study
+from twolink.accuracy.tables import MARKS, choices_table, configurations_table
+from twolink.scene import Scene
 from twolink.simulation import Trajectory
 from twolink.simulation.effects_cost import EffectsCost
-from twolink.verification import Comparison, Verdict
+from twolink.simulation.log import LogEntry
+from twolink.tables import table as described
+from twolink.verification import Verdict
+from twolink.verification.verdict import KEY
 from viz.plots.angles import angles
 from viz.plots.contact import contact
 from viz.plots.energy import energy
+from viz.plots.moments import time_limits
 from viz.plots.path import path
 from viz.plots.work_precision import work_precision_plot
-from viz.report.page import Section, heading, paragraph, picture, table, text
+from viz.report.page import (
+    Section,
+    download,
+    folded,
+    heading,
+    paragraph,
+    picture,
+    table,
+    text,
+)
 
+# A longer log is folded.
 _LOG_LINES = 16
 
 
+@dataclass(frozen=True)
+class Card:
+    """A part of the report in the summary: its name, its verdict, and the anchor of its section.
+
+    `passed` is None for a part that was not run.
+    """
+
+    name: str
+    passed: bool | None
+    sentence: str
+    anchor: str = ""
+
+
+_SYMBOLS = {
+    "A": "the fixed joint",
+    "B": "the joint of both links, the elbow",
+    "D": "the free end",
+    "C1, C2": "the mass centres of the links",
+    "q1, q2": "the absolute angles of the links from the x axis, clockwise in the picture (rad)",
+    "u1, u2": "their rates (rad/s)",
+    "θ, ω": "joint angles and speeds of a URDF",
+    "T, V": "kinetic and potential energy (J)",
+}
+
+
+def summary(cards: Sequence[Card], drawing: str) -> str:
+    """Return the verdicts, the failed ones first, beside a drawing (SVG) with its symbols."""
+    kinds = {True: "good", False: "bad", None: "soft"}
+    marks = {True: "✓ ", False: "✗ ", None: "– "}
+    items = "".join(
+        f'<li class="{kinds[card.passed]}"><b class="{kinds[card.passed]}">{marks[card.passed]}'
+        f"{_named(card)}</b>{text(card.sentence)}</li>"
+        for card in sorted(cards, key=lambda card: card.passed is not False)
+    )
+    names = "".join(f"<dt>{text(k)}</dt><dd>{text(v)}</dd>" for k, v in _SYMBOLS.items())
+    return (
+        f'<ul class="cards">{items}</ul>\n<div class="overview"><div role="img" '
+        f'aria-label="The chain with its symbols, named beside the drawing">{drawing}</div>'
+        f"<dl>{names}</dl></div>"
+    )
+
+
+def _named(card: Card) -> str:
+    return f'<a href="#{card.anchor}">{text(card.name)}</a>' if card.anchor else text(card.name)
+
+
 def verification(verdict: Verdict) -> Section:
-    """Return the section on verification."""
-    motion = [c for c in verdict.comparisons if c.source == "Section 6.1"]
-    dynamics = [c for c in verdict.comparisons if c.source != "Section 6.1"]
-    states = f"{verdict.states} random states, seed {verdict.seed}, against {verdict.engine}."
+    """Return the section on verification; its tables are folded."""
+    tables = "".join(table(each) for each in verdict.tables())
+    states = f"{verdict.states} random states, seed {verdict.seed}, against {verdict.engine}"
+    count = len(verdict.comparisons)
     body = (
         _verdict(verdict.sentence, verdict.passed)
-        + paragraph(f"Each quantity at {states}")
-        + _comparisons("Equations of motion", dynamics)
-        + _comparisons("Motion of the points", motion)
-        + paragraph(
-            "d / n: worst difference d and tolerance n at that state, both in units in the last "
-            "place. Agreement means d ≤ n.",
-            "note",
+        + paragraph(f"Each quantity at {states}.")
+        + folded(
+            f"All {count} comparisons", tables + paragraph(KEY, "note"), opened=not verdict.passed
         )
+        + _downloads(download("verdict.json", "application/json", _as_json(verdict)))
     )
     return Section("Verification", body)
+
+
+def _as_json(verdict: Verdict) -> bytes:
+    found = {"passed": verdict.passed, "sentence": verdict.sentence, **asdict(verdict)}
+    return json.dumps(found, indent=2, ensure_ascii=False, default=str).encode()
+
+
+def _downloads(*links: str) -> str:
+    return f'<p class="downloads">Download: {", ".join(links)}</p>'
 
 
 def _verdict(sentence: str, passed: bool = True) -> str:
     return paragraph(sentence, "verdict" if passed else "verdict bad")
 
 
-def _comparisons(title: str, comparisons: list[Comparison]) -> str:
-    """Return a table of quantities and pairs of sources."""
-    pairs = list(dict.fromkeys((c.source, c.against) for c in comparisons))
-    rows = []
-    for quantity in dict.fromkeys(c.quantity for c in comparisons):
-        own = {(c.source, c.against): c for c in comparisons if c.quantity == quantity}
-        algorithm = next(iter(own.values())).algorithm
-        cells = [_difference(own[pair]) if pair in own else "" for pair in pairs]
-        rows.append([text(quantity), f"<code>{text(algorithm)}</code>", *cells])
-    names = (f"{source} − {against.split()[0]}" for source, against in pairs)
-    heads = ["quantity", "Pinocchio's algorithm", *map(text, names)]
-    return table(heads, rows, numbers=range(2, len(heads)), caption=title)
+def accuracy_card(trajectories: Sequence[Trajectory]) -> Card:
+    """Return whether every scene has the requested accuracy."""
+    missed = [each for each in trajectories if not each.met]
+    if missed:
+        names = ", ".join(f"{each.scene.title} (until {each.holds_until:.4g} s)" for each in missed)
+        sentence = f"The requested accuracy is not met to the end by {names}."
+    else:
+        worst = max((each.error for each in trajectories), default=0.0)
+        sentence = (
+            f"{len(trajectories)} of {len(trajectories)} have the requested accuracy; the largest "
+            f"measured error is {worst:.1e} rad or rad/s."
+        )
+    return Card("Scenes", not missed, sentence, anchor_of(trajectories[0].scene))
 
 
-def _difference(comparison: Comparison) -> str:
-    mark = '<span class="good">✓</span>' if comparison.passed else '<span class="bad">✗</span>'
-    units = "&lt;0.01" if 0 < comparison.units < 0.01 else f"{comparison.units:.2g}"
-    return f"{units} / {comparison.allowed_units:.0f} {mark}"
+def anchor_of(scene: Scene) -> str:
+    """Return the anchor of a scene's section."""
+    return Section(scene.title, "").anchor
 
 
 def scene(trajectory: Trajectory, player: str, cost: EffectsCost, study: Study) -> Section:
     """Return the section of a scene: motion and accuracy; `player` is the HTML of its film."""
     shows = trajectory.scene.shows
-    body = (
-        (paragraph(f"{shows[:1].upper()}{shows[1:]}.") if shows else "")
-        + player
+    film = (
+        player
+        + paragraph("Click in a curve, or on a time, to move the film there.", "note screen")
         + _facts(trajectory)
         + _log(trajectory)
-        + heading("Curves")
-        + _curves(trajectory)
-        + heading("Effects and their cost")
-        + _effects(cost)
+    )
+    body = (
+        (paragraph(f"{shows[:1].upper()}{shows[1:]}.") if shows else "")
+        + f'<div class="side"><div class="film">{film}</div>'
+        + f"<div>{heading('Curves')}{_curves(trajectory)}</div></div>"
         + heading("Cost of accuracy")
         + _accuracy(study)
+        + heading("Cost of the effects")
+        + paragraph("Only the effects that a scene names are simulated. Each is removed in turn.")
+        + table(cost.table())
+        + _downloads(download(f"{anchor_of(trajectory.scene)}.csv", "text/csv", _csv(trajectory)))
     )
     return Section(trajectory.scene.title, body)
 
 
+def _csv(trajectory: Trajectory) -> bytes:
+    with tempfile.TemporaryDirectory(prefix="twolink-") as folder:
+        file = Path(folder) / "trajectory.csv"
+        trajectory.save(file)
+        return file.read_bytes()
+
+
 def _facts(trajectory: Trajectory) -> str:
-    run, statistics = trajectory, trajectory.statistics
-    facts = {
-        "simulated": f"{run.scene.duration:g} s with {', '.join(run.effects) or 'no effects'}",
-        "method": f"{run.method} on {run.formulation}, {run.precision}",
-        "global error": f"{run.error:.1e} measured, tolerance {run.accuracy:.1e}",
-        "steps": f"{statistics.steps} kept, in {statistics.runs} runs",
-        "time": f"{statistics.run_seconds * 1e3:.1f} ms to run, "
-        f"{statistics.compile_seconds * 1e3:.0f} ms to compile",
-    }
-    notes = "".join(paragraph(note, "note") for note in run.notes)
-    return table(["", ""], [[text(name), text(value)] for name, value in facts.items()]) + notes
+    notes = "".join(paragraph(note, "note") for note in trajectory.notes)
+    return table(described("", ("", ""), trajectory.facts.items())) + notes
 
 
 def _log(trajectory: Trajectory) -> str:
-    log: list[Any] = [*trajectory.impacts, *trajectory.events]
+    """Return all modes and impacts; a sequence of bounces, and a long log, is folded."""
+    log = trajectory.log
     if not log:
         return ""
-    log.sort(key=lambda entry: entry.time)
-    rows = [[f"{entry.time:.9g}", text(entry.what)] for entry in log[:_LOG_LINES]]
-    more = len(log) - _LOG_LINES
-    after = paragraph(f"{more} more follow.", "note")
-    logged = table(["t (s)", "event"], rows, numbers=(0,), caption="Impacts and modes")
-    return logged + (after if more > 0 else "")
+    items = "".join(f"<li>{_entry(entry)}</li>" for entry in log)
+    listed = f'<ul class="log">{items}</ul>'
+    title = "Modes and impacts"
+    if len(log) <= _LOG_LINES:
+        return heading(title) + listed
+    return heading(title) + folded(f"Show the {len(log)} entries", listed)
+
+
+def _entry(entry: LogEntry) -> str:
+    time = f'<button class="time" data-time="{entry.time!r}">{entry.time:.6g} s</button>'
+    if not entry.parts:
+        return f"{time} {text(entry.words)}"
+    parts = "".join(f"<li>{_entry(part)}</li>" for part in entry.parts)
+    inside = folded(f"Show the {len(entry.parts)} impacts", f"<ul>{parts}</ul>")
+    return f"{time} to {entry.until:.6g} s: {text(entry.words)} {inside}"
 
 
 def _curves(trajectory: Trajectory) -> str:
-    title = trajectory.scene.title
+    limits = time_limits(trajectory)
     found = [
-        picture(partial(path, trajectory), f"Path of D, the chain at start and end: {title}"),
-        picture(partial(angles, trajectory), f"Angles and speeds: {title}"),
-        picture(partial(energy, trajectory), f"Energy, and the work of each effect: {title}"),
+        picture(partial(angles, trajectory), _angles_in_words(trajectory), limits),
+        picture(partial(energy, trajectory), _energy_in_words(trajectory), limits),
+        picture(partial(path, trajectory), _path_in_words(trajectory)),
     ]
     if trajectory.events:
-        found.append(picture(partial(contact, trajectory), f"Contact, its modes shaded: {title}"))
+        kinds = dict.fromkeys(
+            element for event in trajectory.events for element in event.mode.names
+        )
+        words = f"Forces and impulses of {', '.join(kinds)}, with the modes shaded."
+        found.insert(2, picture(partial(contact, trajectory), words, limits))
     return "\n".join(found)
 
 
+def _angles_in_words(trajectory: Trajectory) -> str:
+    ranges = (
+        f"{name} from {values.min():.3g} to {values.max():.3g} {unit}"
+        for name, values, unit in zip(
+            ("q1", "q2", "u1", "u2"),
+            (*trajectory.q, *trajectory.u),
+            ("rad", "rad", "rad/s", "rad/s"),
+            strict=True,
+        )
+    )
+    return f"Angles and speeds: {', '.join(ranges)}."
+
+
+def _energy_in_words(trajectory: Trajectory) -> str:
+    E = trajectory.energy
+    return (
+        f"Energy, and the work of each effect: T + V from {E[0]:.4g} to {E[-1]:.4g} J, T at most "
+        f"{trajectory.kinetic_energy.max():.4g} J."
+    )
+
+
+def _path_in_words(trajectory: Trajectory) -> str:
+    x, y = trajectory.position(trajectory.chain.D)
+    far = float(np.hypot(x, y).max())
+    return f"Path of D, at most {far:.3g} m from A; the chain at the start (faint) and at the end."
+
+
 def _accuracy(study: Study) -> str:
-    """Return the cost of accuracy in time, and the recommendation."""
-    rows = [
-        [
-            text(line.configuration),
-            _time_of(line),
-            "" if line.ratio is None else f"{line.ratio:.3g}",
-            f"{line.best:.1e}" if math.isfinite(line.best) else "failed",
-        ]
-        for line in study.configurations
-    ]
-    heads = ["configuration", f"time to an error of {COMPARED_AT:g}", "ratio", "least error"]
+    """Return the cost of accuracy in time, the recommendation, and what was left out."""
     measured = study.work_precision
     judge = f"Errors at {measured.judged_at}, measured against {measured.reference.source}."
+    tables = (
+        table(choices_table(study))
+        + table(configurations_table(study.configurations))
+        + paragraph(MARKS, "note")
+    )
     return (
         _verdict(study.recommendation)
         + paragraph(judge)
         + picture(
             partial(work_precision_plot, study),
-            "Time against error; the band is the fastest configuration at each error",
+            "Time against error of each configuration; shaded band: the fastest at each error",
         )
-        + table(heads, rows, numbers=(1, 2, 3))
-        + paragraph(
-            "±: the time varied by more than a factor of two. By chance: this setting reached the "
-            "error, the next finer one did not.",
-            "note",
-        )
+        + folded("Every configuration", tables)
+        + "".join(paragraph(note, "note") for note in measured.notes)
     )
 
 
-def _time_of(line: ConfigurationSummary) -> str:
-    """Return a configuration's time in a suitable unit, marked if it is not reproducible."""
-    seconds = line.seconds
-    if seconds is None:
-        return line.why_no_time
-    mark = "" if line.repeatable else " ±"
-    if seconds < 1e-3:
-        return f"{seconds * 1e6:.0f} µs{mark}"
-    return f"{seconds * 1e3:.3g} ms{mark}" if seconds < 1 else f"{seconds:.3g} s{mark}"
-
-
-def _effects(cost: EffectsCost) -> str:
-    """Return the contribution of each effect to the cost of a step."""
-    whole = cost.whole
-    rows = [["all effects", str(whole.operations), f"{whole.seconds * 1e9:.0f}", ""]]
-    rows += [
-        [
-            f"without {text(name)}",
-            str(step.operations),
-            f"{step.seconds * 1e9:.0f}",
-            f"{whole.operations - step.operations} operations",
-        ]
-        for name, step in cost.without.items()
-    ]
-    heads = ["", "operations per term", "time per step (ns)", "cost of this effect"]
-    return paragraph(
-        "Only the effects that a scene names are simulated. Below, each is removed in turn."
-    ) + (table(heads, rows, numbers=(1, 2, 3)))
-
-
 def origin(verdict: Verdict, command: str, more: Iterable[tuple[str, str]] = ()) -> Section:
-    """Return versions, machine, and the command that reproduces the page."""
-    facts = [*verdict.versions.items(), *verdict.machine.items(), *more]
-    rows = [[text(name), text(value)] for name, value in facts]
-    return Section("Reproduce this report", f"<pre>{text(command)}</pre>" + table(["", ""], rows))
+    """Return the command that reproduces the page, versions, and the machine."""
+    facts = [*more, *verdict.versions.items(), *verdict.machine.items()]
+    rows = [(name, str(value)) for name, value in facts if value not in ("", None)]
+    return Section(
+        "Reproduce this report",
+        f"<pre>{text(command)}</pre>" + table(described("", ("", ""), rows)),
+    )

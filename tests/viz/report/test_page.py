@@ -1,10 +1,21 @@
 import base64
+import json
 import re
 from html.parser import HTMLParser
 
 from matplotlib.figure import Figure
 
-from viz.report.page import Section, page, paragraph, picture, table, write
+from twolink import tables
+from viz.report.page import (
+    Section,
+    download,
+    folded,
+    page,
+    paragraph,
+    picture,
+    table,
+    write,
+)
 
 
 class Reader(HTMLParser):
@@ -65,11 +76,12 @@ def test_words_are_words_and_no_tags():
 
 
 def test_columns_of_numbers_are_set_to_the_right():
-    found = table(["a", "b"], [["x", "1"]], numbers=(1,), caption="c & d")
-    assert '<td>x</td><td class="number">1</td>' in found
-    assert '<th>a</th><th class="number">b</th>' in found
+    described = tables.table("c & d", ("a", tables.Column("b", number=True)), [["x", "1"]])
+    found = table(described, "board")
+    assert '<th scope="row">x</th><td class="number">1</td>' in found
+    assert '<th scope="col">a</th><th scope="col" class="number">b</th>' in found
     assert "<caption>c &amp; d</caption>" in found
-    assert '<table class="board">' in table(["a"], [["x"]], kind="board")
+    assert '<table class="board">' in found
 
 
 def test_a_picture_is_light_or_dark_as_its_surroundings_are():
@@ -92,3 +104,27 @@ def test_it_is_written_atomically(tmp_path):
     write(tmp_path / "index.html", page("τ", "", []))
     assert "τ" in (tmp_path / "index.html").read_text(encoding="utf-8")
     assert [file.name for file in tmp_path.iterdir()] == ["index.html"]
+
+
+def test_the_axes_of_time_are_where_the_picture_has_them():
+    def drawn(theme):
+        made = Figure()
+        above, below = made.subplots(2, 1)
+        above.set_xlim(0, 5)
+        below.set_xlim(0, 1)
+        return made
+
+    found = picture(drawn, "two axes", (0.0, 5.0))
+    (axes,) = json.loads(re.search(r'data-axes="(.*?)"', found)[1])
+    left, right, top, bottom, start, end = axes
+    assert (start, end) == (0.0, 5.0)
+    assert 0 < left < right < 1
+    assert 0 < top < bottom < 0.6
+    assert "data-axes" not in picture(drawn, "no time")
+
+
+def test_a_download_is_in_the_page_and_folded_text_is_printed():
+    link = read(download("a.csv", "text/csv", b"t,q")).addresses
+    assert link == [f"data:text/csv;base64,{base64.b64encode(b't,q').decode()}"]
+    assert '<details class="print"><summary>x &lt; y</summary>' in folded("x < y", "<p>z</p>")
+    assert "open" in folded("x", "y", opened=True)

@@ -35,7 +35,7 @@ def test_it_has_all_sections(made):
         "All 60 comparisons agree at 200 states",
         "computeGeneralizedGravity",
         "The drop onto a floor",
-        "impact",
+        "D hits floor: normal speed",
         "without Surface",
         "Recommended: taylor on ",
         "twolink-player",
@@ -100,3 +100,76 @@ def test_a_browser_opens_it_without_a_word_or_a_request(made, width):
         assert [url for url in asked if not url.startswith(("data:", "blob:"))] == [address]
         # Wide tables scroll inside themselves, and the page does not.
         assert page.value("document.documentElement.scrollWidth") <= width
+
+
+def test_verdicts_come_first_then_films_then_tables(made):
+    document = (made[1] / "index.html").read_text(encoding="utf-8")
+    order = [
+        'class="cards"',
+        "Not run for this report",
+        "the free end",
+        'class="twolink-player"',
+        'data-axes="',
+        "Cost of accuracy",
+        'download="the-drop-onto-a-floor.csv"',
+        'id="verification"',
+        "<details",
+        'download="verdict.json"',
+        'id="reproduce-this-report"',
+    ]
+    places = [document.index(words) for words in order if words != "<details"]
+    assert places == sorted(places)
+    # The tables of units in the last place are folded, and so are the bounces.
+    checks = document[document.index('id="verification"') :]
+    assert checks.index("<details") < checks.index("mass matrix</th>")
+    assert re.search(r"Show the \d+ impacts", document)
+    assert "more follow" not in document
+    for fact in ("date", "processor", "twolink"):
+        assert f'<th scope="row">{fact}</th>' in document
+
+
+def test_a_stopped_sweep_is_told(made):
+    document = (made[1] / "index.html").read_text(encoding="utf-8")
+    assert ">never<" not in document
+    if "budget ended</td>" in document:
+        assert "Stopped by the time budget" in document
+
+
+@pytest.mark.slow
+def test_curves_and_film_move_together(made):
+    need_browser()
+    with Browser() as browser:
+        page = browser.page(1280, 900)
+        page.open((made[1] / "index.html").as_uri())
+        time = "Number(document.querySelector('.twolink-player').dataset.time)"
+        page.value("document.querySelectorAll('button.time')[1].click()")
+        assert page.value(time) == pytest.approx(0.4316, abs=0.02)
+        # A click in the middle of the first curve.
+        page.value(
+            "(() => { const f = document.querySelector('.timed'), b = f.getBoundingClientRect();"
+            "const [l, r, t, d] = JSON.parse(f.dataset.axes)[0];"
+            "f.dispatchEvent(new MouseEvent('click', {bubbles: true,"
+            "clientX: b.left + b.width * (l + r) / 2,"
+            "clientY: b.top + b.height * (t + d) / 2})) })()"
+        )
+        assert page.value(time) == pytest.approx(2.5, abs=0.02)
+        place = page.value("parseFloat(document.querySelector('.cursor').style.left)")
+        left, right, *_ = page.value("JSON.parse(document.querySelector('.timed').dataset.axes)[0]")
+        assert place == pytest.approx(50 * (left + right), abs=0.3)
+        assert page.complaints() == []
+
+
+@pytest.mark.slow
+def test_on_a_phone_every_result_is_visible(made):
+    need_browser()
+    with Browser() as browser:
+        page = browser.page(390, 844)
+        page.open((made[1] / "index.html").as_uri())
+        page.value("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+        wide = page.value(
+            "[...document.querySelectorAll('table, figure img, .twolink-player, .scrub')]"
+            ".filter((each) => each.offsetParent && "
+            "each.getBoundingClientRect().right > 391).map((each) => each.outerHTML.slice(0, 80))"
+        )
+        assert wide == []
+        assert page.value("document.querySelector('.scrub').getBoundingClientRect().width") > 300
