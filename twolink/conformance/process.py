@@ -19,7 +19,7 @@ from twolink.text import one_line
 _GIGABYTE = 2**30
 
 # Bytes: of one answer, of output that makes a flood, and kept of the standard error.
-_LONGEST = 64 * 2**20
+_LONGEST = 32 * 2**20
 _FLOOD = 2**20
 _KEPT = 20_000
 
@@ -113,7 +113,10 @@ class ProcessTransport:
         left = memoryview(message)
         self._selector.register(self._stdin, selectors.EVENT_WRITE)
         try:
-            while (end := self._buffer.find(b"\n")) < 0:
+            searched = 0
+            while (end := self._buffer.find(b"\n", searched)) < 0:
+                # A long answer comes in many pieces; each is searched once.
+                searched = len(self._buffer)
                 if len(self._buffer) > _LONGEST:
                     self._fail(FaultKind.FLOOD, f"an answer exceeds {_LONGEST // 2**20} MB")
                 if self._ended:
