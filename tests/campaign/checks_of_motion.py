@@ -119,6 +119,10 @@ def _widest(off: Any, allowed: Any) -> tuple[Any, Any]:
     return off[row, columns], allowed[row, columns]
 
 
+# The places at which forces are evaluated between two sides of an event.
+_PLACES_BETWEEN = 17
+
+
 def jumps_are_impacts(seen: Seen) -> Verdict:
     """Return whether u jumps by the logged impulses and not otherwise: M Δu = Σ Jᵀ Λ.
 
@@ -148,7 +152,11 @@ def jumps_are_impacts(seen: Seen) -> Verdict:
             for u in (before, limit)
         )
     )
-    force = np.maximum(_size(seen, np.maximum(first, 0.0)), _size(seen, last))
+    # Where impacts follow each other, forces may be larger between them than at both ends.
+    shares = np.linspace(0, 1, _PLACES_BETWEEN)
+    force = np.max(
+        [_size(seen, np.maximum(first + x * (last - first), 0.0)) for x in shares], axis=0
+    )
     inertia, speed = (
         np.abs(M).sum(axis=(0, 1)),
         np.abs(before).max(axis=0) + np.abs(after).max(axis=0),
