@@ -27,6 +27,8 @@ SCENES = data_path("scenes")
 FREE_FALL, CONTACT = SCENES / "free_fall.toml", SCENES / "bounce_to_rest.toml"
 URDF = data_path("twolink.urdf")
 
+CONFORM = ("conform", "pinocchio", "--suite", "evaluation")
+
 # Every command that writes, as the table names it, with as little to do as possible; and the first
 # file that it writes into the folder {out}.
 WRITERS = {
@@ -44,10 +46,8 @@ WRITERS = {
         ["urdf", "convert", URDF, "--to", "mjcf", "--out", "{out}/a.xml"],
         "a.xml",
     ),
-    "conform --json": (
-        ["conform", "pinocchio", "--suite", "evaluation", "--json", "{out}/a.json"],
-        "a.json",
-    ),
+    "conform --json": ([*CONFORM, "--json", "{out}/a.json"], "a.json"),
+    "conform --junit": ([*CONFORM, "--junit", "{out}/a.xml"], "a.xml"),
     "harness --out": (["harness", "c", "--out", "{out}/a.c"], "a.c"),
     "golden --out": (
         ["golden", "--suite", "evaluation", "--out", "{out}/new"],
@@ -92,7 +92,14 @@ LONG = {
     "hardcases --json": {"aligned": "zeno"},
 }
 SIGNALS = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129, signal.SIGKILL: -9}
-SLOW = {"report --out", "accuracy --out", "hardcases --json", "plot --kind all"}
+SLOW = {
+    "conform --json",
+    "conform --junit",
+    "report --out",
+    "accuracy --out",
+    "hardcases --json",
+    "plot --kind all",
+}
 
 
 def marked(names, slow=SLOW):
@@ -281,7 +288,9 @@ def test_a_folder_that_cannot_be_written_to_is_refused_before_any_work(name, out
     out.chmod(0o700)
     assert process.returncode == 2, said
     assert said.count("\n") == 1
-    assert re.match(r"twolink: --(out|json).*(Permission denied|can be written to or made)", said)
+    assert re.match(
+        r"twolink: --(out|json|junit).*(Permission denied|can be written to or made)", said
+    )
     assert list(out.iterdir()) == []
     assert list((out.parent / "tmp").iterdir()) == []
 

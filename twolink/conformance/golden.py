@@ -26,7 +26,7 @@ from twolink.conformance.vectors import (
     Vector,
     VectorFile,
 )
-from twolink.files import atomic_write
+from twolink.files import atomic_write, new_folder
 
 CHECKSUMS = "SHA256SUMS"
 PAGE = "README.md"
@@ -53,11 +53,11 @@ def write_golden(folder: Path, suites: Iterable[str] | None = None) -> int:
     Files of the folder that the vectors do not have are left alone. Raises `FileError`.
     """
     files = golden_files(suites)
-    for path, content in files.items():
-        target = folder / path
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_write(target) as temporary:
-            temporary.write_bytes(content)
+    with new_folder(folder):
+        for path, content in files.items():
+            target = folder / path
+            with new_folder(target.parent), atomic_write(target) as temporary:
+                temporary.write_bytes(content)
     return len(files)
 
 
