@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -135,3 +137,11 @@ def test_the_shipped_urdf_is_the_default_and_a_path_will_do(tmp_path):
         assert verdict.urdf == str(file)
     with pytest.raises(UrdfError, match="there is no file of this name"):
         verify(tmp_path / "nowhere.urdf")
+
+
+def test_three_formulations_are_compared_with_each_other():
+    three = {**FORMULATIONS, "third": replace(FORMULATIONS["kane"], name="Third")}
+    verdict = verify(SHIPPED, states=3, formulations=three)
+    dynamics = [c for c in verdict.comparisons if c.quantity == "mass matrix"]
+    assert verdict.passed
+    assert len(dynamics) == 3 + 3

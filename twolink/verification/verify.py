@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
+from itertools import combinations
 from os import PathLike
 
 import numpy as np
@@ -248,8 +249,7 @@ class _Batch:
             found.append(
                 self._compare(quantity, names[name], engine.name, values[name], answer, problem)
             )
-        if len(formulas) == 2:
-            first, second = formulas
+        for first, second in combinations(formulas, 2):
             roundings = formulas[first].roundings + formulas[second].roundings
             problem = self._problem(quantity, self._own, roundings, values[second])
             pair = values[first], values[second]
