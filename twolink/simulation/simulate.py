@@ -45,7 +45,7 @@ _CHECKED = 8
 # Safety factor on a difference, as the measuring run has an error as well: a small one in a longer
 # precision, equal round-off in the same one.
 _MARGIN = 1.1
-_MARGIN_OF_LIKE_PRECISIONS = 2.0
+_MARGIN_OF_LIKE_PRECISIONS = 3.0
 
 # Largest assumed growth of the truncation error of a step over a run, before a retry.
 _GROWTH = 1e3
