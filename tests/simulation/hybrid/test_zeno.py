@@ -8,6 +8,7 @@ from twolink.contact.states import EventKind as E
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
+from twolink.errors import IntegrationError
 from twolink.scene import Scene
 from twolink.simulation.hybrid.jump import jump
 from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY, Trigger
@@ -122,3 +123,13 @@ def test_contacts_of_a_burst_rest_where_the_laws_admit_no_motion(impacts, rests)
         assert {strike.impulse.regime for strike in found.strikes} == {BOUNCES_DIE_AWAY}
     early = [strike._replace(time=1.9) for strike in strikes]
     assert accumulated(system, state, system.pose(state.q), Past(), early) is None
+
+
+def test_a_burst_that_gains_energy_does_not_end_in_rest():
+    stop = JointStop("B", lower=-2.0, restitution=0.5)
+    system = system_of(STOP, stop, chain=BALANCED)
+    struck = jump(system, hitting(system, -1e-12), mode_of(system, S.OPEN, S.OPEN), None).strikes[0]
+    strikes = [struck._replace(number=number % 2) for number in range(5)]
+    fast = hitting(system, 1e-6)
+    with pytest.raises(IntegrationError, match="Newton's law of restitution with friction gives"):
+        accumulated(system, fast, system.pose(fast.q), Past(), strikes)

@@ -43,7 +43,8 @@ NO_LEVER = 2.0**-46
 PARALLEL = 1e-9
 
 # Times the kinetic energy before. Newton's law of restitution with friction can create energy, near
-# singular poses without a bound: an impact that gives more is refused. Read by resolution.
+# singular poses without a bound: an impact, or a burst, that gives more is refused. Read by
+# resolution and zeno.
 MOST_ENERGY = 1e6
 
 # Impacts at one instant before those that answer each other are ended in their limit, which is rest

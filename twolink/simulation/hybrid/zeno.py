@@ -10,6 +10,7 @@ from typing import NamedTuple
 from twolink.arithmetic import Pair
 from twolink.contact.coordinates import JointCoordinate
 from twolink.contact.states import EventKind
+from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.collision import sliding_after
 from twolink.simulation.hybrid.dynamics import Pose, mode_solution
@@ -92,6 +93,7 @@ def left_out(
         return None
     strikes = [*past.strikes, *recent]
     crowd = [strike for strike in strikes if strike.time >= now - limit]
+    _check_energy(system, state, pose, crowd)
     if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
         return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
     # A contact with a very recent impact comes to rest with the others.
@@ -134,7 +136,24 @@ def accumulated(
     crowd = [strike for strike in strikes if strike.time >= float(state.t) - limit]
     if len(crowd) < tolerances.LEAST_IMPACTS_OF_A_BURST:
         return None
+    _check_energy(system, state, pose, crowd)
     return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
+
+
+def _check_energy(
+    system: HybridSystem, state: HybridState, pose: Pose, crowd: Sequence[Strike]
+) -> None:
+    """Raise `IntegrationError` for a burst of impacts that gains energy: it does not die away."""
+    if not crowd:
+        return
+    impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
+    first, last = impacts.energy(crowd[0].u[0]), impacts.energy(state.u)
+    if not last <= tolerances.MOST_ENERGY * first:
+        names = ", ".join(system.names[i] for i in sorted({strike.number for strike in crowd}))
+        raise IntegrationError(
+            f"at {float(state.t):.9g} s the impacts on {names} follow each other without end, and "
+            "Newton's law of restitution with friction gives energy in them"
+        )
 
 
 def _flight(
