@@ -1,4 +1,4 @@
-"""A child process that answers from a file, and breaks the protocol on one question, as it is told.
+"""A child process that answers from a file, and breaks the protocol on one question.
 
     python rogue.py MODE ANSWERS
 

@@ -1,4 +1,4 @@
-"""Engines in child processes: every way to fail is told apart, in time, and the run goes on."""
+"""Engines in child processes: each kind of failure is identified in time, and the run goes on."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""What an engine understood, by its own account, against what the model says."""
+"""The parameters that an engine reports, compared with those of the model."""
 
 import pytest
 

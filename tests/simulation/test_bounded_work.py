@@ -150,7 +150,7 @@ def test_every_command_without_bounds_of_its_own_takes_force(command):
 
 
 def test_force_lifts_the_limits(monkeypatch):
-    """What is refused by default goes on where it is forced."""
+    """Work that is refused by default runs with --force."""
     asked = []
 
     def study(scene, **options):

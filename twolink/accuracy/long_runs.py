@@ -31,7 +31,7 @@ LANES = 8
 _STEPS_AT_ONCE = 2000
 
 Stream = Callable[[Array, Callable[[float], None]], Iterator[tuple[float, Array]]]
-"""States at times (s), and a function that is told the time (s) reached between them."""
+"""States at times (s), and a callback that receives the time (s) reached between them."""
 
 
 @dataclass(frozen=True)

@@ -48,9 +48,12 @@ FLAGS: dict[str, Flag] = {
     ),
     "MasslessFrame": _import("a link has no inertial: it weighs nothing", "it weighs 1 kg"),
     "Scale": _import("an arm of a millimetre or a kilometre", "an absolute threshold acts"),
-    "DampingDropped": _import("joints have damping", "it is dropped", "isaac-sim/IsaacLab 841"),
+    "DampingDropped": _import("joints have damping", "it is dropped", "isaac-sim/IsaacSim 841"),
     "FrictionDropped": _import(
-        "joints have dry friction", "it is dropped", "newton-physics/newton 2303"
+        "joints have dry friction",
+        "it is dropped",
+        "dartsim/dart 890",
+        "newton-physics/newton 2302",
     ),
     "Decoration": _import(
         "shapes, transmissions and tags of others", "inertia is computed from the shapes"
@@ -68,7 +71,7 @@ FLAGS: dict[str, Flag] = {
         kind="input", description="an inertia that no body has", effect="it is used as it stands"
     ),
     "UpperTriangle": _dynamics(
-        "M is symmetric", "only one triangle of it is filled", "stack-of-tasks/pinocchio 1095"
+        "M is symmetric", "only one triangle of it is filled", "stack-of-tasks/pinocchio 1298"
     ),
     "RelativeVsAbsolute": _dynamics(
         "θ2 is measured from link 1", "it is taken from the x-axis instead"

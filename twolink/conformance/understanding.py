@@ -1,4 +1,4 @@
-"""What an engine understood of a model, against what the model says."""
+"""The parameters that an engine reports for a model, compared with those of the model."""
 
 from __future__ import annotations
 

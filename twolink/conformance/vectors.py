@@ -35,7 +35,7 @@ Expect = Literal["value", "refuse", "either"]
 
 
 class Flag(Message):
-    """What a flagged test is about: the kind of mistake, and reports of it in released engines."""
+    """The subject of a flagged test: the kind of mistake, and reports of it in released engines."""
 
     kind: Literal["import", "dynamics", "input", "numbers"]
     description: str

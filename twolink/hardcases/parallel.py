@@ -56,7 +56,7 @@ def parallel_scoreboard(
 
 
 def _row(name: str, columns: tuple[str, ...]) -> dict[str, Outcome]:
-    """Return the outcomes of a case; runs in a worker."""
+    """Return the outcome of a case in each column; runs in a worker."""
     # Clean up an engine's process and folder on exit.
     signal.signal(signal.SIGINT, _give_up)
     try:

@@ -25,7 +25,7 @@ _TONES = {
 def group_table(
     group: str, cases: Sequence[Case], columns: Sequence[Column], board: Board
 ) -> Table:
-    """Return the outcomes of the cases of a group."""
+    """Return the outcome of each case in a group."""
     rows: list[list[str | Cell]] = []
     for case in (case for case in cases if case.group == group):
         outcomes = board[case.name]

@@ -257,7 +257,7 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
 
 @functools.cache
 def _outcomes() -> tuple[Any, Any]:
-    """Return heyoka's outcomes of a capped and of a full step."""
+    """Return heyoka's result codes for a capped and for a full step."""
     outcomes = heyoka().taylor_outcome
     return outcomes.time_limit, outcomes.success
 
