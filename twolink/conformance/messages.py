@@ -167,7 +167,7 @@ class Started(Message):
 
 
 class Understood(Message):
-    """The parameters of a model as an engine has them, if known; entries are for link or joint 1, 2.
+    """The parameters of a model as an engine has them; entries are for link or joint 1, 2.
 
     `reach` is the distance of the mass centre from the link's joint axis (m), `inertia` is about
     the mass centre and the axis of rotation (kg m²), with everything that is fixed to the link.

@@ -19,7 +19,7 @@ from twolink.urdf.reading import UNLIMITED, Limits
 _COMMENT = """\
   <!--
     A planar two-link chain. World: x right, y into the page, z up. A joint turns about y, from x
-    towards -z, which is down: the positive sense of the derivation's angles. Lengths in m, masses in
+    towards -z, which is down: the derivation's positive sense. Lengths in m, masses in
     kg, inertias in kg m2.
 
     Motion in the plane depends on iyy alone, which is the inertia about the joint's axis. ixx, the
