@@ -153,7 +153,7 @@ def _key(axes: Axes, palette: Palette, pairs: list[Pair]) -> None:
         handles=handles,
         loc="lower left",
         bbox_to_anchor=(-0.28, 1.02),
-        ncols=len(handles),
+        ncols=2,
         frameon=False,
         fontsize=8.5,
         labelcolor=palette.ink,

@@ -94,6 +94,16 @@ def test_words_keep_clear_of_each_other(theme):
     assert not any(one.overlaps(other) for n, one in enumerate(boxes) for other in boxes[n + 1 :])
 
 
+def test_the_key_is_not_cut():
+    made = verification(made_up())
+    made.draw_without_rendering()
+    (axes,) = made.axes
+    key = axes.get_legend().get_window_extent()
+    assert key.x0 >= 0
+    assert key.x1 <= made.bbox.x1
+    assert key.y1 <= made.bbox.y1
+
+
 @pytest.mark.slow
 def test_the_plot_is_the_same_file_twice(tmp_path):
     for name in ("one", "two"):

@@ -3,6 +3,7 @@ import re
 import pytest
 from typer.testing import CliRunner
 
+from tests.test_readme import CONSOLE, masked
 from tests.viz.films import need_browser
 from tests.viz.report.test_page import read
 from twolink.cli import app
@@ -27,6 +28,11 @@ def test_it_is_one_page_of_less_than_5_megabytes(made):
     assert [file.name for file in folder.iterdir()] == ["index.html"]
     assert (folder / "index.html").stat().st_size < 5_000_000
     assert output.splitlines()[0].startswith("All 60 comparisons agree at 200 states")
+
+
+@pytest.mark.slow
+def test_the_readme_shows_its_output(made):
+    assert masked(made[0])[:-1] == masked(CONSOLE[0][1])[:-1]
 
 
 def test_it_has_all_sections(made):
