@@ -1,5 +1,7 @@
 """The plot of differences: every state, on the correct side of the tolerance."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -95,7 +97,8 @@ def test_words_keep_clear_of_each_other(theme):
 
 
 def test_the_key_is_not_cut():
-    made = verification(made_up())
+    long = [replace(each, quantity="inverse dynamics, force on D") for each in made_up()[:3]]
+    made = verification([*made_up(), *long])
     made.draw_without_rendering()
     (axes,) = made.axes
     key = axes.get_legend().get_window_extent()
