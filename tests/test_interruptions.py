@@ -199,7 +199,7 @@ def test_every_tested_command_works(out):
 def test_signals_during_the_work_leave_the_target_as_before(name, number, out):
     words, target = WRITERS[name]
     words = [LONG[name].get(word, word) for word in words]
-    (out / target).parent.mkdir(exist_ok=True)
+    (out / target).parent.mkdir(parents=True, exist_ok=True)
     (out / target).write_text("before")
     process = started(words, out)
     wait_until(process, lambda: catches(process, signal.SIGTERM))
@@ -233,7 +233,7 @@ app(sys.argv[1:])
 @pytest.mark.parametrize("name", marked(WRITERS, slow=()))
 def test_signals_at_the_last_moment_leave_the_target_as_before(name, number, out):
     words, target = WRITERS[name]
-    (out / target).parent.mkdir(exist_ok=True)
+    (out / target).parent.mkdir(parents=True, exist_ok=True)
     (out / target).write_text("before")
     process = started(words, out, program=("-c", HOLD), stdout=subprocess.PIPE)
     assert any(line == "written\n" for line in process.stdout)
@@ -250,7 +250,7 @@ def check_target_after_signal(number, said, out):
         assert left_beside(out) == []
         assert list((out.parent / "tmp").iterdir()) == []
     # The next command that writes there cleans up.
-    for folder in [out, *(path for path in out.iterdir() if path.is_dir())]:
+    for folder in [out, *(path for path in out.rglob("*") if path.is_dir())]:
         result = CliRunner().invoke(app, ["urdf", "write", "--out", f"{folder}/next.urdf"])
         assert result.exit_code == 0
     assert left_beside(out) == []

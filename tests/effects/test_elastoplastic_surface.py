@@ -338,7 +338,7 @@ def test_energy_is_never_gained_and_friction_keeps_its_cone():
         start = Scene(chain=BARS, q=Q, u=u, duration=0.1, effects=(surface,), accuracy=1e-9)
         trajectory = simulate(start, samples=2001)
         free = np.ones(len(trajectory.t), dtype=bool)
-        for now, mode in trajectory._modes_at(trajectory.t):
+        for now, mode in trajectory.mode_forces.modes_at(trajectory.t):
             free[now] = mode.states[0] is ContactState.OPEN
         # It starts on the floor, at no depth.
         free[0] = True

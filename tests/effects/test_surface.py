@@ -70,7 +70,7 @@ def test_long_contact_does_not_drift():
     t = np.linspace(0, 100, 30_001)
     q, u = trajectory.at(t)
     on_the_floor = np.zeros(len(t), dtype=bool)
-    for now, mode in trajectory._modes_at(t):
+    for now, mode in trajectory.mode_forces.modes_at(t):
         on_the_floor[now] = str(mode) != "moves freely"
     assert on_the_floor.mean() > 0.9
     y = kinematics.position(BARS, tuple(q), BARS.D)[1][on_the_floor]

@@ -225,26 +225,32 @@ def test_wrong_arguments_of_reference(digits, times, words):
     [
         (["reference", "general.toml", "--digits", "900"], 8.0),
         (["reference", "general.toml", "--digits", "350", "--rigorous"], 12.0),
-        (["simulate", "general.toml", "--accuracy", "1e-25", "--force"], 3.0),
+        (["simulate", "hours.toml", "--accuracy", "1e-13", "--force"], 3.0),
         (["verify", "--states", "99999999", "--force"], 3.0),
     ],
 )
-def test_ctrl_c_is_answered_within_a_second(options, busy):
+def test_ctrl_c_is_answered_within_a_second(options, busy, tmp_path):
     """And two more on a machine that is busy."""
     import signal
 
-    words = [str(data_path("scenes") / w) if w.endswith(".toml") else w for w in options]
+    shipped = data_path("scenes/general.toml").read_text(encoding="utf-8")
+    (tmp_path / "general.toml").write_text(shipped, encoding="utf-8")
+    hours = Scene.load(tmp_path / "general.toml")
+    (tmp_path / "hours.toml").write_text(replace(hours, duration=1e4).to_toml(), encoding="utf-8")
+    words = [str(tmp_path / word) if word.endswith(".toml") else word for word in options]
     program = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"
     program += "from twolink.cli import main; main()"
     run = subprocess.Popen(
         [sys.executable, "-c", program, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )
-    time.sleep(busy)
-    assert run.poll() is None
-    start = time.monotonic()
-    run.send_signal(signal.SIGINT)
-    _, errors = run.communicate(timeout=60)
-    assert time.monotonic() - start < 3
+    with run:
+        time.sleep(busy)
+        still_busy = run.poll() is None
+        start = time.monotonic()
+        run.send_signal(signal.SIGINT)
+        _, errors = run.communicate(timeout=60)
+        assert still_busy
+        assert time.monotonic() - start < 3
     assert run.returncode == 130
     assert b"Traceback" not in errors
 

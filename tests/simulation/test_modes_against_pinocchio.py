@@ -42,7 +42,7 @@ def test_pinocchio_misses_just_what_acts(name, formulation):
         assert len(trajectory.events) > 1
     engine = Pinocchio(parse_planar_urdf(GENERAL.to_urdf(), gravity=(0.0, 0.0, 0.0)))
     joints = JointConvention()
-    for now, loads, du in trajectory._by_mode(trajectory.t, trajectory.q, trajectory.u):
+    for now, loads, du in trajectory.mode_forces.by_mode(trajectory.samples):
         q, u = tuple(trajectory.q[:, now]), tuple(trajectory.u[:, now])
         angles, speeds, rates = (
             np.array(pair)

@@ -120,7 +120,9 @@ def test_pinocchio_finds_the_laws_of_friction_along_the_trajectory():
     torques = engine.inverse_dynamics(
         np.array(joints.joint_angles(tuple(trajectory.q))),
         np.array(joints.joint_speeds(tuple(trajectory.u))),
-        np.array(joints.joint_speeds(tuple(trajectory._accelerations()))),
+        np.array(
+            joints.joint_speeds(tuple(trajectory.mode_forces.accelerations(trajectory.samples)))
+        ),
     )
     times = [event.time for event in trajectory.events]
     for number, t in enumerate(trajectory.t):

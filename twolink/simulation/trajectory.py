@@ -2,63 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twolink import kinematics, lagrange
 from twolink.chain import Chain, Point
-from twolink.contact.coordinates import JointCoordinate
-from twolink.contact.elements import ContactElement
 from twolink.effects import (
-    Effect,
-    contact_elements,
-    discontinuities,
-    names_of,
     potential_energy,
-    smooth_loads,
 )
 from twolink.errors import SimulationError
 from twolink.inputs import as_floats, as_path, as_times, check_instance, refuse
-from twolink.limits import DEFAULT_LIMITS
-from twolink.loads import Force, Loads
 from twolink.scene import Scene
-from twolink.simulation.hybrid.mode import Event, Impact, Mode
+from twolink.simulation.forces import ContactForce, ModeForces, States
+from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.motion import motion_run
 from twolink.simulation.run import Array, MotionRun, Recipe, Statistics
 from twolink.simulation.views import Views
+from twolink.simulation.work import Work
 
 if TYPE_CHECKING:
     from twolink.formulations import EquationsName
-    from twolink.simulation.hybrid.dynamics import Solution
-
-# Between two samples the motion is one or two polynomials of about the twentieth degree, in time,
-# or in its square root at the start or end of a contact.
-_NODES = 24
-
-# Memory (bytes) for each of these places: the state, the powers, and intermediate values.
-_BYTES_OF_A_NODE = 200
 
 Dense = Callable[[Array, str], tuple[Any, Any]]
-
-
-@dataclass(frozen=True)
-class ContactForce:
-    """The force of one dry friction or contact over time, in its `unit`.
-
-    `normal` is the force along its direction (the friction torque of a joint), and `tangential` the
-    one along its tangent, or None; each of shape (n,).
-    """
-
-    name: str
-    unit: str
-    normal: Array
-    tangential: Array | None
 
 
 _ARRAYS = ("t", "q", "u")
@@ -204,25 +174,22 @@ class Trajectory(Views):
         """T + V (J), shape (n,)."""
         return self.kinetic_energy + self.potential_energy
 
+    @property
+    def samples(self) -> States:
+        """The times, angles and speeds of all samples."""
+        return States(self.t, self.q, self.u)
+
+    @property
+    def mode_forces(self) -> ModeForces:
+        """The forces in each mode of the motion."""
+        return ModeForces(self.scene, self.events)
+
     def reactions(self) -> tuple[Array, Array]:
         """Return the forces of the ground on link 1 at A, and of link 1 on link 2 at B (N).
 
-        Each has the x and y components, shape (2, n), from Newton's law: m a_C minus the other
-        forces on the link.
+        Each has the x and y components at the samples, shape (2, n).
         """
-        chain, q, u = self.chain, tuple(self.q), tuple(self.u)
-        total = np.zeros((2, *self.q.shape))
-        du = self._accelerations()
-        links = ((1, chain.m1, chain.C1), (2, chain.m2, chain.C2))
-        for link, mass, centre in links:
-            inertia = mass * np.array(kinematics.acceleration(chain, q, u, tuple(du), centre))
-            total[link - 1] = inertia
-        for now, loads, _ in self._by_mode(self.t, self.q, self.u):
-            for load in loads:
-                if isinstance(load, Force):
-                    force = np.array(np.broadcast_arrays(*load.components, self.t[now])[:2])
-                    total[load.point.link - 1][:, now] -= force
-        return total[0] + total[1], total[1]
+        return self.mode_forces.reactions(self.samples)
 
     def contact_forces(self, times: Any = None) -> tuple[ContactForce, ...]:
         """Return the force of each dry friction and contact, in the order of the elements.
@@ -231,71 +198,11 @@ class Trajectory(Views):
         those of the mode that begins. Impulses are in `impacts`. Raises `SimulationError` for
         times that `at` refuses.
         """
-        if times is None:
-            moments, q, u = self.t, self.q, self.u
-        else:
+        states = self.samples
+        if times is not None:
             moments = as_times(times)
-            q, u = self.at(moments)
-        elements = contact_elements(self.scene.effects, self.chain) if self.events else ()
-        given = np.zeros((len(elements), 2, len(moments)))
-        for now, solution in self._solutions(moments, q, u):
-            for index, forces in enumerate(solution.forces):
-                given[index][:, now] = np.array(np.broadcast_arrays(*forces, moments[now])[:2])
-        return tuple(
-            _contact_force(element, *forces)
-            for element, forces in zip(elements, given, strict=True)
-        )
-
-    def _accelerations(self) -> Array:
-        """Return du/dt (rad/s²) at the samples, shape (2, n), by the equations of each mode."""
-        found = np.empty_like(self.q)
-        for now, _, du in self._by_mode(self.t, self.q, self.u):
-            found[:, now] = du
-        return found
-
-    def _by_mode(
-        self, times: Array, q: Array, u: Array
-    ) -> Iterator[tuple[NDArray[np.intp], Loads, Array]]:
-        """Return, for each mode, the mask of its times, all loads, and du/dt."""
-        if not self.events:
-            loads = smooth_loads(self.scene.effects, self.chain, tuple(q), tuple(u), times)
-            du = lagrange.forward_dynamics(self.chain, tuple(q), tuple(u), loads)
-            yield np.ones(len(times), dtype=bool), loads, np.array(np.broadcast_arrays(*du))
-            return
-        from twolink.simulation.hybrid.dynamics import Pose, loads_of
-
-        elements = contact_elements(self.scene.effects, self.chain)
-        for now, solution in self._solutions(times, q, u):
-            t, pair, speeds = times[now], tuple(q[:, now]), tuple(u[:, now])
-            pose = Pose(self.chain, lagrange, pair)
-            loads = loads_of(pose, self.scene.effects, elements, solution, speeds, t)
-            yield now, loads, np.array(np.broadcast_arrays(*solution.du, t)[:2])
-
-    def _solutions(
-        self, times: Array, q: Array, u: Array
-    ) -> Iterator[tuple[NDArray[np.intp], Solution]]:
-        """Return, for each mode, the indices of its times, and its solution there."""
-        if not self.events:
-            return
-        from twolink.simulation.hybrid.dynamics import Pose, mode_solution
-
-        effects = self.scene.effects
-        elements = contact_elements(effects, self.chain)
-        for now, mode in self._modes_at(times):
-            t, pair, speeds = times[now], tuple(q[:, now]), tuple(u[:, now])
-            pose = Pose(self.chain, lagrange, pair)
-            dents = [mode.dent(index) for index in range(len(elements))]
-            yield now, mode_solution(pose, effects, elements, mode.states, dents, speeds, t)
-
-    def _modes_at(self, times: Array) -> Iterator[tuple[NDArray[np.intp], Mode]]:
-        """Return the mode of each event, and the indices of the times (s) in it."""
-        entered = [event.entered for event in self.events]
-        index = np.searchsorted(entered, times, side="right") - 1
-        order = np.argsort(index, kind="stable")
-        bounds = np.searchsorted(index[order], np.arange(len(self.events) + 1))
-        for event, start, stop in zip(self.events, bounds[:-1], bounds[1:], strict=True):
-            if stop > start:
-                yield order[start:stop], event.mode
+            states = States(moments, *self.at(moments))
+        return self.mode_forces.contact_forces(states)
 
     def work(self) -> dict[str, Array]:
         """Return the work of each effect since the start (J), shape (n,), by its name.
@@ -307,65 +214,8 @@ class Trajectory(Views):
         Raises `SimulationError` for methods without polynomials, and `TooMuchError` for runs whose
         number of steps would exceed memory.
         """
-        nodes, weights = _nodes_and_weights()
-        # The power may have kinks at the start of a mode, which bounds the pieces.
-        jumps = [t for t in discontinuities(self.scene.effects) if self.t[0] < t < self.t[-1]]
-        kinks = [*(e.entered for e in self.events), *(i.time for i in self.impacts), *jumps]
-        # Between the ends of a step the motion is one polynomial.
-        kinks += [] if self._knots is None else self._knots().tolist()
-        edges = np.union1d(self.t, [t for t in kinks if self.t[0] < t < self.t[-1]])
-        DEFAULT_LIMITS.check_memory("the work", len(edges) * _NODES * _BYTES_OF_A_NODE)
-        widths = np.diff(edges)[:, None]
-        moments = edges[:-1, None] + widths * nodes
-        q, u = self.at(moments.ravel())
-        found: dict[str, Array] = {}
-        names = names_of(self.scene.effects)
-        for number, (_, power) in enumerate(self._powers(moments.ravel(), q, u)):
-            pieces = (widths * weights * power.reshape(moments.shape)).sum(axis=1)
-            total = np.concatenate([[0.0], np.cumsum(pieces)])[np.searchsorted(edges, self.t)]
-            found[names[number]] = total + self._given_by_impacts(number)
-        return found
-
-    def _powers(self, times: Array, q: Array, u: Array) -> Iterator[tuple[Effect, Array]]:
-        """Return the power of each effect (W), without impacts."""
-        pair, speeds = tuple(q), tuple(u)
-        given = self._given_by_modes(times, q, u)
-        for number, effect in enumerate(self.scene.effects):
-            loads = smooth_loads((effect,), self.chain, pair, speeds, times)
-            Q1, Q2 = lagrange.generalized_active_force(self.chain, pair, loads)
-            yield effect, Q1 * u[0] + Q2 * u[1] + given[number]
-
-    def _given_by_modes(self, times: Array, q: Array, u: Array) -> Array:
-        """Return the power of the friction and contact of each effect (W), shape (effects, n)."""
-        power = np.zeros((len(self.scene.effects), len(times)))
-        owners = self._owners()
-        elements = contact_elements(self.scene.effects, self.chain)
-        for now, solution in self._solutions(times, q, u):
-            pair, speeds = tuple(q[:, now]), tuple(u[:, now])
-            for owner, element, forces in zip(owners, elements, solution.forces, strict=True):
-                along = (element.normal, element.tangent)
-                for coordinate, force in zip(along, forces, strict=True):
-                    if coordinate is not None:
-                        speed = coordinate.speed(self.chain, pair, speeds)
-                        power[owner, now] += force * speed
-        return power
-
-    def _given_by_impacts(self, number: int) -> Array:
-        """Return the cumulative energy change in impacts on the contacts of an effect (J)."""
-        given = np.zeros_like(self.t)
-        owners = self._owners()
-        for impact in self.impacts:
-            if owners[impact.index] == number:
-                given[self.t >= impact.time] += impact.energy_change
-        return given
-
-    def _owners(self) -> list[int]:
-        """Return the index of the effect that owns each friction and contact."""
-        return [
-            number
-            for number, effect in enumerate(self.scene.effects)
-            for _ in contact_elements((effect,), self.chain)
-        ]
+        knots = np.empty(0) if self._knots is None else self._knots()
+        return Work(self.mode_forces, self.impacts, self.at, knots).until(self.t)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the samples and their metadata to a .npz, .csv or .parquet file.
@@ -436,21 +286,3 @@ class _Repeated:
                 f"a difference of {off:.1e}: values between samples are unknown"
             )
         return run
-
-
-def _contact_force(element: ContactElement, normal: Array, tangential: Array) -> ContactForce:
-    """Return the contact force of an element; that of dry friction is along its direction."""
-    unit = "N m" if isinstance(element.principal, JointCoordinate) else "N"
-    if element.normal is None:
-        return ContactForce(element.name, unit, tangential, None)
-    return ContactForce(element.name, unit, normal, tangential if element.rough else None)
-
-
-def _nodes_and_weights() -> tuple[Array, Array]:
-    """Return nodes in (0, 1) and weights that sum up to 1, for functions with roots at both ends.
-
-    They are Gauss's in x, with the place 3x² − 2x³: then (place)^{3/2} is a polynomial in x.
-    """
-    x, weights = np.polynomial.legendre.leggauss(_NODES)
-    x, weights = (1 + x) / 2, weights / 2
-    return x * x * (3 - 2 * x), weights * 6 * x * (1 - x)

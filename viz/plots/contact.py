@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from twolink.contact.states import ContactState
 from twolink.errors import ParameterError
 from twolink.simulation import Trajectory
+from twolink.simulation.forces import ContactForce
 from twolink.simulation.hybrid.mode import Impact
-from twolink.simulation.trajectory import ContactForce
 from viz.plots.moments import Array, moments, spans, time_axis
 from viz.plots.style import Palette, figure, label_lines, palette_of, plain, stroke
 

@@ -1,13 +1,25 @@
-"""Constraint and friction forces of a trajectory satisfy Newton's and Euler's equations."""
+"""Reactions, friction and contact forces satisfy Newton's and Euler's equations."""
+
+import math
+from dataclasses import replace
 
 import numpy as np
+import pinocchio
 import pytest
 
+from tests.verification.chains import GENERAL
+from twolink.chain import Chain
 from twolink.data import data_path
+from twolink.effects.end_force import EndForce
+from twolink.effects.gravity import Gravity
+from twolink.kinematics import velocity
 from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
 
 G = 9.81
+SCENE = Scene(
+    chain=GENERAL, q=(0.3, -0.4), u=(1.1, -0.7), duration=2.0, effects=(Gravity(),), accuracy=1e-11
+)
 
 
 @pytest.fixture(scope="module")
@@ -131,3 +143,45 @@ def test_a_file_knows_them_at_its_samples(run, tmp_path):
         read.contact_forces(between), trajectory.contact_forces(between), strict=True
     ):
         assert np.array_equal(ours.normal, theirs.normal)
+
+
+def test_a_hanging_chain_is_held_by_its_weight():
+    down = (math.pi / 2, math.pi / 2)
+    chain = Chain.uniform_bars((1.3, 0.7))
+    trajectory = simulate(replace(SCENE, chain=chain, q=down, u=(0.0, 0.0), duration=0.1))
+    at_A, at_B = trajectory.reactions()
+    assert at_A[0] == pytest.approx(0, abs=1e-12)
+    assert at_A[1] == pytest.approx(-9.81 * 2.0)
+    assert at_B[1] == pytest.approx(-9.81 * 0.7)
+
+
+def test_reactions_are_pinocchios_joint_forces():
+    trajectory = simulate(SCENE, samples=9)
+    at_A, at_B = trajectory.reactions()
+    model = pinocchio.buildModelFromXML(
+        GENERAL.to_urdf().replace('"continuous">', '"revolute"><limit effort="1" velocity="1"/>')
+    )
+    data = model.createData()
+    for k, (q, u) in enumerate(zip(trajectory.q.T, trajectory.u.T, strict=True)):
+        theta, speed = (np.array([pair[0], pair[1] - pair[0]]) for pair in (q, u))
+        acceleration = pinocchio.aba(model, data, theta, speed, np.zeros(2))
+        pinocchio.rnea(model, data, theta, speed, acceleration)
+        pinocchio.forwardKinematics(model, data, theta)
+        for joint, force in ((1, at_A), (2, at_B)):
+            x, _, z = data.oMi[joint].rotation @ data.f[joint].linear
+            assert (x, -z) == pytest.approx(tuple(force[:, k]), abs=1e-10)
+
+
+def test_reactions_answer_to_forces_on_the_end():
+    """The whole chain: m a = F_A + weights + force on D."""
+    end = EndForce(-3.0, 0.4, sliding=1)
+    trajectory = simulate(replace(SCENE, effects=(Gravity(), end)))
+    at_A, _ = trajectory.reactions()
+    momentum = sum(
+        mass * np.array(velocity(GENERAL, tuple(trajectory.q), tuple(trajectory.u), centre))
+        for mass, centre in ((GENERAL.m1, GENERAL.C1), (GENERAL.m2, GENERAL.C2))
+    )
+    change = momentum[:, -1] - momentum[:, 0]
+    outer = np.array([[-1.2], [-3.0 + 9.81 * sum(GENERAL.mass)]])
+    impulse = np.trapezoid(at_A + outer, trajectory.t)
+    assert change == pytest.approx(impulse, abs=1e-3)
