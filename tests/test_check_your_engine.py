@@ -28,6 +28,7 @@ def transcript():
     return found
 
 
+@pytest.mark.slow
 def test_the_page_word_for_word(tmp_path):
     if shutil.which("cc") is None:
         assert not os.environ.get("TWOLINK_REQUIRE_TOOLS"), "cc is not installed"

@@ -92,23 +92,17 @@ LONG = {
     "hardcases --json": {"aligned": "zeno"},
 }
 SIGNALS = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129, signal.SIGKILL: -9}
-SLOW = {
-    "conform --json",
-    "conform --junit",
-    "report --out",
-    "accuracy --out",
-    "hardcases --json",
-    "plot --kind all",
-}
+# These stand for the rest in the default run.
+QUICK = {"simulate --out", "verify --json", "urdf write --out", "scenes", "urdf show"}
 
 
-def marked(names, slow=SLOW):
-    """Parameters of which some are slow, or need an engine."""
+def marked(names):
+    """Parameters of which most are slow, and some need an engine."""
     return [
         pytest.param(
             name,
             marks=[
-                *([pytest.mark.slow] if name in slow else []),
+                *([pytest.mark.slow] if name not in QUICK else []),
                 *([pytest.mark.engines] if name == "urdf convert --out" else []),
             ],
         )
@@ -230,7 +224,7 @@ app(sys.argv[1:])
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
-@pytest.mark.parametrize("name", marked(WRITERS, slow=()))
+@pytest.mark.parametrize("name", WRITERS)
 def test_signals_at_the_last_moment_leave_the_target_as_before(name, number, out):
     words, target = WRITERS[name]
     (out / target).parent.mkdir(parents=True, exist_ok=True)
@@ -379,6 +373,7 @@ def test_memory_that_is_refused_is_one_sentence(out):
     assert list(out.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["full", "terminated"])
 def test_a_film_that_is_not_finished_leaves_nothing(fault, out):
     """By a browser that answers with plain pictures, and by ffmpeg."""

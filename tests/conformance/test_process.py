@@ -130,6 +130,7 @@ def test_a_program_that_cannot_be_run(tmp_path):
     transport.close()
 
 
+@pytest.mark.slow
 def test_children_of_a_child_end_with_it(tmp_path):
     file = tmp_path / "pid"
     code = (

@@ -60,6 +60,7 @@ def test_a_wrong_engine(folder):
     assert "Traceback" not in done.stdout
 
 
+@pytest.mark.slow
 def test_known_failures_and_models_that_are_not_read(folder):
     (folder / "expect.toml").write_text('[[expect]]\ntest = "*/kinetic-energy"\nreason = "known"\n')
     (folder / "planar.py").write_text(f"{WRONG}class Planar(Wrong):\n    reads = ('parameters',)\n")
@@ -70,6 +71,7 @@ def test_known_failures_and_models_that_are_not_read(folder):
     assert found["skipped"] > 500
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -83,6 +85,7 @@ def test_bad_options(folder, arguments, words):
     assert words in done.stderr
 
 
+@pytest.mark.slow
 def test_an_engine_that_does_not_start(folder):
     done = run(folder, "--twolink-engine", "mine:Leg", "-k", "bars/read")
     assert done.returncode == 1
@@ -95,6 +98,7 @@ def test_without_the_option_nothing_happens(folder):
     assert counts(done.stdout) == {"passed": 1}
 
 
+@pytest.mark.slow
 def test_motions(folder):
     """A motion has one test, for all methods of the engine."""
     (folder / "moving.py").write_text("from tests.conformance.mover import Undamped\n")

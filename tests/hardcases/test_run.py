@@ -70,7 +70,9 @@ def work_on_a_busy_machine(check):
         (crash, Mark.CRASH, "ZeroDivisionError: division by zero"),
         (warn, Mark.CRASH, "RuntimeWarning: overflow"),
         (hang, Mark.HANG, "stopped after 0.2 s of processor time"),
-        (wait, Mark.HANG, "stopped after 4 s, most of them waiting"),
+        pytest.param(
+            *(wait, Mark.HANG, "stopped after 4 s, most of them waiting"), marks=pytest.mark.slow
+        ),
         (work_on_a_busy_machine, Mark.PASS, ""),
     ],
 )

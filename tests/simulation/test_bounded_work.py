@@ -48,7 +48,7 @@ STOPS = replace(FALL, effects=(Gravity(), JointStop("B", -1.0, 1.0, 1.0)))
     "scene",
     [
         replace(FALL, duration=1e308),
-        replace(Scene.load(data_path("scenes") / "joint_stops.toml"), duration=1e6),
+        pytest.param(replace(SHIPPED_STOPS, duration=1e6), marks=pytest.mark.slow),
     ],
     ids=["1e308 s", "1e6 s of stops"],
 )
@@ -59,7 +59,9 @@ def test_a_duration_without_end_is_refused_soon(scene):
         simulate(scene)
 
 
-@pytest.mark.parametrize("method", ["taylor", "DOP853", "rk4"])
+@pytest.mark.parametrize(
+    "method", ["taylor", pytest.param("DOP853", marks=pytest.mark.slow), "rk4"]
+)
 def test_control_that_diverges_is_refused_soon(method):
     """By fixed steps it produces non-finite values, which is another message."""
     with pytest.raises(

@@ -593,6 +593,7 @@ def test_an_archive_that_promises_terabytes_is_refused_at_once(tmp_path):
     assert "q has 128 bytes for (2, 1000000000000) numbers" in refusal(file)
 
 
+@pytest.mark.slow
 def test_a_bomb_is_refused_before_it_goes_off(tmp_path):
     file = tmp_path / "run.npz"
     smooth().save(file)

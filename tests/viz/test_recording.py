@@ -170,7 +170,8 @@ def wait_until(condition, seconds=60.0):
         time.sleep(0.01)
 
 
-@pytest.mark.parametrize("real", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("real", [False, True])
 def test_a_killed_recording_is_cleaned_up_by_the_next(real, tmp_path, scratch):
     """Killed while the encoder writes frames: its files stay, and nobody else's go."""
     if real:

@@ -35,6 +35,7 @@ def test_the_readme_shows_its_output(made):
     assert masked(made[0])[:-1] == masked(CONSOLE[0][1])[:-1]
 
 
+@pytest.mark.slow
 def test_it_has_all_sections(made):
     document = (made[1] / "index.html").read_text(encoding="utf-8")
     for words in (
@@ -50,6 +51,7 @@ def test_it_has_all_sections(made):
         assert words in document, words
 
 
+@pytest.mark.slow
 def test_nothing_in_it_is_fetched(made):
     document = (made[1] / "index.html").read_text(encoding="utf-8")
     reader = read(re.sub(r"<script.*?</script>", "", document, flags=re.DOTALL))
@@ -108,6 +110,7 @@ def test_a_browser_opens_it_without_a_word_or_a_request(made, width):
         assert page.value("document.documentElement.scrollWidth") <= width
 
 
+@pytest.mark.slow
 def test_verdicts_come_first_then_films_then_tables(made):
     document = (made[1] / "index.html").read_text(encoding="utf-8")
     order = [
@@ -134,6 +137,7 @@ def test_verdicts_come_first_then_films_then_tables(made):
         assert f'<th scope="row">{fact}</th>' in document
 
 
+@pytest.mark.slow
 def test_a_stopped_sweep_is_told(made):
     document = (made[1] / "index.html").read_text(encoding="utf-8")
     assert ">never<" not in document
