@@ -32,10 +32,26 @@ def test_a_run_that_stands_still_never_ends():
     assert forecast.total(0.2, 3.0) == math.inf
 
 
+def set_clock(monkeypatch, readings):
+    """Let each report read the next of these times (s)."""
+    clock = iter(readings)
+    monkeypatch.setattr(limits, "_READING", 0.0)
+    monkeypatch.setattr(limits, "thread_time", lambda: next(clock))
+
+
+def test_the_clock_of_a_thread_is_read_seldom(monkeypatch):
+    readings = iter(range(1000))
+    monkeypatch.setattr(limits, "thread_time", lambda: next(readings))
+    monkeypatch.setattr(limits, "_READING", 1e3)
+    report = Limits().timed("a run")
+    for _ in range(100):
+        report(0.5)
+    assert next(readings) == 1
+
+
 @pytest.mark.parametrize(("share", "words"), [(1e-9, "about .* years"), (0.0, "more time")])
 def test_a_run_that_is_too_long_is_ended(share, words, monkeypatch):
-    clock = iter(range(0, 1000, 2))
-    monkeypatch.setattr(limits, "thread_time", lambda: next(clock))
+    set_clock(monkeypatch, range(0, 1000, 2))
     reports = []
     progress = Limits(seconds=600.0).timed("the motion", reports.append)
     progress(share)
@@ -45,8 +61,7 @@ def test_a_run_that_is_too_long_is_ended(share, words, monkeypatch):
 
 
 def test_nothing_ends_a_run_without_limits(monkeypatch):
-    clock = iter(range(0, 10_000, 100))
-    monkeypatch.setattr(limits, "thread_time", lambda: next(clock))
+    set_clock(monkeypatch, range(0, 10_000, 100))
     progress = UNLIMITED.timed("the motion")
     for _ in range(50):
         progress(0.0)
@@ -92,8 +107,7 @@ def test_words():
 
 def test_a_slow_part_of_a_run_does_not_end_it(monkeypatch):
     """A third of the work is done at once, and then nothing for 10 s of the 3600 s allowed."""
-    clock = iter([0.0, 0.1, 2.0, 4.0, 6.0, 10.0, 61.0])
-    monkeypatch.setattr(limits, "thread_time", lambda: next(clock))
+    set_clock(monkeypatch, [0.0, 0.1, 2.0, 4.0, 6.0, 10.0, 61.0])
     report = Limits().timed("a run")
     for share in (0.3, 0.33, 0.33, 0.33, 0.33):
         report(share)
