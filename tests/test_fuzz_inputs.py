@@ -2,6 +2,7 @@
 
 import datetime
 import math
+import sys
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
@@ -157,6 +158,9 @@ def test_a_path_is_a_path(call, wrong):
         (lambda: simulate(FALL, limits=3600), "limits must be a Limits; got 3600"),
         (lambda: simulate(FALL, progress="bar"), "progress must be a function, or None; got 'bar'"),
         (lambda: verify(states=2, progress=3), "progress must be a function, or None; got 3"),
+        (lambda: verify(states=10**200), f"states must be a whole number of {sys.maxsize} or less"),
+        (lambda: verify(states=2, limits=3600), "limits must be a Limits; got 3600"),
+        (lambda: study(FALL, engines=np.array([1, 2])), r"engines must be True or False; got arr"),
         (lambda: verify(states=2, seed=(1, 2)), "seed must be a whole number of 0 or more"),
         (lambda: verify_contact(states=2, seed="1"), "seed must be a whole number of 0 or more"),
         (lambda: reference(3), "scene must be a Scene; got 3"),

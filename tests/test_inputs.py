@@ -67,6 +67,17 @@ def test_counts(given):
     assert inputs.as_count("n", given, 1) == 1
 
 
+@pytest.mark.parametrize("given", [True, np.bool_(False)])
+def test_flags(given):
+    assert inputs.as_flag("n", given) is bool(given)
+
+
+@pytest.mark.parametrize("given", [1, "yes", None, np.array([True, False])])
+def test_other_values_for_a_flag_are_refused(given):
+    with pytest.raises(ParameterError, match="n must be True or False; got"):
+        inputs.as_flag("n", given)
+
+
 @pytest.mark.parametrize("given", [0, -1, 1.0, "1", None, True])
 def test_what_is_no_count_is_refused(given):
     with pytest.raises(ParameterError, match="n must be a whole number of 1 or more; got"):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
+import sys
 import types
 from collections.abc import Mapping, Set
 from dataclasses import fields
@@ -97,7 +98,16 @@ def as_count(name: str, value: Any, least: int = 0) -> int:
         refuse(name, value, f"a whole number of {least} or more")
     if count < least:
         refuse(name, value, f"a whole number of {least} or more")
+    if count > sys.maxsize:
+        refuse(name, value, f"a whole number of {sys.maxsize} or less")
     return int(count)
+
+
+def as_flag(name: str, value: Any) -> bool:
+    """Return True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        refuse(name, value, "True or False")
+    return bool(value)
 
 
 def as_word(name: str, value: Any) -> str:

@@ -7,13 +7,15 @@ from hypothesis import given, settings
 from tests.conftest import SEED
 from tests.strategies import chains
 from tests.verification.chains import GENERAL
+from twolink import limits
 from twolink.chain import Chain
 from twolink.data import data_path
 from twolink.engines.pinocchio_engine import Pinocchio
-from twolink.errors import ParameterError, UrdfError
+from twolink.errors import ParameterError, TooMuchError, UrdfError
 from twolink.formulations import FORMULATIONS
 from twolink.urdf import parse_planar_urdf, read_planar_urdf
 from twolink.verification import verify
+from twolink.verification.contact import verify_contact
 from twolink.verification.quantities import DYNAMICS, MOTION
 from twolink.verification.states import random_states
 
@@ -116,6 +118,14 @@ def test_the_same_seed_gives_the_same_verdict():
 def test_no_states_are_refused(states):
     with pytest.raises(ParameterError, match="states must be a whole number of 1 or more; got"):
         verify(SHIPPED, states=states)
+
+
+@pytest.mark.parametrize("compare", [verify, verify_contact])
+def test_too_many_states_are_refused_on_the_way(compare, monkeypatch):
+    monkeypatch.setattr(limits, "_WINDOW", 0.01)
+    monkeypatch.setattr(limits, "_READING", 0.0)
+    with pytest.raises(TooMuchError, match=r"comparing at 10{15} states would take .* years"):
+        compare(SHIPPED, states=10**15)
 
 
 def test_states_are_general():

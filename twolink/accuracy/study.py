@@ -23,7 +23,7 @@ from twolink.accuracy.pareto import (
 from twolink.accuracy.roundoff_floor import RoundoffFloor, roundoff_floor
 from twolink.accuracy.work_precision import Point, WorkPrecision, work_precision
 from twolink.environment import package_versions, this_machine
-from twolink.inputs import as_positive, as_words
+from twolink.inputs import as_flag, as_positive, as_words
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
 from twolink.simulation.motion import check_run
@@ -200,6 +200,7 @@ def study(
     """
     check_run(scene, progress, limits)
     methods, budget = as_words("methods", methods), float(as_positive("budget", budget))
+    engines = as_flag("engines", engines)
     limits.check_time("a measurement with this budget", budget)
     configurations = own_configurations(scene, limits)
     left_out: tuple[str, ...] = ()

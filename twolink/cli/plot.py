@@ -194,9 +194,8 @@ def _verification(
         urdf,
         states=states,
         seed=seed,
-        progress=limits_of(force).timed(
-            f"comparing at {states} states", lambda share: bar.update(task, completed=share)
-        ),
+        progress=lambda share: bar.update(task, completed=share),
+        limits=limits_of(force),
     )
     return verification(found, theme)
 

@@ -92,7 +92,8 @@ def _made(
             verdict = verify(
                 read_planar_urdf(data_path("twolink.urdf")),
                 states=states,
-                progress=limits.timed(f"comparing at {states} states", report),
+                progress=report,
+                limits=limits,
             )
         parts: list[Section] = []
         trajectories = []

@@ -95,9 +95,8 @@ def _verdict(
             formulations={
                 name: found for name, found in FORMULATIONS.items() if formulation in (None, name)
             },
-            progress=limits_of(force).timed(
-                f"comparing at {states} states", lambda share: bar.update(task, completed=share)
-            ),
+            progress=lambda share: bar.update(task, completed=share),
+            limits=limits_of(force),
         )
 
 

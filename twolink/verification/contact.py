@@ -22,6 +22,7 @@ from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.engines.protocol import Engine
 from twolink.errors import ParameterError
 from twolink.formulations import FORMULATIONS, Formulation, FormulationName
+from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.loads import Force, Loads, Torque
 from twolink.simulation.hybrid.dynamics import Pose, Solution, mode_solution
 from twolink.urdf import PlanarUrdf
@@ -280,6 +281,7 @@ def verify_contact(
     engine: Engine | None = None,
     draw: Callable[..., ContactStates] = random_contact_states,
     progress: Progress = lambda share: None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Verdict:
     """Compare impacts, contact forces and end-force response at D, as `verify` compares motion.
 
@@ -301,7 +303,7 @@ def verify_contact(
         draw=draw,
         bound=contact_tolerance,
     )
-    comparisons, left_out = plan.worst(states, seed, progress)
+    comparisons, left_out = plan.worst(states, seed, progress, limits)
     for quantity, count in left_out.items():
         if count == states:
             raise ParameterError(

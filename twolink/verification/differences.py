@@ -9,6 +9,7 @@ import numpy as np
 
 from twolink.engines.protocol import Engine
 from twolink.formulations import FORMULATIONS, Formulation, FormulationName
+from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.urdf import PlanarUrdf
 from twolink.verification.states import Array
 from twolink.verification.verify import Progress, motion_plan
@@ -35,6 +36,7 @@ def differences(
     formulations: Mapping[FormulationName, Formulation] = FORMULATIONS,
     engine: Engine | None = None,
     progress: Progress = lambda share: None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> tuple[Differences, ...]:
     """Return the differences of all quantities of `verify`, at the same states in the same order.
 
@@ -42,7 +44,7 @@ def differences(
     """
     plan = motion_plan(urdf, formulations, engine)
     found: dict[tuple[str, str, str], list[Array]] = {}
-    for quantity, met, _ in plan.batches(states, seed, progress):
+    for quantity, met, _ in plan.batches(states, seed, progress, limits):
         for each in met:
             key = quantity.name, each.source, each.against
             found.setdefault(key, []).append(each.shares)

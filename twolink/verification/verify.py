@@ -15,7 +15,8 @@ from twolink.engines.pinocchio_engine import Pinocchio
 from twolink.engines.protocol import Engine
 from twolink.environment import package_versions, this_machine
 from twolink.formulations import FORMULATIONS, Formulation, FormulationName
-from twolink.inputs import as_count, check_callback
+from twolink.inputs import as_count, check_callback, check_instance
+from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.urdf import PlanarUrdf, read_planar_urdf
 from twolink.verification.jointspace import (
     JointSpace,
@@ -42,16 +43,18 @@ def verify(
     engine: Engine | None = None,
     motion: PointMotion | None = None,
     progress: Progress = lambda share: None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Verdict:
     """Compare formulations with an engine (Pinocchio), and with each other, at random states.
 
     `urdf` is the path of a URDF file, or a file that was read already; by default the shipped one.
     `progress` is called with the completed fraction, from 0 to 1. `motion` replaces the library's
     kinematics. Raises `ParameterError` for less than one state, `UrdfError` for a file that does
-    not describe a planar two-link chain, `EngineError` when the engine is missing or rejects it.
+    not describe a planar two-link chain, `EngineError` when the engine is missing or rejects it,
+    and `TooMuchError` where the time would exceed the limits.
     """
     plan = motion_plan(planar_urdf(urdf), formulations, engine, motion)
-    comparisons, _ = plan.worst(states, seed, progress)
+    comparisons, _ = plan.worst(states, seed, progress, limits)
     return plan.verdict(comparisons, states, seed)
 
 
@@ -106,12 +109,12 @@ class ComparisonPlan:
     bound: Callable[[str, Problem], Array] = tolerance
 
     def worst(
-        self, states: int, seed: int, progress: Progress
+        self, states: int, seed: int, progress: Progress, limits: Limits
     ) -> tuple[tuple[Comparison, ...], dict[str, int]]:
         """Return each comparison at its worst state, and how often each quantity is excluded."""
         worst: dict[tuple[str, str, str], Comparison] = {}
         left_out = dict.fromkeys((quantity.name for quantity, _ in self.groups), 0)
-        for quantity, met, missing in self.batches(states, seed, progress):
+        for quantity, met, missing in self.batches(states, seed, progress, limits):
             for comparison in (each.worst() for each in met):
                 key = (quantity.name, comparison.source, comparison.against)
                 if key not in worst or comparison.share > worst[key].share:
@@ -120,14 +123,16 @@ class ComparisonPlan:
         return tuple(worst.values()), left_out
 
     def batches(
-        self, states: int, seed: int, progress: Progress
+        self, states: int, seed: int, progress: Progress, limits: Limits
     ) -> Iterator[tuple[Quantity, list[BatchResult], int]]:
         """Return, batch by batch, each result and the number of states at which it is excluded.
 
-        Raises `ParameterError` for less than one state.
+        Raises `ParameterError` for less than one state, `TooMuchError` for too many.
         """
         states, seed = as_count("states", states, least=1), as_count("seed", seed)
         check_callback("progress", progress)
+        check_instance("limits", limits, Limits)
+        report = limits.timed(f"comparing at {states} states", progress)
         chain = Chain.from_links(self.urdf.links)
         own = Scale.of(chain, joint=True, gravity=self.urdf.gravity, joints=self.urdf.joints)
         largest = {"torque": 100 * float(own.mass_matrix.max()), "force": 10 * sum(chain.mass)}
@@ -138,7 +143,7 @@ class ComparisonPlan:
             for index, (quantity, formulas) in enumerate(self.groups):
                 met = batch.comparisons(quantity, formulas, self.names)
                 yield quantity, met, int(batch.left_out.sum())
-                progress((number + (index + 1) / len(self.groups)) / len(starts))
+                report((number + (index + 1) / len(self.groups)) / len(starts))
 
     def verdict(
         self,
