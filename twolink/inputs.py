@@ -7,10 +7,11 @@ kind (float, long double, mpmath, SymPy symbols); anything else is refused by na
 from __future__ import annotations
 
 import functools
+import inspect
 import math
 import sys
 import types
-from collections.abc import Mapping, Set
+from collections.abc import Callable, Mapping, Set
 from dataclasses import fields
 from datetime import timedelta
 from itertools import islice
@@ -141,10 +142,22 @@ def check_instance(name: str, value: Any, kind: type) -> None:
         refuse(name, value, f"{article} {kind.__name__}")
 
 
-def check_callback(name: str, value: Any) -> None:
-    """Raise `ParameterError` for an object that is neither a function nor None."""
-    if value is not None and not callable(value):
-        refuse(name, value, "a function, or None")
+def check_callback(name: str, value: Any, arguments: tuple[str, ...]) -> None:
+    """Raise `ParameterError` for an object that is neither a function of arguments nor None."""
+    if value is not None and not (callable(value) and _takes(value, len(arguments))):
+        refuse(name, value, f"a function of {' and '.join(arguments)}, or None")
+
+
+def _takes(function: Callable[..., object], count: int) -> bool:
+    """Return whether a function takes a number of arguments, as far as that is known."""
+    try:
+        inspect.signature(function).bind(*range(count))
+    except TypeError:
+        return False
+    except ValueError:
+        # Some functions written in C have no signature.
+        return True
+    return True
 
 
 def as_tuple(name: str, value: Any, wanted: str) -> tuple[Any, ...]:

@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from twolink.cli import app
+from twolink.cli.program import _ended_by_signals
 from twolink.data import data_path
 from twolink.errors import BrowserError, FileError, IntegrationError, ParameterError
 
@@ -152,6 +153,21 @@ def test_streams_that_are_closed_are_not_taken_for_files(closed, tmp_path):
         assert run.returncode == 0
         assert file.read_text().startswith("{")
     assert "Traceback" not in run.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_that_a_library_turns_into_an_error_ends_the_program(number):
+    with pytest.raises(SystemExit) as ended, _ended_by_signals():
+        try:
+            os.kill(os.getpid(), number)
+        except SystemExit as error:
+            raise ValueError("the model could not be built") from error
+    assert ended.value.code == 128 + number
+
+
+def test_an_error_without_a_signal_stays_what_it_is():
+    with pytest.raises(ValueError, match="of its own"), _ended_by_signals():
+        raise ValueError("of its own")
 
 
 @pytest.mark.parametrize(

@@ -90,22 +90,29 @@ def _leave_nothing_to_write() -> None:
 
 @contextmanager
 def _ended_by_signals() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP end the work within as Ctrl-C does: with everything put away.
+    """Let SIGTERM, SIGHUP and Ctrl-C end the work within, with everything put away.
 
     A signal that is ignored, as by nohup, stays ignored.
     """
+    received: list[int] = []
 
     def end(number: int, frame: object) -> None:
+        received.append(number)
         raise SystemExit(128 + number)
 
     before: dict[int, Any] = {}
     if threading.current_thread() is threading.main_thread():
-        for name in ("SIGTERM", "SIGHUP"):
+        for name in ("SIGTERM", "SIGHUP", "SIGINT"):
             number = getattr(signal, name, None)
             if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
                 before[number] = signal.signal(number, end)
     try:
         yield
+    except Exception as error:
+        # A library may turn the exception of a signal into an error of its own.
+        if received:
+            raise SystemExit(128 + received[-1]) from error
+        raise
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -17,7 +17,7 @@ from twolink.simulation.smooth.taylor import taylor_run
 def check_run(scene: Any, progress: Any, limits: Any) -> None:
     """Raise `ParameterError` for arguments that every run of a scene takes, and that are wrong."""
     check_instance("scene", scene, Scene)
-    check_callback("progress", progress)
+    check_callback("progress", progress, ("name", "share"))
     check_instance("limits", limits, Limits)
 
 

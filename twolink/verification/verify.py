@@ -130,7 +130,7 @@ class ComparisonPlan:
         Raises `ParameterError` for less than one state, `TooMuchError` for too many.
         """
         states, seed = as_count("states", states, least=1), as_count("seed", seed)
-        check_callback("progress", progress)
+        check_callback("progress", progress, ("share",))
         check_instance("limits", limits, Limits)
         report = limits.timed(f"comparing at {states} states", progress)
         chain = Chain.from_links(self.urdf.links)
