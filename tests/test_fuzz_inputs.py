@@ -158,11 +158,11 @@ def test_a_path_is_a_path(call, wrong):
         (lambda: simulate(FALL, limits=3600), "limits must be a Limits; got 3600"),
         (
             lambda: simulate(FALL, progress="bar"),
-            "progress must be a function of name and share, or None; got 'b",
+            "progress must be a function of name and share, or",
         ),
         (
             lambda: verify(states=2, progress=3),
-            "progress must be a function of share, or None; got 3",
+            "progress must be a function of share, or None",
         ),
         (lambda: verify(states=10**200), f"states must be a whole number of {sys.maxsize} or less"),
         (lambda: verify(states=2, limits=3600), "limits must be a Limits; got 3600"),

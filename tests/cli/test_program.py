@@ -157,11 +157,14 @@ def test_streams_that_are_closed_are_not_taken_for_files(closed, tmp_path):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_that_a_library_turns_into_an_error_ends_the_program(number):
-    with pytest.raises(SystemExit) as ended, _ended_by_signals():
+    def turned():
         try:
             os.kill(os.getpid(), number)
         except SystemExit as error:
             raise ValueError("the model could not be built") from error
+
+    with pytest.raises(SystemExit) as ended, _ended_by_signals():
+        turned()
     assert ended.value.code == 128 + number
 
 
