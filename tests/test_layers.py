@@ -12,8 +12,8 @@ ROOT = Path(__file__).parent.parent
 
 # A file imports only from files above it in this list.
 LAYERS = [
-    "twolink.errors",
     "twolink.text",
+    "twolink.errors",
     "twolink.tables",
     "twolink.files",
     "twolink.validation",

@@ -3,9 +3,18 @@
 Each message is one sentence: "<name> must be …; got …", with the location.
 """
 
+from twolink.text import printable
+
 
 class TwolinkError(Exception):
-    """Base class of all exceptions of the library."""
+    """Base class of all exceptions of the library.
+
+    A message may quote names of files and effects: what a terminal cannot show is escaped.
+    """
+
+    def __str__(self) -> str:
+        """Return the message, in printable text."""
+        return printable(super().__str__())
 
 
 class ParameterError(TwolinkError):
