@@ -23,14 +23,11 @@ from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.engines.registry import engine_named
 from twolink.formulations import EquationsName
+from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.taylor import (
-    FULL_ORDERS,
-    step_tolerance,
-    taylor_run,
-)
+from twolink.simulation.smooth.taylor import taylor_run
 
 ROUNDS = 15
 ERROR = 1e-8
@@ -70,7 +67,7 @@ def error_of(run: Run) -> float:
 
 def cheapest_order(scene: Scene) -> int:
     """Return the lowest order of the Taylor series that reaches the error."""
-    orders = range(7, FULL_ORDERS["double"], 2)
+    orders = range(7, PRECISIONS["double"].full_order, 2)
     return next(order for order in orders if error_of(taylor("momenta", scene, order)) <= ERROR)
 
 
@@ -101,7 +98,7 @@ def main() -> None:
     order = cheapest_order(scene)
     runs = {f"Taylor on {name}, order {order}": taylor(name, scene, order) for name in EQUATIONS}
     runs["heyoka's lagrangian(), same order"] = engine(
-        "heyoka", "taylor", scene, step_tolerance("double", order)
+        "heyoka", "taylor", scene, PRECISIONS["double"].step_tolerance(order)
     )
     runs["Taylor on momenta, full order"] = taylor("momenta", scene)
     runs["SciPy DOP853 over pin.aba"] = engine("SciPy over Pinocchio", "DOP853", scene, 3e-14)

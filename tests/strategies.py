@@ -10,7 +10,8 @@ from twolink.contact.impact_laws import LAWS
 from twolink.coordinates import JointConvention
 from twolink.effects import effect_class
 from twolink.effects.joint_stop import JointStop
-from twolink.scene import METHODS, Scene
+from twolink.integration.methods import METHODS
+from twolink.scene import Scene
 
 
 def decades(low: float, high: float) -> st.SearchStrategy[float]:
@@ -163,7 +164,7 @@ def scenes(effects: st.SearchStrategy = any_effects) -> st.SearchStrategy[Scene]
         duration=positive,
         effects=effects,
         accuracy=positive,
-        method=st.sampled_from(METHODS),
+        method=st.sampled_from(tuple(METHODS)),
         title=st.text(),
         shows=st.text(),
         joints=st.none() | conventions,

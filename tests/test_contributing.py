@@ -28,6 +28,7 @@ def test_files_that_are_named_are_there(page):
         ("twolink/contact/impact_laws.py", ["LAWS", "rough_impulse", "guided_impulse"]),
         ("twolink/effects/compliant_surface.py", ["_LAWS", "_law"]),
         ("twolink/formulations.py", ["FORMULATIONS", "FormulationName"]),
+        ("twolink/integration/methods.py", ["NUMERIC_METHODS", "NumericName"]),
         ("twolink/engines/registry.py", ["ENGINES"]),
         ("twolink/cli/plot.py", ["OF_MOTION"]),
         ("viz/plots/kinds.py", ["OF_ONE", "OF_SEVERAL"]),

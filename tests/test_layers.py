@@ -35,6 +35,7 @@ LAYERS = [
     "twolink.kane",
     "twolink.lagrange",
     "twolink.formulations",
+    "twolink.integration",
     "twolink.effects",
     "twolink.scene",
     "twolink.engines",
@@ -65,6 +66,11 @@ ROWS = {
         OTHERS,
     ],
     "twolink.contact": ["coordinates force_laws impact_laws states", "elastoplastic elements"],
+    "twolink.integration": [
+        "method precisions tableaus",
+        "fixed_step scipy_method",
+        "methods",
+    ],
     "twolink.effects": ["effect", OTHERS, "__init__", "of_urdf"],
     "twolink.scene": ["chain_table names text", "model reading writing", "scene"],
     "twolink.engines": [
@@ -86,7 +92,7 @@ ROWS = {
         "trajectory",
         "effects_cost simulate",
     ],
-    "twolink.simulation.smooth": ["equations tableaus", "fixed_step taylor", "numeric"],
+    "twolink.simulation.smooth": ["equations", "numeric taylor"],
     "twolink.simulation.hybrid": [
         "jet mode tolerances",
         "compliant_state constraint roots",

@@ -11,19 +11,21 @@ import inspect
 import math
 import sys
 import types
-from collections.abc import Callable, Mapping, Set
+from collections.abc import Callable, Iterable, Mapping, Set
 from dataclasses import fields
 from datetime import timedelta
 from itertools import islice
 from numbers import Real
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, NoReturn, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from twolink.errors import ParameterError
-from twolink.text import quoted
+from twolink.text import choice, quoted
+
+Name = TypeVar("Name", bound=str)
 
 # More entries than these are no input but a generator without an end.
 MOST_ENTRIES = 10_000_000
@@ -116,6 +118,14 @@ def as_word(name: str, value: Any) -> str:
     if not isinstance(value, str):
         refuse(name, value, "a string")
     return value
+
+
+def as_choice(name: str, value: Any, known: Iterable[Name]) -> Name:
+    """Return one of the known names."""
+    names, word = list(known), as_word(name, value)
+    if word not in names:
+        raise ParameterError(choice(name, word, names))
+    return names[names.index(word)]
 
 
 def as_words(name: str, value: Any) -> tuple[str, ...]:

@@ -13,10 +13,10 @@ from twolink.accuracy.step_maps import (
 )
 from twolink.data import data_path
 from twolink.errors import SimulationError
+from twolink.integration.methods import NUMERIC_METHODS
+from twolink.integration.tableaus import GAUSS_LEGENDRE, RK4
 from twolink.scene import Scene
-from twolink.simulation.smooth.fixed_step import FIXED_STEP
 from twolink.simulation.smooth.numeric import _rates
-from twolink.simulation.smooth.tableaus import GAUSS_LEGENDRE, RK4
 
 SWINGS = Scene.load(data_path("scenes") / "small_swings.toml")
 STATES = many_starts(SWINGS, 5, spread=0.3, seed=7)
@@ -43,13 +43,15 @@ def stepped(steps: int, step) -> np.ndarray:
     return np.array(found).T
 
 
-@pytest.mark.parametrize("name", FIXED_STEP)
+@pytest.mark.parametrize(
+    "name", [name for name, method in NUMERIC_METHODS.items() if method.parameter == "step"]
+)
 def test_a_map_is_the_step_that_python_takes(name):
     method = IMPLICIT.get(name, RK4)
     iterations = StageIteration(SWINGS, method, H).needed(STATES) if name in IMPLICIT else 0
     steps = step_map(SWINGS, method, H, iterations=iterations)
     ours = steps.advance(STATES, 3)
-    theirs = stepped(3 * steps.steps, lambda f, x: FIXED_STEP[name].step(f, 0.0, x, H))
+    theirs = stepped(3 * steps.steps, lambda f, x: NUMERIC_METHODS[name].step(f, 0.0, x, H))
     assert np.abs(ours - STATES).max() > 0.01
     # A rounding or two of each step, and the motion is regular.
     assert np.abs(ours - theirs).max() < 4 * ROUNDING * 3 * steps.steps

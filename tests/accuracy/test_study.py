@@ -23,12 +23,11 @@ from twolink.accuracy.study import study
 from twolink.accuracy.work_precision import Stop, work_precision
 from twolink.cli import app
 from twolink.data import data_path
+from twolink.integration.methods import METHODS, NUMERIC_METHODS
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.smooth import numeric
-from twolink.simulation.smooth.fixed_step import FIXED_STEP
-from twolink.simulation.smooth.numeric import SCIPY
 
 SCENES = data_path("scenes")
 GENERAL = Scene.load(SCENES / "general.toml")
@@ -70,7 +69,7 @@ def test_nothing_is_compared_with_itself():
 
 def test_all_methods_and_equations_are_there():
     names = {each.name for each in own_configurations(GENERAL)}
-    for method in (*SCIPY, *FIXED_STEP, "taylor"):
+    for method in METHODS:
         assert f"{method} on momenta" in names
     for equations in ("lagrange", "kane"):
         assert {f"taylor on {equations}", f"DOP853 on {equations}"} <= names
@@ -83,8 +82,9 @@ GENTLE = replace(GENERAL, q=(1.3, 1.8), u=(0.0, 0.0), duration=4.0)
 
 @pytest.mark.slow
 def test_the_slope_of_fixed_steps_is_the_declared_order():
-    found = study(GENTLE, methods=tuple(FIXED_STEP), budget=60.0)
-    assert len(found.configurations) == len(FIXED_STEP)
+    methods = tuple(n for n, method in NUMERIC_METHODS.items() if method.parameter == "step")
+    found = study(GENTLE, methods=methods, budget=60.0)
+    assert len(found.configurations) == len(methods)
     for line in found.configurations:
         assert line.measured is not None, line
         assert abs(line.measured - line.declared) <= 0.2, line
@@ -120,12 +120,15 @@ def test_the_slope_of_scipys_methods_is_the_declared_order_at_constant_steps(met
 
     sweep = tuple(1 / (steps * 2**k) for k in range(3))
     configuration = MethodConfiguration(
-        "scipy", method, "", "double", SCIPY[method], "step", sweep, run
+        "scipy", method, "", "double", NUMERIC_METHODS[method].order, "step", sweep, run
     )
     found = work_precision(scene, (configuration,), budget=30.0)
     assert [point.steps for point in found.points] == [4 * steps * 2**k for k in range(3)]
     measured = measured_order(found.points, roundoff_floor=1e-15)
-    assert abs(measured - SCIPY[method]) <= 0.2, (measured, [p.error for p in found.points])
+    assert abs(measured - NUMERIC_METHODS[method].order) <= 0.2, (
+        measured,
+        [p.error for p in found.points],
+    )
 
 
 @pytest.mark.slow

@@ -14,8 +14,9 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.errors import ParameterError
+from twolink.integration.methods import METHODS
 from twolink.loads import Torque
-from twolink.scene import METHODS, Scene
+from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.smooth.numeric import numeric_run

@@ -25,6 +25,7 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.pd_control import PdControl
 from twolink.errors import ParameterError, SceneError
+from twolink.integration.methods import METHODS
 from twolink.scene import LARGEST_FILE, Scene, scene_model
 
 TEXT = """
@@ -42,6 +43,7 @@ g = 9.81
 coefficient = [0.1, 0.0]
 """
 
+LISTED = ", ".join(METHODS)
 SCENES = sorted(data_path("scenes").rglob("*.toml"))
 
 
@@ -106,7 +108,10 @@ def test_a_scene_may_ask_for_nothing_of_its_urdf(tmp_path):
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ('effects = ["limit"]', "must be 'damping', 'friction' or 'limits'; got 'limit'"),
+        (
+            'effects = ["limit"]',
+            "got 'limit' (did you mean 'limits'?)",
+        ),
         ("effects = [1]", "must be 'damping', 'friction' or 'limits'; got 1"),
         ('effects = "damping"', "chain.effects must be a list; got 'damping'"),
         (
@@ -158,7 +163,11 @@ def test_any_chain_may_be_given():
         ("duration = 3.0", "duration = -3.0", "run.duration must be greater than 0; got -3.0"),
         ("duration = 3.0", "duration = inf", "run.duration must be a finite number; got inf"),
         ("duration = 3.0", "", "key 'run.duration' is missing"),
-        ("duration = 3.0", 'duration = 3.0\nmethod = "euler"', "; got 'euler'"),
+        (
+            "duration = 3.0",
+            'duration = 3.0\nmethod = "DOP835"',
+            f"run.method must be one of {LISTED}; got 'DOP835' (did you mean 'DOP853'?)",
+        ),
         (
             "duration = 3.0",
             "duration = 3.0\naccuracy = 0.0",
@@ -370,7 +379,6 @@ class Heavier(Gravity):
             "must be a number, a word, true, false, or a tuple; got np.longdouble(",
         ),
         ({"duration": 2**60 + 1}, "must be held by float64 and its words by UTF-8"),
-        ({"method": "euler"}, "; got 'euler'"),
         ({"title": "\ud800"}, "must be held by float64 and its words by UTF-8"),
         (
             {"chain": replace(GENERAL, rotors=(Rotor(0.1, (1.0, 0.0)),))},
@@ -393,6 +401,10 @@ def test_what_no_scene_file_can_say_is_refused(change, words):
         ({"duration": -1.0}, "run: duration must be positive and finite; got -1.0"),
         ({"duration": math.nan}, "run: duration must be positive and finite; got nan"),
         ({"accuracy": 0.0}, "run: accuracy must be positive and finite; got 0.0"),
+        (
+            {"method": "DOP835"},
+            f"method must be one of {', '.join(METHODS)}; got 'DOP835' (did you mean 'DOP853'?)",
+        ),
     ],
 )
 def test_a_scene_that_is_no_motion_is_refused(change, words):

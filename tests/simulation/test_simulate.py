@@ -13,15 +13,18 @@ from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
 from twolink.errors import SimulationError
-from twolink.scene import METHODS, Scene
+from twolink.integration.methods import METHODS, NUMERIC_METHODS
+from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.fixed_step import FIXED_STEP
-from twolink.simulation.smooth.numeric import SCIPY, numeric_run
+from twolink.simulation.smooth.numeric import numeric_run
 from twolink.simulation.smooth.taylor import taylor_run
 
 FALL = Scene.load(data_path("scenes") / "free_fall.toml")
 SHORT = Scene(chain=GENERAL, q=(0.3, -0.4), u=(1.1, -0.7), duration=1.0, effects=(Gravity(),))
+FIXED_STEP = [name for name, method in NUMERIC_METHODS.items() if method.parameter == "step"]
+SCIPY = [name for name, method in NUMERIC_METHODS.items() if method.parameter == "tolerance"]
+
 TIMES = np.linspace(0, 1, 11)
 
 
@@ -51,7 +54,7 @@ def test_taylor_is_right_to_rounding(formulation, precision, truth):
 @pytest.mark.parametrize("method", FIXED_STEP)
 def test_fixed_step_methods_have_their_order(method, formulation, truth):
     """The measured slope, over two halvings in the asymptotic range."""
-    finest = {1: 1 / 4000, 2: 1 / 800, 4: 1 / 200, 6: 1 / 320}[FIXED_STEP[method].order]
+    finest = {1: 1 / 4000, 2: 1 / 800, 4: 1 / 200, 6: 1 / 320}[NUMERIC_METHODS[method].order]
     errors = [
         error_of(
             numeric_run(SHORT, TIMES, method=method, formulation=formulation, fineness=h), truth
@@ -59,7 +62,7 @@ def test_fixed_step_methods_have_their_order(method, formulation, truth):
         for h in (4 * finest, 2 * finest, finest)
     ]
     slope = math.log2(errors[0] / errors[2]) / 2
-    assert slope == pytest.approx(FIXED_STEP[method].order, abs=0.2)
+    assert slope == pytest.approx(NUMERIC_METHODS[method].order, abs=0.2)
 
 
 @pytest.mark.parametrize("formulation", EQUATIONS)

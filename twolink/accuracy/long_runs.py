@@ -18,11 +18,12 @@ from twolink.accuracy.step_maps import (
     scipy_tableau,
     step_map,
 )
+from twolink.integration.precisions import PRECISIONS
+from twolink.integration.tableaus import GAUSS_LEGENDRE, RK4, Tableau
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import MomentumEquations
-from twolink.simulation.smooth.tableaus import GAUSS_LEGENDRE, RK4, Tableau
-from twolink.simulation.smooth.taylor import FULL_ORDERS, default_longest_step, step_tolerance
+from twolink.simulation.smooth.taylor import default_longest_step
 
 # Number of float64 values in the widest SIMD registers.
 LANES = 8
@@ -73,7 +74,7 @@ class LongRun:
 # drifts at a constant rate. Random rounding gives a random walk (Brouwer, On the
 # accumulation of errors in numerical integration, 1937).
 _BOUNDED, _RANDOM_WALK, _LINEAR = 0.0, 0.5, 1.0
-_FULL = FULL_ORDERS["double"]
+_FULL = PRECISIONS["double"].full_order
 _COARSE = 11
 
 LONG_METHODS = (
@@ -149,7 +150,9 @@ def _by_series(scene: Scene, order: int, starts: Array) -> LongRun:
     dq, dp = equations.rates(chain, scene.effects, (q1, q2), (p1, p2), 0.0)
     system = list(zip((q1, q2, p1, p2), (*dq, *dp), strict=True))
     parts = [np.array(starts[:, k : k + LANES]) for k in range(0, starts.shape[1], LANES)]
-    first = hy.taylor_adaptive_batch(system, parts[0], tol=step_tolerance("double", order))
+    first = hy.taylor_adaptive_batch(
+        system, parts[0], tol=PRECISIONS["double"].step_tolerance(order)
+    )
     integrators = [first, *(copy.deepcopy(first) for _ in parts[1:])]
     for integrator, part in zip(integrators, parts, strict=True):
         integrator.state[:] = part

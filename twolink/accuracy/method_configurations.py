@@ -4,26 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from itertools import chain as joined
 from typing import Any
 
 from numpy.typing import NDArray
 
 from twolink.errors import SimulationError
 from twolink.formulations import EquationsName, FormulationName
+from twolink.integration.method import Parameter
+from twolink.integration.methods import NUMERIC_METHODS, NumericName
+from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.motion import has_modes, motion_run
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.fixed_step import FIXED_STEP
-from twolink.simulation.smooth.numeric import SCIPY, numeric_run
-from twolink.simulation.smooth.taylor import PRECISIONS, taylor_run
+from twolink.simulation.smooth.numeric import numeric_run
+from twolink.simulation.smooth.taylor import taylor_run
 from twolink.text import choice
 
 # Parameter values, from coarse to fine. Orders are odd (see `simulation.smooth.taylor`); orders
 # above a precision's full order would only repeat its rounding.
-_ORDERS = {
+_ORDERS: dict[PrecisionName, tuple[int, ...]] = {
     "double": (7, 9, 11, 13, 15, 17, 19, 21),
     "long double": (15, 19, 23),
     "quadruple": (21, 31, 41),
@@ -34,6 +35,10 @@ _FEW_ORDERS = (9, 13, 17, 21)
 _LOWEST_WITH_MODES = 13
 TOLERANCES = tuple(10.0**-digits for digits in range(3, 14))
 STEPS = tuple(0.1 / 2**halvings for halvings in range(15))
+_SWEEPS: dict[Parameter, tuple[float, ...]] = {"tolerance": TOLERANCES, "step": STEPS}
+# The method that runs on every formulation; the others run on momenta, for which symplectic
+# methods are symplectic.
+_WITH_ALL_EQUATIONS: NumericName = "DOP853"
 
 # The engine name of this library's own methods.
 OWN = "twolink"
@@ -98,7 +103,7 @@ def own_configurations(scene: Scene, limits: Limits = UNLIMITED) -> tuple[Method
     """
     if has_modes(scene):
         return tuple(_taylor_with_modes(scene, limits))
-    return tuple(joined(_taylor(scene, limits), _scipy(scene, limits), _fixed_steps(scene, limits)))
+    return (*_taylor(scene, limits), *_by_rates(scene, limits))
 
 
 def _taylor(scene: Scene, limits: Limits) -> Iterator[MethodConfiguration]:
@@ -108,7 +113,7 @@ def _taylor(scene: Scene, limits: Limits) -> Iterator[MethodConfiguration]:
             def run(
                 order: float,
                 times: Any,
-                precision: str = precision,
+                precision: PrecisionName = precision,
                 equations: EquationsName = equations,
             ) -> MeasuredRun:
                 found = taylor_run(
@@ -135,7 +140,7 @@ def _taylor_with_modes(scene: Scene, limits: Limits) -> Iterator[MethodConfigura
             def run(
                 order: float,
                 times: Any,
-                precision: str = precision,
+                precision: PrecisionName = precision,
                 equations: EquationsName = equations,
             ) -> MeasuredRun:
                 found = motion_run(
@@ -179,38 +184,35 @@ def _of_series(found: Any) -> MeasuredRun:
     )
 
 
-def _scipy(scene: Scene, limits: Limits) -> Iterator[MethodConfiguration]:
-    for method, order in SCIPY.items():
-        for equations in _equations(every=method == "DOP853"):
-            yield _numeric(scene, limits, method, equations, order, "tolerance", TOLERANCES)
-
-
-def _fixed_steps(scene: Scene, limits: Limits) -> Iterator[MethodConfiguration]:
-    for name, method in FIXED_STEP.items():
-        yield _numeric(scene, limits, name, "momenta", method.order, "step", STEPS)
+def _by_rates(scene: Scene, limits: Limits) -> Iterator[MethodConfiguration]:
+    for name in NUMERIC_METHODS:
+        for equations in _equations(every=name == _WITH_ALL_EQUATIONS):
+            yield _numeric(scene, limits, name, equations)
 
 
 def _numeric(
     scene: Scene,
     limits: Limits,
-    method: str,
+    name: NumericName,
     equations: EquationsName,
-    order: int | None,
-    parameter: str,
-    sweep: tuple[float, ...],
 ) -> MethodConfiguration:
+    method = NUMERIC_METHODS[name]
+
     def run(value: float, times: Any) -> MeasuredRun:
         found = numeric_run(
             scene,
             times,
-            method=method,
+            method=name,
             formulation=equations,
             fineness=value,
-            progress=limits.timed(f"a run with {parameter} {value:.3g}"),
+            progress=limits.timed(f"a run with {method.parameter} {value:.3g}"),
         )
         return MeasuredRun(found.q, found.u, found.run_seconds, 0.0, found.steps, found.evaluations)
 
-    return MethodConfiguration(OWN, method, equations, "double", order, parameter, sweep, run)
+    sweep = _SWEEPS[method.parameter]
+    return MethodConfiguration(
+        OWN, name, equations, "double", method.order, method.parameter, sweep, run
+    )
 
 
 def chosen(

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.accuracy.reference_trajectory import ReferenceTrajectory, reference_trajectory
+from twolink.integration.precisions import PRECISIONS
 from twolink.limits import UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
-from twolink.simulation.smooth.taylor import FULL_ORDERS
 
 _SAMPLES = 401
 
@@ -57,7 +57,7 @@ def roundoff_floor(scene: Scene, *, limits: Limits = UNLIMITED) -> RoundoffFloor
     times = np.linspace(0.0, scene.duration, _SAMPLES)
     exact = reference_trajectory(scene, times, limits=limits)
     run = motion_run(
-        scene, times, formulation="momenta", order=FULL_ORDERS["double"], limits=limits
+        scene, times, formulation="momenta", order=PRECISIONS["double"].full_order, limits=limits
     )
     errors = np.maximum.accumulate(_errors(exact, run.q, run.u))
     # If modes change, samples next to an impact may be before or after it.

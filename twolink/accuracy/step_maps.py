@@ -1,7 +1,7 @@
 """One step of a method as a compiled map of the state, x to Φ(x), for many initial states at once.
 
 A million steps in Python take minutes. Here several successive steps are written with heyoka's
-expressions, by the same tableaus as `twolink.simulation.smooth.fixed_step`, and compiled as one
+expressions, by the same tableaus as `twolink.integration.fixed_step`, and compiled as one
 function of the state (q, p). The equations must be autonomous.
 
 A compiled step has no convergence loop. Implicit stages are iterated a fixed number of times, large
@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.errors import SimulationError
+from twolink.integration.tableaus import Tableau
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import MomentumEquations
-from twolink.simulation.smooth.tableaus import Tableau
 
 Array = NDArray[np.float64]
 Variables = list[Any]

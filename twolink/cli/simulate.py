@@ -53,6 +53,7 @@ def simulate(
     met. 1: only up to the time that is printed. 2: the input was refused.
     """
     check_target("--out", out, (".npz", ".csv", ".parquet"))
+    from twolink.integration.methods import method_named
     from twolink.scene import Scene
     from twolink.simulation import simulate as run
     from twolink.simulation.smooth.equations import equations_named
@@ -69,7 +70,7 @@ def simulate(
         trajectory = run(
             loaded,
             accuracy=accuracy,
-            method=method,
+            method=None if method is None else method_named(method),
             formulation=equations_named(formulation),
             samples=samples,
             limits=limits_of(force),

@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import MISSING, fields
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, get_type_hints
 
 from twolink.effects import EFFECTS, effect_class
 from twolink.errors import SceneError
+from twolink.integration.methods import METHODS
 from twolink.text import choice, quoted
 from twolink.urdf.planar import JOINT_PROPERTIES
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
-
-METHODS = (
-    "taylor",
-    "DOP853",
-    "RK45",
-    "Radau",
-    "LSODA",
-    "rk4",
-    "semi-implicit-euler",
-    "implicit-midpoint",
-    "gauss-legendre-4",
-    "gauss-legendre-6",
-)
 
 
 @lru_cache(maxsize=64)
@@ -82,7 +71,7 @@ def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
         "Run",
         duration=(positive, Field(description="s")),
         accuracy=(positive, Field(1e-9, description="global error in q (rad) and u (rad/s)")),
-        method=(Literal[METHODS], Field("taylor", description="integration method")),
+        method=(Literal[tuple(METHODS)], Field("taylor", description="integration method")),
     )
     order = Field(None, description="all effects by name as they act; default: kind by kind")
     tables: dict[str, Any] = {"order": (tuple[str, ...] | None, order)}
@@ -144,20 +133,26 @@ def _sentence(fault: Any) -> str:
     place = [str(part) for part in fault["loc"]]
     key = ".".join(part for part in place if part.isidentifier() or part.isdigit())
     if fault["type"] == "extra_forbidden":
-        if place[:-1] == ["effects"]:
-            return choice("effect", place[-1], EFFECTS)
-        known = _keys_beside(place)
-        where = ".".join(part for part in place[:-1] if part.isidentifier()) or "the scene"
-        return choice(f"a key of {where}", place[-1], known)
+        return _unknown_key(place)
     if fault["type"] == "too_long" or (fault["type"] == "missing" and place[-1].isdigit()):
         return f"{key.removesuffix('.1')} must be two numbers; got {quoted(fault['input'])}"
     if fault["type"] == "missing":
         return f"key '{key}' is missing; it must be given"
+    if fault["type"] == "literal_error" and isinstance(fault["input"], str):
+        return choice(key, fault["input"], re.findall("'([^']*)'", fault["ctx"]["expected"]))
     if fault["type"] == "float_type" and isinstance(fault["input"], str):
         return f"{key} must be a number, without quotes; got {quoted(fault['input'])}"
     # A tuple of pydantic is a list in TOML.
     required = fault["msg"].removeprefix("Input should be ").replace("a valid tuple", "a list")
     return f"{key} must be {required}; got {quoted(fault['input'])}"
+
+
+def _unknown_key(place: list[str]) -> str:
+    """Return the sentence that rejects a key."""
+    if place[:-1] == ["effects"]:
+        return choice("effect", place[-1], EFFECTS)
+    where = ".".join(part for part in place[:-1] if part.isidentifier()) or "the scene"
+    return choice(f"a key of {where}", place[-1], _keys_beside(place))
 
 
 def _keys_beside(place: list[str]) -> list[str]:

@@ -18,7 +18,8 @@ from twolink.chain import Chain
 from twolink.coordinates import JointConvention
 from twolink.effects import EFFECTS, Effect, is_registered, names_of, with_rotors
 from twolink.errors import ParameterError, SceneError, TwolinkError
-from twolink.inputs import as_number, as_pair, as_path, as_tuple, as_word, refuse
+from twolink.inputs import as_choice, as_number, as_pair, as_path, as_tuple, as_word, refuse
+from twolink.integration.methods import METHODS, MethodName
 from twolink.scene.model import checked, scene_model
 from twolink.scene.names import scene_file
 from twolink.scene.reading import chain_of, effects_of, start_of
@@ -47,7 +48,7 @@ class Scene:
     duration: float
     effects: tuple[Effect, ...] = ()
     accuracy: float = 1e-9
-    method: str = "taylor"
+    method: MethodName = "taylor"
     title: str = "untitled"
     shows: str = ""
     joints: JointConvention | None = None
@@ -63,7 +64,8 @@ class Scene:
             kept[name] = as_number(name, getattr(self, name))
             if isinstance(kept[name], Real) and not 0 < float(kept[name]) < float("inf"):
                 raise ParameterError(f"run: {name} must be positive and finite; got {kept[name]!r}")
-        for name in ("method", "title", "shows"):
+        kept["method"] = as_choice("method", self.method, METHODS)
+        for name in ("title", "shows"):
             kept[name] = as_word(name, getattr(self, name))
         wanted = "a sequence of effects, such as (Gravity(),)"
         kept["effects"] = as_tuple("effects", self.effects, wanted)

@@ -8,6 +8,7 @@ from typing import Any
 from twolink.effects import contact_elements, discontinuities
 from twolink.formulations import EquationsName
 from twolink.inputs import check_callback, check_instance
+from twolink.integration.precisions import PrecisionName
 from twolink.limits import UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation.run import MotionRun
@@ -36,7 +37,7 @@ def motion_run(
     times: Any,
     *,
     formulation: EquationsName,
-    precision: str = "double",
+    precision: PrecisionName = "double",
     order: int | None = None,
     longest_step: float | None = None,
     progress: Callable[[float], None] | None = None,
@@ -62,7 +63,7 @@ def motion_run(
     return taylor_run(scene, times, **options)
 
 
-def _named(scene: Scene, precision: str) -> str:
+def _named(scene: Scene, precision: PrecisionName) -> str:
     """Return a run in words, for messages."""
     finer = "" if precision == "double" else f" in {precision} precision"
     return f"the motion over {scene.duration:g} s{finer}"

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.formulations import EquationsName
+from twolink.integration.precisions import PrecisionName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact
 
@@ -51,7 +52,7 @@ class MotionRun(ABC):
 
     scene: Scene
     formulation: EquationsName
-    precision: str
+    precision: PrecisionName
     longest_step: float
     q: Any
     u: Any

@@ -19,24 +19,23 @@ import numpy as np
 from twolink.errors import SimulationError
 from twolink.formulations import EquationsName
 from twolink.inputs import as_count, as_number, as_word
+from twolink.integration.methods import (
+    METHODS,
+    NUMERIC_METHODS,
+    MethodName,
+    NumericName,
+    method_named,
+)
+from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import DEFAULT_LIMITS, Limits
-from twolink.scene import METHODS, Scene
+from twolink.scene import Scene
 from twolink.simulation.motion import check_run, has_events, has_modes, motion_run
 from twolink.simulation.run import Array, MotionRun, Recipe, Statistics
 from twolink.simulation.smooth.equations import equations_named
-from twolink.simulation.smooth.numeric import SCIPY, NumericRun, numeric_run
-from twolink.simulation.smooth.taylor import (
-    FULL_ORDERS,
-    PRECISIONS,
-    default_longest_step,
-    heyoka_is_here,
-    rounding,
-)
+from twolink.simulation.smooth.numeric import NumericRun, numeric_run
+from twolink.simulation.smooth.taylor import default_longest_step, heyoka_is_here
 from twolink.simulation.trajectory import Trajectory
-from twolink.text import choice
 
-# The orders at which the truncation error of a step, exp(−2 (p + 1)), is some fifty roundings.
-_TRUNCATED = {"double": 15, "long double": 19, "quadruple": 33}
 _LOWEST_ORDER = 7
 
 # Number of places between two samples at which smooth runs are compared.
@@ -50,21 +49,15 @@ _MARGIN_OF_LIKE_PRECISIONS = 3.0
 # Largest assumed growth of the truncation error of a step over a run, before a retry.
 _GROWTH = 1e3
 
-# Largest number of fixed steps of a run; the step is halved up to it.
-_MOST_STEPS = 200_000
-
-# Memory of all runs at a sample and between two: measured as 6.2 kB, at 100,000 samples.
-_BYTES_OF_A_SAMPLE, _BYTES_OF_A_NUMERIC_SAMPLE = 6500, 1000
-
-# The least tolerance that SciPy accepts is near 2.3e-14.
-_FINEST_TOLERANCE = 1e-13
+# The method that takes the place of Taylor series where heyoka is not installed.
+_STAND_IN: NumericName = "DOP853"
 
 
 def simulate(
     scene: Scene,
     *,
     accuracy: float | None = None,
-    method: str | None = None,
+    method: MethodName | None = None,
     formulation: EquationsName = "momenta",
     samples: int = 501,
     progress: Callable[[str, float], None] | None = None,
@@ -81,37 +74,20 @@ def simulate(
     accuracy = scene.accuracy if accuracy is None else accuracy
     method = scene.method if method is None else method
     _check(scene, accuracy, method, formulation, samples)
+    chosen = METHODS[method]
     if scene.may_change:
         # The trajectory is that of the effects as they are now.
         scene = replace(scene)
-    each = _BYTES_OF_A_SAMPLE if method == "taylor" else _BYTES_OF_A_NUMERIC_SAMPLE
-    limits.check_memory(f"{samples} samples", samples * each)
+    limits.check_memory(f"{samples} samples", samples * chosen.bytes_of_a_sample)
     times = np.linspace(0.0, scene.duration, samples)
     asked = _Asked(scene, accuracy, formulation, times, limits, progress)
-    if method == "taylor":
-        if heyoka_is_here():
-            return _by_taylor(asked)
-        stand_in = simulate(
-            scene,
-            accuracy=accuracy,
-            method="DOP853",
-            formulation=formulation,
-            samples=samples,
-            progress=progress,
-            limits=limits,
-        )
-        note = "heyoka is not installed here, so SciPy's DOP853 took the place of Taylor series."
-        return replace(stand_in, notes=(note, *stand_in.notes))
-    if method in SCIPY:
-        return _by_refining(
-            asked,
-            method,
-            first=max(min(1e-3, accuracy), _FINEST_TOLERANCE),
-            least=_FINEST_TOLERANCE,
-        )
-    between_samples = scene.duration / (samples - 1)
-    first = min(between_samples, scene.duration / 200)
-    return _by_refining(asked, method, first=first, least=scene.duration / _MOST_STEPS)
+    if method in NUMERIC_METHODS:
+        return _by_refining(asked, method)
+    if heyoka_is_here():
+        return _by_taylor(asked)
+    note = f"heyoka is not installed here, so SciPy's {_STAND_IN} took the place of Taylor series."
+    found = _by_refining(asked, _STAND_IN)
+    return replace(found, notes=(note, *found.notes))
 
 
 @dataclass(frozen=True)
@@ -145,15 +121,15 @@ def _check(scene: Scene, accuracy: Any, method: Any, formulation: Any, samples: 
     as_count("samples", samples)
     if not 0 < accuracy < float("inf"):
         raise SimulationError(f"accuracy must be positive and finite; got {accuracy!r}")
-    if method not in METHODS:
-        raise SimulationError(choice("method", method, METHODS))
+    chosen = METHODS[method_named(method)]
     equations_named(formulation)
     if samples < 2:
         raise SimulationError(f"samples must be 2 or more; got {samples}")
-    if has_modes(scene) and method != "taylor":
+    if has_modes(scene) and not chosen.locates_events:
+        able = " or ".join(name for name, each in METHODS.items() if each.locates_events)
         raise SimulationError(
-            "method must be taylor, which locates events, for a scene with dry friction or contact;"
-            f" got '{method}'"
+            f"method must be {able}, which locates events, for a scene with dry friction or "
+            f"contact; got '{method}'"
         )
 
 
@@ -165,7 +141,7 @@ def _by_taylor(asked: _Asked) -> Trajectory:
     checked = asked.checked
     cap = default_longest_step(asked.scene)
 
-    def run(precision: str, order: int) -> MotionRun:
+    def run(precision: PrecisionName, order: int) -> MotionRun:
         runs.append(
             motion_run(
                 asked.scene,
@@ -187,16 +163,16 @@ def _by_taylor(asked: _Asked) -> Trajectory:
     kept, errors, growth = _by_orders(asked, run)
     if kept is not None and errors.max() <= asked.accuracy:
         return ended(kept, errors)
-    if kept is None or kept.order < FULL_ORDERS["double"]:
-        kept = run("double", FULL_ORDERS["double"])
-    for longer in PRECISIONS[1:]:
-        full = FULL_ORDERS[longer]
+    if kept is None or kept.order < PRECISIONS["double"].full_order:
+        kept = run("double", PRECISIONS["double"].full_order)
+    for longer in tuple(PRECISIONS)[1:]:
+        full = PRECISIONS[longer].full_order
         judge = run(longer, _judging_order(asked, growth, kept.precision, full))
         errors = _difference(kept, judge, asked)
         if errors.max() <= asked.accuracy:
             return ended(kept, errors)
         kept = judge if judge.order == full else run(longer, full)
-        truncated = _TRUNCATED[longer]
+        truncated = PRECISIONS[longer].truncated_order
         errors = _difference(run(longer, truncated), kept, asked)
         if errors.max() <= asked.accuracy:
             return ended(kept, errors)
@@ -220,7 +196,7 @@ def _through_events(asked: _Asked) -> Trajectory:
 
 
 def _by_orders(
-    asked: _Asked, run: Callable[[str, int], MotionRun]
+    asked: _Asked, run: Callable[[PrecisionName, int], MotionRun]
 ) -> tuple[MotionRun | None, Array, float]:
     """Return the best run in double precision, if any, and bounds on its errors.
 
@@ -230,7 +206,7 @@ def _by_orders(
     errors: Array = np.full_like(asked.checked, np.inf)
     growth = np.inf
     order = _order_for(asked.accuracy / _GROWTH)
-    highest = _TRUNCATED["double"]
+    highest = PRECISIONS["double"].truncated_order
     fine: MotionRun | None = None
     while order <= highest:
         coarse = fine if fine is not None and fine.order == order else run("double", order)
@@ -246,7 +222,7 @@ def _by_orders(
     return fine, errors, growth
 
 
-def _judging_order(asked: _Asked, growth: float, precision: str, full: int) -> int:
+def _judging_order(asked: _Asked, growth: float, precision: PrecisionName, full: int) -> int:
     """Return the order at which a run in longer precision measures one in this precision.
 
     It is the full order, unless the run is sufficient and a lower order has a far smaller error:
@@ -254,7 +230,7 @@ def _judging_order(asked: _Asked, growth: float, precision: str, full: int) -> i
     difference.
     """
     # The error of a step is about a quarter of the round-off of a sum.
-    will_do = growth * rounding(precision) / 4 < asked.accuracy
+    will_do = growth * PRECISIONS[precision].rounding / 4 < asked.accuracy
     return min(full, _order_for(asked.accuracy / 100 / growth)) if will_do else full
 
 
@@ -286,14 +262,15 @@ def _difference(
     return np.asarray(np.maximum.accumulate(margin * errors))
 
 
-def _by_refining(asked: _Asked, method: str, *, first: float, least: float) -> Trajectory:
+def _by_refining(asked: _Asked, name: NumericName) -> Trajectory:
     """Refine the tolerance, or the step, until the change of the result is within the accuracy."""
-    factor = 0.1 if method in SCIPY else 0.5
-    fineness, runs = first, [_numeric(asked, method, first)]
+    method, duration = NUMERIC_METHODS[name], asked.scene.duration
+    fineness = method.coarsest(asked.accuracy, duration, duration / (len(asked.times) - 1))
+    runs = [_numeric(asked, name, fineness)]
     errors = np.full_like(asked.times, np.inf)
-    while fineness * factor >= least:
-        fineness *= factor
-        runs.append(_numeric(asked, method, fineness))
+    while fineness * method.refinement >= method.finest(duration):
+        fineness *= method.refinement
+        runs.append(_numeric(asked, name, fineness))
         # The finer run is returned; the change is an estimate of the error of the coarser one.
         errors = _difference(runs[-2], runs[-1], asked)
         if errors.max() <= asked.accuracy:
@@ -306,10 +283,10 @@ def _by_refining(asked: _Asked, method: str, *, first: float, least: float) -> T
         compile_seconds=0.0,
         run_seconds=sum(run.run_seconds for run in runs),
     )
-    return _made(asked, kept.q, kept.u, errors, method, "double", statistics)
+    return _made(asked, kept.q, kept.u, errors, name, "double", statistics)
 
 
-def _numeric(asked: _Asked, method: str, fineness: float) -> NumericRun:
+def _numeric(asked: _Asked, method: NumericName, fineness: float) -> NumericRun:
     return numeric_run(
         asked.scene,
         asked.times,
@@ -352,8 +329,8 @@ def _made(
     q: Any,
     u: Any,
     errors: Array,
-    method: str,
-    precision: str,
+    method: MethodName,
+    precision: PrecisionName,
     statistics: Statistics,
     dense: Callable[[], Any] | None = None,
 ) -> Trajectory:

@@ -24,11 +24,11 @@ from twolink.effects import contact_elements
 from twolink.errors import FileError, SceneError, SimulationError
 from twolink.files import atomic_write, check_readable
 from twolink.formulations import FormulationName
+from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.formats import FORMATS, LARGEST_FILE, Arrays, load_pyarrow
 from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.run import Array, Recipe, Statistics
-from twolink.simulation.smooth.taylor import FULL_ORDERS
 from twolink.text import choice, one_line
 
 
@@ -292,7 +292,7 @@ def _is_repeatable(about: About, recipe: Recipe, duration: float) -> bool:
     return (
         about.method == "taylor"
         and about.formulation in (*get_args(FormulationName), "momenta")
-        and about.precision in FULL_ORDERS
+        and about.precision in PRECISIONS
         and 1 < recipe.order <= _LARGEST_ORDER
         and duration <= recipe.longest_step * _MOST_STEPS
     )

@@ -27,6 +27,7 @@ from twolink.simulation.work import Work
 
 if TYPE_CHECKING:
     from twolink.formulations import EquationsName
+    from twolink.integration.precisions import PrecisionName
 
 Dense = Callable[[Array, str], tuple[Any, Any]]
 
@@ -272,7 +273,7 @@ class _Repeated:
             stored.scene,
             stored.t,
             formulation=cast("EquationsName", stored.formulation),
-            precision=stored.precision,
+            precision=cast("PrecisionName", stored.precision),
             order=self.recipe.order,
             longest_step=self.recipe.longest_step,
         )

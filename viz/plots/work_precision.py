@@ -9,6 +9,7 @@ from twolink.accuracy.method_configurations import OWN
 from twolink.accuracy.pareto import by_configuration
 from twolink.accuracy.study import Study
 from twolink.accuracy.work_precision import Point
+from twolink.integration.methods import METHODS
 from viz.plots.style import Palette, figure, label_lines, palette_of
 
 # The line number, dashes and marks of each kind of configuration.
@@ -16,7 +17,7 @@ _TAYLOR = (0, "-", "o")
 _RUNGE_KUTTA = (1, "-.", "s")
 _SYMPLECTIC = (2, "--", "^")
 _ENGINE = (3, ":", "D")
-_KEEP_AREAS = ("semi-implicit-euler", "implicit-midpoint", "gauss-legendre-4", "gauss-legendre-6")
+_KEEP_AREAS = {name for name, method in METHODS.items() if method.symplectic}
 
 # Errors beyond a large part of a radian are meaningless.
 _LARGEST_ERROR = 1.0

@@ -12,12 +12,12 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.formulations import FORMULATIONS
+from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Mode
 from twolink.simulation.hybrid.start import start_state
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.smooth.taylor import number_type, rounding
 
 BARS = Chain.uniform_bars()
 """Two uniform bars of 1 kg and 1 m: M11 = 4/3, M22 = 1/3 and M12 = cos(q2 − q1)/2."""
@@ -40,12 +40,12 @@ def system_of(
     elements=None,
 ) -> HybridSystem:
     """Return the system of a chain under effects; `elements` stand for those of the effects."""
-    number = number_type(precision)
+    number = PRECISIONS[precision].number
     own = chain.convert(number)
     found = contact_elements(effects, own) if elements is None else tuple(elements)
     return HybridSystem(
         chain, own, FORMULATIONS[formulation].equations, effects, found, precision, None, number,
-        rounding(precision), longest_step,
+        PRECISIONS[precision].rounding, longest_step,
     )  # fmt: skip
 
 

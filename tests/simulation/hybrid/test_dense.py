@@ -11,11 +11,11 @@ from twolink.contact.states import ContactState as S
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
+from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
 from twolink.simulation.hybrid.flow import flow
 from twolink.simulation.hybrid.run import hybrid_run
-from twolink.simulation.smooth.taylor import number_type
 
 
 def rows(*series):
@@ -102,7 +102,7 @@ def test_a_clock_that_starts_slowly_is_inverted_too(t):
 
 @pytest.mark.parametrize("precision", ["long double", "quadruple"])
 def test_values_are_in_the_numbers_of_the_precision(precision):
-    number = number_type(precision)
+    number = PRECISIONS[precision].number
     system = system_of(JointTorque((1.0, 0.0)), precision=precision)
     state = state_of(system, (0.3, 0.2))
     arc = flow(system, state, mode_of(system), number(1), "lagrange", lambda t, size: None)

@@ -4,9 +4,9 @@ import pytest
 
 from tests.simulation.hybrid import BALANCED
 from twolink.contact.impact_laws import Impulse
+from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.impact_log import impact_log
-from twolink.simulation.smooth.taylor import PRECISIONS, number_type
 
 
 def strike_of(number, kind):
@@ -23,7 +23,7 @@ def strike_of(number, kind):
 @pytest.mark.parametrize("precision", PRECISIONS)
 def test_the_log_has_all_of_an_impact_in_floats(precision):
     """T = 3 u1²/2 + u2²/4; link 2 has its mass at B, so 1/2 · 1 kg · u1² of it are translation."""
-    kind = number_type(precision)
+    kind = PRECISIONS[precision].number
     log = impact_log(BALANCED.convert(kind), [strike_of(0, kind), strike_of(3, kind)], precision)
     assert [impact.index for impact in log] == [0, 3]
     impact = log[1]

@@ -11,6 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Chebyshev, Polynomial
 
+from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid.roots import (
     are_positive,
     bernstein_matrix,
@@ -20,13 +21,12 @@ from twolink.simulation.hybrid.roots import (
     product,
     rounding_bound,
 )
-from twolink.simulation.smooth.taylor import number_type, rounding
 
 EPSILON = 2.0**-52
 
 
 def bound_of(coefficients, precision="double"):
-    return rounding_bound(coefficients, rounding(precision))
+    return rounding_bound(coefficients, PRECISIONS[precision].rounding)
 
 
 def fall(coefficients):
@@ -162,16 +162,16 @@ def test_simple_roots_are_found_to_the_last_bits(random):
 
 @pytest.mark.parametrize("precision", ["long double", "quadruple"])
 def test_roots_are_found_in_long_numbers(precision, random):
-    number = number_type(precision)
+    number = PRECISIONS[precision].number
     with mpmath.workdps(80):
         for _ in range(5):
             place = Fraction(int(random.integers(1, 10**6)), 10**6)
             factors = [[place, -1], [1, Fraction(1, 3), Fraction(1, 7)], [2, Fraction(-1, 9)]]
             c = [number(f.numerator) / number(f.denominator) for f in expanded(*factors)]
             truth = exact_root(c, float(place))
-            root = first_fall(c, 16 * rounding(precision)).fall
+            root = first_fall(c, 16 * PRECISIONS[precision].rounding).fall
             assert isinstance(root, number)
-            assert abs(in_mpmath(root) - truth) < 8 * rounding(precision)
+            assert abs(in_mpmath(root) - truth) < 8 * PRECISIONS[precision].rounding
 
 
 def test_the_first_of_several_falls_is_taken():
@@ -322,11 +322,11 @@ def test_polishing_finds_roots_of_very_flat_polynomials():
 @pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
 def test_products_and_matrices_have_the_digits_of_their_numbers(precision):
     """(1 + x)⁴ has the Bernstein coefficients 1, 2, 4, 8 and 16."""
-    number = number_type(precision)
+    number = PRECISIONS[precision].number
     matrix = bernstein_matrix(5, number)
     found = product(matrix.T, np.array([number(math.comb(4, k)) for k in range(5)]))
     for j, value in enumerate(found.tolist()):
-        assert abs(float(value - number(2**j))) <= 16 * rounding(precision) * 2**j
+        assert abs(float(value - number(2**j))) <= 16 * PRECISIONS[precision].rounding * 2**j
 
 
 @pytest.mark.parametrize("near", [None, 0.29, 0.9, 0.0, 5.0])

@@ -7,6 +7,7 @@ import pytest
 
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
+from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.smooth import taylor
 from twolink.simulation.smooth.taylor import taylor_run
@@ -15,24 +16,30 @@ SCENE = Scene(Chain.uniform_bars(), (0.3, 0.5), (0.2, -0.1), 5.0, (Gravity(),))
 TIMES = np.linspace(0, 5, 41)
 
 
+def check_often(monkeypatch, precision):
+    """Check signals and progress every 7 steps."""
+    often = replace(PRECISIONS[precision], steps_at_once=7)
+    monkeypatch.setitem(PRECISIONS, precision, often)
+
+
 def run(scene=SCENE, **options):
     return taylor_run(scene, TIMES, formulation="momenta", **options)
 
 
-@pytest.mark.parametrize("precision", taylor.PRECISIONS)
+@pytest.mark.parametrize("precision", PRECISIONS)
 def test_a_run_in_parts_is_the_run_as_a_whole(precision, monkeypatch):
     """Only the time of a part's start is rounded, which a scene without clocks does not notice."""
     whole = run(precision=precision)
-    monkeypatch.setitem(taylor._STEPS_AT_ONCE, precision, 7)
+    check_often(monkeypatch, precision)
     parts = run(precision=precision)
     assert parts.steps == whole.steps > 20
-    allowed = 64 * taylor.rounding(precision)
+    allowed = 64 * PRECISIONS[precision].rounding
     assert float(abs(parts.q - whole.q).max()) <= allowed
     assert float(abs(parts.u - whole.u).max()) <= 10 * allowed
 
 
 def test_progress_of_a_run_in_parts(monkeypatch):
-    monkeypatch.setitem(taylor._STEPS_AT_ONCE, "double", 7)
+    check_often(monkeypatch, "double")
     reports = []
     run(progress=reports.append)
     assert len(reports) > 2
@@ -42,7 +49,7 @@ def test_progress_of_a_run_in_parts(monkeypatch):
 
 def test_a_long_run_is_optimised_whatever_ran_before(monkeypatch):
     """Optimised code rounds otherwise, so its use may not depend on the past."""
-    monkeypatch.setitem(taylor._STEPS_AT_ONCE, "double", 7)
+    check_often(monkeypatch, "double")
     monkeypatch.setattr(taylor, "_WORTH_OPTIMISING", 20)
     first = run()
     assert first.optimised
@@ -53,7 +60,7 @@ def test_a_long_run_is_optimised_whatever_ran_before(monkeypatch):
 
 
 def test_dense_output_repeats_the_run(monkeypatch):
-    monkeypatch.setitem(taylor._STEPS_AT_ONCE, "double", 7)
+    check_often(monkeypatch, "double")
     found = run()
     for dense in (found.dense(), replace(found, compiled=None).dense()):
         q, u = dense(TIMES[::-1])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from twolink.arithmetic import Pair
+from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.impact import (
@@ -19,7 +20,6 @@ from twolink.simulation.hybrid.impact import (
 from twolink.simulation.hybrid.resolution import resolve
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.smooth.taylor import rounding
 
 
 def nearby(system: HybridSystem, state: HybridState) -> list[int]:
@@ -117,7 +117,9 @@ def place(system: HybridSystem, pose: Pose, index: int, state: HybridState) -> P
     assert element.normal is not None
     surface = element.bound - (own.offset if own is not None else 0)
     # A start is given in float64.
-    known = max(system.resolution, rounding("double")) if state.t == 0 else system.resolution
+    known = (
+        max(system.resolution, PRECISIONS["double"].rounding) if state.t == 0 else system.resolution
+    )
     q = placed(pose, element.normal, surface, known)
     return pose if q == pose.q else system.pose(q)
 

@@ -24,6 +24,7 @@ from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
 from twolink.effects import Effect, ParametricEffect, contact_elements
 from twolink.formulations import FORMULATIONS, FormulationName
+from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.optional import heyoka
 from twolink.simulation.hybrid.constraint import same_line
 from twolink.simulation.hybrid.dynamics import (
@@ -38,7 +39,6 @@ from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import BAUMGARTE_RATE
 from twolink.simulation.pool import IntegratorPool
-from twolink.simulation.smooth.taylor import number_type, step_tolerance
 from twolink.values import Content
 
 
@@ -139,12 +139,12 @@ def _compiled(
     blank: Content,
     mode: Mode,
     formulation: FormulationName,
-    precision: str,
+    precision: PrecisionName,
     order: int | None,
     sunk: tuple[int, ...],
 ) -> CompiledMode:
     """Return the integrators of a kind of modes, cached for all arcs and runs."""
-    hy, number = heyoka(), number_type(precision)
+    hy, number = heyoka(), PRECISIONS[precision].number
     parameters = itertools.count()
     effects = _with_parameters(blank.objects, parameters)
     (chain,) = content.objects
@@ -215,7 +215,7 @@ class _Builder:
         integrator = hy.taylor_adaptive(
             list(zip(variables, rates, strict=True)),
             np.array([system.number(0)] * len(variables)),
-            tol=system.number(step_tolerance(precision, system.order)),
+            tol=system.number(PRECISIONS[precision].step_tolerance(system.order)),
             # An arc lasts for a few steps: optimising them takes longer than they do, and so does
             # unrolling them where there is more than free motion.
             opt_level=0,

@@ -9,9 +9,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.simulation.hybrid.flow import Arc
 from twolink.simulation.hybrid.state import HybridState
-from twolink.simulation.smooth.taylor import number_type, numbers
 
 # Newton iterations that invert the clock on a step whose variable is not time. They converge
 # quadratically from within the step; converged values are not iterated further.
@@ -27,7 +27,7 @@ class Polynomials:
     own variable. `arcs` has the number of the arc that each step belongs to.
     """
 
-    precision: str
+    precision: PrecisionName
     starts: Any
     coefficients: Any
     clocks: Any
@@ -37,7 +37,7 @@ class Polynomials:
 
     def at(self, times: Any, side: Literal["left", "right"] = "right") -> tuple[Any, Any]:
         """Return q and u, each of shape (2, m), at times (s); at a jump on one side of it."""
-        moments = numbers(np.atleast_1d(times), self.precision)
+        moments = PRECISIONS[self.precision].array(np.atleast_1d(times))
         # Times are float64 numbers, and so are the times of events in the results.
         index = np.searchsorted(self.starts.astype(float), moments.astype(float), side=side) - 1
         index = np.clip(index, 0, len(self.starts) - 1)
@@ -82,11 +82,11 @@ def _with_slope(coefficients: Any, x: Any) -> tuple[Any, Any]:
     return value, slope
 
 
-def polynomials_of(arcs: Sequence[Arc], last: HybridState, precision: str) -> Polynomials:
+def polynomials_of(arcs: Sequence[Arc], last: HybridState, precision: PrecisionName) -> Polynomials:
     """Return the steps of arcs as one function; the last state applies from its time on."""
     blocks = [(number, arc, block) for number, arc in enumerate(arcs) for block in arc.blocks]
     order = max((block.coefficients.shape[2] for *_, block in blocks), default=1)
-    kind = np.array([number_type(precision)(0)]).dtype
+    kind = np.array([PRECISIONS[precision].number(0)]).dtype
     final = np.zeros((1, 4, order)).astype(kind)
     final[0, :, 0] = [*last.q, *last.u]
     counts = [*(len(block.lengths) for *_, block in blocks), 1]

@@ -17,6 +17,7 @@ from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
 from twolink.errors import IntegrationError
 from twolink.formulations import FormulationName
+from twolink.integration.precisions import PrecisionName
 from twolink.optional import heyoka
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.certificate import Block, Certificate, Finding, powers
@@ -33,7 +34,11 @@ from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
 
 # Initial and largest number of steps between certificates. A step in a long precision costs more
 # than its certificate.
-_AHEAD = {"double": (8, 32), "long double": (2, 16), "quadruple": (1, 4)}
+_AHEAD: dict[PrecisionName, tuple[int, int]] = {
+    "double": (8, 32),
+    "long double": (2, 16),
+    "quadruple": (1, 4),
+}
 
 
 class Arc(NamedTuple):

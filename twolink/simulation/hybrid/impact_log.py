@@ -7,12 +7,14 @@ from typing import Any
 
 from twolink import lagrange
 from twolink.chain import Chain
+from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.mode import Impact
-from twolink.simulation.smooth.taylor import numbers
 
 
-def impact_log(chain: Chain, strikes: Sequence[Strike], precision: str) -> tuple[Impact, ...]:
+def impact_log(
+    chain: Chain, strikes: Sequence[Strike], precision: PrecisionName
+) -> tuple[Impact, ...]:
     """Return the log of the impacts on a chain, in numbers of one precision."""
     if not strikes:
         return ()
@@ -41,9 +43,9 @@ def impact_log(chain: Chain, strikes: Sequence[Strike], precision: str) -> tuple
     )
 
 
-def _columns(pairs: Sequence[Any], precision: str) -> Any:
+def _columns(pairs: Sequence[Any], precision: PrecisionName) -> Any:
     """Return pairs of numbers as a pair of arrays."""
-    return tuple(numbers(column, precision) for column in zip(*pairs, strict=True))
+    return tuple(PRECISIONS[precision].array(column) for column in zip(*pairs, strict=True))
 
 
 def _floats(rows: Sequence[Any]) -> list[list[float]]:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.formulations import FORMULATIONS, EquationsName, FormulationName
+from twolink.integration.precisions import PrecisionName
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid.run import Effort, HybridRun, hybrid_run
@@ -47,7 +48,10 @@ _SLACK = 4
 # Longer runs are not attempted in it, and runs that exceed the limit are ended.
 _MOST_WORK = 8_000
 _STEPS_OF_A_JUMP = 4
-_MOST_JUMPS = {"quadruple": _MOST_WORK // _STEPS_OF_A_JUMP, "long double": 12_000}
+_MOST_JUMPS: dict[PrecisionName, int] = {
+    "quadruple": _MOST_WORK // _STEPS_OF_A_JUMP,
+    "long double": 12_000,
+}
 
 # The order without truncation error in double precision, and the steps above which lower orders
 # lose accuracy.
@@ -76,9 +80,9 @@ _MANY_STEPS = 20_000
 class Rung(NamedTuple):
     """A precision and an order, and those of the run that judges it."""
 
-    precision: str
+    precision: PrecisionName
     order: int
-    judge: str
+    judge: PrecisionName
     judging_order: int
 
 
@@ -106,10 +110,10 @@ def measured_run(
     """
     own = EQUATIONS[formulation].in_speeds
     other = next(name for name in FORMULATIONS if name != own)
-    known: dict[tuple[str, int, FormulationName], HybridRun] = {}
+    known: dict[tuple[PrecisionName, int, FormulationName], HybridRun] = {}
     best: tuple[tuple[float, float], HybridRun, Array] | None = None
 
-    def run(precision: str, order: int, by: FormulationName) -> HybridRun:
+    def run(precision: PrecisionName, order: int, by: FormulationName) -> HybridRun:
         key = precision, order, by
         if key not in known:
             effort = Effort(

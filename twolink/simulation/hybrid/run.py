@@ -16,6 +16,7 @@ import numpy as np
 from twolink.effects import contact_elements, discontinuities, pieces_at
 from twolink.errors import IntegrationError
 from twolink.formulations import FORMULATIONS, EquationsName, FormulationName
+from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import UNLIMITED, Forecast, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
@@ -31,7 +32,7 @@ from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.zeno import Past
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.taylor import default_longest_step, number_type, rounding
+from twolink.simulation.smooth.taylor import default_longest_step
 
 # Number of last impacts that suffices to detect too many within the Zeno time.
 _RECENT = 201
@@ -74,7 +75,7 @@ class HybridRun(MotionRun):
     @cached_property
     def impacts(self) -> tuple[Impact, ...]:
         """The impacts with their energies, in the order of time."""
-        chain = self.scene.moving_chain.convert(number_type(self.precision))
+        chain = self.scene.moving_chain.convert(PRECISIONS[self.precision].number)
         return impact_log(chain, self.strikes, self.precision)
 
     @property
@@ -122,7 +123,7 @@ def hybrid_run(
     times: Any,
     *,
     formulation: EquationsName = "lagrange",
-    precision: str = "double",
+    precision: PrecisionName = "double",
     order: int | None = None,
     longest_step: float | None = None,
     progress: Callable[[float], None] | None = None,
@@ -190,7 +191,7 @@ class _History:
         self,
         scene: Scene,
         formulation: FormulationName,
-        precision: str,
+        precision: PrecisionName,
         order: int | None,
         cap: float,
         end: float,
@@ -198,13 +199,14 @@ class _History:
         limits: Limits,
     ) -> None:
         """Initialize at the start of a scene, to be integrated to an end (s)."""
-        number = number_type(precision)
+        number = PRECISIONS[precision].number
         chain, effects = scene.moving_chain, pieces_at(scene.effects, 0.0)
         own = chain.convert(number)
         self._scene, self._formulation = scene, formulation
         self.system = HybridSystem(
             chain, own, FORMULATIONS[formulation].equations, effects,
-            contact_elements(effects, own), precision, order, number, rounding(precision), cap,
+            contact_elements(effects, own), precision, order, number,
+            PRECISIONS[precision].rounding, cap,
         )  # fmt: skip
         self.system.check()
         self._end = number(end)

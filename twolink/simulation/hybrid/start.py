@@ -6,6 +6,7 @@ from typing import Any
 
 from twolink.contact.elements import ContactElement
 from twolink.errors import SimulationError
+from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.collision import place
@@ -15,7 +16,9 @@ from twolink.simulation.hybrid.impact import at_rest, is_left_over, largest, spe
 from twolink.simulation.hybrid.reactions import press
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.smooth.taylor import rounding
+
+# A start is given in float64.
+_ROUNDING = PRECISIONS["double"].rounding
 
 # From the round-off of float64 to that of every precision.
 _NEWTON_STEPS = 2
@@ -54,9 +57,9 @@ def _on_contacts(system: HybridSystem, state: HybridState) -> HybridState:
     held = [i for i in sorted(state.touching) if system.elements[i].rigid]
     pose = _placed(system, system.pose(state.q), held, state)
     normals = [system.elements[index].normal for index in held]
-    u = stopped(pose, normals, state.u, rounding("double"))  # type: ignore[arg-type]
+    u = stopped(pose, normals, state.u, _ROUNDING)  # type: ignore[arg-type]
     change = largest((u[0] - state.u[0], u[1] - state.u[1]))
-    if change > tolerances.UNDECIDED * rounding("double") * largest(state.u):
+    if change > tolerances.UNDECIDED * _ROUNDING * largest(state.u):
         # Along two nearly parallel normals, a speed of round-off is no state of rest.
         u = state.u
     gaps = tuple(
@@ -81,7 +84,7 @@ def _placed(system: HybridSystem, pose: Pose, held: list[int], state: HybridStat
         one, two = (_gap(system, element, pose.q) for element in pair)
         across = x1 * y2 - x2 * y1
         dq = (one * y2 - two * y1) / across, (two * x1 - one * x2) / across
-        if largest(dq) > tolerances.UNDECIDED * rounding("double") * max(1, largest(pose.q)):
+        if largest(dq) > tolerances.UNDECIDED * _ROUNDING * max(1, largest(pose.q)):
             return pose
         pose = system.pose((pose.q[0] - dq[0], pose.q[1] - dq[1]))
     return pose
@@ -99,9 +102,9 @@ def _touched(system: HybridSystem, state: HybridState, pose: Pose, index: int) -
     assert element.normal is not None
     assert gap is not None
     # A start is given in float64, and lies on a contact within round-off of float64.
-    near = tolerances.CONTACT_GAP * rounding("double") * max(1.0, abs(float(element.bound)))
+    near = tolerances.CONTACT_GAP * _ROUNDING * max(1.0, abs(float(element.bound)))
     row = pose.row(element.normal)
-    still = is_left_over(row, state.u, state.u, rounding("double"))
+    still = is_left_over(row, state.u, state.u, _ROUNDING)
     if gap > near:
         return state
     if gap < -near:
@@ -126,7 +129,7 @@ def _touched(system: HybridSystem, state: HybridState, pose: Pose, index: int) -
 
 def _sliding(pose: Pose, element: ContactElement, u: Any) -> int:
     """Return the direction in which an element slides at the start, given in float64."""
-    if element.tangent is None or at_rest(pose.row(element.tangent), u, rounding("double")):
+    if element.tangent is None or at_rest(pose.row(element.tangent), u, _ROUNDING):
         return 0
     return 1 if speed_along(pose.row(element.tangent), u) > 0 else -1
 

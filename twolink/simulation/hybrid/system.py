@@ -15,9 +15,9 @@ from twolink.contact.states import ContactState
 from twolink.effects import Effect, ParametricEffect, contact_elements
 from twolink.errors import SimulationError
 from twolink.formulations import EquationsOfMotion
+from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.simulation.hybrid.dynamics import Pose, held_coordinates
 from twolink.simulation.hybrid.tolerances import TRUNCATION
-from twolink.simulation.smooth.taylor import step_tolerance
 from twolink.values import Content, Own
 
 
@@ -35,7 +35,7 @@ class HybridSystem:
     formulation: EquationsOfMotion
     effects: tuple[Effect, ...]
     elements: tuple[ContactElement, ...]
-    precision: str
+    precision: PrecisionName
     order: int | None
     number: Any
     rounding: float
@@ -80,7 +80,9 @@ class HybridSystem:
     @cached_property
     def resolution(self) -> float:
         """The relative accuracy of a state at an event: round-off or truncation error."""
-        return max(self.rounding, TRUNCATION * step_tolerance(self.precision, self.order))
+        return max(
+            self.rounding, TRUNCATION * PRECISIONS[self.precision].step_tolerance(self.order)
+        )
 
     @property
     def least_root(self) -> Any:

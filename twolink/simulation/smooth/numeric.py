@@ -6,10 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from time import perf_counter
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
@@ -17,15 +15,10 @@ from twolink.compilation import Compiled
 from twolink.effects import Effect, discontinuities, pieces_at
 from twolink.errors import SimulationError
 from twolink.formulations import EquationsName
+from twolink.integration.method import Array, Rates
+from twolink.integration.methods import NUMERIC_METHODS, NumericName
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.fixed_step import FIXED_STEP
-
-Array = NDArray[np.float64]
-Rates = Callable[[float, Array], Array]
-
-# The orders that SciPy's methods declare; that of LSODA varies.
-SCIPY = {"DOP853": 8, "RK45": 5, "Radau": 5, "LSODA": None}
 
 
 @dataclass(frozen=True)
@@ -46,25 +39,24 @@ def numeric_run(
     scene: Scene,
     times: Array,
     *,
-    method: str,
+    method: NumericName,
     formulation: EquationsName,
     fineness: float,
     progress: Callable[[float], None] | None = None,
 ) -> NumericRun:
     """Return the motion of a scene at increasing times (s), the first of them 0.
 
-    `fineness` is the tolerance (rtol and atol) of a SciPy method, or the step (s) of a fixed-step
-    one, which is shortened to divide the time between two samples. Raises `SimulationError` if
-    the method fails.
+    `fineness` is the parameter of the method: a tolerance, or a step (s). Raises `SimulationError`
+    if the method fails.
     """
     equations, chain = EQUATIONS[formulation], scene.moving_chain
+    chosen = NUMERIC_METHODS[method]
     variables = np.array([*scene.q, *equations.from_speeds(chain, scene.q, scene.u)], dtype=float)
     found, steps, evaluations, seconds = [variables[:, None]], 0, 0, 0.0
     for piece, effects in _pieces(scene, times):
         rates = _Counted(_rates(chain, effects, formulation), scene.duration, progress)
         start = perf_counter()
-        follow = _by_scipy if method in SCIPY else _by_fixed_steps
-        states, taken = follow(rates, piece, variables.tolist(), method, fineness)
+        states, taken = chosen.integrate(rates, piece, variables.tolist(), fineness)
         seconds += perf_counter() - start
         steps, evaluations, variables = steps + taken, evaluations + rates.count, states[:, -1]
         found.append(states[:, 1:][:, np.isin(piece[1:], times)])
@@ -125,38 +117,3 @@ class _Counted:
         if self._progress is not None and self.count % self._EVERY == 0:
             self._progress(t / self._duration)
         return self._rates(t, variables)
-
-
-def _by_scipy(
-    rates: Rates, times: Array, start: list[float], method: str, tolerance: float
-) -> tuple[Array, int]:
-    from scipy import integrate
-
-    solve_ivp: Any = integrate.solve_ivp
-    span = (float(times[0]), float(times[-1]))
-    # SciPy interpolates values between the ends, and does not report its steps.
-    inside = times if len(times) > 2 else None
-    solution = solve_ivp(
-        rates, span, start, method=method, t_eval=inside, rtol=tolerance, atol=tolerance
-    )
-    if not solution.success:
-        raise SimulationError(f"SciPy's {method} gives up: {solution.message}")
-    if inside is not None:
-        return solution.y, int(solution.nfev)
-    return solution.y[:, [0, -1]], len(solution.t) - 1
-
-
-def _by_fixed_steps(
-    rates: Rates, times: Array, start: list[float], method: str, longest: float
-) -> tuple[Array, int]:
-    step = FIXED_STEP[method].step
-    variables = np.array(start)
-    found, steps = [variables], 0
-    for earlier, later in pairwise(times):
-        count = max(1, int(np.ceil((later - earlier) / longest * (1 - 1e-12))))
-        h = (later - earlier) / count
-        for index in range(count):
-            variables = step(rates, float(earlier + index * h), variables, float(h))
-        steps += count
-        found.append(variables)
-    return np.array(found).T, steps

@@ -19,19 +19,13 @@ from twolink.chain import Chain
 from twolink.effects import discontinuities
 from twolink.errors import IntegrationError, SimulationError
 from twolink.formulations import EquationsName
+from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.pool import IntegratorPool
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.values import Content
-
-# The order whose truncation error is at round-off in each precision. Orders are odd: from q = 0 at
-# rest only every fourth coefficient of a series in t is non-zero, and an order that ends on two
-# zero ones, a multiple of four, would give an unbounded step.
-FULL_ORDERS = {"double": 21, "long double": 23, "quadruple": 41}
-PRECISIONS = tuple(FULL_ORDERS)
-
 
 # Number of times between start and end at which loads are evaluated.
 _LOOKS = 33
@@ -41,41 +35,6 @@ _LOOKS = 33
 # optimized code. Only the scene decides which code runs, since the two differ in round-off.
 _WORTH_OPTIMISING = 80_000
 
-# Steps between two checks of signals and progress: a few tenths of a second.
-_STEPS_AT_ONCE = {"double": 20_000, "long double": 8_000, "quadruple": 128}
-
-
-def step_tolerance(precision: str, order: int | None = None) -> float:
-    """Return the step tolerance for which heyoka selects an order, by default the full order.
-
-    heyoka takes the smallest order p with exp(−2 (p − 1)) below the tolerance (Jorba and Zou, A
-    software package for the numerical integration of ODEs by means of high-order Taylor methods,
-    2005, section 3.2).
-    """
-    return math.exp(-2 * ((order or FULL_ORDERS[precision]) - 1) + 0.4)
-
-
-def numbers(values: Any, precision: str) -> Any:
-    """Return an array of numbers of a precision."""
-    kind = number_type(precision)
-    if precision in ("double", "long double"):
-        return np.asarray(values, dtype=kind)
-    return np.array([kind(value) for value in values])
-
-
-def rounding(precision: str) -> float:
-    """Return the distance from 1 to the next number of a precision."""
-    return {"double": 2.0**-52, "long double": 2.0**-63, "quadruple": 2.0**-112}[precision]
-
-
-def compact(precision: str) -> bool:
-    """Return whether the integrators of a precision are compiled as loops, not unrolled.
-
-    Quadruple precision uses library calls: loops of them compile fifty times faster, run a
-    twentieth longer, and do not benefit from optimization.
-    """
-    return precision == "quadruple"
-
 
 def heyoka_is_here() -> bool:
     """Return whether heyoka can be imported."""
@@ -84,12 +43,6 @@ def heyoka_is_here() -> bool:
     except SimulationError:
         return False
     return True
-
-
-def number_type(precision: str) -> Any:
-    """Return the number type of heyoka in a precision."""
-    kinds = {"double": float, "long double": np.longdouble}
-    return kinds[precision] if precision in kinds else heyoka().real128
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,7 +64,7 @@ class TaylorRun(MotionRun):
             ends = np.array([0.0, self.scene.duration])
             grid, places = np.unique(np.concatenate([ends, moments]), return_inverse=True)
             found = compiled.follow(
-                self.scene, numbers(grid, self.precision), self.longest_step, None
+                self.scene, PRECISIONS[self.precision].array(grid), self.longest_step, None
             )
             assert found is not None
             return tuple(values[:, places[2:][place]] for values in (found.q, found.u))
@@ -135,7 +88,7 @@ def taylor_run(
     times: Any,
     *,
     formulation: EquationsName,
-    precision: str = "double",
+    precision: PrecisionName = "double",
     order: int | None = None,
     longest_step: float | None = None,
     optimised: bool = False,
@@ -149,14 +102,14 @@ def taylor_run(
     completed share.
     """
     cap = longest_step or default_longest_step(scene)
-    grid = numbers(times, precision)
-    optimised = optimised and not compact(precision)
+    grid = PRECISIONS[precision].array(times)
+    optimised = optimised and not PRECISIONS[precision].compact
     found, compile_seconds = None, 0.0
     while found is None:
         start = perf_counter()
         compiled = _ready(scene, formulation, precision, order, optimised)
         compile_seconds += perf_counter() - start
-        most = math.inf if optimised or compact(precision) else _WORTH_OPTIMISING
+        most = math.inf if optimised or PRECISIONS[precision].compact else _WORTH_OPTIMISING
         start = perf_counter()
         found = compiled.follow(scene, grid, cap, progress, most)
         run_seconds = perf_counter() - start
@@ -216,7 +169,7 @@ class _Compiled:
     pool: IntegratorPool
     chain: Chain
     formulation: EquationsName
-    precision: str
+    precision: PrecisionName
     operations: int
 
     def follow(
@@ -232,7 +185,7 @@ class _Compiled:
         No step is longer than `cap` (s). Raises `IntegrationError` if the motion cannot be
         integrated to the last time.
         """
-        equations, kind = EQUATIONS[self.formulation], number_type(self.precision)
+        equations, kind = EQUATIONS[self.formulation], PRECISIONS[self.precision].number
         outcomes = heyoka().taylor_outcome
         rows: list[Any] = []
         steps, ahead = 0, grid
@@ -240,7 +193,7 @@ class _Compiled:
             self._start(integrator, scene)
             while True:
                 outcome, _, _, taken, _, found = integrator.propagate_grid(
-                    ahead, max_delta_t=kind(cap), max_steps=_STEPS_AT_ONCE[self.precision]
+                    ahead, max_delta_t=kind(cap), max_steps=PRECISIONS[self.precision].steps_at_once
                 )
                 # After the first check, the first time is the end of the last part.
                 known = np.array(found)[1 if rows else 0 :]
@@ -255,7 +208,7 @@ class _Compiled:
                     progress(float(integrator.time) / scene.duration)
                 # The grid continues at exactly the time of the integrator.
                 integrator.time = kind(integrator.time)
-                ahead = np.concatenate([numbers([integrator.time], self.precision), ahead])
+                ahead = np.concatenate([PRECISIONS[self.precision].array([integrator.time]), ahead])
             reached = float(integrator.time)
         if outcome != outcomes.time_limit:
             raise IntegrationError(
@@ -268,7 +221,7 @@ class _Compiled:
 
     def step_times(self, scene: Scene, cap: float) -> Any:
         """Return the boundaries (s) of the steps of a motion, none longer than `cap` (s)."""
-        kind, ends = number_type(self.precision), [0.0]
+        kind, ends = PRECISIONS[self.precision].number, [0.0]
 
         def note(integrator: Any) -> bool:
             ends.append(float(integrator.time))
@@ -281,7 +234,7 @@ class _Compiled:
 
     def _start(self, integrator: Any, scene: Scene) -> None:
         """Set an integrator to the start of a scene."""
-        kind = number_type(self.precision)
+        kind = PRECISIONS[self.precision].number
         q, u = (tuple(map(kind, pair)) for pair in (scene.q, scene.u))
         second = EQUATIONS[self.formulation].from_speeds(self.chain, q, u)
         integrator.state[:] = [*q, *second]
@@ -289,7 +242,11 @@ class _Compiled:
 
 
 def _ready(
-    scene: Scene, formulation: EquationsName, precision: str, order: int | None, optimised: bool
+    scene: Scene,
+    formulation: EquationsName,
+    precision: PrecisionName,
+    order: int | None,
+    optimised: bool,
 ) -> _Compiled:
     """Return the compiled integrators of a scene."""
     chain = scene.moving_chain
@@ -298,7 +255,7 @@ def _ready(
         Content(scene.effects),
         formulation,
         precision,
-        order or FULL_ORDERS[precision],
+        order or PRECISIONS[precision].full_order,
         optimised,
     )
 
@@ -308,13 +265,13 @@ def _compiled(
     chain: Content,
     effects: Content,
     formulation: EquationsName,
-    precision: str,
+    precision: PrecisionName,
     order: int,
     optimised: bool,
 ) -> _Compiled:
     """Return compiled integrators, cached for scenes that differ only in their start."""
     hy = heyoka()
-    kind = number_type(precision)
+    kind = PRECISIONS[precision].number
     (given,) = chain.objects
     own = given.convert(kind)
     names = ("q1", "q2", "x1", "x2")
@@ -323,10 +280,10 @@ def _compiled(
     integrator = hy.taylor_adaptive(
         list(zip((q1, q2, x1, x2), (*first, *second), strict=True)),
         np.array([kind(0)] * 4),
-        tol=kind(step_tolerance(precision, order)),
+        tol=kind(PRECISIONS[precision].step_tolerance(order)),
         fp_type=kind,
         opt_level=3 if optimised else 0,
-        compact_mode=compact(precision),
+        compact_mode=PRECISIONS[precision].compact,
     )
     operations = len(integrator.decomposition) - 8
     return _Compiled(IntegratorPool(integrator), own, formulation, precision, operations)

@@ -1,4 +1,4 @@
-"""Fixed-step methods and their orders.
+"""Fixed-step methods.
 
 The Gauss–Legendre methods (the implicit midpoint rule is the first of them) and the semi-implicit
 Euler method are symplectic in the variables (q, p). Their equations are solved by fixed-point
@@ -9,29 +9,62 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twolink.errors import SimulationError
-from twolink.simulation.smooth.tableaus import GAUSS_LEGENDRE, RK4, Tableau
+from twolink.integration.method import Array, NumericMethod, Rates
+from twolink.integration.tableaus import Tableau
 
-Array = NDArray[np.float64]
-Rates = Callable[[float, Array], Array]
 Step = Callable[[Rates, float, Array, float], Array]
 
 _MOST_ITERATIONS = 100
 
 
-@dataclass(frozen=True)
-class FixedStep:
-    """A method: its order, and its step from time t (s) over h (s)."""
+# Largest number of steps of a run; the step is halved up to it.
+_MOST_STEPS = 200_000
+# Least number of steps of the first run.
+_LEAST_STEPS = 200
 
-    order: int
+
+@dataclass(frozen=True, kw_only=True)
+class FixedStepMethod(NumericMethod):
+    """A method that takes a `step` from time t (s) over h (s); its fineness is h.
+
+    The step is shortened to divide the time between two samples.
+    """
+
+    parameter = "step"
+    refinement = 0.5
+
     step: Step
 
+    def coarsest(self, accuracy: float, duration: float, between_samples: float) -> float:
+        """Return a step (s) that is not longer than the time between samples."""
+        return min(between_samples, duration / _LEAST_STEPS)
 
-def _explicit(tableau: Tableau) -> Step:
+    def finest(self, duration: float) -> float:
+        """Return the step (s) of the largest number of steps."""
+        return duration / _MOST_STEPS
+
+    def integrate(
+        self, rates: Rates, times: Array, start: list[float], fineness: float
+    ) -> tuple[Array, int]:
+        """Return the variables at the times, and the number of steps."""
+        variables = np.array(start)
+        found, steps = [variables], 0
+        for earlier, later in pairwise(times):
+            count = max(1, int(np.ceil((later - earlier) / fineness * (1 - 1e-12))))
+            h = (later - earlier) / count
+            for index in range(count):
+                variables = self.step(rates, float(earlier + index * h), variables, float(h))
+            steps += count
+            found.append(variables)
+        return np.array(found).T, steps
+
+
+def explicit(tableau: Tableau) -> Step:
     """Return the step of an explicit Runge–Kutta method, without products by zero."""
     weights = np.array(tableau.b)
     stages = [
@@ -51,7 +84,7 @@ def _explicit(tableau: Tableau) -> Step:
     return step
 
 
-def _semi_implicit_euler(rates: Rates, t: float, x: Array, h: float) -> Array:
+def semi_implicit_euler(rates: Rates, t: float, x: Array, h: float) -> Array:
     """The second pair by its rate at the old q and the new second pair; then q by its own."""
 
     def improved(new: Array) -> Array:
@@ -61,7 +94,7 @@ def _semi_implicit_euler(rates: Rates, t: float, x: Array, h: float) -> Array:
     return _fixed_point(improved, x + h * rates(t, x))
 
 
-def _implicit(tableau: Tableau) -> Step:
+def implicit(tableau: Tableau) -> Step:
     """Return the step of an implicit Runge–Kutta method."""
     A, b, c = np.array(tableau.A), np.array(tableau.b), tableau.c
 
@@ -88,12 +121,3 @@ def _fixed_point(improved: Callable[[Array], Array], guess: Array) -> Array:
             return found
         smallest, guess = min(smallest, change), found
     raise SimulationError("an implicit step did not converge; the step must be shorter")
-
-
-FIXED_STEP: dict[str, FixedStep] = {
-    "rk4": FixedStep(4, _explicit(RK4)),
-    "semi-implicit-euler": FixedStep(1, _semi_implicit_euler),
-    "implicit-midpoint": FixedStep(2, _implicit(GAUSS_LEGENDRE[2])),
-    "gauss-legendre-4": FixedStep(4, _implicit(GAUSS_LEGENDRE[4])),
-    "gauss-legendre-6": FixedStep(6, _implicit(GAUSS_LEGENDRE[6])),
-}

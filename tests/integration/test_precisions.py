@@ -1,0 +1,35 @@
+"""The registry of precisions."""
+
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from twolink.integration.precisions import PRECISIONS, PrecisionName
+
+
+def test_every_name_has_a_precision_and_longer_ones_follow():
+    assert tuple(PRECISIONS) == get_args(PrecisionName)
+    roundings = [precision.rounding for precision in PRECISIONS.values()]
+    assert roundings == sorted(roundings, reverse=True)
+
+
+@pytest.mark.parametrize("precision", PRECISIONS.values(), ids=tuple(PRECISIONS))
+def test_one_and_a_rounding_is_the_number_after_one(precision):
+    one, rounding = precision.number(1), precision.number(precision.rounding)
+    assert one + rounding > one
+    assert one + rounding / precision.number(2) == one
+
+
+@pytest.mark.parametrize("precision", PRECISIONS.values(), ids=tuple(PRECISIONS))
+def test_arrays_have_the_numbers_of_the_precision(precision):
+    found = precision.array(np.array([0.5, 1.5]))
+    assert [float(value) for value in found] == [0.5, 1.5]
+    assert float(found[0] + precision.number(precision.rounding)) == 0.5 + precision.rounding
+
+
+@pytest.mark.parametrize("precision", PRECISIONS.values(), ids=tuple(PRECISIONS))
+def test_the_order_of_the_step_tolerance_is_odd_and_the_full_one_by_default(precision):
+    assert precision.full_order % 2 == precision.truncated_order % 2 == 1
+    assert precision.step_tolerance() == precision.step_tolerance(precision.full_order)
+    assert precision.step_tolerance() < precision.step_tolerance(precision.truncated_order)

@@ -1,0 +1,1 @@
+"""Integration methods and precisions, each in one registry; they know no scene."""

@@ -1,0 +1,60 @@
+"""The integration methods, in one registry.
+
+Scenes, simulation, the command line and accuracy studies take them from here. A new method is its
+name in `MethodName` and an entry in `METHODS`.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from twolink.errors import SimulationError
+from twolink.integration.fixed_step import FixedStepMethod, explicit, implicit, semi_implicit_euler
+from twolink.integration.method import Method, NumericMethod, TaylorSeries
+from twolink.integration.scipy_method import SciPyMethod
+from twolink.integration.tableaus import GAUSS_LEGENDRE, RK4
+from twolink.text import choice
+
+NumericName = Literal[
+    "DOP853",
+    "RK45",
+    "Radau",
+    "LSODA",
+    "rk4",
+    "semi-implicit-euler",
+    "implicit-midpoint",
+    "gauss-legendre-4",
+    "gauss-legendre-6",
+]
+MethodName = Literal["taylor"] | NumericName
+
+
+def _gauss_legendre(order: int) -> FixedStepMethod:
+    return FixedStepMethod(
+        order=order, step=implicit(GAUSS_LEGENDRE[order]), implicit=True, symplectic=True
+    )
+
+
+NUMERIC_METHODS: dict[NumericName, NumericMethod] = {
+    "DOP853": SciPyMethod(name="DOP853", order=8),
+    "RK45": SciPyMethod(name="RK45", order=5),
+    "Radau": SciPyMethod(name="Radau", order=5, implicit=True),
+    "LSODA": SciPyMethod(name="LSODA"),
+    "rk4": FixedStepMethod(order=4, step=explicit(RK4)),
+    "semi-implicit-euler": FixedStepMethod(order=1, step=semi_implicit_euler, symplectic=True),
+    "implicit-midpoint": _gauss_legendre(2),
+    "gauss-legendre-4": _gauss_legendre(4),
+    "gauss-legendre-6": _gauss_legendre(6),
+}
+"""The methods that evaluate only rates, by their names."""
+
+METHODS: dict[MethodName, Method] = dict([("taylor", TaylorSeries()), *NUMERIC_METHODS.items()])
+"""All methods by their names."""
+
+
+def method_named(name: str) -> MethodName:
+    """Return the name of a method, or raise `SimulationError`."""
+    for known in METHODS:
+        if known == name:
+            return known
+    raise SimulationError(choice("method", name, METHODS))

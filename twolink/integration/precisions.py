@@ -1,0 +1,75 @@
+"""The precisions of Taylor series, in one registry.
+
+Scenes are simulated in the shortest precision that suffices, and judged in a longer one. A new
+precision is an entry in `PRECISIONS`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from twolink.optional import heyoka
+
+PrecisionName = Literal["double", "long double", "quadruple"]
+
+
+@dataclass(frozen=True)
+class Precision:
+    """Numbers of one length, and the orders of Taylor series in them.
+
+    `rounding` is the distance from 1 to the next number, and `type_of_numbers` returns their type.
+    At the order `full_order` the truncation error is at round-off, and at `truncated_order` some
+    fifty times as large. Orders are odd: from q = 0 at rest only every fourth coefficient of a
+    series in t is non-zero, and an order that ends on two zero ones, a multiple of four, would give
+    an unbounded step.
+
+    Between two checks of signals and progress an integrator takes `steps_at_once`, which last a few
+    tenths of a second. With `compact` its code is compiled as loops, not unrolled.
+    """
+
+    rounding: float
+    full_order: int
+    truncated_order: int
+    steps_at_once: int
+    type_of_numbers: Callable[[], Any]
+    compact: bool = False
+
+    @property
+    def number(self) -> Any:
+        """The type of the numbers, of NumPy or of heyoka."""
+        return self.type_of_numbers()
+
+    def array(self, values: Any) -> Any:
+        """Return an array of numbers of this precision."""
+        kind = self.number
+        if kind in (float, np.longdouble):
+            return np.asarray(values, dtype=kind)
+        return np.array([kind(value) for value in values])
+
+    def step_tolerance(self, order: int | None = None) -> float:
+        """Return the step tolerance for which heyoka selects an order, by default the full order.
+
+        heyoka takes the smallest order p with exp(−2 (p − 1)) below the tolerance (Jorba and Zou, A
+        software package for the numerical integration of ODEs by means of high-order Taylor
+        methods, 2005, section 3.2).
+        """
+        return math.exp(-2 * ((order or self.full_order) - 1) + 0.4)
+
+
+def _real128() -> Any:
+    return heyoka().real128
+
+
+PRECISIONS: dict[PrecisionName, Precision] = {
+    "double": Precision(2.0**-52, 21, 15, 20_000, lambda: float),
+    "long double": Precision(2.0**-63, 23, 19, 8_000, lambda: np.longdouble),
+    # Quadruple precision uses library calls: loops of them compile fifty times faster, run a
+    # twentieth longer, and do not benefit from optimization.
+    "quadruple": Precision(2.0**-112, 41, 33, 128, _real128, compact=True),
+}
+"""The precisions by their names, from the shortest."""

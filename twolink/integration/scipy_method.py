@@ -1,0 +1,51 @@
+"""The methods of SciPy's `solve_ivp`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from twolink.errors import SimulationError
+from twolink.integration.method import Array, NumericMethod, Rates
+
+SciPyName = Literal["DOP853", "RK45", "Radau", "LSODA"]
+
+# The least tolerance that SciPy accepts is near 2.3e-14.
+_FINEST_TOLERANCE = 1e-13
+
+
+@dataclass(frozen=True, kw_only=True)
+class SciPyMethod(NumericMethod):
+    """A method of SciPy by its name there; its fineness is both rtol and atol."""
+
+    parameter = "tolerance"
+    refinement = 0.1
+
+    name: SciPyName
+
+    def coarsest(self, accuracy: float, duration: float, between_samples: float) -> float:
+        """Return the accuracy itself, within the tolerances that are of use."""
+        return max(min(1e-3, accuracy), _FINEST_TOLERANCE)
+
+    def finest(self, duration: float) -> float:
+        """Return the least tolerance."""
+        return _FINEST_TOLERANCE
+
+    def integrate(
+        self, rates: Rates, times: Array, start: list[float], fineness: float
+    ) -> tuple[Array, int]:
+        """Return the variables at the times, and the number of steps or of evaluations."""
+        from scipy import integrate
+
+        solve_ivp: Any = integrate.solve_ivp
+        span = (float(times[0]), float(times[-1]))
+        # SciPy interpolates values between the ends, and does not report its steps.
+        inside = times if len(times) > 2 else None
+        solution = solve_ivp(
+            rates, span, start, method=self.name, t_eval=inside, rtol=fineness, atol=fineness
+        )
+        if not solution.success:
+            raise SimulationError(f"SciPy's {self.name} gives up: {solution.message}")
+        if inside is not None:
+            return solution.y, int(solution.nfev)
+        return solution.y[:, [0, -1]], len(solution.t) - 1
