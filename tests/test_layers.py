@@ -14,6 +14,7 @@ ROOT = Path(__file__).parent.parent
 LAYERS = [
     "twolink.text",
     "twolink.errors",
+    "twolink.suffixes",
     "twolink.tables",
     "twolink.files",
     "twolink.validation",

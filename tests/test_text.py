@@ -1,6 +1,6 @@
 import pytest
 
-from twolink.text import choice, one_line, printable, quoted
+from twolink.text import choice, either, one_line, printable, quoted
 
 
 @pytest.mark.parametrize(
@@ -43,3 +43,9 @@ def test_a_name_that_is_unknown_has_a_neighbour():
     many = choice("the case", "x" * 5000, [f"case-{n}" for n in range(91)])
     assert "(91 in all)" in many
     assert len(many) < 400
+
+
+def test_words_are_enumerated():
+    assert either((".svg",)) == ".svg"
+    assert either((".svg", ".png")) == ".svg or .png"
+    assert either((".svg", ".png", ".pdf")) == ".svg, .png or .pdf"

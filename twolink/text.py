@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
 # Controls (but for line feeds and tabs), marks that reorder text, other line ends, and halves of
@@ -45,6 +45,12 @@ def quoted(value: object) -> str:
         return "an integer of thousands of digits"
     except Exception:
         return f"an object of type {type(value).__name__}"
+
+
+def either(words: Sequence[str]) -> str:
+    """Return words as an enumeration: "a, b or c"."""
+    *first, last = words
+    return f"{', '.join(first)} or {last}" if first else last
 
 
 def nearest(name: str, known: Iterable[str], cutoff: float) -> list[str]:

@@ -1,13 +1,15 @@
 """File formats: each gives back the numbers and the description that were written."""
 
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from twolink.errors import SimulationError
 from twolink.simulation import formats
-from twolink.simulation.formats import COLUMNS, FORMATS, JOINT_COLUMNS, Arrays
+from twolink.simulation.formats import COLUMNS, FORMATS, JOINT_COLUMNS, Arrays, format_of
+from twolink.suffixes import TRAJECTORIES
 
 # Numbers at the ends of the format, and one with 17 digits.
 T = np.array([0.0, 5e-324, 0.1 + 0.2, 1.7976931348623157e308])
@@ -72,3 +74,12 @@ def test_an_array_that_promises_more_than_its_bytes_is_refused(tmp_path):
             archive.writestr(name, content)
     with pytest.raises(SimulationError, match=r"t has 160 bytes for \(4000,\) numbers"):
         FORMATS[".npz"].read(file)
+
+
+def test_every_suffix_of_trajectories_has_a_format():
+    assert tuple(FORMATS) == TRAJECTORIES
+
+
+def test_a_suffix_without_a_format_is_refused():
+    with pytest.raises(SimulationError, match=r"got '\.parket' \(did you mean '\.parquet'\?\)"):
+        format_of(Path("run.parket"))

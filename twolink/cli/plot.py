@@ -11,7 +11,8 @@ import typer
 from twolink.cli.limits import Force, limits_of
 from twolink.cli.terminal import FAILED, check_target, progress_bar, refuse, say, warn
 from twolink.errors import ParameterError
-from twolink.text import choice
+from twolink.suffixes import PLOTS, TRAJECTORIES
+from twolink.text import choice, either
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 OF_MOTION = ("angles", "phase", "path", "energy", "reactions", "contact")
 KINDS = (*OF_MOTION, "difference", "verification", "all")
-_FILES = (".svg", ".png", ".pdf")
-_TRAJECTORIES = (".npz", ".csv", ".parquet")
 
 
 def plot(
@@ -38,9 +37,7 @@ def plot(
     kind: Annotated[str, typer.Option(help=f"Kind of plot: {', '.join(KINDS)}.")],
     out: Annotated[
         Path,
-        typer.Option(
-            help="The .svg, .png or .pdf file to write; with --kind all NAME-angles.svg, …"
-        ),
+        typer.Option(help=f"The {either(PLOTS)} file to write; with --kind all NAME-angles.svg, …"),
     ],
     others: Annotated[
         list[Path] | None,
@@ -103,7 +100,7 @@ def _check(
         refuse(choice("--kind", kind, KINDS))
     if theme not in THEMES:
         refuse(choice("--theme", theme, THEMES))
-    check_target("--out", out, _FILES)
+    check_target("--out", out, PLOTS)
     if states < 1:
         refuse(f"--states must be a positive whole number; got {states}")
     if seed < 0:
@@ -114,12 +111,12 @@ def _check(
         refuse(f"--kind difference must be given with one --with; got {len(beside)}")
     if source.suffix == ".urdf" and kind != "verification":
         refuse(f"--kind must be verification for a URDF; got {kind} for {source}")
-    wrong = [other for other in beside if other.suffix not in (".toml", *_TRAJECTORIES)]
-    if source.suffix not in (".toml", ".urdf", *_TRAJECTORIES):
+    wrong = [other for other in beside if other.suffix not in (".toml", *TRAJECTORIES)]
+    if source.suffix not in (".toml", ".urdf", *TRAJECTORIES):
         wrong = [source]
     if wrong:
         refuse(
-            f"{wrong[0]}: must be a scene (.toml) or a trajectory ({', '.join(_TRAJECTORIES)}); "
+            f"{wrong[0]}: must be a scene (.toml) or a trajectory ({', '.join(TRAJECTORIES)}); "
             f"got the suffix '{wrong[0].suffix}'"
         )
 
@@ -129,7 +126,7 @@ def _trajectory(source: Path, samples: int, bar: Progress, force: bool) -> Traje
     from twolink.scene import Scene
     from twolink.simulation import Trajectory, simulate
 
-    if source.suffix in _TRAJECTORIES:
+    if source.suffix in TRAJECTORIES:
         return Trajectory.load(source)
     task = bar.add_task("simulating", total=1.0)
     return simulate(

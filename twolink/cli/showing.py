@@ -13,6 +13,7 @@ import typer
 from twolink.cli.limits import limits_of
 from twolink.cli.terminal import progress_bar, refuse
 from twolink.errors import SceneError
+from twolink.suffixes import TRAJECTORIES
 from twolink.text import choice
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ Motion = Annotated[
     Path,
     typer.Argument(
         metavar="SCENE|TRAJECTORY",
-        help="A scene (name or TOML file), or a trajectory (.npz, .csv, .parquet).",
+        help=f"A scene (name or TOML file), or a trajectory ({', '.join(TRAJECTORIES)}).",
     ),
 ]
 Ghosts = Annotated[
@@ -46,7 +47,6 @@ OwnGeometry = Annotated[
     Path | None, typer.Option(help="Show this URDF's own geometry. Default: the scene's.")
 ]
 
-KEPT = (".npz", ".csv", ".parquet")
 _PINOCCHIO = "pinocchio"
 
 # The tolerance of SciPy's steps where Pinocchio moves the chain: near the finest it accepts.
@@ -155,7 +155,7 @@ def _trajectory(file: Path, bar: Progress, limits: Limits) -> Trajectory:
     from twolink.scene import Scene
     from twolink.simulation import Trajectory
 
-    if file.suffix in KEPT:
+    if file.suffix in TRAJECTORIES:
         return Trajectory.load(file)
     if file.suffix == ".urdf":
         raise SceneError(
@@ -214,7 +214,7 @@ def _urdf_of(motion: Path) -> Path | None:
     """Return the URDF that a scene file names for its chain."""
     import tomllib
 
-    if motion.suffix in KEPT:
+    if motion.suffix in TRAJECTORIES:
         return None
     named = tomllib.loads(motion.read_text(encoding="utf-8"))["chain"].get("urdf")
     return motion.parent / named if named is not None else None

@@ -9,6 +9,8 @@ import typer
 
 from twolink.cli.limits import Force, limits_of
 from twolink.cli.terminal import FAILED, check_target, console, print_table, progress_bar
+from twolink.suffixes import TRAJECTORIES
+from twolink.text import either
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -37,7 +39,7 @@ def simulate(
     samples: Annotated[int, typer.Option(help="How many evenly spaced samples to keep.")] = 501,
     out: Annotated[
         Path | None,
-        typer.Option(help="Write the trajectory to this .npz, .csv or .parquet file."),
+        typer.Option(help=f"Write the trajectory to this {either(TRAJECTORIES)} file."),
     ] = None,
     effects_cost: Annotated[
         bool,
@@ -52,7 +54,7 @@ def simulate(
     Prints the motion, its cost and its accuracy. Exit code 0: the accuracy is
     met. 1: only up to the time that is printed. 2: the input was refused.
     """
-    check_target("--out", out, (".npz", ".csv", ".parquet"))
+    check_target("--out", out, TRAJECTORIES)
     from twolink.integration.methods import method_named
     from twolink.scene import Scene
     from twolink.simulation import simulate as run

@@ -22,7 +22,8 @@ import numpy as np
 from twolink.errors import SimulationError
 from twolink.files import check_no_mark
 from twolink.simulation.run import Array
-from twolink.text import one_line, quoted
+from twolink.suffixes import TrajectorySuffix
+from twolink.text import choice, one_line, quoted
 
 COLUMNS = ("t_s", "q1_rad", "q2_rad", "u1_rad_per_s", "u2_rad_per_s")
 
@@ -213,16 +214,32 @@ def _from_columns(columns: Array, about: Any) -> Arrays:
     return Arrays(t, q, u, about, columns[5:] if len(columns) > 5 else None)
 
 
+def _nothing(file: Path) -> None:
+    """Require no package."""
+
+
 class Format(NamedTuple):
-    """How arrays are written to files of a kind, and read from them."""
+    """How arrays are written to files of a kind, and read from them.
+
+    `require` raises `SimulationError` if a package for them is not installed.
+    """
 
     write: Callable[[Path, Arrays], None]
     read: Callable[[Path], Arrays]
+    require: Callable[[Path], object] = _nothing
 
 
-FORMATS = {
+FORMATS: dict[TrajectorySuffix, Format] = {
     ".npz": Format(_write_npz, _read_npz),
     ".csv": Format(_write_csv, _read_csv),
-    ".parquet": Format(_write_parquet, _read_parquet),
+    ".parquet": Format(_write_parquet, _read_parquet, load_pyarrow),
 }
 """The formats by the suffixes of files."""
+
+
+def format_of(file: Path) -> Format:
+    """Return the format of a file, or raise `SimulationError` for a suffix that has none."""
+    for suffix, found in FORMATS.items():
+        if suffix == file.suffix:
+            return found
+    raise SimulationError(f"{one_line(file, 300)}: {choice('the suffix', file.suffix, FORMATS)}")

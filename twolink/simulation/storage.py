@@ -26,10 +26,10 @@ from twolink.files import atomic_write, check_readable
 from twolink.formulations import FormulationName
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
-from twolink.simulation.formats import FORMATS, LARGEST_FILE, Arrays, load_pyarrow
+from twolink.simulation.formats import LARGEST_FILE, Arrays, format_of
 from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.run import Array, Recipe, Statistics
-from twolink.text import choice, one_line
+from twolink.text import one_line
 
 
 @dataclass(frozen=True)
@@ -83,11 +83,7 @@ FACTS = (
 
 def check_kind(file: Path) -> None:
     """Raise `SimulationError` if trajectories are not kept in files of this kind, or not here."""
-    if file.suffix not in FORMATS:
-        sentence = choice("the suffix", file.suffix, FORMATS)
-        raise SimulationError(f"{one_line(file, 300)}: {sentence}")
-    if file.suffix == ".parquet":
-        load_pyarrow(file)
+    format_of(file).require(file)
 
 
 class Stored(NamedTuple):
@@ -122,9 +118,8 @@ def save(stored: Stored, file: Path) -> None:
         _check_numbers(*arrays[:3])
     except SimulationError as error:
         raise SimulationError(f"{file}: the trajectory cannot be saved, for {error}") from error
-    write, _ = FORMATS[file.suffix]
     with atomic_write(file) as temporary:
-        write(temporary, arrays)
+        format_of(file).write(temporary, arrays)
 
 
 def _joint_rows(stored: Stored) -> Array | None:
@@ -143,7 +138,7 @@ def load(file: Path) -> Stored:
     Raises `SimulationError` for any other file, and where the file has no scene.
     """
     check_kind(file)
-    _, read = FORMATS[file.suffix]
+    read = format_of(file).read
     with _in_one_sentence(file):
         check_readable(file, LARGEST_FILE)
         arrays = read(file)

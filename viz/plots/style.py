@@ -22,10 +22,10 @@ from matplotlib.transforms import offset_copy
 
 from twolink.errors import ParameterError
 from twolink.files import atomic_write
+from twolink.suffixes import PLOTS
 from twolink.text import one_line
 from viz.themes import DARK, LIGHT, theme_named
 
-KINDS_OF_FILE = (".svg", ".png", ".pdf")
 """File suffixes of plots."""
 
 # Files without a date are reproducible.
@@ -268,9 +268,9 @@ def save(made: Figure, path: Path) -> None:
 
     Raises `ParameterError` for other suffixes, `FileError` if the file cannot be written.
     """
-    if path.suffix not in KINDS_OF_FILE:
+    if path.suffix not in PLOTS:
         raise ParameterError(
-            f"{path}: the suffix must be {' or '.join(KINDS_OF_FILE)}; got '{path.suffix}'"
+            f"{path}: the suffix must be {' or '.join(PLOTS)}; got '{path.suffix}'"
         )
     with atomic_write(path) as file:
         write_to(made, file, path.suffix)

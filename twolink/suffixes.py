@@ -1,0 +1,14 @@
+"""The suffixes of files that are written, in one place; cheap to import.
+
+`twolink.simulation.formats` has the format of each trajectory file.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+TrajectorySuffix = Literal[".npz", ".csv", ".parquet"]
+TRAJECTORIES: tuple[TrajectorySuffix, ...] = get_args(TrajectorySuffix)
+
+PlotSuffix = Literal[".svg", ".png", ".pdf"]
+PLOTS: tuple[PlotSuffix, ...] = get_args(PlotSuffix)
