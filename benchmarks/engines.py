@@ -20,7 +20,9 @@ from rich.table import Table
 
 from benchmarks.simulation import ERROR, EXACT, cheapest_order, taylor
 from twolink.data import data_path
-from twolink.engines.registry import ENGINES, EngineMethod, EngineRun, Prepared, SimulationEngine
+from twolink.engines.messages import Method
+from twolink.engines.registry import SIMULATORS
+from twolink.engines.simulation_engine import EngineRun, Prepared, SimulationEngine
 from twolink.errors import EngineError
 from twolink.scene import Scene
 
@@ -44,7 +46,7 @@ class Found:
     """The coarsest parameter value of a method that reaches the error, with its error (rad)."""
 
     engine: SimulationEngine
-    method: EngineMethod
+    method: Method
     run: Prepared
     parameter: float
     error: float
@@ -67,7 +69,7 @@ def error_of(run: EngineRun) -> float:
     return float(np.abs(np.array([*run.q[:, -1], *run.u[:, -1]]) - EXACT).max())
 
 
-def sought(scene: Scene, engine: SimulationEngine, method: EngineMethod) -> Found:
+def sought(scene: Scene, engine: SimulationEngine, method: Method) -> Found:
     """Return the coarsest parameter value that reaches the error, as the next finer one does.
 
     Raises `OutOfReach` if the budget or rounding ends the search.
@@ -145,7 +147,7 @@ def main() -> None:
     for column in ("parameter", "error", "ms", "spread", "Taylor ms", "ratio", "target"):
         table.add_column(column, justify="right")
     left_out = []
-    for engine in ENGINES:
+    for engine in SIMULATORS:
         sentence = engine.missing() or engine.unsupported(scene)
         left_out += [sentence] if sentence else []
         for method in () if sentence else engine.methods:

@@ -24,7 +24,7 @@ from twolink.chain import Chain
 from twolink.compilation import Compiled
 from twolink.data import data_path
 from twolink.effects.gravity import Gravity
-from twolink.engines.pinocchio_engine import Pinocchio
+from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.urdf import read_planar_urdf
 
 ROUNDS = 9
@@ -71,7 +71,7 @@ def main() -> None:
     console = Console(width=120)
     urdf = read_planar_urdf(data_path("twolink.urdf"))
     chain = Chain.from_links(urdf.links)
-    engine = Pinocchio(urdf)
+    engine = PinocchioChain(urdf)
     model, data = engine.model, engine.model.createData()
     random = np.random.default_rng(1)
     states = random.uniform(-3, 3, (3, 2, BATCH))

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from twolink.conformance.contract import Engine, ModelRefusedError
-from twolink.conformance.messages import Understood
+from twolink.engines.messages import Understood
 
 EYE = np.eye(3)
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from tests.conformance.arm import Arm
 from twolink.conformance.contract import CannotError
-from twolink.conformance.messages import Method, Moved
+from twolink.engines.messages import Method, Moved
 
 
 class Mover(Arm):

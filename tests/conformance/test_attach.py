@@ -8,10 +8,10 @@ import pytest
 from tests.conformance.arm import Arm
 from twolink.conformance.attach import attach, python_engine, registered
 from twolink.conformance.in_process import InProcess
-from twolink.conformance.messages import Model, Start
 from twolink.conformance.process import ProcessTransport
 from twolink.conformance.suites import suite
 from twolink.conformance.transport import EngineFault
+from twolink.engines.messages import Model, Start
 from twolink.errors import EngineError
 
 PLAIN = suite("import")[0]
@@ -38,7 +38,7 @@ def test_objects_that_are_no_engines(path, words):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("pinnochio", "did you mean 'pinocchio'"),
+        ("pinnochio", "did you mean 'Pinocchio'"),
         ("cmd:", "must be words; got none"),
         ("cmd: 'x", "must be words"),
         ("cmd: /no/such/engine", "/no/such/engine: there is no such command"),

@@ -7,7 +7,8 @@ import pytest
 
 from tests.conformance.arm import Arm
 from twolink.conformance.contract import CannotError, Engine, ModelRefusedError, about, answer
-from twolink.conformance.messages import (
+from twolink.conformance.quantities import QUANTITIES
+from twolink.engines.messages import (
     Ask,
     Errored,
     Loaded,
@@ -20,7 +21,6 @@ from twolink.conformance.messages import (
     States,
     Values,
 )
-from twolink.conformance.quantities import QUANTITIES
 
 
 class Small(Engine):

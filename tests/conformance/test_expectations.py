@@ -3,8 +3,8 @@
 import pytest
 
 from twolink.conformance.expectations import Expectation, read_expectations, with_expectations
-from twolink.conformance.messages import About
 from twolink.conformance.results import Report, TestResult
+from twolink.engines.messages import About
 from twolink.errors import ParameterError
 from twolink.hardcases import Mark
 

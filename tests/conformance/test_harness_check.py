@@ -9,8 +9,8 @@ from tests.conformance.arm import Arm
 from tests.conformance.test_process import ROGUE, answers, start  # noqa: F401
 from twolink.conformance.harness_check import check_harness
 from twolink.conformance.in_process import InProcess
-from twolink.conformance.messages import Values
 from twolink.conformance.process import ProcessTransport
+from twolink.engines.messages import Values
 
 
 def failed(transport, seconds=8.0):

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from twolink.conformance.messages import Model, Start, Started
 from twolink.conformance.process import ProcessTransport
 from twolink.conformance.runner import conform
 from twolink.conformance.suites import suite
 from twolink.conformance.transport import EngineFault, FaultKind
+from twolink.engines.messages import Model, Start, Started
 from twolink.errors import EngineError
 from twolink.hardcases import Mark
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 from twolink.cli.terminal import as_json
-from twolink.conformance.messages import About
 from twolink.conformance.report import document, junit
 from twolink.conformance.results import Report, TestResult, rows
+from twolink.engines.messages import About
 from twolink.hardcases import Mark
 
 ENGINE = About(name="mine", version="1.0", reads=("urdf",))

@@ -5,10 +5,10 @@ import pytest
 from tests.conformance.arm import Arm
 from twolink.conformance.contract import ModelRefusedError
 from twolink.conformance.in_process import InProcess
-from twolink.conformance.messages import Understood
 from twolink.conformance.runner import Session, conform
 from twolink.conformance.suites import suite
 from twolink.conformance.transport import EngineFault, FaultKind
+from twolink.engines.messages import Understood
 from twolink.hardcases import Mark
 
 

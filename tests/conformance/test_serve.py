@@ -8,8 +8,8 @@ import sys
 import pytest
 
 from tests.conformance.arm import Arm
-from twolink.conformance.messages import ProtocolError, Start, Stop
 from twolink.conformance.serve import serve
+from twolink.engines.messages import ProtocolError, Start, Stop
 
 
 def test_lines_are_answered_until_stop():

@@ -2,8 +2,8 @@
 
 import pytest
 
-from twolink.conformance.messages import Understood
 from twolink.conformance.understanding import misunderstood
+from twolink.engines.messages import Understood
 
 EXPECTED = Understood(
     mass=(1.0, 2.0),

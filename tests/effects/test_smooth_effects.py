@@ -17,7 +17,7 @@ from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.pd_control import PdControl
-from twolink.engines.pinocchio_engine import Pinocchio
+from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.errors import ParameterError
 from twolink.loads import Force
 from twolink.scene import Scene
@@ -68,7 +68,7 @@ def test_pinocchio_under_the_same_loads_along_the_trajectory(name, formulation):
             np.broadcast_arrays(*joints.joint_forces(moments), wanted[0])[:2]
         )
     end_force = np.zeros_like(angles)
-    engine = Pinocchio(parse_planar_urdf(GENERAL.to_urdf(), gravity=(0.0, 0.0, 0.0)))
+    engine = PinocchioChain(parse_planar_urdf(GENERAL.to_urdf(), gravity=(0.0, 0.0, 0.0)))
     for force in forces:
         if force.point == GENERAL.D:
             end_force = end_force + np.array(np.broadcast_arrays(*force.components, angles[0])[:2])

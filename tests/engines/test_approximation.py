@@ -13,7 +13,8 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.surface import Surface
 from twolink.engines.approximation import approximate_model, smooth_part
 from twolink.engines.mujoco_contact import _damping_ratio
-from twolink.engines.registry import ENGINES, ApproximatingEngine
+from twolink.engines.registry import SIMULATORS
+from twolink.engines.simulation_engine import ApproximatingEngine
 from twolink.errors import EngineError
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -28,7 +29,7 @@ SCENES = {
 }
 # s. PyBullet's contacts do not converge: its restitution for depth grows with shorter steps.
 STEP = 1e-3
-APPROXIMATING = [engine for engine in ENGINES if isinstance(engine, ApproximatingEngine)]
+APPROXIMATING = [engine for engine in SIMULATORS if isinstance(engine, ApproximatingEngine)]
 
 
 def scene_with(*effects):

@@ -19,7 +19,7 @@ from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.motor_inertia import MotorInertia
-from twolink.engines.registry import ENGINES, engine_named
+from twolink.engines.registry import SIMULATORS, simulator_named
 from twolink.errors import EngineError
 from twolink.loads import motor_loads
 from twolink.scene import Scene
@@ -60,13 +60,13 @@ def each(parameter):
     """Every method with a parameter of a kind."""
     return [
         pytest.param(engine, method, id=f"{engine.name}-{method.name}", marks=marked(engine.name))
-        for engine in ENGINES
+        for engine in SIMULATORS
         for method in engine.methods
         if method.parameter == parameter
     ]
 
 
-ALL = [pytest.param(engine, id=engine.name, marks=marked(engine.name)) for engine in ENGINES]
+ALL = [pytest.param(engine, id=engine.name, marks=marked(engine.name)) for engine in SIMULATORS]
 
 
 @cache
@@ -140,7 +140,7 @@ def test_the_tolerance_is_kept_at_every_step(engine, method, name):
 @pytest.mark.parametrize("name", ["free fall", "general"])
 def test_heyoka_is_given_an_odd_order(name):
     """Whatever the tolerance, and at no coarser one than was asked for."""
-    run = engine_named("heyoka").prepared(SCENES[name], "taylor, odd order")
+    run = simulator_named("heyoka").prepared(SCENES[name], "taylor, odd order")
     there, growth = reference(name)
     size = 1 + float(np.abs(there).max()) * growth
     for power in range(3, 17):
@@ -153,7 +153,7 @@ def test_heyoka_is_given_an_odd_order(name):
 def test_the_comparison_can_fail():
     """A chain that is a millionth heavier is distinguished."""
     scene = replace(GENERAL_SCENE, chain=replace(GENERAL_SCENE.chain, mass=(1.0, 1.000001)))
-    run = engine_named("heyoka").prepared(scene, "taylor")
+    run = simulator_named("heyoka").prepared(scene, "taylor")
     assert error_of(run, "general", 1e-15)[0] > 1e3 * 1e-12
 
 
@@ -211,7 +211,7 @@ def test_accelerations(engine, random):
 
 
 @pytest.mark.parametrize("scene", ["painleve", "stick_slip", "joint_stops", "drop", "hertz_bounce"])
-@pytest.mark.parametrize("engine", ENGINES, ids=lambda engine: engine.name)
+@pytest.mark.parametrize("engine", SIMULATORS, ids=lambda engine: engine.name)
 def test_unsupported_effects_are_rejected_with_one_sentence(engine, scene):
     scene = Scene.load(data_path("scenes") / f"{scene}.toml")
     sentence = engine.unsupported(scene)
@@ -225,23 +225,23 @@ def test_unsupported_effects_are_rejected_with_one_sentence(engine, scene):
 @pytest.mark.parametrize("engine", ALL)
 def test_method_names_are_checked(engine):
     assert engine.missing() is None
-    assert engine.version()[0].isdigit()
+    assert engine.version[0].isdigit()
     with pytest.raises(EngineError, match=r"method must be one of .*; got 'by magic'"):
         engine.prepared(GENERAL_SCENE, "by magic")
 
 
 def test_names():
-    assert engine_named("mujoco").name == "MuJoCo"
+    assert simulator_named("mujoco").name == "MuJoCo"
     with pytest.raises(EngineError, match="engine must be one of heyoka, SciPy over Pinocchio"):
-        engine_named("Bullet Time")
-    assert len({engine.name for engine in ENGINES}) == len(ENGINES)
+        simulator_named("Bullet Time")
+    assert len({engine.name for engine in SIMULATORS}) == len(SIMULATORS)
 
 
 def test_the_registry_imports_no_engine():
     program = (
         "import sys\n"
-        "from twolink.engines.registry import ENGINES\n"
-        "[(engine.missing(), engine.methods) for engine in ENGINES]\n"
+        "from twolink.engines.registry import SIMULATORS\n"
+        "[(engine.missing(), engine.methods) for engine in SIMULATORS]\n"
         "print(*{m.split('.')[0] for m in sys.modules})"
     )
     run = subprocess.run(
@@ -271,7 +271,7 @@ def test_sympy_stays_out_of_this_process():
 def test_mujocos_messages_are_kept_and_not_written_to_a_file(tmp_path, monkeypatch):
     """A second link of 1e9 m: its inertia matrix is close to singular, and it says so."""
     monkeypatch.chdir(tmp_path)
-    mujoco, long = engine_named("MuJoCo"), Chain.uniform_bars(length=(1.0, 1e9))
+    mujoco, long = simulator_named("MuJoCo"), Chain.uniform_bars(length=(1.0, 1e9))
     scene = replace(GENERAL_SCENE, chain=long)
     motion = mujoco.prepared(scene, "Euler")(1e-3, np.array([0.0, 0.01]))
     assert any(sentence.startswith("mjWARN_INERTIA") for sentence in motion.warnings)

@@ -7,7 +7,7 @@ import warnings
 
 import pytest
 
-from twolink.engines.registry import ENGINES, engine_named
+from twolink.engines.registry import SIMULATORS, simulator_named
 from twolink.errors import EngineError, SimulationError
 from twolink.hardcases.catalogue import CASES, case_named
 from twolink.hardcases.record import Case, Column, Mark, Result
@@ -100,7 +100,7 @@ def test_the_scoreboard_goes_on_after_a_failure():
 def test_columns():
     names = [column.name for column in columns()]
     assert tuple(names[:3]) == tuple(EQUATIONS)
-    assert set(names[3:]) == {engine.name for engine in ENGINES if not engine.missing()}
+    assert set(names[3:]) == {engine.name for engine in SIMULATORS if not engine.missing()}
     assert [column.name for column in columns(["KANE", "heyoka"])] == ["kane", "heyoka"]
     assert [column.name for column in columns(["pinocchio"])] == ["SciPy over Pinocchio"]
     with pytest.raises(EngineError, match="engine must be one of momenta, lagrange, kane, "):
@@ -110,7 +110,7 @@ def test_columns():
 
 
 def test_an_engine_that_cannot_express_a_scene_is_not_run():
-    heyoka = engine_named("heyoka")
+    heyoka = simulator_named("heyoka")
     found = outcome(case_named("zeno"), Column(heyoka.name, heyoka))
     assert found.mark is Mark.CANNOT
     assert "joint_stop" in found.said
@@ -121,7 +121,7 @@ def test_an_engine_that_cannot_express_a_scene_is_not_run():
 @pytest.mark.slow
 def test_an_engine_runs_in_a_separate_process():
     """heyoka alone, from the natural start, at a tolerance for which it takes an order of 8."""
-    heyoka = engine_named("heyoka")
+    heyoka = simulator_named("heyoka")
     column = Column(heyoka.name, heyoka)
     found = outcome(case_named("natural-start"), column)
     assert found.mark is Mark.SILENT
@@ -131,7 +131,7 @@ def test_an_engine_runs_in_a_separate_process():
 
 def test_an_engine_that_returns_nan_silently():
     """Pinocchio answers a NaN with NaNs: not refused, but no finite answer either."""
-    pinocchio = engine_named("SciPy over Pinocchio")
+    pinocchio = simulator_named("SciPy over Pinocchio")
     found = outcome(case_named("nan-angle"), Column(pinocchio.name, pinocchio))
     assert found.mark is Mark.MISSED
     assert "it is accepted; the answer is [nan, nan]" in found.said

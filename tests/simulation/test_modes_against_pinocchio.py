@@ -12,7 +12,7 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
-from twolink.engines.pinocchio_engine import Pinocchio
+from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.loads import Force
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -40,7 +40,7 @@ def test_pinocchio_misses_just_what_acts(name, formulation):
     trajectory = simulate(scene, formulation=formulation, samples=301)
     if name != "samples":
         assert len(trajectory.events) > 1
-    engine = Pinocchio(parse_planar_urdf(GENERAL.to_urdf(), gravity=(0.0, 0.0, 0.0)))
+    engine = PinocchioChain(parse_planar_urdf(GENERAL.to_urdf(), gravity=(0.0, 0.0, 0.0)))
     joints = JointConvention()
     for now, loads, du in trajectory.mode_forces.by_mode(trajectory.samples):
         q, u = tuple(trajectory.q[:, now]), tuple(trajectory.u[:, now])

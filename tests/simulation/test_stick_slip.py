@@ -13,7 +13,7 @@ from twolink.data import data_path
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_torque import JointTorque
-from twolink.engines.pinocchio_engine import Pinocchio
+from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.errors import ParameterError, SimulationError
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -115,7 +115,7 @@ def test_pinocchio_finds_the_laws_of_friction_along_the_trajectory():
     """RNEA at our accelerations: −σ kinetic where a joint slips, at most static where it sticks."""
     trajectory = simulate(STICK_SLIP, samples=400)
     friction = STICK_SLIP.effects[1]
-    engine = Pinocchio(parse_planar_urdf(STICK_SLIP.chain.to_urdf()))
+    engine = PinocchioChain(parse_planar_urdf(STICK_SLIP.chain.to_urdf()))
     joints = JointConvention()
     torques = engine.inverse_dynamics(
         np.array(joints.joint_angles(tuple(trajectory.q))),

@@ -10,7 +10,7 @@ import yourdfpy
 from tests.urdf.drawing import INERTIA, LINK, arm, at, axis, joint, link, robot
 from twolink import kinematics, lagrange
 from twolink.chain import Chain
-from twolink.engines.pinocchio_engine import Pinocchio
+from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.urdf import parse_planar_urdf
 from twolink.verification import verify
 
@@ -220,7 +220,7 @@ def test_forward_kinematics_of_three_readers(number):
     urdf = parse_planar_urdf(text)
     chain = Chain.from_links(urdf.links)
     theirs = yourdfpy.URDF.load(io.StringIO(text), build_scene_graph=True, load_meshes=False)
-    engine = Pinocchio(urdf)
+    engine = PinocchioChain(urdf)
     plane, origin = np.array(urdf.axes[:2]), np.array(urdf.origin)
     for theta in random.uniform(-3, 3, (20, 2)):
         theirs.update_cfg(dict(zip(urdf.joint_names, theta, strict=True)))

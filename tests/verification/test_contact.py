@@ -30,7 +30,7 @@ from twolink.effects import ContactEffect
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
-from twolink.engines.pinocchio_engine import Pinocchio
+from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.errors import ParameterError
 from twolink.formulations import FORMULATIONS, Formulation
 from twolink.simulation.hybrid import constraint, dynamics
@@ -58,7 +58,7 @@ def urdf():
 
 @pytest.fixture(scope="module")
 def engine(urdf):
-    return Pinocchio(urdf)
+    return PinocchioChain(urdf)
 
 
 def left_out(verdict) -> int:
@@ -518,7 +518,7 @@ def test_another_gravity_is_seen(engine):
     assert found == RESTING | {"sticking contact: forces", "given force on D: motion"}
 
 
-class Deaf(Pinocchio):
+class Deaf(PinocchioChain):
     """An engine that does not hear of the force on D, nor of the restitution."""
 
     def forward_dynamics(self, angles, speeds, torques, end_force=None):
@@ -528,7 +528,7 @@ class Deaf(Pinocchio):
         return super().impact(angles, speeds, directions, 0 * restitution)
 
 
-class Driftless(Pinocchio):
+class Driftless(PinocchioChain):
     """An engine whose D has no acceleration of its own."""
 
     def point_motion(self, point, angles, speeds, accelerations):

@@ -8,7 +8,7 @@ import pytest
 from tests.conftest import SEED
 from twolink import kane
 from twolink.data import data_path
-from twolink.engines.pinocchio_engine import Pinocchio
+from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.errors import ParameterError
 from twolink.formulations import Formulation
 from twolink.urdf import read_planar_urdf
@@ -50,4 +50,4 @@ def test_a_wrong_formula_is_beyond_the_tolerance_nearly_everywhere():
 
 def test_less_than_one_state_is_refused():
     with pytest.raises(ParameterError, match=r"states must be .*; got 0"):
-        differences(SHIPPED, states=0, engine=Pinocchio(SHIPPED))
+        differences(SHIPPED, states=0, engine=PinocchioChain(SHIPPED))

@@ -9,7 +9,7 @@ from tests.verification.chains import GENERAL
 from twolink import lagrange
 from twolink.chain import Chain
 from twolink.coordinates import JointConvention
-from twolink.engines.protocol import Sizes
+from twolink.engines.chain_engine import Sizes
 from twolink.verification.states import random_states
 from twolink.verification.tolerance import EPSILON, Problem, Scale, tolerance
 

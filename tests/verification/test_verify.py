@@ -10,7 +10,7 @@ from tests.verification.chains import GENERAL
 from twolink import limits
 from twolink.chain import Chain
 from twolink.data import data_path
-from twolink.engines.pinocchio_engine import Pinocchio
+from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.errors import ParameterError, TooMuchError, UrdfError
 from twolink.formulations import FORMULATIONS
 from twolink.urdf import parse_planar_urdf, read_planar_urdf
@@ -72,8 +72,8 @@ def test_a_revolute_model_agrees_with_a_continuous_one():
     limit = '<limit lower="-7" upper="7" effort="1" velocity="1"/>'
     text = SHIPPED.xml.replace('type="continuous">', f'type="revolute">{limit}')
     revolute = parse_planar_urdf(text)
-    assert Pinocchio(revolute).model.nq == 2
-    assert Pinocchio(SHIPPED).model.nq == 4
+    assert PinocchioChain(revolute).model.nq == 2
+    assert PinocchioChain(SHIPPED).model.nq == 4
     verdict = verify(revolute, states=1000, seed=SEED)
     assert verdict.passed, verdict.sentence
 
@@ -84,7 +84,7 @@ def test_damping_in_the_file_is_not_applied():
         '<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><dynamics damping="5" friction="3"/>'
     )
     damped = parse_planar_urdf(text)
-    assert list(Pinocchio(damped).model.damping) == [5, 5]
+    assert list(PinocchioChain(damped).model.damping) == [5, 5]
     assert verify(damped, states=100, seed=SEED).passed
 
 
@@ -92,7 +92,7 @@ def test_the_worst_state_reproduces_the_difference():
     verdict = verify(SHIPPED, states=300, seed=SEED)
     worst = next(c for c in verdict.comparisons if c.quantity == "mass matrix")
     angles = np.array(worst.state["angles"])[:, None]
-    theirs = Pinocchio(SHIPPED).mass_matrix(angles)
+    theirs = PinocchioChain(SHIPPED).mass_matrix(angles)
     from twolink import kane
 
     q = SHIPPED.joints.absolute_angles(tuple(map(float, angles[:, 0])))

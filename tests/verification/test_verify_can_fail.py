@@ -14,7 +14,7 @@ from tests.mutants import Mutant, mutants
 from tests.verification.chains import GENERAL
 from twolink import kane, kinematics, lagrange
 from twolink.chain import Rotor
-from twolink.engines.pinocchio_engine import Pinocchio
+from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.formulations import Formulation
 from twolink.urdf import parse_planar_urdf
 from twolink.verification import verify
@@ -40,7 +40,7 @@ def urdf():
 
 @pytest.fixture(scope="module")
 def engine(urdf):
-    return Pinocchio(urdf)
+    return PinocchioChain(urdf)
 
 
 def survivors(found, judge) -> list[str]:

@@ -10,7 +10,9 @@ from twolink.accuracy.method_configurations import (
     MeasuredRun,
     MethodConfiguration,
 )
-from twolink.engines.registry import ENGINES, EngineMethod, Prepared, SimulationEngine
+from twolink.engines.messages import Method
+from twolink.engines.registry import SIMULATORS
+from twolink.engines.simulation_engine import Prepared, SimulationEngine
 from twolink.scene import Scene
 
 
@@ -18,7 +20,7 @@ def engine_configurations(scene: Scene) -> tuple[tuple[MethodConfiguration, ...]
     """Return configurations of the engines that support a scene, and reasons for the others."""
     configurations: list[MethodConfiguration] = []
     left_out: list[str] = []
-    for engine in ENGINES:
+    for engine in SIMULATORS:
         reason = engine.missing() or engine.unsupported(scene)
         if reason:
             left_out.append(f"{engine.name}: {reason}")
@@ -29,9 +31,7 @@ def engine_configurations(scene: Scene) -> tuple[tuple[MethodConfiguration, ...]
     return tuple(configurations), tuple(left_out)
 
 
-def _configuration(
-    scene: Scene, engine: SimulationEngine, method: EngineMethod
-) -> MethodConfiguration:
+def _configuration(scene: Scene, engine: SimulationEngine, method: Method) -> MethodConfiguration:
     ready: list[Prepared] = []
 
     def run(value: float, times: Any) -> MeasuredRun:
@@ -43,6 +43,7 @@ def _configuration(
         return MeasuredRun(found.q, found.u, *cost, warnings=found.warnings)
 
     sweep = TOLERANCES if method.parameter == "tolerance" else STEPS
+    order = None if method.order is None else int(method.order)
     return MethodConfiguration(
-        engine.name, method.name, "", "double", method.order, method.parameter, sweep, run
+        engine.name, method.name, "", "double", order, method.parameter, sweep, run
     )

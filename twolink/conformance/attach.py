@@ -14,27 +14,14 @@ from twolink.conformance.contract import Engine
 from twolink.conformance.in_process import InProcess
 from twolink.conformance.process import ProcessTransport
 from twolink.conformance.transport import Transport
+from twolink.engines.registry import ENGINES, by_name
 from twolink.errors import EngineError
-from twolink.text import choice, one_line, quoted
+from twolink.text import one_line, quoted
 
 GROUP = "twolink.engines"
 """The group of entry points by which packages register engines."""
 
 _COMMAND = "cmd:"
-
-_SIMULATORS = "twolink.conformance.simulators"
-
-ENGINES = {
-    "pinocchio": "twolink.conformance.pinocchio_engine:PinocchioEngine",
-    "heyoka": f"{_SIMULATORS}:Heyoka",
-    "scipy": f"{_SIMULATORS}:Scipy",
-    "mujoco": f"{_SIMULATORS}:Mujoco",
-    "drake": f"{_SIMULATORS}:Drake",
-    "diffrax": f"{_SIMULATORS}:Diffrax",
-    "pybullet": f"{_SIMULATORS}:Pybullet",
-    "sympy": f"{_SIMULATORS}:Sympy",
-}
-"""The engines that come with this library, as `module:object`."""
 
 
 def attach(
@@ -71,25 +58,26 @@ def python_engine(path: str) -> Engine:
             f"engine {quoted(path)} must be a twolink.conformance.contract.Engine;"
             f" got {quoted(found)}"
         )
+    found.check_installed()
     return found
 
 
 def registered() -> dict[str, str]:
     """Return the registered engines by name, as `module:object`."""
     entries = importlib.metadata.entry_points(group=GROUP)
-    return {**ENGINES, **{entry.name: entry.value for entry in entries}}
+    kinds = {engine.name: type(engine) for engine in ENGINES}
+    own = {name: f"{kind.__module__}:{kind.__qualname__}" for name, kind in kinds.items()}
+    return own | {entry.name: entry.value for entry in entries}
 
 
 def _path_of(engine: str) -> str:
-    known = registered()
-    for name, path in known.items():
-        if name.casefold() == engine.casefold():
-            return path
     if ":" in engine and all(part.isidentifier() for part in engine.replace(":", ".").split(".")):
         return engine
-    raise EngineError(
-        f"{choice('engine', engine, known)}; or 'module:object', or 'cmd: COMMAND' for a program"
-    )
+    try:
+        return by_name(engine, registered())
+    except EngineError as error:
+        also = "or 'module:object', or 'cmd: COMMAND' for a program"
+        raise EngineError(f"{error}; {also}") from error
 
 
 def _command(text: str) -> list[str]:

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.chain import Chain
-from twolink.conformance.messages import Precision
 from twolink.conformance.quantities import Quantity
 from twolink.conformance.spatial import SpatialModel
 from twolink.coordinates import JointConvention
-from twolink.engines.protocol import Sizes
+from twolink.engines.chain_engine import Sizes
+from twolink.engines.messages import Precision
 from twolink.urdf.spatial import norm
 from twolink.verification.states import States
 from twolink.verification.tolerance import EPSILON, Problem, Scale, tolerance
@@ -33,7 +33,7 @@ ROUNDINGS = 500
 
 Reading: a rotation by roll, pitch and yaw (16), placed through five fixed frames (12 each) and
 applied to an inertia (24), and the parallel-axis theorem (8) make about 110. Recursion over two
-joints: 116 in vectors, as counted in `twolink/engines/pinocchio_engine.py`; with products of 6 × 6
+joints: 116 in vectors, as counted in `twolink/engines/pinocchio_chain.py`; with products of 6 × 6
 matrices (11 operations each, on both sides, inwards and outwards) about 200. That is 310; the rest
 is for the kit's own conversions, such as angles to quaternions."""
 

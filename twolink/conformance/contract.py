@@ -1,90 +1,38 @@
-"""The contract of an engine under test in Python.
+"""A Python engine's answers to the messages of the protocol, in process or in a child.
 
-    class MyEngine(Engine):
-        name, version, reads = "mine", "1.0", ("parameters",)
-
-        def load(self, model):
-            self.chain = model.parameters
-
-        def mass_matrix(self, angles):
-            ...
-
-Quantities are methods with the names of `twolink.conformance.quantities.QUANTITIES`; an engine
-answers those that it has. `answer` gives it the messages of the protocol, in process or in a child.
+Authors of engines import the contract from here: `Engine`, its errors, and its arrays.
 """
 
 from __future__ import annotations
 
 import traceback
 import warnings
-from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from twolink.conformance.messages import (
+from twolink.engines.contract import Array, CannotError, Engine, ModelRefusedError
+from twolink.engines.messages import (
     PROTOCOL,
     About,
     Answer,
     Ask,
-    Effect,
     Errored,
     Loaded,
-    Method,
     Model,
     Move,
-    Moved,
-    Precision,
-    Reads,
     Refused,
     Request,
     Skipped,
     Start,
     Started,
-    Understood,
     Values,
 )
-from twolink.conformance.quantities import QUANTITIES
-from twolink.errors import EngineError, TwolinkError
+from twolink.engines.quantities import QUANTITIES
+from twolink.errors import TwolinkError
 
-Array = NDArray[np.float64]
-
-
-class ModelRefusedError(EngineError):
-    """The engine rejects a model."""
-
-
-class CannotError(EngineError):
-    """The engine cannot answer a question; its message says why."""
-
-
-class Engine(ABC):
-    """An engine under test.
-
-    Arrays have a row for each state: angles (rad), speeds (rad/s), accelerations (rad/s²) and
-    torques (N m) have shape (n, 2), and results (n, …) with the shape of the quantity.
-    """
-
-    name: str
-    version: str = ""
-    precision: Precision = "binary64"
-    reads: tuple[Reads, ...] = ("urdf",)
-    effects: tuple[Effect, ...] = ()
-    methods: tuple[Method, ...] = ()
-    issues: str = ""
-
-    @abstractmethod
-    def load(self, model: Model) -> Understood | None:
-        """Load a model, and return what was understood of it.
-
-        Raises `ModelRefusedError` for a model that the engine rejects.
-        """
-
-    def move(self, request: Move) -> Moved:
-        """Return a motion of the model. Raises `CannotError` unless overridden."""
-        raise CannotError(f"{self.name} does not simulate")
+__all__ = ["Array", "CannotError", "Engine", "ModelRefusedError", "about", "answer"]
 
 
 def about(engine: Engine) -> About:
@@ -96,7 +44,7 @@ def about(engine: Engine) -> About:
         issues=engine.issues,
         precision=engine.precision,
         reads=engine.reads,
-        answers=tuple(name for name in QUANTITIES if hasattr(engine, name)),
+        answers=engine.answers,
         effects=engine.effects,
         methods=engine.methods,
     )
@@ -121,14 +69,14 @@ def answer(engine: Engine, request: Request) -> Answer:
 
 
 def _values(engine: Engine, request: Ask) -> list[Any]:
-    function = getattr(engine, request.quantity, None)
-    if function is None or request.quantity not in QUANTITIES:
+    if request.quantity not in engine.answers:
         raise CannotError(f"{engine.name} does not answer {request.quantity}")
     inputs = [
         np.array(getattr(request.states, name), dtype=float)
         for name in QUANTITIES[request.quantity].inputs
     ]
-    return _worded(np.asarray(function(*inputs), dtype=float).tolist())
+    found = getattr(engine, request.quantity)(*inputs)
+    return _worded(np.asarray(found, dtype=float).tolist())
 
 
 def _failure(request: Model | Ask | Move, error: Exception) -> Answer:

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from twolink.conformance.answer_mistakes import ANSWER_MISTAKES
 from twolink.conformance.bounds import EPSILONS, ROUNDINGS
-from twolink.conformance.messages import Precision
 from twolink.conformance.mistakes import Mistake, Question
 from twolink.conformance.model_mistakes import MODEL_MISTAKES
 from twolink.conformance.quantities import QUANTITIES
 from twolink.conformance.spatial import FLOATS, SpatialModel
 from twolink.conformance.urdf_model import model_of_parameters, model_of_urdf
 from twolink.conformance.vectors import Group, Vector
+from twolink.engines.messages import Precision
 from twolink.verification.tolerance import EPSILON
 
 Array = NDArray[np.float64]

@@ -26,8 +26,8 @@ from typing import Any, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from twolink.conformance.messages import Message
 from twolink.conformance.results import Report, TestResult
+from twolink.engines.messages import Message
 from twolink.errors import FileError, ParameterError
 from twolink.files import read_bytes
 from twolink.hardcases import Mark

@@ -12,7 +12,6 @@ from pydantic import BaseModel
 
 from twolink.conformance.bounds import REASON
 from twolink.conformance.flags import FLAGS
-from twolink.conformance.messages import PROTOCOL, Message, schemas
 from twolink.conformance.quantities import QUANTITIES
 from twolink.conformance.suites import ABOUT, chosen
 from twolink.conformance.vectors import (
@@ -26,6 +25,7 @@ from twolink.conformance.vectors import (
     Vector,
     VectorFile,
 )
+from twolink.engines.messages import PROTOCOL, Message, schemas
 from twolink.files import atomic_write, new_folder
 
 CHECKSUMS = "SHA256SUMS"

@@ -10,7 +10,12 @@ from typing import Any
 import numpy as np
 
 from twolink.conformance.judge import judged
-from twolink.conformance.messages import (
+from twolink.conformance.quantities import QUANTITIES
+from twolink.conformance.runner import Session
+from twolink.conformance.suites import suite
+from twolink.conformance.transport import EngineFault, Transport
+from twolink.conformance.vectors import Group, Vector
+from twolink.engines.messages import (
     Answer,
     Errored,
     Loaded,
@@ -20,11 +25,6 @@ from twolink.conformance.messages import (
     States,
     Values,
 )
-from twolink.conformance.quantities import QUANTITIES
-from twolink.conformance.runner import Session
-from twolink.conformance.suites import suite
-from twolink.conformance.transport import EngineFault, Transport
-from twolink.conformance.vectors import Group, Vector
 from twolink.errors import EngineError
 
 # States of the large question.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from twolink.conformance.contract import Engine, answer
-from twolink.conformance.messages import Answer, ProtocolError, Request, answer_of
 from twolink.conformance.transport import EngineFault, FaultKind, check_sequence
+from twolink.engines.messages import Answer, ProtocolError, Request, answer_of
 
 
 class InProcess:

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.conformance.bounds import EPSILONS
-from twolink.conformance.messages import Precision
 from twolink.conformance.quantities import QUANTITIES, Quantity
 from twolink.conformance.transport import EngineFault, FaultKind
 from twolink.conformance.vectors import Group, Vector
+from twolink.engines.messages import Precision
 from twolink.hardcases import Mark, Result
 from twolink.verification.tolerance import EPSILON
 

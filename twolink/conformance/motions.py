@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from twolink.conformance.bounds import EPSILONS
 from twolink.conformance.convergence import Convergence, Limit, convergence
-from twolink.conformance.messages import About, Answer, Errored, Method, Move, Moved, Skipped
 from twolink.conformance.results import TestResult, faulty
 from twolink.conformance.transport import EngineFault, FaultKind
 from twolink.conformance.vectors import Group, Motion
+from twolink.engines.messages import About, Answer, Errored, Method, Move, Moved, Skipped
 from twolink.hardcases import Mark
 
 Array = NDArray[np.float64]

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from time import monotonic
 from typing import Any, NoReturn
 
-from twolink.conformance.messages import Answer, ProtocolError, Request, Stop, answer_of
 from twolink.conformance.transport import EngineFault, FaultKind, check_sequence
+from twolink.engines.messages import Answer, ProtocolError, Request, Stop, answer_of
 from twolink.text import one_line
 
 _GIGABYTE = 2**30

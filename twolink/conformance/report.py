@@ -6,9 +6,9 @@ from typing import Any
 from xml.etree import ElementTree
 
 from twolink.conformance.diagnosis import SENTENCES
-from twolink.conformance.messages import PROTOCOL
 from twolink.conformance.results import Report, TestResult
 from twolink.conformance.vectors import RELEASE
+from twolink.engines.messages import PROTOCOL
 from twolink.environment import package_versions, this_machine
 from twolink.hardcases import Mark
 from twolink.text import printable

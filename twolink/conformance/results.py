@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from twolink.conformance.diagnosis import SENTENCES
-from twolink.conformance.messages import About
 from twolink.conformance.transport import EngineFault, FaultKind
+from twolink.engines.messages import About
 from twolink.hardcases import Mark
 
 READ = "read"

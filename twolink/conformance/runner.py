@@ -10,7 +10,12 @@ from typing import Self
 
 from twolink.conformance.diagnosis import causes, explanation
 from twolink.conformance.judge import judged
-from twolink.conformance.messages import (
+from twolink.conformance.motions import motion_results
+from twolink.conformance.results import READ, Report, TestResult, faulty
+from twolink.conformance.transport import EngineFault, FaultKind, Transport
+from twolink.conformance.understanding import misunderstood
+from twolink.conformance.vectors import Group, Vector
+from twolink.engines.messages import (
     PROTOCOL,
     About,
     Answer,
@@ -26,11 +31,6 @@ from twolink.conformance.messages import (
     Started,
     Values,
 )
-from twolink.conformance.motions import motion_results
-from twolink.conformance.results import READ, Report, TestResult, faulty
-from twolink.conformance.transport import EngineFault, FaultKind, Transport
-from twolink.conformance.understanding import misunderstood
-from twolink.conformance.vectors import Group, Vector
 from twolink.errors import EngineError
 from twolink.hardcases import Mark
 

@@ -8,7 +8,7 @@ from typing import TextIO
 
 from twolink.conformance.attach import python_engine
 from twolink.conformance.contract import Engine, answer
-from twolink.conformance.messages import ProtocolError, Stop, request_of
+from twolink.engines.messages import ProtocolError, Stop, request_of
 from twolink.errors import TwolinkError
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Protocol
 
-from twolink.conformance.messages import Answer, Request
+from twolink.engines.messages import Answer, Request
 
 
 class FaultKind(StrEnum):

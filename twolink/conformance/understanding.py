@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from twolink.conformance.bounds import EPSILONS, ROUNDINGS
-from twolink.conformance.messages import Precision, Understood
+from twolink.engines.messages import Precision, Understood
 
 _UNITS = {
     "mass": "kg",

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from twolink.conformance.messages import (
+from twolink.engines.messages import (
     Effect,
     Message,
     Model,

@@ -1,5 +1,5 @@
-"""Adapters for external dynamics engines: one protocol, one engine per file."""
+"""Adapters for external dynamics engines: one contract, one engine per file."""
 
-from twolink.engines.protocol import Engine
+from twolink.engines.contract import Engine
 
 __all__ = ["Engine"]

@@ -19,9 +19,10 @@ from twolink.chain import Chain, Rotor
 from twolink.effects import Effect, contact_elements, discontinuities, smooth_loads
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
+from twolink.engines.contract import Array
 from twolink.engines.joint_model import JointModel, effect_name
-from twolink.engines.protocol import Array
-from twolink.engines.simulation_engine import EngineMethod, EngineRun, Prepared, SimulationEngine
+from twolink.engines.messages import Method
+from twolink.engines.simulation_engine import EngineRun, Prepared, SimulationEngine
 from twolink.errors import EngineError
 from twolink.scene import Scene
 
@@ -35,9 +36,9 @@ class Diffrax(SimulationEngine):
 
     name = "diffrax"
     methods = (
-        EngineMethod("Tsit5", 5, "tolerance"),
-        EngineMethod("Dopri8", 8, "tolerance"),
-        EngineMethod("Kvaerno5", 5, "tolerance"),
+        Method(name="Tsit5", order=5, parameter="tolerance"),
+        Method(name="Dopri8", order=8, parameter="tolerance"),
+        Method(name="Kvaerno5", order=5, parameter="tolerance"),
     )
     packages = (("diffrax", "diffrax"), ("jax", "jax"))
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from twolink.arithmetic import Pair
+from twolink.engines.contract import Array
 from twolink.engines.joint_model import JOINTS, JointModel, Samples, joint_model
-from twolink.engines.protocol import Array
+from twolink.engines.messages import Method
 from twolink.engines.simulation_engine import (
-    EngineMethod,
     EngineRun,
     Prepared,
     SimulationEngine,
@@ -60,8 +60,14 @@ class Drake(SimulationEngine):
 
     name = "Drake"
     methods = (
-        *(EngineMethod(name, order, "tolerance") for name, order in _ERROR_CONTROLLED),
-        *(EngineMethod(f"{name}, fixed step", order, "step") for name, order in _FIXED),
+        *(
+            Method(name=name, order=order, parameter="tolerance")
+            for name, order in _ERROR_CONTROLLED
+        ),
+        *(
+            Method(name=f"{name}, fixed step", order=order, parameter="step")
+            for name, order in _FIXED
+        ),
     )
     packages = (("drake", "pydrake"),)
     expresses = _EXPRESSES

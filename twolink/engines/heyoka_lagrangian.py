@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from twolink.arithmetic import Pair
+from twolink.engines.contract import Array
 from twolink.engines.joint_model import JointModel, joint_model
-from twolink.engines.protocol import Array
-from twolink.engines.simulation_engine import EngineMethod, EngineRun, Prepared, SimulationEngine
+from twolink.engines.messages import Method
+from twolink.engines.simulation_engine import EngineRun, Prepared, SimulationEngine
 from twolink.errors import EngineError
 from twolink.optional import heyoka
 from twolink.scene import Scene
@@ -38,8 +39,8 @@ class HeyokaLagrangian(SimulationEngine):
 
     name = "heyoka"
     methods = (
-        EngineMethod("taylor", None, "tolerance"),
-        EngineMethod("taylor, odd order", None, "tolerance"),
+        Method(name="taylor", order=None, parameter="tolerance"),
+        Method(name="taylor, odd order", order=None, parameter="tolerance"),
     )
     packages = (("heyoka", "heyoka"),)
     extra = None

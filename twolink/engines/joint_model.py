@@ -16,7 +16,7 @@ from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.coordinates import JointConvention
 from twolink.effects import EFFECTS, RotorEffect
-from twolink.engines.protocol import Array
+from twolink.engines.contract import Array
 from twolink.errors import EngineError
 from twolink.scene import Scene
 

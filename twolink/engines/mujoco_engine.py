@@ -13,11 +13,11 @@ import numpy as np
 from twolink.arithmetic import Pair
 from twolink.engines import mujoco_contact
 from twolink.engines.approximation import ApproximateModel, approximate_model
+from twolink.engines.contract import Array
 from twolink.engines.joint_model import JOINTS, JointModel
-from twolink.engines.protocol import Array
+from twolink.engines.messages import Method
 from twolink.engines.simulation_engine import (
     ApproximatingEngine,
-    EngineMethod,
     EngineRun,
     Prepared,
     captured_warnings,
@@ -52,11 +52,11 @@ class Mujoco(ApproximatingEngine):
 
     name = "MuJoCo"
     methods = (
-        EngineMethod("Euler", 1, "step"),
-        EngineMethod("implicit", 1, "step"),
-        EngineMethod("implicitfast", 1, "step"),
-        EngineMethod("discrete", 1, "step"),
-        EngineMethod("RK4", 4, "step"),
+        Method(name="Euler", order=1, parameter="step"),
+        Method(name="implicit", order=1, parameter="step"),
+        Method(name="implicitfast", order=1, parameter="step"),
+        Method(name="discrete", order=1, parameter="step"),
+        Method(name="RK4", order=4, parameter="step"),
     )
     packages = (("mujoco", "mujoco"),)
     expresses = _EXPRESSES

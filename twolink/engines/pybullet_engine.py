@@ -13,11 +13,11 @@ import numpy as np
 
 from twolink.arithmetic import Pair
 from twolink.engines.approximation import ApproximateModel, Plane, approximate_model
+from twolink.engines.contract import Array
 from twolink.engines.joint_model import JOINTS, JointModel
-from twolink.engines.protocol import Array
+from twolink.engines.messages import Method
 from twolink.engines.simulation_engine import (
     ApproximatingEngine,
-    EngineMethod,
     EngineRun,
     Prepared,
     stretches,
@@ -53,7 +53,7 @@ class Pybullet(ApproximatingEngine):
     """
 
     name = "PyBullet"
-    methods = (EngineMethod("stepSimulation", 1, "step"),)
+    methods = (Method(name="stepSimulation", order=1, parameter="step"),)
     packages = (("pybullet", "pybullet"),)
     expresses = _EXPRESSES
     reasons = _REASONS

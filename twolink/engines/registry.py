@@ -1,6 +1,6 @@
-"""Registry of the external engines that can simulate scenes.
+"""Registry of the engines that come with this library.
 
-    for engine in ENGINES:
+    for engine in SIMULATORS:
         if not engine.missing() and not engine.unsupported(scene):
             run = engine.prepared(scene, engine.methods[0].name)
             motion = run(1e-3, times)
@@ -10,33 +10,25 @@ An engine's package is imported on first use.
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
+from typing import TypeVar
+
+from twolink.engines.contract import Engine
 from twolink.engines.diffrax_engine import Diffrax
 from twolink.engines.drake_engine import Drake
 from twolink.engines.heyoka_lagrangian import HeyokaLagrangian
 from twolink.engines.mujoco_engine import Mujoco
+from twolink.engines.pinocchio_engine import PinocchioEngine
 from twolink.engines.pybullet_engine import Pybullet
 from twolink.engines.scipy_pinocchio import ScipyOverPinocchio
-from twolink.engines.simulation_engine import (
-    ApproximatingEngine,
-    EngineMethod,
-    EngineRun,
-    Prepared,
-    SimulationEngine,
-)
+from twolink.engines.simulation_engine import SimulationEngine
 from twolink.engines.sympy_code import SympyCode
 from twolink.errors import EngineError
+from twolink.text import choice
 
-__all__ = [
-    "ENGINES",
-    "ApproximatingEngine",
-    "EngineMethod",
-    "EngineRun",
-    "Prepared",
-    "SimulationEngine",
-    "engine_named",
-]
-
-ENGINES: tuple[SimulationEngine, ...] = (
+ENGINES: tuple[Engine, ...] = (
+    PinocchioEngine(),
     HeyokaLagrangian(),
     ScipyOverPinocchio(),
     Mujoco(),
@@ -46,11 +38,26 @@ ENGINES: tuple[SimulationEngine, ...] = (
     SympyCode(),
 )
 
+SIMULATORS = tuple(engine for engine in ENGINES if isinstance(engine, SimulationEngine))
+"""The engines that simulate scenes."""
 
-def engine_named(name: str) -> SimulationEngine:
-    """Return an engine by name, ignoring case. Raises `EngineError` with the known names."""
-    for engine in ENGINES:
-        if engine.name.casefold() == name.casefold():
-            return engine
-    allowed = ", ".join(engine.name for engine in ENGINES)
-    raise EngineError(f"engine must be one of {allowed}; got '{name}'")
+_Named = TypeVar("_Named")
+
+
+def by_name(name: str, known: Mapping[str, _Named]) -> _Named:
+    """Return an entry by its name, ignoring case, or by the unique beginning of one of its words.
+
+    Raises `EngineError` with the known names.
+    """
+    wanted = name.casefold()
+    exact = [each for whole, each in known.items() if whole.casefold() == wanted]
+    begins = re.compile(rf"\b{re.escape(wanted)}")
+    alike = [each for whole, each in known.items() if wanted and begins.search(whole.casefold())]
+    if not exact and len(alike) != 1:
+        raise EngineError(choice("engine", name, known))
+    return (exact or alike)[0]
+
+
+def simulator_named(name: str) -> SimulationEngine:
+    """Return an engine that simulates scenes, as `by_name` does."""
+    return by_name(name, {engine.name: engine for engine in SIMULATORS})

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from twolink.arithmetic import Pair
+from twolink.engines.contract import Array
 from twolink.engines.joint_model import JOINTS, JointModel, joint_model
-from twolink.engines.protocol import Array
+from twolink.engines.messages import Method
 from twolink.engines.simulation_engine import (
-    EngineMethod,
     EngineRun,
     Prepared,
     SimulationEngine,
@@ -36,10 +36,10 @@ class ScipyOverPinocchio(SimulationEngine):
 
     name = "SciPy over Pinocchio"
     methods = (
-        EngineMethod("DOP853", 8, "tolerance"),
-        EngineMethod("RK45", 5, "tolerance"),
-        EngineMethod("Radau", 5, "tolerance"),
-        EngineMethod("LSODA", None, "tolerance"),
+        Method(name="DOP853", order=8, parameter="tolerance"),
+        Method(name="RK45", order=5, parameter="tolerance"),
+        Method(name="Radau", order=5, parameter="tolerance"),
+        Method(name="LSODA", order=None, parameter="tolerance"),
     )
     packages = (("pin", "pinocchio"), ("scipy", "scipy"))
     extra = None

@@ -6,25 +6,24 @@ its own.
 
 from __future__ import annotations
 
-import importlib.metadata
-import importlib.util
 import warnings
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
-from typing import Literal
 
 import numpy as np
 
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
+from twolink.effects import Gravity, JointDamping
 from twolink.engines.approximation import changed, smooth_part
-from twolink.engines.joint_model import JointModel, at_state, why_not
-from twolink.engines.protocol import Array
-from twolink.errors import EngineError
+from twolink.engines.contract import Array, CannotError, Engine, ModelRefusedError
+from twolink.engines.joint_model import JOINTS, JointModel, at_state, why_not
+from twolink.engines.messages import Model, Move, Moved
+from twolink.errors import EngineError, TwolinkError
 from twolink.scene import Scene
 
 
@@ -46,54 +45,23 @@ class EngineRun:
     warnings: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class EngineMethod:
-    """An integrator of an engine: its declared order (None if it varies) and its parameter.
-
-    With "step" the parameter is the longest step (s), which is shortened to divide the time between
-    two samples; with "tolerance" it is the engine's tolerance or accuracy.
-    """
-
-    name: str
-    order: int | None
-    parameter: Literal["step", "tolerance"]
-
-
 Prepared = Callable[[float, Array], EngineRun]
 """Runs a scene, given the parameter's value and increasing times (s) that start with 0."""
 
 
-class SimulationEngine(ABC):
-    """An external engine with its own integrators.
+class SimulationEngine(Engine):
+    """An external engine with its own integrators, for chains from parameters.
 
-    `name` is the engine's, such as "MuJoCo", and `methods` are its integrators. `packages` are its
-    requirements, pairs of a distribution's name and a module's name, the engine's own first;
-    `extra` is the extra of this project that installs them, or None if they are dependencies.
-    `expresses` are the fields of a `JointModel` that it supports; `reasons` explain the missing
-    ones, by the name of an effect or a field.
+    `methods` are its integrators. `expresses` are the fields of a `JointModel` that it supports;
+    `reasons` explain the missing ones, by the name of an effect or a field. Its forward dynamics is
+    that of rigid links; its motions have damping.
     """
 
-    name: str
-    methods: tuple[EngineMethod, ...]
-    packages: tuple[tuple[str, str], ...]
     extra: str | None = "engines"
+    reads = ("parameters",)
+    effects = ("joint_damping",)
     expresses: frozenset[str] = frozenset()
     reasons: Mapping[str, str] = MappingProxyType({})
-
-    def missing(self) -> str | None:
-        """Return a sentence with the missing package and its installation, or None."""
-        for package, module in self.packages:
-            if importlib.util.find_spec(module) is None:
-                wanted = f"'twolink[{self.extra}]'" if self.extra else package
-                return (
-                    f"{self.name} needs {package}, which is not installed; install it with "
-                    f"pip install {wanted}"
-                )
-        return None
-
-    def version(self) -> str:
-        """Return the versions of all packages, the engine's first."""
-        return ", ".join(importlib.metadata.version(package) for package, _ in self.packages)
 
     def unsupported(self, scene: Scene) -> str | None:
         """Return why the engine cannot express a scene, or None if it can."""
@@ -122,12 +90,12 @@ class SimulationEngine(ABC):
         `gravity` (m/s²) is along x and y, `torque` (N m) that of the motors at A and B. Raises
         `EngineError` if the engine rejects the chain.
         """
-        self._check_installed()
+        self.check_installed()
         return self._accelerations(at_state(chain, q, u, gravity, torque))
 
     def _check(self, scene: Scene, method: str) -> None:
         """Raise `EngineError` for a missing package, an unknown method or an unsupported scene."""
-        self._check_installed()
+        self.check_installed()
         if method not in {each.name for each in self.methods}:
             allowed = ", ".join(each.name for each in self.methods)
             raise EngineError(f"{self.name}: method must be one of {allowed}; got '{method}'")
@@ -135,10 +103,51 @@ class SimulationEngine(ABC):
         if sentence:
             raise EngineError(sentence)
 
-    def _check_installed(self) -> None:
-        sentence = self.missing()
-        if sentence:
-            raise EngineError(sentence)
+    def load(self, model: Model) -> None:
+        """Keep the chain, which each call builds anew."""
+        given = model.parameters
+        assert given is not None
+        try:
+            self._chain = Chain(given.mass, given.length, given.centre, given.inertia)
+        except TwolinkError as error:
+            raise ModelRefusedError(str(error)) from error
+        self._given = given
+
+    def forward_dynamics(self, angles: Array, speeds: Array, torques: Array) -> Array:
+        """Return the engine's own accelerations. Raises `CannotError` for joints that resist."""
+        given = self._given
+        if any((*given.damping, *given.friction, *given.armature)):
+            raise CannotError("accelerations are asked for without damping, friction and armature")
+        states = zip(angles.tolist(), speeds.tolist(), torques.tolist(), strict=True)
+        return np.array([self._joint_accelerations(*state) for state in states])
+
+    def move(self, request: Move) -> Moved:
+        """Run a scene by one of the engine's methods."""
+        given = self._given
+        damping = (JointDamping(given.damping),) if any(given.damping) else ()
+        scene = Scene(
+            chain=self._chain,
+            q=JOINTS.absolute_angles(request.angles),
+            u=JOINTS.absolute_speeds(request.speeds),
+            duration=request.times[-1],
+            effects=(Gravity(given.gravity), *damping),
+        )
+        found = self.prepared(scene, request.method)(request.parameter, np.array(request.times))
+        return Moved(
+            seq=request.seq,
+            angles=_pairs(JOINTS.joint_angles((found.q[0], found.q[1]))),
+            speeds=_pairs(JOINTS.joint_speeds((found.u[0], found.u[1]))),
+            seconds=found.seconds,
+            setup_seconds=found.setup_seconds,
+            warnings=found.warnings,
+        )
+
+    def _joint_accelerations(self, theta: Pair, omega: Pair, torque: Pair) -> Pair:
+        q, u = JOINTS.absolute_angles(theta), JOINTS.absolute_speeds(omega)
+        gravity = (0.0, self._given.gravity)
+        return JOINTS.joint_speeds(
+            self.accelerations(self._chain, q, u, gravity=gravity, torque=torque)
+        )
 
     @abstractmethod
     def _prepared(self, scene: Scene, method: str) -> Prepared:
@@ -165,6 +174,11 @@ class ApproximatingEngine(SimulationEngine):
         """Return a function that runs a scene; with `approximate`, also an approximated one."""
         self._check(smooth_part(scene) if approximate else scene, method)
         return self._prepared(scene, method)
+
+
+def _pairs(rows: Pair) -> tuple[tuple[float, float], ...]:
+    """Return two rows of numbers as pairs."""
+    return tuple((float(first), float(second)) for first, second in zip(*rows, strict=True))
 
 
 def stretches(times: Array, longest: float) -> Iterator[tuple[int, float]]:

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from twolink.arithmetic import Pair
+from twolink.engines.contract import Array
 from twolink.engines.joint_model import JointModel, joint_model
-from twolink.engines.protocol import Array
+from twolink.engines.messages import Method
 from twolink.engines.sandbox import run_sandboxed
 from twolink.engines.simulation_engine import (
-    EngineMethod,
     EngineRun,
     Prepared,
     SimulationEngine,
@@ -43,10 +43,10 @@ class SympyCode(SimulationEngine):
 
     name = "SymPy-generated code"
     methods = (
-        EngineMethod("DOP853", 8, "tolerance"),
-        EngineMethod("RK45", 5, "tolerance"),
-        EngineMethod("Radau", 5, "tolerance"),
-        EngineMethod("LSODA", None, "tolerance"),
+        Method(name="DOP853", order=8, parameter="tolerance"),
+        Method(name="RK45", order=5, parameter="tolerance"),
+        Method(name="Radau", order=5, parameter="tolerance"),
+        Method(name="LSODA", order=None, parameter="tolerance"),
     )
     packages = (("sympy", "sympy"), ("scipy", "scipy"))
     expresses = _EXPRESSES

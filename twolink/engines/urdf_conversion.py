@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from twolink.chain import Chain
-from twolink.engines.protocol import Array
+from twolink.engines.contract import Array
 from twolink.errors import EngineError
 from twolink.lagrange import mass_matrix
 from twolink.urdf import PlanarUrdf

@@ -117,11 +117,11 @@ def refused(attempt: Callable[[], object]) -> Result:
 def engine_answers(name: str, state: dict[str, Any]) -> tuple[float, float]:
     """Return an engine's du (rad/s²) for uniform bars; runs in a sandbox."""
     from twolink.chain import Chain
-    from twolink.engines.registry import engine_named
+    from twolink.engines.registry import simulator_named
 
     keywords = {"q": (0.3, -0.4), "u": (0.1, -0.2), **state}
     q, u = keywords.pop("q"), keywords.pop("u")
-    du1, du2 = engine_named(name).accelerations(Chain.uniform_bars(), q, u, **keywords)
+    du1, du2 = simulator_named(name).accelerations(Chain.uniform_bars(), q, u, **keywords)
     return float(du1), float(du2)
 
 

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-import re
 import warnings
 from collections.abc import Callable, Iterable
 from time import perf_counter, process_time
 from typing import TYPE_CHECKING
 
 from twolink.environment import package_versions, this_machine
-from twolink.errors import EngineError, TwolinkError
+from twolink.errors import TwolinkError
 from twolink.formulations import EquationsName
 from twolink.hardcases.record import Case, Column, LateError, Mark, Outcome, Result
 from twolink.simulation.smooth.equations import EQUATIONS, equations_named
-from twolink.text import choice
 
 if TYPE_CHECKING:
     from twolink.engines.sandbox import TaskResult
@@ -32,26 +30,20 @@ def columns(names: Iterable[str] | None = None) -> tuple[Column, ...]:
     A name may be abbreviated to the beginning of one of its words if that is unique. Raises
     `EngineError` for an unknown name, or an engine that is not installed.
     """
-    from twolink.engines.registry import ENGINES
+    from twolink.engines.registry import SIMULATORS, by_name
 
-    engines = tuple(Column(engine.name, engine) for engine in ENGINES)
+    engines = tuple(Column(engine.name, engine) for engine in SIMULATORS)
     if names is None:
         return (
             *OURS,
             *(column for column in engines if column.engine and not column.engine.missing()),
         )
-    known = {column.name.casefold(): column for column in (*OURS, *engines)}
+    known = {column.name: column for column in (*OURS, *engines)}
     found = []
     for name in names:
-        wanted = name.casefold()
-        begins = re.compile(rf"\b{re.escape(wanted)}")
-        alike = [column for whole, column in known.items() if begins.search(whole)]
-        column = known.get(wanted) or (alike[0] if len(alike) == 1 else None)
-        if column is None:
-            raise EngineError(choice("engine", name, [each.name for each in known.values()]))
-        missing = column.engine.missing() if column.engine else None
-        if missing:
-            raise EngineError(missing)
+        column = by_name(name, known)
+        if column.engine:
+            column.engine.check_installed()
         found.append(column)
     return tuple(found)
 
@@ -173,10 +165,10 @@ def document(board: dict[str, dict[str, Outcome]], cases: Iterable[Case]) -> dic
 
 def _engine_versions(board: dict[str, dict[str, Outcome]]) -> dict[str, str]:
     """Return the versions of the external engines in a scoreboard."""
-    from twolink.engines.registry import ENGINES
+    from twolink.engines.registry import SIMULATORS
 
     tried = {name for row in board.values() for name in row}
-    return {engine.name: engine.version() for engine in ENGINES if engine.name in tried}
+    return {engine.name: engine.version for engine in SIMULATORS if engine.name in tried}
 
 
 def failed_by_us(board: dict[str, dict[str, Outcome]]) -> list[tuple[str, str]]:

@@ -173,9 +173,9 @@ def engine_accelerations(
     name: str, chain: Chain, q: Numbers, u: Numbers, gravity: Numbers, torque: Numbers
 ) -> Numbers:
     """Return an engine's du (rad/s²); runs in a sandbox."""
-    from twolink.engines.registry import engine_named
+    from twolink.engines.registry import simulator_named
 
-    du1, du2 = engine_named(name).accelerations(chain, q, u, gravity=gravity, torque=torque)
+    du1, du2 = simulator_named(name).accelerations(chain, q, u, gravity=gravity, torque=torque)
     return float(du1), float(du2)
 
 

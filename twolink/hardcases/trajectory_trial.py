@@ -20,7 +20,7 @@ import numpy as np
 
 from twolink import lagrange
 from twolink.effects import potential_energy
-from twolink.engines.protocol import Array
+from twolink.engines.contract import Array
 from twolink.errors import IntegrationError
 from twolink.formulations import EquationsName
 from twolink.hardcases.record import Result
@@ -33,8 +33,9 @@ from twolink.simulation.smooth.taylor import default_longest_step
 from twolink.verification.tolerance import EPSILON
 
 if TYPE_CHECKING:
+    from twolink.engines.messages import Method
     from twolink.engines.sandbox import TaskResult
-    from twolink.engines.simulation_engine import EngineMethod, SimulationEngine
+    from twolink.engines.simulation_engine import SimulationEngine
 
 ENGINE_ACCURACY, NO_ANSWER = 1e-6, 1e-2
 
@@ -181,9 +182,9 @@ def engine_motions(
     name: str, scene: Scene, method: str, parameters: tuple[float, ...], samples: int
 ) -> list[tuple[Array, Array, tuple[str, ...]]]:
     """Return an engine's q, u and warnings for each parameter value; runs in a sandbox."""
-    from twolink.engines.registry import engine_named
+    from twolink.engines.registry import simulator_named
 
-    run = engine_named(name).prepared(scene, method)
+    run = simulator_named(name).prepared(scene, method)
     times = np.linspace(0.0, scene.duration, samples)
     found = []
     for parameter in parameters:
@@ -196,7 +197,7 @@ def engine_motions(
 _IMPLICIT = ("Radau", "Kvaerno5", "radau3", "radau1", "implicit_euler", "implicit")
 
 
-def _method(engine: SimulationEngine, scene: Scene) -> EngineMethod:
+def _method(engine: SimulationEngine, scene: Scene) -> Method:
     """Return an engine's method of highest order, implicit if the scene requires it."""
     implicit = [m for name in _IMPLICIT for m in engine.methods if m.name == name]
     if scene.method == "Radau" and implicit:
@@ -207,7 +208,7 @@ def _method(engine: SimulationEngine, scene: Scene) -> EngineMethod:
     return varying[0] if varying[:1] == controlled[:1] else max(controlled, key=_order)
 
 
-def _order(method: EngineMethod) -> int:
+def _order(method: Method) -> float:
     return method.order or 0
 
 

@@ -18,8 +18,8 @@ from twolink.contact.states import ContactState
 from twolink.effects import ContactEffect, Effect
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
-from twolink.engines.pinocchio_engine import Pinocchio
-from twolink.engines.protocol import Engine
+from twolink.engines.chain_engine import ChainEngine
+from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.errors import ParameterError
 from twolink.formulations import FORMULATIONS, Formulation, FormulationName
 from twolink.limits import DEFAULT_LIMITS, Limits
@@ -183,21 +183,21 @@ def _directions(states: ContactStates, count: int) -> Array:
     return np.array([[x, y], [-y, x]][:count])
 
 
-def _frictionless_impact(engine: Engine, states: Any) -> Array:
+def _frictionless_impact(engine: ChainEngine, states: Any) -> Array:
     along = _directions(states, 1)
     return engine.impact(states.angles, states.speeds, along, states.restitution[0])
 
 
-def _sticking_impact(engine: Engine, states: Any) -> Array:
+def _sticking_impact(engine: ChainEngine, states: Any) -> Array:
     along = _directions(states, 2)
     return engine.impact(states.angles, states.speeds, along, states.restitution[1])
 
 
-def _frictionless_contact(engine: Engine, states: Any) -> Array:
+def _frictionless_contact(engine: ChainEngine, states: Any) -> Array:
     return engine.held(states.angles, states.speeds, states.torques, _directions(states, 1))
 
 
-def _sticking_contact(engine: Engine, states: Any) -> Array:
+def _sticking_contact(engine: ChainEngine, states: Any) -> Array:
     return engine.held(states.angles, states.speeds, states.torques, _directions(states, 2))
 
 
@@ -207,7 +207,7 @@ def _solved_for(
     algorithm: str,
     inputs: tuple[str, ...],
     text: Callable[[Any], Callable[..., Any]],
-    call: Callable[[Engine, Any], Array],
+    call: Callable[[ChainEngine, Any], Array],
 ) -> tuple[Quantity, ...]:
     """Return the quantities of one contact problem, given their units and solution rows."""
     return tuple(
@@ -278,7 +278,7 @@ def verify_contact(
     states: int = 10_000,
     seed: int = 1,
     formulations: Mapping[FormulationName, Formulation] = FORMULATIONS,
-    engine: Engine | None = None,
+    engine: ChainEngine | None = None,
     draw: Callable[..., ContactStates] = random_contact_states,
     progress: Progress = lambda share: None,
     limits: Limits = DEFAULT_LIMITS,
@@ -297,7 +297,7 @@ def verify_contact(
     }
     plan = ComparisonPlan(
         read,
-        engine or Pinocchio(read),
+        engine or PinocchioChain(read),
         groups=tuple(cases(CONTACT, texts)),
         names={name: f.name for name, f in formulations.items()},
         draw=draw,

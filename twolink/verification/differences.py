@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twolink.engines.protocol import Engine
+from twolink.engines.chain_engine import ChainEngine
 from twolink.formulations import FORMULATIONS, Formulation, FormulationName
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.urdf import PlanarUrdf
@@ -34,7 +34,7 @@ def differences(
     states: int = 10_000,
     seed: int = 1,
     formulations: Mapping[FormulationName, Formulation] = FORMULATIONS,
-    engine: Engine | None = None,
+    engine: ChainEngine | None = None,
     progress: Progress = lambda share: None,
     limits: Limits = DEFAULT_LIMITS,
 ) -> tuple[Differences, ...]:

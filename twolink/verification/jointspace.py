@@ -33,7 +33,7 @@ class PlanarModel:
 class JointSpace:
     """A formulation's quantities in a URDF's joint angles θ.
 
-    Each method accepts any scalar type; shapes and units are those of `Engine`.
+    Each method accepts any scalar type; shapes and units are those of `ChainEngine`.
     """
 
     def __init__(self, formulation: Formulation, model: PlanarModel) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from twolink.compilation import Compiled
-from twolink.engines.protocol import Engine
+from twolink.engines.chain_engine import ChainEngine
 from twolink.verification.states import Array, States
 
 # Complex step, so small that its square vanishes beside 1: its only error is rounding.
@@ -33,7 +33,7 @@ class Quantity:
     algorithm: str
     inputs: tuple[str, ...]
     text: Callable[[Any], Callable[..., Any]]
-    call: Callable[[Engine, States], Array]
+    call: Callable[[ChainEngine, States], Array]
     part: int | None = None
     by: str | None = None
     from_world: bool = False
@@ -71,11 +71,11 @@ class Formula:
         return np.stack(columns, axis=1)
 
 
-def _inverse_derivatives(engine: Engine, states: States) -> Array:
+def _inverse_derivatives(engine: ChainEngine, states: States) -> Array:
     return engine.inverse_dynamics_derivatives(states.angles, states.speeds, states.accelerations)
 
 
-def _forward_derivatives(engine: Engine, states: States) -> Array:
+def _forward_derivatives(engine: ChainEngine, states: States) -> Array:
     return engine.forward_dynamics_derivatives(states.angles, states.speeds, states.torques)
 
 
@@ -220,7 +220,7 @@ DYNAMICS: tuple[Quantity, ...] = (
 
 
 def _motion_of(point: str) -> tuple[Quantity, ...]:
-    def call(engine: Engine, states: States) -> Array:
+    def call(engine: ChainEngine, states: States) -> Array:
         return engine.point_motion(point, states.angles, states.speeds, states.accelerations)
 
     return (
@@ -254,7 +254,7 @@ def _motion_of(point: str) -> tuple[Quantity, ...]:
     )
 
 
-def _angular_motion(engine: Engine, states: States) -> Array:
+def _angular_motion(engine: ChainEngine, states: States) -> Array:
     return engine.angular_motion(states.angles, states.speeds, states.accelerations)
 
 

@@ -39,7 +39,7 @@ cancel. The rounding is that of the long lever; `from_world` and `inertia_force`
 *Two algorithms* differ by at most the sum of their bounds, so N is the sum of their counts: for a
 formula of ours the depth of its compiled expression, which is counted; for an engine, an upper
 bound on the operations of its recursion over two joints (see
-`twolink/engines/pinocchio_engine.py`).
+`twolink/engines/pinocchio_chain.py`).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ import numpy as np
 
 from twolink.chain import Chain
 from twolink.coordinates import JointConvention
-from twolink.engines.protocol import Sizes
+from twolink.engines.chain_engine import Sizes
 from twolink.verification.states import Array, States
 
 EPSILON = float(np.finfo(np.float64).eps)

@@ -11,8 +11,8 @@ import numpy as np
 
 from twolink.chain import Chain
 from twolink.data import data_path
-from twolink.engines.pinocchio_engine import Pinocchio
-from twolink.engines.protocol import Engine
+from twolink.engines.chain_engine import ChainEngine
+from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.environment import package_versions, this_machine
 from twolink.formulations import FORMULATIONS, Formulation, FormulationName
 from twolink.inputs import as_count, check_callback, check_instance
@@ -40,7 +40,7 @@ def verify(
     states: int = 10_000,
     seed: int = 1,
     formulations: Mapping[FormulationName, Formulation] = FORMULATIONS,
-    engine: Engine | None = None,
+    engine: ChainEngine | None = None,
     motion: PointMotion | None = None,
     progress: Progress = lambda share: None,
     limits: Limits = DEFAULT_LIMITS,
@@ -68,7 +68,7 @@ def planar_urdf(urdf: PlanarUrdf | str | PathLike[str] | None) -> PlanarUrdf:
 def motion_plan(
     urdf: PlanarUrdf,
     formulations: Mapping[FormulationName, Formulation] = FORMULATIONS,
-    engine: Engine | None = None,
+    engine: ChainEngine | None = None,
     motion: PointMotion | None = None,
 ) -> ComparisonPlan:
     """Return the comparison plan of `verify`: equations of motion and motion of the points."""
@@ -77,7 +77,7 @@ def motion_plan(
     kinematics = {"kinematics": motion or PointMotion(model)}
     return ComparisonPlan(
         urdf,
-        engine or Pinocchio(urdf),
+        engine or PinocchioChain(urdf),
         groups=(*cases(DYNAMICS, texts), *cases(MOTION, kinematics)),
         names={**{name: f.name for name, f in formulations.items()}, "kinematics": KINEMATICS},
     )
@@ -102,7 +102,7 @@ class ComparisonPlan:
     """
 
     urdf: PlanarUrdf
-    engine: Engine
+    engine: ChainEngine
     groups: tuple[Group, ...]
     names: Mapping[str, str]
     draw: Callable[..., States] = random_states
@@ -225,7 +225,7 @@ class _Batch:
         states: States,
         chain: Chain,
         own: Scale,
-        engine: Engine,
+        engine: ChainEngine,
         bound: Callable[[str, Problem], Array],
     ) -> None:
         self._states = states

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from twolink.chain import Chain
 from twolink.conformance.bounds import bound
-from twolink.conformance.messages import Effect, States
 from twolink.conformance.quantities import QUANTITIES, in_numbers
 from twolink.conformance.spatial import DECIMALS, FLOATS, SpatialModel, SpatialState
 from twolink.conformance.vectors import DIGITS, Level, Vector
 from twolink.coordinates import JointConvention
+from twolink.engines.messages import Effect, States
 from twolink.errors import TwolinkError
 from twolink.hardcases import exact
 

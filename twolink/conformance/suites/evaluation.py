@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from twolink.chain import Chain
-from twolink.conformance.messages import Effect, Parameters, Understood
 from twolink.conformance.spatial import Arithmetic, SpatialModel
 from twolink.conformance.suites.building import states_of, vectors_of
 from twolink.conformance.urdf_model import model_of_parameters
 from twolink.conformance.vectors import Frame, Group, Level
 from twolink.coordinates import JointConvention
+from twolink.engines.messages import Effect, Parameters, Understood
 from twolink.urdf import JointProperties, write_planar_urdf
 
 _FLAGS = {

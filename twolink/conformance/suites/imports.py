@@ -7,13 +7,13 @@ import math
 from typing import Any
 
 from twolink.chain import Chain
-from twolink.conformance.messages import Understood
 from twolink.conformance.spatial import Arithmetic, SpatialModel
 from twolink.conformance.suites.building import states_of, vectors_of
 from twolink.conformance.urdf_model import model_of_urdf
 from twolink.conformance.vectors import Expect, Frame, Group, Level
 from twolink.coordinates import JointConvention
 from twolink.data import data_path
+from twolink.engines.messages import Understood
 
 _GRAVITY = (0.0, 0.0, -9.81)
 

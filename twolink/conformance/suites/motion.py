@@ -6,10 +6,10 @@ import json
 from decimal import Decimal
 from typing import Any
 
-from twolink.conformance.messages import Effect, Parameters
 from twolink.conformance.vectors import DIGITS, Group, Motion
 from twolink.data import data_path
 from twolink.effects import Gravity, JointDamping
+from twolink.engines.messages import Effect, Parameters
 from twolink.hardcases import exact
 from twolink.scene import Scene
 from twolink.scene.names import scene_file

@@ -1,14 +1,11 @@
-"""The protocol of a dynamics engine that is compared with the formulations."""
+"""The contract of an engine with a chain loaded, as `verify` compares it with the formulations."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from twolink.engines.contract import Array
 
 
 @dataclass(frozen=True)
@@ -22,8 +19,8 @@ class Sizes:
     origin: float
 
 
-class Engine(Protocol):
-    """A dynamics engine that has loaded a chain's URDF.
+class ChainEngine(Protocol):
+    """An engine that has loaded a chain's URDF, in the frame of the chain.
 
     States are arrays of shape (2, n) in the URDF's joint angles θ (rad), speeds (rad/s),
     accelerations (rad/s²) and torques (N m); results have the states along their last axis. Points

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from twolink.conformance.messages import (
+from twolink.engines.messages import (
     REQUESTS,
     Ask,
     Errored,

@@ -1,12 +1,12 @@
-"""The simulators of the library under test, through the same messages as any engine."""
+"""Simulators under test: forward dynamics and motions, through the same messages as any engine."""
 
 import pytest
 
-from twolink.conformance.attach import ENGINES, attach, python_engine
+from twolink.conformance.attach import attach, python_engine
 from twolink.conformance.runner import conform
-from twolink.conformance.simulators import Scipy, Simulator
 from twolink.conformance.suites import suite
-from twolink.engines.registry import ENGINES as SIMULATORS
+from twolink.engines.registry import SIMULATORS
+from twolink.engines.scipy_pinocchio import ScipyOverPinocchio
 from twolink.errors import EngineError
 from twolink.hardcases import Mark
 
@@ -42,25 +42,23 @@ def test_other_simulators(name):
     check(results(name))
 
 
-def test_every_simulator_has_a_name():
-    served = {path.partition(":")[2] for path in ENGINES.values() if "simulators" in path}
-    kinds = {kind.__name__: kind.simulator for kind in Simulator.__subclasses__()}
-    assert served == set(kinds)
-    assert set(kinds.values()) == {engine.name for engine in SIMULATORS}
-
-
 def test_a_simulator_whose_package_is_missing(monkeypatch):
-    class Gone:
-        def missing(self):
-            return "it needs a package, which is not installed"
-
-    monkeypatch.setattr("twolink.conformance.simulators.engine_named", lambda name: Gone())
+    monkeypatch.setattr(ScipyOverPinocchio, "packages", (("no-such-package", "no_such_package"),))
     with pytest.raises(EngineError, match="which is not installed"):
-        python_engine("twolink.conformance.simulators:Scipy")
+        python_engine("twolink.engines.scipy_pinocchio:ScipyOverPinocchio")
 
 
 def test_capabilities_are_those_of_the_simulator():
-    engine = Scipy()
+    engine = ScipyOverPinocchio()
+    assert engine.answers == ("forward_dynamics",)
     assert engine.effects == ("joint_damping",)
     assert {method.name for method in engine.methods} >= {"DOP853"}
     assert {method.parameter for method in engine.methods} == {"tolerance"}
+
+
+@pytest.mark.parametrize("engine", SIMULATORS, ids=lambda engine: engine.name)
+def test_each_simulator_has_damping(engine):
+    from twolink.scene import Scene
+    from twolink.scene.names import scene_file
+
+    assert engine.unsupported(Scene.load(scene_file("modelica_double_pendulum"))) is None
