@@ -77,7 +77,7 @@ ROWS = {
     "twolink.engines": [
         "messages quantities sandbox sympy_derivation",
         "contract",
-        "chain_engine joint_model pinocchio_engine",
+        "chain_engine joint_model pinocchio_engine scenes",
         "approximation pinocchio_chain",
         "simulation_engine mujoco_contact",
         OTHERS,

@@ -3,8 +3,11 @@
 import numpy as np
 
 from tests.conformance.arm import Arm
-from twolink.conformance.contract import CannotError
+from twolink.conformance.contract import CannotError, Engine
+from twolink.coordinates import JointConvention
 from twolink.engines.messages import Method, Moved
+from twolink.engines.scenes import scene_of
+from twolink.simulation import simulate
 
 
 class Mover(Arm):
@@ -108,6 +111,65 @@ class Short(Mover):
     def move(self, request):
         found = super().move(request)
         return found.model_copy(update={"angles": found.angles[:1]})
+
+
+class Ours(Engine):
+    """The simulation of this library, by the accuracy asked for."""
+
+    name = "ours"
+    reads = ("parameters",)
+    effects = ("joint_damping", "joint_friction", "joint_spring", "joint_stop", "surface")
+    methods = (Method(name="taylor", parameter="tolerance"),)
+
+    def load(self, model):
+        self.given = self.changed(model.parameters)
+
+    def changed(self, given):
+        return given
+
+    def move(self, request):
+        scene = scene_of(self.given, request.angles, request.speeds, request.times[-1])
+        q, u = simulate(scene, accuracy=max(request.parameter, 1e-10)).at(request.times)
+        joints = JointConvention()
+        angles, speeds = joints.joint_angles(q), joints.joint_speeds(u)
+        return Moved(
+            seq=request.seq,
+            angles=tuple(zip(*(row.tolist() for row in angles), strict=True)),
+            speeds=tuple(zip(*(row.tolist() for row in speeds), strict=True)),
+        )
+
+
+class OtherRestitution(Ours):
+    """Impacts rebound with 0.9 of their restitution."""
+
+    def changed(self, given):
+        def weaker(elements):
+            return tuple(
+                each.model_copy(update={"restitution": 0.9 * each.restitution})
+                for each in elements or ()
+            )
+
+        stops, surfaces = weaker(given.stops), weaker(given.surfaces)
+        return given.model_copy(update={"stops": stops, "surfaces": surfaces})
+
+
+class NoStaticFriction(Ours):
+    """A sticking joint lets go at its kinetic torque."""
+
+    def changed(self, given):
+        return given.model_copy(update={"static_friction": None})
+
+
+class Unsprung(Ours):
+    def changed(self, given):
+        return given.model_copy(update={"stiffness": None})
+
+
+class Warning(OtherRestitution):
+    """It says that it has another law."""
+
+    def move(self, request):
+        return super().move(request).model_copy(update={"warnings": ("another law",)})
 
 
 class Unable(Mover):

@@ -68,5 +68,22 @@ def test_the_truth_itself_has_no_order():
 
 def test_precision_decides_what_is_rounding():
     off = [TRUTH + 1e-5 * SLOPE] * 3
-    assert convergence(off, TRUTH, EPSILON).limit is Limit.NONE
+    assert convergence(off, TRUTH, EPSILON).limit is Limit.ANOTHER
     assert convergence(off, TRUTH, 2.0**-23).limit is Limit.TRUTH
+
+
+def uneven(order, limit=TRUTH, count=9):
+    """Errors with the step on average, times a factor from 0.5 to 1.5 that jumps."""
+    shares = [0.5 + (7 * k % 5) / 4 for k in range(count)]
+    return [limit + SLOPE * 1e-2 * share * 2.0 ** (-order * k) for k, share in enumerate(shares)]
+
+
+def test_uneven_errors_of_motions_with_events():
+    found = convergence(uneven(1), TRUTH, EPSILON, smooth=False)
+    assert found.limit is Limit.TRUTH
+    assert found.order == pytest.approx(1, abs=0.4)
+    limit = TRUTH + np.array([[1e-2, 0.0, -1e-2, 0.0]])
+    found = convergence(uneven(1, limit), TRUTH, EPSILON, smooth=False)
+    assert found.limit is Limit.ANOTHER
+    away = [TRUTH + SLOPE * 0.1 * (-1) ** k for k in range(9)]
+    assert convergence(away, TRUTH, EPSILON, smooth=False).limit is Limit.NONE

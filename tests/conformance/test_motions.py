@@ -8,10 +8,15 @@ from tests.conformance.mover import (
     Exploding,
     Mover,
     Noisy,
+    NoStaticFriction,
     OtherGravity,
+    OtherRestitution,
+    Ours,
     Short,
     Unable,
     Undamped,
+    Unsprung,
+    Warning,
 )
 from twolink.conformance.in_process import InProcess
 from twolink.conformance.runner import conform
@@ -19,9 +24,10 @@ from twolink.conformance.suites import suite
 from twolink.hardcases import Mark
 
 
-def results(engine, name="chrono-double-pendulum"):
-    groups = tuple(group for group in suite("motion") if group.id == f"motion/{name}")
-    found = conform("mover", lambda: InProcess(engine()), {"motion": groups})
+def results(engine, name="motion/chrono-double-pendulum"):
+    kind = name.partition("/")[0]
+    groups = tuple(group for group in suite(kind) if group.id == name)
+    found = conform("mover", lambda: InProcess(engine()), {kind: groups})
     return {result.quantity: result for result in found.results}
 
 
@@ -34,14 +40,17 @@ def test_the_right_engine_converges_to_the_truth():
     assert found["motion: euler"].id == "motion/chrono-double-pendulum/motion/euler"
 
 
-@pytest.mark.parametrize("name", ["general", "modelica-double-pendulum"])
+@pytest.mark.parametrize("name", ["motion/general", "motion/modelica-double-pendulum"])
 def test_the_references_are_right(name):
     assert results(Mover, name)["motion: rk4"].mark is Mark.PASS
 
 
 @pytest.mark.parametrize(
     ("engine", "name"),
-    [(OtherGravity, "modelica-double-pendulum"), (Undamped, "modelica-double-pendulum")],
+    [
+        (OtherGravity, "motion/modelica-double-pendulum"),
+        (Undamped, "motion/modelica-double-pendulum"),
+    ],
 )
 def test_another_model_is_told_apart(engine, name):
     found = results(engine, name)["motion: rk4"]
@@ -74,6 +83,58 @@ def test_a_damped_motion_needs_damping():
     class Rigid(Mover):
         effects = ()
 
-    found = results(Rigid, "modelica-double-pendulum")
+    found = results(Rigid, "motion/modelica-double-pendulum")
     assert found["motion"].mark is Mark.CANNOT
     assert found["motion"].said == "the engine does not have joint_damping"
+
+
+QUICK = ("motion/springs", "impact/floor")
+REST = [
+    pytest.param(group.id, marks=pytest.mark.slow)
+    for name in ("friction", "impact")
+    for group in suite(name)
+    if group.id not in QUICK
+]
+
+
+@pytest.mark.parametrize("name", [*QUICK, *REST])
+def test_the_library_agrees_with_references_of_springs_friction_and_impacts(name):
+    """By another precision and order than the references."""
+    found = results(Ours, name)["motion: taylor"]
+    assert found.mark is Mark.PASS, found.said
+
+
+@pytest.mark.parametrize(
+    ("engine", "name"),
+    [
+        (OtherRestitution, "impact/floor"),
+        pytest.param(OtherRestitution, "impact/rough-floor", marks=pytest.mark.slow),
+        pytest.param(OtherRestitution, "friction/stops", marks=pytest.mark.slow),
+        pytest.param(NoStaticFriction, "friction/stick-slip", marks=pytest.mark.slow),
+        (Unsprung, "motion/springs"),
+    ],
+)
+def test_another_law_of_contact_is_another_model(engine, name):
+    found = results(engine, name)["motion: taylor"]
+    assert found.mark is Mark.SILENT
+    assert found.said.startswith("converges to another model")
+
+
+def test_a_law_that_the_engine_names_is_not_silent():
+    found = results(Warning, "impact/floor")["motion: taylor"]
+    assert found.mark is Mark.MISSED
+    assert found.warnings == ("another law",)
+
+
+def test_parameters_of_effects_are_sent_only_to_engines_that_have_them():
+    loaded = []
+
+    class Rigid(Mover):
+        def load(self, model):
+            loaded.append(model.id)
+            return super().load(model)
+
+    found = results(Rigid, "impact/floor")
+    assert loaded == []
+    assert {result.mark for result in found.values()} == {Mark.CANNOT}
+    assert found["motion"].said == "the engine does not have surface"

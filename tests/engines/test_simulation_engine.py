@@ -51,7 +51,7 @@ def test_a_simulator_whose_package_is_missing(monkeypatch):
 def test_capabilities_are_those_of_the_simulator():
     engine = ScipyOverPinocchio()
     assert engine.answers == ("forward_dynamics",)
-    assert engine.effects == ("joint_damping",)
+    assert engine.effects == ("joint_damping", "joint_spring")
     assert {method.name for method in engine.methods} >= {"DOP853"}
     assert {method.parameter for method in engine.methods} == {"tolerance"}
 

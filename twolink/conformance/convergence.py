@@ -6,6 +6,9 @@ limit up to higher order (E. Hairer, S. P. Nørsett and G. Wanner, Solving Ordin
 Equations I, 1993, section II.4). Motions of the right equations have the truth as their limit,
 those of other equations another one: then the errors level off while the differences shrink. Limits
 that are closer than the finest error are not told apart.
+
+Motions with events have errors that shrink unevenly: their order is the slope of all differences,
+and that of the errors is taken over the last three halvings.
 """
 
 from __future__ import annotations
@@ -23,6 +26,9 @@ Array = NDArray[np.float64]
 
 # Errors shrink with this share of the order of the differences, or more, if the limit is the truth.
 _SHARE = 0.5
+
+# The number of last errors whose slope is taken if they shrink unevenly.
+_UNEVEN = 4
 
 # A method converges if its measured order is above this.
 _LEAST_ORDER = 0.5
@@ -60,26 +66,35 @@ class Convergence:
 
 
 def convergence(
-    motions: Sequence[Array], truth: Array, epsilon: float, ratio: float = 2.0
+    motions: Sequence[Array],
+    truth: Array,
+    epsilon: float,
+    ratio: float = 2.0,
+    *,
+    smooth: bool = True,
 ) -> Convergence:
     """Return the verdict on three motions or more, each with its step or tolerance divided by r.
 
-    `ratio` is r. `epsilon` is that of the engine's precision: errors below the square root of it,
-    relative to the largest value, are half of all digits and no difference of models.
+    `ratio` is r; `smooth` states that the motion has no events. `epsilon` is that of the engine's
+    precision: errors below the square root of it, relative to the largest value, are half of all
+    digits and no difference of models.
     """
     errors = [float(np.abs(motion - truth).max()) for motion in motions]
     if not all(map(math.isfinite, errors)):
         return Convergence(Limit.NONE, math.nan, errors[-1], math.inf)
     same = math.sqrt(epsilon) * float(np.abs(truth).max())
     differences = [float(np.abs(one - other).max()) for one, other in pairwise(motions)]
-    order = _order(differences, same, ratio)
+    order = _order(differences, same, ratio) if smooth else _slope(differences, same, ratio)
     if errors[-1] <= same:
         return Convergence(Limit.TRUTH, order, errors[-1], errors[-1])
     if not order > _LEAST_ORDER:
-        return Convergence(Limit.NONE, order, errors[-1], errors[-1])
+        # Motions that agree with each other to half of all digits have a limit without an order.
+        limit = Limit.ANOTHER if differences[-1] <= same else Limit.NONE
+        return Convergence(limit, order, errors[-1], errors[-1])
     extrapolated = motions[-1] + (motions[-1] - motions[-2]) / (ratio**order - 1)
     left = float(np.abs(extrapolated - truth).max())
-    shrinking = math.log(errors[-2] / errors[-1], ratio)
+    back = 2 if smooth else min(_UNEVEN, len(errors))
+    shrinking = math.log(errors[-back] / errors[-1], ratio) / (back - 1)
     limit = Limit.TRUTH if shrinking >= _SHARE * order else Limit.ANOTHER
     return Convergence(limit, order, errors[-1], left)
 
@@ -91,3 +106,11 @@ def _order(differences: Sequence[float], same: float, ratio: float) -> float:
     if not pairs or not seen:
         return math.nan
     return math.log(seen[-1][0] / seen[-1][1], ratio)
+
+
+def _slope(differences: Sequence[float], same: float, ratio: float) -> float:
+    """Return the slope of log_r of the differences that rounding does not hide."""
+    seen = [difference for difference in differences if difference > 1e-4 * same]
+    if len(seen) < 2:
+        return math.nan
+    return float(-np.polyfit(range(len(seen)), np.log(seen) / math.log(ratio), 1)[0])

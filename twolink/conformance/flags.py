@@ -84,4 +84,17 @@ FLAGS: dict[str, Flag] = {
     "BigAngle": Flag(
         kind="numbers", description="angles of many turns", effect="they are reduced in binary32"
     ),
+    "SpringDropped": _dynamics("joints have springs", "their torque is left out"),
+    "StickSlip": _dynamics(
+        "dry friction holds, lets go, and turns around",
+        "friction creeps at rest, or acts late after a change of direction",
+    ),
+    "Restitution": _dynamics(
+        "an impact with a coefficient of restitution",
+        "the rebound has another speed, depends on the step, or is late",
+    ),
+    "ImpactLaw": _dynamics(
+        "an impact with friction, by Stronge's law of restitution",
+        "another law of impact is used, which gives another impulse",
+    ),
 }

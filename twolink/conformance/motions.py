@@ -19,8 +19,9 @@ from twolink.hardcases import Mark
 Array = NDArray[np.float64]
 Ask = Callable[[Move], Answer]
 
-# The coarsest step (s) or tolerance, the divisor, and how many settings.
+# The coarsest step (s) or tolerance, the divisor, and how many settings; with events more steps.
 _SETTINGS = {"step": (0.01, 2.0, 6), "tolerance": (1e-3, 100.0, 5)}
+_MORE_STEPS = 3
 
 _MARKS = {Limit.TRUTH: Mark.PASS, Limit.ANOTHER: Mark.SILENT, Limit.NONE: Mark.MISSED}
 
@@ -29,23 +30,27 @@ class _NotMovedError(Exception):
     """An engine gave no motion; the message says why."""
 
 
+def unmoved(motion: Motion, engine: About) -> str:
+    """Return why a motion is not for an engine, or nothing."""
+    if not engine.methods:
+        return "the engine has no methods"
+    missing = [effect for effect in motion.needs if effect not in engine.effects]
+    return f"the engine does not have {' and '.join(missing)}" if missing else ""
+
+
 def motion_results(
     suite: str, group: Group, motion: Motion, engine: About, ask: Ask
 ) -> Iterator[TestResult]:
     """Yield the result of each method of an engine, or one of an engine without methods."""
     flags = (*group.flags, *motion.flags)
     result = TestResult(motion.id, suite, group.id, "motion", flags, Mark.CANNOT)
-    missing = [effect for effect in motion.needs if effect not in engine.effects]
-    if not engine.methods:
-        yield replace(result, said="the engine has no methods")
-    elif missing:
-        yield replace(result, said=f"the engine does not have {' and '.join(missing)}")
-    else:
-        for method in engine.methods:
-            named = replace(
-                result, id=f"{motion.id}/{method.name}", quantity=f"motion: {method.name}"
-            )
-            yield _of_method(named, motion, method, engine, ask)
+    reason = unmoved(motion, engine)
+    if reason:
+        yield replace(result, said=reason)
+        return
+    for method in engine.methods:
+        named = replace(result, id=f"{motion.id}/{method.name}", quantity=f"motion: {method.name}")
+        yield _of_method(named, motion, method, engine, ask)
 
 
 def _of_method(
@@ -53,31 +58,43 @@ def _of_method(
 ) -> TestResult:
     epsilon = EPSILONS[engine.precision]
     try:
-        found = _verdict(motion, method, epsilon, ask)
+        found, warnings = _verdict(motion, method, epsilon, ask)
     except EngineFault as fault:
         return faulty(result, fault)
     except _NotMovedError as error:
         return replace(result, mark=Mark.REFUSED, said=str(error))
-    return replace(result, mark=_MARKS[found.limit], said=found.sentence)
+    mark = _MARKS[found.limit]
+    if mark is Mark.SILENT and warnings:
+        mark = Mark.MISSED
+    return replace(result, mark=mark, said=found.sentence, warnings=warnings)
 
 
-def _verdict(motion: Motion, method: Method, epsilon: float, ask: Ask) -> Convergence:
-    """Return the verdict on motions from coarse to fine, up to half of all digits."""
+def _verdict(
+    motion: Motion, method: Method, epsilon: float, ask: Ask
+) -> tuple[Convergence, tuple[str, ...]]:
+    """Return the verdict on motions from coarse to fine, up to half of all digits, and warnings."""
     truth = np.array(motion.values, dtype=float)
     value, ratio, count = _SETTINGS[method.parameter]
+    if method.parameter == "step" and not motion.smooth:
+        count += _MORE_STEPS
     motions: list[Array] = []
+    warnings: dict[str, None] = {}
     for _ in range(count):
-        motions.append(_moved(motion, method, value, ask))
+        rows, said = _moved(motion, method, value, ask)
+        motions.append(rows)
+        warnings |= dict.fromkeys(said)
         value /= ratio
         if len(motions) > 2:
-            found = convergence(motions, truth, epsilon, ratio)
+            found = convergence(motions, truth, epsilon, ratio, smooth=motion.smooth)
             if found.error <= np.sqrt(epsilon):
-                return found
-    return found
+                break
+    return found, tuple(warnings)
 
 
-def _moved(motion: Motion, method: Method, parameter: float, ask: Ask) -> Array:
-    """Return angles and speeds at all times but the first, shape (n, 4)."""
+def _moved(
+    motion: Motion, method: Method, parameter: float, ask: Ask
+) -> tuple[Array, tuple[str, ...]]:
+    """Return angles and speeds at all times but the first, shape (n, 4), and warnings."""
     answer = ask(
         Move(
             seq=0,
@@ -99,4 +116,5 @@ def _moved(motion: Motion, method: Method, parameter: float, ask: Ask) -> Array:
             raise EngineFault(
                 FaultKind.WRONG_LENGTH, f"{name} must be {count} rows; got {len(rows)}"
             )
-    return np.hstack([np.array(answer.angles), np.array(answer.speeds)])[1:]
+    rows = np.hstack([np.array(answer.angles), np.array(answer.speeds)])[1:]
+    return rows, answer.warnings

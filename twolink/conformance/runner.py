@@ -10,7 +10,7 @@ from typing import Self
 
 from twolink.conformance.diagnosis import causes, explanation
 from twolink.conformance.judge import judged
-from twolink.conformance.motions import motion_results
+from twolink.conformance.motions import motion_results, unmoved
 from twolink.conformance.results import READ, Report, TestResult, faulty
 from twolink.conformance.transport import EngineFault, FaultKind, Transport
 from twolink.conformance.understanding import misunderstood
@@ -180,8 +180,11 @@ def _group(session: Session, suite: str, group: Group) -> Iterator[_Outcome]:
         reads = " and ".join(engine.reads)
         yield _Outcome(replace(read, mark=Mark.CANNOT, said=f"the engine reads {reads} only"))
         return
-    if not group.tests and group.motions and not engine.methods:
-        yield _Outcome(replace(read, mark=Mark.CANNOT, said="the engine has no methods"))
+    reasons = [unmoved(motion, engine) for motion in group.motions]
+    if not group.tests and reasons and all(reasons):
+        # The parameters of effects are sent only to engines that have them.
+        yield _Outcome(replace(read, mark=Mark.CANNOT, said=reasons[0]))
+        yield from _motions(session, suite, group)
         return
     try:
         answer = session.load(request)
@@ -191,9 +194,13 @@ def _group(session: Session, suite: str, group: Group) -> Iterator[_Outcome]:
     yield _Outcome(_reading(read, group, answer, engine))
     if isinstance(answer, Loaded):
         yield from _questions(session, suite, group, from_urdf=request.urdf is not None)
-        for motion in group.motions:
-            for result in motion_results(suite, group, motion, session.engine, session.move):
-                yield _Outcome(result)
+        yield from _motions(session, suite, group)
+
+
+def _motions(session: Session, suite: str, group: Group) -> Iterator[_Outcome]:
+    for motion in group.motions:
+        for result in motion_results(suite, group, motion, session.engine, session.move):
+            yield _Outcome(result)
 
 
 def _reading(read: TestResult, group: Group, answer: Answer, engine: About) -> TestResult:

@@ -70,9 +70,10 @@ class Vector(Message):
 
 
 class Motion(Message):
-    """A motion from a state: its angles and speeds at times, with 30 digits.
+    """A motion from a state: its angles and speeds at times.
 
-    `values` has θ1, θ2, θ̇1 and θ̇2 at each of the `times` but the first, at which it starts.
+    `digits` is the number of right digits, decimal places if there are events. `values` has θ1, θ2,
+    θ̇1 and θ̇2 at each of the `times` but the first, at which it starts.
     """
 
     id: str
@@ -83,7 +84,13 @@ class Motion(Message):
     angles: Pair
     speeds: Pair
     times: Row
+    digits: int = DIGITS
     values: list[list[str]]
+
+    @property
+    def smooth(self) -> bool:
+        """Whether the motion has no events: no stops, surfaces and dry friction."""
+        return not {"joint_friction", "joint_stop", "surface"} & set(self.needs)
 
 
 class Group(Message):

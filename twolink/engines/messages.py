@@ -19,7 +19,9 @@ PROTOCOL = 1
 
 Precision = Literal["binary32", "binary64", "extended"]
 Reads = Literal["urdf", "parameters"]
-Effect = Literal["joint_damping", "joint_friction", "armature"]
+Effect = Literal[
+    "joint_damping", "joint_friction", "joint_spring", "joint_stop", "surface", "armature"
+]
 
 
 class ProtocolError(EngineError):
@@ -61,12 +63,37 @@ class Start(Message):
     version: int = PROTOCOL
 
 
+class StoppedJoint(Message):
+    """Rigid stops of joint 1 or 2: bounds of its angle (rad), and their restitution."""
+
+    joint: Literal[1, 2]
+    lower: Number | None = None
+    upper: Number | None = None
+    restitution: Number = 0.0
+
+
+class HalfPlane(Message):
+    """A rigid half-plane that points of the chain cannot enter: B, the elbow, or D, the end.
+
+    `point` (m) and the outward `normal` are in the chain's frame. `friction` is Coulomb's
+    coefficient when sliding, `static` when sticking (the same unless given).
+    """
+
+    point: Pair
+    normal: Pair
+    on: tuple[Literal["B", "D"], ...] = ("D",)
+    restitution: Number = 0.0
+    friction: Number = 0.0
+    static: Number | None = None
+
+
 class Parameters(Message):
     """Parameters of a planar chain: joint angles from x, and from link 1; y points down.
 
     Entries belong to link 1 and 2. `centre` is the mass centre along and across a link from its
     joint, `inertia` is about the mass centre; `gravity` (m/s²) points along y. Damping (N m s/rad),
-    friction (N m) and armature (kg m²) belong to the joints.
+    friction (N m; `static_friction` at rest), springs (`stiffness` in N m/rad, `rest` in rad) and
+    armature (kg m²) belong to the joints. An engine is sent keys of effects only if it has them.
     """
 
     mass: Pair
@@ -77,6 +104,11 @@ class Parameters(Message):
     damping: Pair = (0.0, 0.0)
     friction: Pair = (0.0, 0.0)
     armature: Pair = (0.0, 0.0)
+    static_friction: Pair | None = None
+    stiffness: Pair | None = None
+    rest: Pair | None = None
+    stops: tuple[StoppedJoint, ...] | None = None
+    surfaces: tuple[HalfPlane, ...] | None = None
 
 
 class Model(Message):

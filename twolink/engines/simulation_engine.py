@@ -18,11 +18,11 @@ import numpy as np
 
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
-from twolink.effects import Gravity, JointDamping
 from twolink.engines.approximation import changed, smooth_part
 from twolink.engines.contract import Array, CannotError, Engine, ModelRefusedError
 from twolink.engines.joint_model import JOINTS, JointModel, at_state, why_not
-from twolink.engines.messages import Model, Move, Moved
+from twolink.engines.messages import Effect, Model, Move, Moved
+from twolink.engines.scenes import chain_of, scene_of
 from twolink.errors import EngineError, TwolinkError
 from twolink.scene import Scene
 
@@ -54,12 +54,12 @@ class SimulationEngine(Engine):
 
     `methods` are its integrators. `expresses` are the fields of a `JointModel` that it supports;
     `reasons` explain the missing ones, by the name of an effect or a field. Its forward dynamics is
-    that of rigid links; its motions have damping.
+    that of rigid links; its motions have damping and springs.
     """
 
     extra: str | None = "engines"
     reads = ("parameters",)
-    effects = ("joint_damping",)
+    effects: tuple[Effect, ...] = ("joint_damping", "joint_spring")
     expresses: frozenset[str] = frozenset()
     reasons: Mapping[str, str] = MappingProxyType({})
 
@@ -108,7 +108,7 @@ class SimulationEngine(Engine):
         given = model.parameters
         assert given is not None
         try:
-            self._chain = Chain(given.mass, given.length, given.centre, given.inertia)
+            self._chain = chain_of(given)
         except TwolinkError as error:
             raise ModelRefusedError(str(error)) from error
         self._given = given
@@ -123,24 +123,21 @@ class SimulationEngine(Engine):
 
     def move(self, request: Move) -> Moved:
         """Run a scene by one of the engine's methods."""
-        given = self._given
-        damping = (JointDamping(given.damping),) if any(given.damping) else ()
-        scene = Scene(
-            chain=self._chain,
-            q=JOINTS.absolute_angles(request.angles),
-            u=JOINTS.absolute_speeds(request.speeds),
-            duration=request.times[-1],
-            effects=(Gravity(given.gravity), *damping),
-        )
-        found = self.prepared(scene, request.method)(request.parameter, np.array(request.times))
+        scene = scene_of(self._given, request.angles, request.speeds, request.times[-1])
+        run, changes = self._for_motion(scene, request.method)
+        found = run(request.parameter, np.array(request.times))
         return Moved(
             seq=request.seq,
             angles=_pairs(JOINTS.joint_angles((found.q[0], found.q[1]))),
             speeds=_pairs(JOINTS.joint_speeds((found.u[0], found.u[1]))),
             seconds=found.seconds,
             setup_seconds=found.setup_seconds,
-            warnings=found.warnings,
+            warnings=(*found.warnings, *changes),
         )
+
+    def _for_motion(self, scene: Scene, method: str) -> tuple[Prepared, tuple[str, ...]]:
+        """Return a function that runs a scene, and the changes that the engine makes to it."""
+        return self.prepared(scene, method), ()
 
     def _joint_accelerations(self, theta: Pair, omega: Pair, torque: Pair) -> Pair:
         q, u = JOINTS.absolute_angles(theta), JOINTS.absolute_speeds(omega)
@@ -164,6 +161,7 @@ class ApproximatingEngine(SimulationEngine):
     `changes` are these laws, by the name of the effect.
     """
 
+    effects = (*SimulationEngine.effects, "joint_friction", "joint_stop", "surface")
     changes: Mapping[str, str]
 
     def changed(self, scene: Scene) -> tuple[str, ...]:
@@ -174,6 +172,10 @@ class ApproximatingEngine(SimulationEngine):
         """Return a function that runs a scene; with `approximate`, also an approximated one."""
         self._check(smooth_part(scene) if approximate else scene, method)
         return self._prepared(scene, method)
+
+    def _for_motion(self, scene: Scene, method: str) -> tuple[Prepared, tuple[str, ...]]:
+        """Return a function that runs a scene by the engine's own laws, and their description."""
+        return self.prepared(scene, method, approximate=True), self.changed(scene)
 
 
 def _pairs(rows: Pair) -> tuple[tuple[float, float], ...]:

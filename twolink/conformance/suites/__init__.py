@@ -7,7 +7,7 @@ from functools import cache
 
 from twolink.conformance.suites.evaluation import evaluation_suite
 from twolink.conformance.suites.imports import import_suite
-from twolink.conformance.suites.motion import motion_suite
+from twolink.conformance.suites.motion import friction_suite, impact_suite, motion_suite
 from twolink.conformance.vectors import Group
 from twolink.errors import ParameterError
 from twolink.text import choice
@@ -16,6 +16,8 @@ _SUITES: dict[str, Callable[[], tuple[Group, ...]]] = {
     "import": import_suite,
     "evaluation": evaluation_suite,
     "motion": motion_suite,
+    "friction": friction_suite,
+    "impact": impact_suite,
 }
 
 SUITES = tuple(_SUITES)
@@ -24,6 +26,8 @@ ABOUT = {
     "import": "URDF files of planar two-link chains: one feature or fault each.",
     "evaluation": "Quantities of chains given by parameters or by a plain URDF.",
     "motion": "Smooth motions from a state, by every method of an engine.",
+    "friction": "Motions with dry friction in the joints or on a floor, and with joint stops.",
+    "impact": "Motions with impacts on a floor, without and with friction.",
 }
 
 
