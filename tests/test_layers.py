@@ -148,7 +148,7 @@ ROWS = {
     "twolink.conformance.suites": ["building motion", "evaluation imports", "__init__"],
     "viz": [
         "browser encoding shapes themes",
-        "commands framing motion plots schematic",
+        "commands framing labels motion plots schematic",
         "run urdf_bodies",
         "surfaces",
         "contacts",

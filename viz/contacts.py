@@ -13,19 +13,24 @@ from twolink.contact.states import ContactState
 from twolink.effects import contact_elements
 from twolink.simulation.hybrid.mode import Mode
 from viz.commands import ROOT, flat_mesh, in_the_plane, transform, visible
+from viz.labels import Drawn, Label, Mark, line_mark, round_mark
 from viz.run import Moments, Run
 from viz.shapes import Array, Shape, arrow, ring
-from viz.surfaces import Label
 from viz.themes import Theme
 
-_ORDER = 60
+# Above the marks of impacts, which are of the past.
+_ORDER = 80
 
 # Minimum time (s) on the screen of a contact mark.
 _LEAST = 0.25
 
+# Rings about a contact that is held or slips: their radii relative to half of a bar's width.
+_HELD_RING, _SLIPPING_RING = (1.5, 2.3), (1.6, 1.95)
+
 # An arrow of friction begins and ends so far from the contact, relative to half of a bar's width.
 _ARROW = (2.4, 6.4)
 _ARROW_MIDDLE = sum(_ARROW) / 2
+_ARROW_HEAD = 1.65
 
 _HELD, _SLIPPING, _PUSHED = "held", "slipping", ("pushed-on", "pushed-back")
 _WORDS = {
@@ -61,8 +66,8 @@ def contact_setup(run: Run, size: float, theme: Theme) -> list[bytes]:
     found = []
     for number, element in enumerate(elements_of(run)):
         shapes: dict[str, Shape] = {
-            _HELD: ring((0, 0), 1.5 * size, 2.3 * size),
-            _SLIPPING: ring((0, 0), 1.6 * size, 1.95 * size),
+            _HELD: ring((0, 0), *(size * radius for radius in _HELD_RING)),
+            _SLIPPING: ring((0, 0), *(size * radius for radius in _SLIPPING_RING)),
         }
         tangent = tangent_of(element)
         if tangent is not None:
@@ -76,19 +81,20 @@ def contact_setup(run: Run, size: float, theme: Theme) -> list[bytes]:
     return found
 
 
-def contact_marks(now: Moments, speed: float, size: float) -> tuple[list[bytes], list[Label]]:
-    """Return the commands for the marks at a moment, and their description.
+def contact_marks(now: Moments, speed: float, size: float) -> Drawn:
+    """Return the marks at a moment, and their labels.
 
     An instantaneous contact is marked for a minimum time on the screen (`speed`); `size` (m) is
-    half of a bar's width. The arrow of
-    friction has its size beside it; an arrow in the text is the direction of sliding.
+    half of a bar's width. The arrow of friction has its size beside it; an arrow in the text is the
+    direction of sliding, in a joint that of the outer link's rotation.
     """
     time = float(now.times[0])
     mode = mode_at(now.run, time)
     commands: list[bytes] = []
     labels: list[Label] = []
+    marks: list[Mark] = []
     if mode is None:
-        return commands, labels
+        return Drawn(commands, labels, marks)
     for number, (element, state) in enumerate(zip(elements_of(now.run), mode.states, strict=True)):
         place = place_of(element, now)
         tangent = tangent_of(element)
@@ -101,13 +107,18 @@ def contact_marks(now: Moments, speed: float, size: float) -> tuple[list[bytes],
         commands.append(transform(_path(number), in_the_plane(place, 0.0)))
         commands += [visible(f"{_path(number)}/{name}", on) for name, on in shown.items()]
         word = "touched" if just else _WORDS.get(state)
-        if word is not None and tangent is not None and state.slips:
-            word = f"{word} {_arrow_of(state.direction * np.array(tangent))}"
+        if word is not None and state.slips:
+            word = f"{word} {_sliding(element, state.direction)}"
+        if shown[_HELD] or shown[_SLIPPING]:
+            ring_now = _HELD_RING if shown[_HELD] else _SLIPPING_RING
+            marks.append(round_mark(place, size * ring_now[1]))
         if tangent is not None and state.direction:
             way = -state.direction * np.array(tangent)
             # Beside the arrow, inside the surface, and away from the letter of the point.
             aside = way - np.array(_away(element))
             words = _friction_in_words(now, number)
+            tail, head = (place + part * size * way for part in _ARROW)
+            marks.append(line_mark(tail, head, _ARROW_HEAD * size))
             labels.append([words, *(place + _ARROW_MIDDLE * size * way), *aside, "friction"])
         if word is not None:
             at_joint = joint_labels(now).get(getattr(element.principal, "joint", ""))
@@ -115,7 +126,18 @@ def contact_marks(now: Moments, speed: float, size: float) -> tuple[list[bytes],
                 labels.append([word, *at_joint[1:5], "contact", 1])
             else:
                 labels.append([word, *place.tolist(), *_away(element), "contact"])
-    return commands, labels
+    return Drawn(commands, labels, marks)
+
+
+def _sliding(element: ContactElement, direction: int) -> str:
+    """Return the arrow of the sliding of an element, +1 or −1, as seen in the picture."""
+    tangent = tangent_of(element)
+    if tangent is not None:
+        return _arrow_of(direction * np.array(tangent))
+    coordinate = element.tangent
+    assert isinstance(coordinate, JointCoordinate)
+    # Angles grow from x towards y, which points down: clockwise.
+    return "↻" if direction * coordinate.sense > 0 else "↺"
 
 
 def _arrow_of(vector: Array) -> str:
@@ -127,7 +149,7 @@ def _arrow_of(vector: Array) -> str:
 def _friction_in_words(now: Moments, number: int) -> str:
     """Return the name of the friction force, with its size where that is known."""
     size = now.run.friction(number, float(now.times[0]))
-    return "friction" if size is None else f"friction {size:.3g} N"
+    return "friction" if size is None else f"friction {float(f'{size:.3g}'):g} N"
 
 
 def _just_left(run: Run, number: int, time: float, lasting: float) -> bool:

@@ -28,9 +28,16 @@ from viz.commands import (
 from viz.contacts import contact_marks, contact_setup, joint_labels, mode_at
 from viz.framing import Box, Framing, box_of, grid_spacing
 from viz.impacts import Impacts
+from viz.labels import Label, Mark
 from viz.run import Moments, Run
 from viz.shapes import Array, Shape, bar, disc, ribbon, ring
-from viz.surfaces import Label, stops_of_elbow, surface_names, surfaces
+from viz.surfaces import (
+    elbow_marks,
+    stops_of_elbow,
+    surface_marks,
+    surface_names,
+    surfaces,
+)
 from viz.themes import LIGHT, Theme
 
 # Widths relative to the reach.
@@ -153,8 +160,8 @@ class Film:
     def about(self) -> dict[str, Any]:
         """Data for the page besides the commands; angles in rad, lengths in m."""
         now = self.moments[0]
-        potential, total = now.potential_energy, now.kinetic_energy + now.potential_energy
-        lowest = float(potential.min())
+        total = now.kinetic_energy + now.potential_energy
+        lowest = self._lowest
         most = float(total.max()) - lowest
         least = float(total.min()) - lowest
         # Missing energy was dissipated if the energy never exceeded its initial value.
@@ -172,8 +179,9 @@ class Film:
             "reach": self.reach,
             **({} if self.still is None else {"still": self.still}),
             "names": list(self.names),
-            "energy": {"lowest": lowest, "most": most, "loses": bool(loses)},
+            "energy": {"most": most, "loses": bool(loses)},
             "surfaces": surface_names(self.runs[0], self.box),
+            "marks": _fine_marks(surface_marks(self.runs[0], self.box, self._hatch)),
             "hatch": self._hatch,
             "width": self._width,
             **self.colours,
@@ -201,18 +209,25 @@ class Film:
         for number, (moment, moments) in enumerate(zip(now, self.moments, strict=True)):
             commands += _poses(number, moment)
             commands.append(self._trail(number, moment, moments))
-        contacts, contact_labels = contact_marks(now[0], self.speed, self._width / 2)
-        impact, impact_labels = self._impacts.marks(time, self.speed, self._width / 2, self.theme)
-        labels = [*joint_labels(now[0]).values(), *contact_labels, *impact_labels]
+        contacts = contact_marks(now[0], self.speed, self._width / 2)
+        impacts = self._impacts.marks(now[0], self.speed, self._width / 2, self.theme)
+        labels = [*joint_labels(now[0]).values(), *contacts.labels, *impacts.labels]
+        stops = elbow_marks(self.runs[0], self._hatch, now[0].point("B")[0], float(now[0].q[0, 0]))
         words = {
             "t": round(time, 9),
             "T": float(f"{now[0].kinetic_energy[0]:.6g}"),
-            "V": float(f"{now[0].potential_energy[0]:.6g}"),
+            "V": float(f"{now[0].potential_energy[0] - self._lowest:.6g}"),
             "mode": str(mode_at(self.runs[0], time) or ""),
             "labels": [_rounded(label) for label in labels],
+            "marks": _fine_marks([*contacts.marks, *impacts.marks, *stops]),
             "apart": [_apart(now[0], ghost) for ghost in now[1:]],
         }
-        return Frame(time, (*commands, *contacts, impact), words)
+        return Frame(time, (*commands, *contacts.commands, *impacts.commands), words)
+
+    @cached_property
+    def _lowest(self) -> float:
+        """The least V of the first run (J), above which V is shown."""
+        return float(self.moments[0].potential_energy.min())
 
     @cached_property
     def _impacts(self) -> Impacts:
@@ -337,6 +352,11 @@ def metres(distance: float) -> str:
     digits, power = f"{distance:.1e}".split("e")
     raised = str(int(power)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
     return f"{digits} · 10{raised} m"
+
+
+def _fine_marks(marks: list[Mark]) -> list[Mark]:
+    """Return marks with numbers rounded below the resolution of a screen."""
+    return [[float(f"{number:.4g}") for number in mark] for mark in marks]
 
 
 def _rounded(label: Label) -> Label:

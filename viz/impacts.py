@@ -10,16 +10,18 @@ import numpy as np
 from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from viz.commands import ROOT, flat_mesh, visible
 from viz.contacts import elements_of, joint_labels, place_of, tangent_of
-from viz.run import Run
+from viz.labels import Drawn, Label, Mark, line_mark, round_mark
+from viz.run import Moments, Run
 from viz.shapes import Array, Shape, arrow, joined, ring
-from viz.surfaces import Label
 from viz.themes import Theme
 
 _ORDER = 70
 _PATH = f"{ROOT}/impacts"
 
-# Time (s) of an impact's mark on the screen, and the longest arrow relative to the reach.
+# Time (s) of an impact's mark on the screen, the part of it with a label, in which the mark is not
+# faint, and the longest arrow relative to the reach.
 _MARKED = 0.9
+_LABELLED = 0.75
 _LONGEST = 0.28
 
 # Impulses below this part of the strongest simultaneous one are not drawn.
@@ -30,7 +32,7 @@ class Impulse(NamedTuple):
     """An impact: time (s), position (m), impulse, and its size relative to the largest.
 
     The impulse (N s) is a vector (x, y); for a joint, whose impulse is that of a torque, it is
-    None.
+    None, and the mark moves with the joint.
     """
 
     time: float
@@ -80,52 +82,73 @@ class Impacts:
             found.append(Impulse(impact.time, place, vector, share, words, joint))
         return tuple(found)
 
-    def marks(
-        self, time: float, speed: float, size: float, theme: Theme
-    ) -> tuple[bytes, list[Label]]:
-        """Return the marks of the last impacts before a time (s), and the strongest one's label.
+    def marks(self, now: Moments, speed: float, size: float, theme: Theme) -> Drawn:
+        """Return the marks of the last impacts before a moment, and the strongest one's label.
 
         Their duration scales with `speed`; `size` (m) is half of a bar's width.
         """
-        lasting = _MARKED * speed
-        recent = [impulse for impulse in self.all if time - lasting < impulse.time <= time]
+        time, lasting = float(now.times[0]), _MARKED * speed
+        recent = [
+            self._now(impulse, now) for impulse in self.all if time - lasting < impulse.time <= time
+        ]
         if not recent:
-            return visible(f"{_PATH}/<object>", False), []
+            return Drawn([visible(f"{_PATH}/<object>", False)], [], [])
         # The strongest is drawn last, above the others, and only it has a label.
         recent.sort(key=lambda impulse: impulse.share)
         strongest = recent[-1]
         recent = [impulse for impulse in recent if impulse.share >= _BESIDE * strongest.share]
         shapes, shades = [], []
+        marks: list[Mark] = []
         for impulse in recent:
             age = (time - impulse.time) / lasting
             shape = self._shape(impulse, size, age)
             shapes.append(shape)
+            if age < _LABELLED:
+                marks += self._marks(impulse, size, age)
             shades.append(np.full(len(shape.corners), round(1 - age**3, 3)))
         opacity = np.concatenate(shades)
         mesh = flat_mesh(_PATH, joined(shapes), theme.impulse, order=_ORDER, opacities=opacity)
-        return mesh, [self._label(strongest)]
+        fresh = time - strongest.time < _LABELLED * lasting
+        return Drawn([mesh], [self._label(strongest, now)] if fresh else [], marks)
+
+    def _now(self, impulse: Impulse, now: Moments) -> Impulse:
+        """Return an impulse where its mark is at a moment."""
+        return impulse._replace(place=now.point(impulse.joint)[0]) if impulse.joint else impulse
 
     def _shape(self, impulse: Impulse, size: float, age: float) -> Shape:
         """Return a ring that widens with age (0 to 1), and the impulse's arrow."""
-        # The area of the ring is proportional to the impulse.
         strength = impulse.share**0.5
-        radius = (1.0 + strength + 1.6 * age * strength) * size
-        mark = ring(impulse.place, radius, radius + (0.15 + 0.25 * strength) * size)
+        mark = ring(impulse.place, *self._radii(strength, size, age))
         if impulse.vector is None:
             return mark
         return joined(
             [mark, arrow(impulse.place, self._head(impulse), (0.3 + 0.3 * strength) * size)]
         )
 
+    @staticmethod
+    def _radii(strength: float, size: float, age: float) -> tuple[float, float]:
+        """Return the radii of a ring, whose area is proportional to the impulse."""
+        radius = (1.0 + strength + 1.6 * age * strength) * size
+        return radius, radius + (0.15 + 0.25 * strength) * size
+
+    def _marks(self, impulse: Impulse, size: float, age: float) -> list[Mark]:
+        """Return the marks of a ring and its arrow."""
+        strength = impulse.share**0.5
+        found = [round_mark(impulse.place, self._radii(strength, size, age)[1])]
+        if impulse.vector is not None:
+            width = (0.9 + 0.9 * strength) * size
+            found.append(line_mark(impulse.place, self._head(impulse), width))
+        return found
+
     def _head(self, impulse: Impulse) -> Array:
         assert impulse.vector is not None
         size = float(np.hypot(*impulse.vector)) or 1.0
         return impulse.place + impulse.vector / size * (_LONGEST * impulse.share * self.length)
 
-    def _label(self, impulse: Impulse) -> Label:
+    def _label(self, impulse: Impulse, now: Moments) -> Label:
         if impulse.vector is None:
             # Behind the joint's letter and behind its stop.
-            letter = joint_labels(self.run.at(np.array([impulse.time])))[impulse.joint]
+            letter = joint_labels(now)[impulse.joint]
             return [impulse.words, *letter[1:5], "impulse", 2]
         head = self._head(impulse)
         way = impulse.vector / (float(np.hypot(*impulse.vector)) or 1.0)

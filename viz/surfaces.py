@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from twolink.effects.compliant_surface import CompliantSurface
@@ -12,16 +10,16 @@ from twolink.effects.surface import Surface
 from twolink.text import printable
 from viz.commands import ROOT, flat_mesh
 from viz.framing import Box
+from viz.labels import Label, Mark, line_mark
 from viz.run import Run
 from viz.shapes import Array, Shape, hatched_edge, joined, stroke
 from viz.themes import Theme
 
 _ORDER = 10
 
-Label = list[Any]
-"""A word of the picture: text, x, y (m), the way it steps aside (x, y), and its kind.
-
-One that stands behind another has the number of its line, from 1 on, at the end."""
+# Parts of a stop's drawing, relative to its size: its ends along its line, half of its bar, and the
+# width of the lines.
+_STOP = (1.2, 3.6, 0.7, 0.16)
 
 
 def surfaces(run: Run, box: Box, size: float, theme: Theme) -> list[bytes]:
@@ -49,6 +47,28 @@ def surface_names(run: Run, box: Box) -> list[Label]:
         name = f"{effect.name} (for {', '.join(effect.on)})"
         labels.append([printable(name), *place.tolist(), *inward.tolist(), "surface"])
     return labels
+
+
+def surface_marks(run: Run, box: Box, size: float) -> list[Mark]:
+    """Return the marks of the surfaces' edges and of the stops of A; hatches of a size (m)."""
+    marks = []
+    for effect in _half_planes(run):
+        point, along, inward = _frame(effect)
+        # The hatches, which a label may cover, are inside.
+        middle, half = point + 0.08 * size * inward, 4 * box.size * along
+        marks.append(line_mark(middle - half, middle + half, 0.16 * size))
+    stops = (_stop_lines(angle, size) for angle in _stop_angles(run, "A"))
+    return [*marks, *(line_mark(*line, _STOP[3] * size) for lines in stops for line in lines)]
+
+
+def elbow_marks(run: Run, size: float, elbow: Array, q1: float) -> list[Mark]:
+    """Return the marks of the stops of B, at the elbow's place (m) on link 1 at an angle (rad)."""
+    stops = (_stop_lines(q1 + angle, size) for angle in _stop_angles(run, "B"))
+    return [
+        line_mark(elbow + start, elbow + end, _STOP[3] * size)
+        for lines in stops
+        for start, end in lines
+    ]
 
 
 def stops_of_elbow(run: Run, size: float, theme: Theme, path: str) -> list[bytes]:
@@ -94,7 +114,13 @@ def _edge(effect: Surface | CompliantSurface, box: Box, size: float) -> Shape:
 
 def _stop(angle: float, size: float) -> Shape:
     """Return a stop about the origin at an angle (rad)."""
+    return joined([stroke(*line, _STOP[3] * size) for line in _stop_lines(angle, size)])
+
+
+def _stop_lines(angle: float, size: float) -> list[tuple[Array, Array]]:
+    """Return the ends of the lines of a stop about the origin at an angle (rad)."""
     way = np.array([np.cos(angle), np.sin(angle)])
     across = np.array([-way[1], way[0]])
-    tip, half, width = 3.6 * size * way, 0.7 * size * across, 0.16 * size
-    return joined([stroke(1.2 * size * way, tip, width), stroke(tip - half, tip + half, width)])
+    start, end, bar, _ = _STOP
+    tip, half = end * size * way, bar * size * across
+    return [(start * size * way, tip), (tip - half, tip + half)]

@@ -330,3 +330,37 @@ def test_a_page_follows_the_scheme_of_its_reader(browser, tmp_path):
         page.open(file.as_uri())
         assert page.value("document.querySelector('.twolink-player').dataset.theme") == scheme
     page.call("Page.close")
+
+
+@pytest.mark.parametrize(
+    ("name", "duration"),
+    [
+        ("drop", 3.0),
+        ("stick_slip", 3.0),
+        ("joint_stops", 2.5),
+        ("painleve", 0.5),
+        ("slide_and_stop", 3.0),
+        ("elbow_and_tip", 1.5),
+        ("bounce_to_rest", 3.0),
+    ],
+)
+def test_no_label_lies_on_a_mark_or_on_another_label(browser, tmp_path, name, duration):
+    """Marks are rings, arrows, links, stops and the edges of surfaces."""
+    file = tmp_path / "film.html"
+    file.write_text(player_page(film_of(name, duration), bare=True), encoding="utf-8")
+    page = browser.page(960, 600)
+    page.open(file.as_uri())
+    crowded = page.value(
+        """(() => {
+          const { source, stage } = document.querySelector('.twolink-player').twolink;
+          return source.frames.map(({ words }) => {
+            stage.words = words;
+            stage.write();
+            return stage.crowded.length;
+          });
+        })()"""
+    )
+    assert len(crowded) == 30 * duration + 1
+    # Where rings of many impacts and a fold of the chain leave no place, a label covers a mark.
+    assert sum(map(bool, crowded)) <= 0.05 * len(crowded)
+    page.call("Page.close")

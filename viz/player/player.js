@@ -169,24 +169,21 @@
         impulse: 0, surface: 0.8 * this.about.hatch * scale,
         friction: 0.5 * this.about.width * scale + 8 * this.unit,
       };
-      const taken = [];
+      const marks = this.marks(scale), taken = [];
+      // The labels for which there was no free place.
+      this.crowded = [];
+      const room = { top: this.top, bottom: this.height - this.bottom, right: this.width };
       for (const [text, x, y, dx, dy, kind, line] of labels) {
         const size = this.font(c, kind === "joint" ? 17 : 14, kind === "surface" ? 400 : 600);
-        const [px, py] = this.pixel(x, y);
         const half = c.measureText(text).width / 2;
         // The letter of D keeps out of the rings about it.
         let far = text === "D" && kind === "joint" ? 1.4 * this.about.width * scale : away[kind];
         // Behind a joint's letter, line by line.
         if (line) far = away.joint + (6 + 17 * line) * this.unit;
-        // A surface's name is along its edge; other labels keep a distance that ignores their length.
-        const along = kind === "surface";
-        const aside = dx * (half + 4) + (along ? (1 - Math.abs(dx)) * (half + 8) : 0);
-        let left = px + dx * far + aside - half;
-        let middle = py + dy * (far + 0.72 * size) + (along ? (1 - Math.abs(dy)) * size : 0);
-        left = Math.min(Math.max(left, 4), this.width - 2 * half - 4);
-        middle = Math.min(Math.max(middle, this.top + size / 2), this.height - this.bottom - size / 2);
-        const room = { top: this.top + size / 2, bottom: this.height - this.bottom - size / 2 };
-        [left, middle] = free(taken, left, middle, half, size, room);
+        const wanted = { at: this.pixel(x, y), way: [dx, dy], far, half, size, along: kind === "surface" };
+        const { place: [left, middle], covered } = free(wanted, room, marks, taken);
+        if (covered) this.crowded.push(text);
+        taken.push({ left: left - 2, right: left + 2 * half + 2, top: middle - 0.55 * size, bottom: middle + 0.55 * size });
         c.textAlign = "left";
         c.textBaseline = "middle";
         if (kind === "surface" || kind === "friction") {
@@ -202,15 +199,24 @@
       }
     }
 
+    // What no label may cover, in pixels: marks of this moment, edges of surfaces, and the links.
+    marks(scale) {
+      const { words, about } = this;
+      const found = [...(words.marks || []), ...(about.marks || [])];
+      const joints = words.labels.filter(([, , , , , kind]) => kind === "joint");
+      for (let k = 1; k < joints.length; k++)
+        found.push([joints[k - 1][1], joints[k - 1][2], joints[k][1], joints[k][2], about.width / 2]);
+      return found.map(([x, y, endX, endY, radius]) =>
+        ({ start: this.pixel(x, y), end: this.pixel(endX, endY), radius: radius * scale }));
+    }
+
     strips(c) {
       const { about, words, unit: u, width, height } = this;
       const { theme } = about;
       const side = about.framing.side * u;
-      c.globalAlpha = 0.9;
       c.fillStyle = theme.background;
       c.fillRect(0, 0, width, this.top);
       c.fillRect(0, height - this.bottom, width, this.bottom);
-      c.globalAlpha = 1;
       c.textBaseline = "middle";
       // Time at the right, the title in the remaining width.
       const time = `t = ${this.seconds(words.t)}`;
@@ -264,7 +270,7 @@
       const { theme, energy } = about;
       const bar = { x: side, y: height - 24 * u, w: Math.min(this.width * 0.46, 400 * u), h: 10 * u };
       const share = (value) => (energy.most > 0 ? Math.max(0, value) / energy.most : 0);
-      const potential = words.V - energy.lowest;
+      const potential = words.V;
       const parts = [
         ["T", words.T, theme.kinetic], ["V above minimum", potential, theme.potential],
         ["dissipated", energy.most - words.T - potential, theme.axis],
@@ -332,15 +338,67 @@
     }
   }
 
-  // The place nearest to the one wanted at which a word covers no other.
-  function free(taken, left, middle, half, size, room) {
-    const steps = [[0, 0], [0, -1], [0, 1], [1, 0], [-1, 0], [0, -2], [0, 2]];
-    const shifted = steps.map(([x, y]) => [left + x * (2 * half + 4), middle + y * size * 1.1]);
-    const open = ([x, y]) => y >= room.top && y <= room.bottom && taken.every(([tx, ty, wide, high]) =>
-      x + 2 * half < tx || x > tx + wide || Math.abs(y - ty) > (size + high) / 2);
-    const [x, y] = shifted.find(open) || [left, middle];
-    taken.push([x, y, 2 * half, 0.8 * size]);
-    return [x, y];
+  // The place nearest to the one wanted at which a word covers no other and no mark: turned about its
+  // point, or farther from it; the name of a surface moves along the edge.
+  function free(wanted, room, marks, taken) {
+    const { half, size } = wanted;
+    let best = null;
+    for (const [turn, step] of wanted.along ? ALONG : AROUND) {
+      let [left, middle] = wanted.along ? beside(wanted, turn) : around(wanted, turn, step * size);
+      left = Math.min(Math.max(left, 4), room.right - 2 * half - 4);
+      middle = Math.min(Math.max(middle, room.top + size / 2), room.bottom - size / 2);
+      const box = { left: left - 2, right: left + 2 * half + 2, top: middle - 0.5 * size, bottom: middle + 0.5 * size };
+      const covered = marks.filter((mark) => meets(box, mark)).length
+        + 2 * taken.filter((other) => overlap(box, other)).length;
+      if (!best || covered < best.covered) best = { covered, place: [left, middle] };
+      if (!covered) break;
+    }
+    return best;
+  }
+
+  // Turns (degrees) and steps (sizes of the letters), the least first.
+  const AROUND = [0, 0.8, 1.6, 2.4, 3.2]
+    .flatMap((step) => [...Array(10).keys()].flatMap((k) => (k ? [[20 * k, step], [-20 * k, step]] : [[0, step]])))
+    .sort(([a, b], [c, d]) => Math.abs(a) / 30 + b - Math.abs(c) / 30 - d);
+  const ALONG = [...Array(12).keys()].map((k) => [k, 0]);
+
+  function around({ at: [x, y], way: [dx, dy], far, half, size }, turn, step) {
+    const angle = turn * Math.PI / 180;
+    const [ex, ey] = [dx * Math.cos(angle) - dy * Math.sin(angle), dx * Math.sin(angle) + dy * Math.cos(angle)];
+    return [x + ex * (far + step + half + 4) - half, y + ey * (far + step + 0.72 * size)];
+  }
+
+  // The name of a surface, shifted along its edge.
+  function beside({ at: [x, y], way: [dx, dy], far, half, size }, shift) {
+    const level = 1 - Math.abs(dx), upright = 1 - Math.abs(dy);
+    return [
+      x + dx * (far + half + 4) + level * (half + 8 + shift * (half + 8)) - half,
+      y + dy * (far + 0.72 * size) + upright * size * (1 + 1.2 * shift),
+    ];
+  }
+
+  function overlap(a, b) {
+    return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+  }
+
+  // Whether a box meets a line with round ends.
+  function meets(box, { start, end, radius }) {
+    const grown = { left: box.left - radius, right: box.right + radius, top: box.top - radius, bottom: box.bottom + radius };
+    // The part of the line inside the grown box.
+    let from = 0, to = 1;
+    for (const [at, way, low, high] of [
+      [start[0], end[0] - start[0], grown.left, grown.right],
+      [start[1], end[1] - start[1], grown.top, grown.bottom],
+    ]) {
+      if (Math.abs(way) < 1e-9) {
+        if (at < low || at > high) return false;
+      } else {
+        const [a, b] = [(low - at) / way, (high - at) / way];
+        from = Math.max(from, Math.min(a, b));
+        to = Math.min(to, Math.max(a, b));
+      }
+    }
+    return from <= to;
   }
 
   // An energy to three digits of the most that there is.
