@@ -151,7 +151,7 @@ def test_a_missing_pinocchio_is_one_sentence(monkeypatch):
     monkeypatch.setitem(sys.modules, "pinocchio", None)
     result = run("--states", "5")
     assert result.exit_code == 2
-    assert "twolink: Pinocchio is not installed" in result.stderr
+    assert "twolink: Pinocchio needs pin, which is not installed" in result.stderr
     assert "Traceback" not in result.stderr
 
 

@@ -8,6 +8,7 @@ methods named as the quantities of docs/check_your_engine.md.
 from __future__ import annotations
 
 import importlib.metadata
+import itertools
 import json
 import math
 import os
@@ -194,7 +195,7 @@ class _Server:
 
 def stepped(times: list[float], step: float) -> Iterator[tuple[float, int]]:
     """Yield, for each time but the first, a step of at most `step` (s) and how many reach it."""
-    for start, end in zip(times, times[1:], strict=False):
+    for start, end in itertools.pairwise(times):
         count = max(1, math.ceil((end - start) / step - 1e-9))
         yield (end - start) / count, count
 

@@ -495,7 +495,7 @@ def test_without_its_scene_a_trajectory_is_saved_and_not_loaded(kind, tmp_path):
 def forged(file, trajectory, arrays, about):
     """Write a file with other arrays and other words, and the checksum of these."""
     trajectory.save(file)
-    write, read = FORMATS[file.suffix]
+    write, read, _ = FORMATS[file.suffix]
     t, q, u, words, joints = read(file)
     given = {"t": t, "q": q, "u": u, **arrays}
     stored = Arrays(given["t"], given["q"], given["u"], {**words, **about}, joints)
@@ -561,7 +561,7 @@ def test_what_cannot_be_true_is_refused(kind, arrays, about, words, tmp_path):
 def test_logs_of_another_scene_are_refused(entry, changes, tmp_path):
     file = tmp_path / "run.npz"
     bouncing().save(file)
-    log = FORMATS[".npz"][1](file).about[entry]
+    log = FORMATS[".npz"].read(file).about[entry]
     forged(file, bouncing(), {}, {entry: [{**log[0], **changes}, *log[1:]]})
     assert f"{entry} and its scene" in refusal(file)
 
@@ -682,7 +682,7 @@ def test_joint_angles_are_part_of_the_checksum(kind, tmp_path):
         folder=data_path("twolink.urdf").parent,
     )
     simulate(scene, samples=3).save(file)
-    write, read = FORMATS[kind]
+    write, read, _ = FORMATS[kind]
     stored = read(file)
     assert stored.joints.shape == (4, 3)
     write(file, stored)
