@@ -89,7 +89,7 @@ ROWS = {
         "formats smooth",
         "storage",
         "hybrid log",
-        "forces motion views",
+        "forces motion options views",
         "work",
         "trajectory",
         "effects_cost simulate",
@@ -162,7 +162,8 @@ ROWS = {
     "viz.report": ["page", "scoreboard sections"],
     "twolink.cli": [
         "limits terminal",
-        "program showing studies",
+        "program studies trajectories",
+        "showing",
         OTHERS,
         "urdf",
         "__init__",

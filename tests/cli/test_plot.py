@@ -92,13 +92,13 @@ def test_a_motion_not_known_to_its_end_exits_with_1(tmp_path, monkeypatch):
 
     from twolink import simulation
 
-    real = simulation.simulate
+    real = simulation.simulate_with
 
-    def cut_short(scene, **others):
-        done = real(scene, **others)
+    def cut_short(scene, options):
+        done = real(scene, options)
         return replace(done, error=1.0, holds_until=0.5, notes=("Known until 0.5 s.",))
 
-    monkeypatch.setattr(simulation, "simulate", cut_short)
+    monkeypatch.setattr(simulation, "simulate_with", cut_short)
     result = plot(FREE_FALL, "--kind", "angles", "--out", tmp_path / "a.svg", *FEW)
     assert result.exit_code == 1
     assert (tmp_path / "a.svg").exists()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,6 +11,7 @@ import typer
 
 from twolink.cli.limits import Force, limits_of
 from twolink.cli.terminal import FAILED, check_target, progress_bar, refuse, say, warn
+from twolink.cli.trajectories import trajectory_of
 from twolink.errors import ParameterError
 from twolink.suffixes import PLOTS, TRAJECTORIES
 from twolink.text import choice, either
@@ -62,17 +64,12 @@ def plot(
     Exit code 0: the plots are written. 1: they are, and the motion is accurate only up to the time
     that is printed. 2: the input was refused.
     """
-    source, beside = _source(source), [_source(other) for other in others or []]
-    _check(source, beside, kind, out, theme, states, seed)
-    if samples < 2:
-        refuse(f"--samples must be 2 or more; got {samples}")
-    with progress_bar() as bar:
-        trajectory = None
-        if kind != "verification":
-            trajectory = _trajectory(source, samples, bar, force)
-        together = {other.stem: _trajectory(other, samples, bar, force) for other in beside}
-        drawn = _drawn(source, trajectory, together, kind, theme, states, seed, bar, force)
-        written = _write(drawn, out, kind)
+    asked = _Asked(
+        _source(source), tuple(map(_source, others or [])),
+        kind, out, theme, samples, states, seed, force,
+    )  # fmt: skip
+    _check(asked)
+    trajectory, drawn, written = _plotted(asked)
     for path in written:
         say(path)
     if kind == "all" and "contact" not in drawn:
@@ -90,80 +87,85 @@ def _source(named: Path) -> Path:
     return scene_file(named)
 
 
-def _check(
-    source: Path, beside: list[Path], kind: str, out: Path, theme: str, states: int, seed: int
-) -> None:
+@dataclass(frozen=True)
+class _Asked:
+    """The options of the command."""
+
+    source: Path
+    beside: tuple[Path, ...]
+    kind: str
+    out: Path
+    theme: str
+    samples: int
+    states: int
+    seed: int
+    force: bool
+
+
+def _plotted(asked: _Asked) -> tuple[Trajectory | None, dict[str, Figure], list[Path]]:
+    """Return the motion, if one is drawn, its figures by kind, and the files written."""
+    from twolink.simulation import RunOptions
+
+    options = RunOptions(samples=asked.samples, limits=limits_of(asked.force))
+    with progress_bar() as bar:
+        trajectory = None
+        if asked.kind != "verification":
+            trajectory = trajectory_of(asked.source, options, bar)
+        others = {other.stem: trajectory_of(other, options, bar) for other in asked.beside}
+        drawn = _drawn(asked, trajectory, others, bar)
+        return trajectory, drawn, _write(drawn, asked.out, asked.kind)
+
+
+def _check(asked: _Asked) -> None:
     """Refuse invalid options before any work is done."""
     from viz.themes import THEMES
 
-    if kind not in KINDS:
-        refuse(choice("--kind", kind, KINDS))
-    if theme not in THEMES:
-        refuse(choice("--theme", theme, THEMES))
-    check_target("--out", out, PLOTS)
-    if states < 1:
-        refuse(f"--states must be a positive whole number; got {states}")
-    if seed < 0:
-        refuse(f"--seed must be zero or a positive whole number; got {seed}")
-    if beside and kind in ("contact", "verification", "all"):
-        refuse(f"--with must be given with a kind of one motion or several; got --kind {kind}")
-    if kind == "difference" and len(beside) != 1:
-        refuse(f"--kind difference must be given with one --with; got {len(beside)}")
-    if source.suffix == ".urdf" and kind != "verification":
-        refuse(f"--kind must be verification for a URDF; got {kind} for {source}")
-    wrong = [other for other in beside if other.suffix not in (".toml", *TRAJECTORIES)]
-    if source.suffix not in (".toml", ".urdf", *TRAJECTORIES):
-        wrong = [source]
+    if asked.kind not in KINDS:
+        refuse(choice("--kind", asked.kind, KINDS))
+    if asked.theme not in THEMES:
+        refuse(choice("--theme", asked.theme, THEMES))
+    check_target("--out", asked.out, PLOTS)
+    if asked.states < 1:
+        refuse(f"--states must be a positive whole number; got {asked.states}")
+    if asked.seed < 0:
+        refuse(f"--seed must be zero or a positive whole number; got {asked.seed}")
+    if asked.beside and asked.kind in ("contact", "verification", "all"):
+        refuse(
+            f"--with must be given with a kind of one motion or several; got --kind {asked.kind}"
+        )
+    if asked.kind == "difference" and len(asked.beside) != 1:
+        refuse(f"--kind difference must be given with one --with; got {len(asked.beside)}")
+    if asked.source.suffix == ".urdf" and asked.kind != "verification":
+        refuse(f"--kind must be verification for a URDF; got {asked.kind} for {asked.source}")
+    wrong = [other for other in asked.beside if other.suffix not in (".toml", *TRAJECTORIES)]
+    if asked.source.suffix not in (".toml", ".urdf", *TRAJECTORIES):
+        wrong = [asked.source]
     if wrong:
         refuse(
             f"{wrong[0]}: must be a scene (.toml) or a trajectory ({', '.join(TRAJECTORIES)}); "
             f"got the suffix '{wrong[0].suffix}'"
         )
-
-
-def _trajectory(source: Path, samples: int, bar: Progress, force: bool) -> Trajectory:
-    """Return the trajectory in a file, or of the scene in it."""
-    from twolink.scene import Scene
-    from twolink.simulation import Trajectory, simulate
-
-    if source.suffix in TRAJECTORIES:
-        return Trajectory.load(source)
-    task = bar.add_task("simulating", total=1.0)
-    return simulate(
-        Scene.load(source),
-        samples=samples,
-        limits=limits_of(force),
-        progress=lambda stage, share: bar.update(
-            task, description=f"simulating, {stage}", completed=share
-        ),
-    )
+    if asked.samples < 2:
+        refuse(f"--samples must be 2 or more; got {asked.samples}")
 
 
 def _drawn(
-    source: Path,
-    trajectory: Trajectory | None,
-    others: dict[str, Trajectory],
-    kind: str,
-    theme: str,
-    states: int,
-    seed: int,
-    bar: Progress,
-    force: bool,
+    asked: _Asked, trajectory: Trajectory | None, others: dict[str, Trajectory], bar: Progress
 ) -> dict[str, Figure]:
     """Return the figures of a kind, or of all that there are, by the names of their kinds."""
     found: dict[str, Figure] = {}
     if trajectory is not None:
         from viz.plots.kinds import plot_of
 
-        wanted = OF_MOTION if kind == "all" else (kind,)
+        wanted = OF_MOTION if asked.kind == "all" else (asked.kind,)
         task = bar.add_task("drawing", total=float(len(wanted)))
         for name in (name for name in wanted if name != "verification"):
             # A smooth motion has no contact to draw.
-            if kind != "all" or name != "contact" or trajectory.events:
-                found[name] = plot_of(name, trajectory, theme, others)
+            if asked.kind != "all" or name != "contact" or trajectory.events:
+                found[name] = plot_of(name, trajectory, asked.theme, others)
             bar.advance(task)
-    if kind in ("verification", "all"):
-        found["verification"] = _verification(_urdf(source), theme, states, seed, bar, force)
+    if asked.kind in ("verification", "all"):
+        found["verification"] = _verification(asked, bar)
     return found
 
 
@@ -179,22 +181,20 @@ def _urdf(source: Path) -> PlanarUrdf:
     return parse_planar_urdf(scene.chain.to_urdf())
 
 
-def _verification(
-    urdf: PlanarUrdf, theme: str, states: int, seed: int, bar: Progress, force: bool
-) -> Figure:
+def _verification(asked: _Asked, bar: Progress) -> Figure:
     """Return the plot of the differences on a URDF."""
     from twolink.verification.differences import differences
     from viz.plots.verification import verification
 
-    task = bar.add_task(f"comparing at {states} states", total=1.0)
+    task = bar.add_task(f"comparing at {asked.states} states", total=1.0)
     found = differences(
-        urdf,
-        states=states,
-        seed=seed,
+        _urdf(asked.source),
+        states=asked.states,
+        seed=asked.seed,
         progress=lambda share: bar.update(task, completed=share),
-        limits=limits_of(force),
+        limits=limits_of(asked.force),
     )
-    return verification(found, theme)
+    return verification(found, asked.theme)
 
 
 def _write(drawn: dict[str, Figure], out: Path, kind: str) -> list[Path]:

@@ -6,13 +6,13 @@ import os
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from twolink.cli.limits import limits_of
 from twolink.cli.terminal import progress_bar, refuse
-from twolink.errors import SceneError
+from twolink.cli.trajectories import simulated, trajectory_of
 from twolink.suffixes import TRAJECTORIES
 from twolink.text import choice
 
@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress
 
     from twolink.limits import Limits
-    from twolink.scene import Scene
-    from twolink.simulation import Trajectory
+    from twolink.simulation import RunOptions, Trajectory
     from viz.film import Film
     from viz.run import Run
 
@@ -92,6 +91,7 @@ def film_of(
     Raises `TwolinkError` for motions that cannot be shown.
     """
     from twolink.scene import scene_file
+    from twolink.simulation import RunOptions
     from viz.film import Film, check_rates
     from viz.run import Run
     from viz.themes import theme_named
@@ -101,17 +101,16 @@ def film_of(
     colours = theme_named(theme or ThemeName.light)
     check_rates(fps, speed)
     with progress_bar() as bar:
-        limits = limits_of(force)
-        first = _trajectory(motion, bar, limits)
-        check_frames(first.scene.duration, fps, speed, frame_bytes, limits)
+        options = RunOptions(limits=limits_of(force))
+        first = trajectory_of(motion, options, bar)
+        check_frames(first.scene.duration, fps, speed, frame_bytes, options.limits)
         runs = [Run(f"{motion.stem}, {first.formulation}", first)]
         for ghost in ghosts:
-            runs.append(_ghost(ghost, first, speed / fps, bar, limits))
+            runs.append(_ghost(ghost, first, speed / fps, bar, options))
         if nearby is not None:
             scene = replace(first.scene, q=(first.scene.q[0] + nearby, first.scene.q[1]))
-            runs.append(
-                Run(f"q1 {nearby:+g} rad", _simulated(scene, bar, "the start nearby", limits))
-            )
+            moved = simulated(scene, options, bar, "simulating the start nearby")
+            runs.append(Run(f"q1 {nearby:+g} rad", moved))
     file = urdf or _urdf_of(motion)
     bodies = urdf_bodies(file, first.chain, own=urdf is None) if file else ()
     return Film(tuple(runs), fps=fps, speed=speed, theme=colours, bodies=bodies)
@@ -127,14 +126,15 @@ def check_frames(
     )
 
 
-def _ghost(ghost: str, first: Trajectory, step: float, bar: Progress, limits: Limits) -> Run:
+def _ghost(ghost: str, first: Trajectory, step: float, bar: Progress, options: RunOptions) -> Run:
     """Return the run that a word or a file names."""
     from twolink.scene import scene_file
-    from twolink.simulation.smooth.equations import EQUATIONS
+    from twolink.simulation.smooth.equations import EQUATIONS, equations_named
     from viz.run import Run
 
     if ghost in EQUATIONS:
-        return Run(ghost, _simulated(first.scene, bar, ghost, limits, formulation=ghost))
+        own = replace(options, formulation=equations_named(ghost))
+        return Run(ghost, simulated(first.scene, own, bar, f"simulating {ghost}"))
     if ghost == _PINOCCHIO:
         return Run("Pinocchio, by SciPy's DOP853", _by_pinocchio(first, step))
     file = scene_file(ghost)
@@ -147,36 +147,7 @@ def _ghost(ghost: str, first: Trajectory, step: float, bar: Progress, limits: Li
                 (*EQUATIONS, _PINOCCHIO),
             )
         )
-    return Run(file.stem, _trajectory(file, bar, limits))
-
-
-def _trajectory(file: Path, bar: Progress, limits: Limits) -> Trajectory:
-    """Return the trajectory in a file, or of the scene in it."""
-    from twolink.scene import Scene
-    from twolink.simulation import Trajectory
-
-    if file.suffix in TRAJECTORIES:
-        return Trajectory.load(file)
-    if file.suffix == ".urdf":
-        raise SceneError(
-            f"{file}: must be a scene or a trajectory; got a URDF, which has no motion (a scene "
-            'file takes it as urdf = "…" in [chain])'
-        )
-    return _simulated(Scene.load(file), bar, file.stem, limits)
-
-
-def _simulated(scene: Scene, bar: Progress, title: str, limits: Limits, **asked: Any) -> Trajectory:
-    from twolink.simulation import simulate
-
-    task = bar.add_task(f"simulating {title}", total=1.0)
-    found = simulate(
-        scene,
-        limits=limits,
-        progress=lambda run, share: bar.update(task, completed=share),
-        **asked,
-    )
-    bar.update(task, completed=1.0)
-    return found
+    return Run(file.stem, trajectory_of(file, options, bar))
 
 
 def _by_pinocchio(first: Trajectory, step: float) -> Trajectory:

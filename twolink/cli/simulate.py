@@ -9,6 +9,7 @@ import typer
 
 from twolink.cli.limits import Force, limits_of
 from twolink.cli.terminal import FAILED, check_target, console, print_table, progress_bar
+from twolink.cli.trajectories import simulated
 from twolink.suffixes import TRAJECTORIES
 from twolink.text import either
 
@@ -57,7 +58,7 @@ def simulate(
     check_target("--out", out, TRAJECTORIES)
     from twolink.integration.methods import method_named
     from twolink.scene import Scene
-    from twolink.simulation import simulate as run
+    from twolink.simulation import RunOptions
     from twolink.simulation.smooth.equations import equations_named
     from twolink.simulation.storage import check_kind
 
@@ -67,19 +68,15 @@ def simulate(
         _print_effects_cost(Scene.load(scene), equations_named(formulation), limits_of(force))
         return
     loaded = Scene.load(scene)
+    options = RunOptions(
+        accuracy=accuracy,
+        method=None if method is None else method_named(method),
+        formulation=equations_named(formulation),
+        samples=samples,
+        limits=limits_of(force),
+    )
     with progress_bar() as bar:
-        task = bar.add_task("simulating", total=1.0)
-        trajectory = run(
-            loaded,
-            accuracy=accuracy,
-            method=None if method is None else method_named(method),
-            formulation=equations_named(formulation),
-            samples=samples,
-            limits=limits_of(force),
-            progress=lambda stage, share: bar.update(
-                task, description=f"simulating, {stage}", completed=share
-            ),
-        )
+        trajectory = simulated(loaded, options, bar)
     _print_trajectory(trajectory)
     if out is not None:
         trajectory.save(out)

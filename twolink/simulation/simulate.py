@@ -18,20 +18,20 @@ import numpy as np
 
 from twolink.errors import SimulationError
 from twolink.formulations import EquationsName
-from twolink.inputs import as_count, as_number, as_word
+from twolink.inputs import check_instance
+from twolink.integration.method import Method
 from twolink.integration.methods import (
     METHODS,
     NUMERIC_METHODS,
     MethodName,
     NumericName,
-    method_named,
 )
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
-from twolink.simulation.motion import check_run, has_events, has_modes, motion_run
+from twolink.simulation.motion import has_events, has_modes, motion_run
+from twolink.simulation.options import RunOptions
 from twolink.simulation.run import Array, MotionRun, Recipe, Statistics
-from twolink.simulation.smooth.equations import equations_named
 from twolink.simulation.smooth.numeric import NumericRun, numeric_run
 from twolink.simulation.smooth.taylor import default_longest_step, heyoka_is_here
 from twolink.simulation.trajectory import Trajectory
@@ -65,22 +65,37 @@ def simulate(
 ) -> Trajectory:
     """Return the trajectory of a scene at evenly spaced samples, with its measured global error.
 
-    `accuracy` (rad and rad/s) and `method` default to those of the scene. `progress` receives the
-    name of the current run and its completed share. Each run respects `limits` of time and memory,
-    and raises `TooMuchError` if it would exceed them. Raises `SimulationError`, in one sentence, if
+    `RunOptions` describes the options. A run that would exceed its limits of time or memory raises
+    `TooMuchError`. Raises `SimulationError`, in one sentence, if
     the scene cannot be simulated as requested, and `ParameterError` for invalid arguments.
     """
-    check_run(scene, progress, limits)
-    accuracy = scene.accuracy if accuracy is None else accuracy
-    method = scene.method if method is None else method
-    _check(scene, accuracy, method, formulation, samples)
-    chosen = METHODS[method]
+    return simulate_with(
+        scene,
+        RunOptions(
+            accuracy=accuracy,
+            method=method,
+            formulation=formulation,
+            samples=samples,
+            progress=progress,
+            limits=limits,
+        ),
+    )
+
+
+def simulate_with(scene: Scene, options: RunOptions) -> Trajectory:
+    """Return the trajectory of a scene, as `simulate` does, with the options as one value."""
+    check_instance("scene", scene, Scene)
     if scene.may_change:
         # The trajectory is that of the effects as they are now.
         scene = replace(scene)
-    limits.check_memory(f"{samples} samples", samples * chosen.bytes_of_a_sample)
-    times = np.linspace(0.0, scene.duration, samples)
-    asked = _Asked(scene, accuracy, formulation, times, limits, progress)
+    method = scene.method if options.method is None else options.method
+    _check(scene, METHODS[method], options)
+    asked = _Asked(
+        scene,
+        options,
+        accuracy=scene.accuracy if options.accuracy is None else options.accuracy,
+        times=np.linspace(0.0, scene.duration, options.samples),
+    )
     if method in NUMERIC_METHODS:
         return _by_refining(asked, method)
     if heyoka_is_here():
@@ -92,14 +107,12 @@ def simulate(
 
 @dataclass(frozen=True)
 class _Asked:
-    """The request: a scene, its samples, and the options of a simulation."""
+    """The request: a scene, options, and the accuracy (rad, rad/s) and times (s) that follow."""
 
     scene: Scene
+    options: RunOptions
     accuracy: float
-    formulation: EquationsName
     times: Array
-    limits: Limits
-    progress: Callable[[str, float], None] | None = None
 
     @property
     def checked(self) -> Array:
@@ -109,28 +122,21 @@ class _Asked:
 
     def report(self, name: str) -> Callable[[float], None]:
         """Return a function that takes the completed share of a run and enforces limits."""
-        progress = self.progress
+        progress = self.options.progress
         named = None if progress is None else lambda share: progress(name, share)
-        return self.limits.timed(f"the motion over {self.scene.duration:g} s", named)
+        return self.options.limits.timed(f"the motion over {self.scene.duration:g} s", named)
 
 
-def _check(scene: Scene, accuracy: Any, method: Any, formulation: Any, samples: Any) -> None:
-    as_number("accuracy", accuracy)
-    as_word("method", method)
-    as_word("formulation", formulation)
-    as_count("samples", samples)
-    if not 0 < accuracy < float("inf"):
-        raise SimulationError(f"accuracy must be positive and finite; got {accuracy!r}")
-    chosen = METHODS[method_named(method)]
-    equations_named(formulation)
-    if samples < 2:
-        raise SimulationError(f"samples must be 2 or more; got {samples}")
-    if has_modes(scene) and not chosen.locates_events:
+def _check(scene: Scene, method: Method, options: RunOptions) -> None:
+    """Raise `SimulationError` if a method cannot simulate a scene, or the samples are too many."""
+    if has_modes(scene) and not method.locates_events:
         able = " or ".join(name for name, each in METHODS.items() if each.locates_events)
         raise SimulationError(
             f"method must be {able}, which locates events, for a scene with dry friction or "
-            f"contact; got '{method}'"
+            f"contact; got '{options.method or scene.method}'"
         )
+    samples = options.samples
+    options.limits.check_memory(f"{samples} samples", samples * method.bytes_of_a_sample)
 
 
 def _by_taylor(asked: _Asked) -> Trajectory:
@@ -146,7 +152,7 @@ def _by_taylor(asked: _Asked) -> Trajectory:
             motion_run(
                 asked.scene,
                 checked,
-                formulation=asked.formulation,
+                formulation=asked.options.formulation,
                 precision=precision,
                 order=order,
                 longest_step=cap,
@@ -185,7 +191,12 @@ def _through_events(asked: _Asked) -> Trajectory:
     from twolink.simulation.hybrid.measure import measured_run
 
     found = measured_run(
-        asked.scene, asked.times, asked.accuracy, asked.formulation, asked.report, asked.limits
+        asked.scene,
+        asked.times,
+        asked.accuracy,
+        asked.options.formulation,
+        asked.report,
+        asked.options.limits,
     )
     kept = found.kept
     made = _trajectory(asked, kept, found.errors, list(found.runs))
@@ -257,8 +268,7 @@ def _difference(
         # NumPy does not convert between long double and heyoka's quadruple numbers.
         earlier = np.vectorize(type(later.flat[0]), otypes=[later.dtype])(earlier)
     errors = np.abs(later - earlier).max(axis=0).astype(float)
-    alike = getattr(first, "precision", "double") == getattr(second, "precision", "double")
-    margin = _MARGIN_OF_LIKE_PRECISIONS if alike else _MARGIN
+    margin = _MARGIN_OF_LIKE_PRECISIONS if first.precision == second.precision else _MARGIN
     return np.asarray(np.maximum.accumulate(margin * errors))
 
 
@@ -291,7 +301,7 @@ def _numeric(asked: _Asked, method: NumericName, fineness: float) -> NumericRun:
         asked.scene,
         asked.times,
         method=method,
-        formulation=asked.formulation,
+        formulation=asked.options.formulation,
         fineness=fineness,
         progress=asked.report(f"{method} at {fineness:.3g}"),
     )
@@ -355,7 +365,7 @@ def _made(
         error=float(errors.max()),
         holds_until=holds_until,
         method=method,
-        formulation=asked.formulation,
+        formulation=asked.options.formulation,
         precision=precision,
         statistics=statistics,
         notes=tuple(notes),

@@ -17,6 +17,7 @@ from twolink.errors import SimulationError
 from twolink.formulations import EquationsName
 from twolink.integration.method import Array, Rates
 from twolink.integration.methods import NUMERIC_METHODS, NumericName
+from twolink.integration.precisions import PrecisionName
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS
 
@@ -33,6 +34,7 @@ class NumericRun:
     steps: int
     evaluations: int
     run_seconds: float
+    precision: PrecisionName = "double"
 
 
 def numeric_run(

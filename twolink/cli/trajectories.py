@@ -1,0 +1,47 @@
+"""Trajectories that commands show: simulated with a progress bar, or read from files."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from twolink.errors import SceneError
+from twolink.suffixes import TRAJECTORIES
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+    from twolink.scene import Scene
+    from twolink.simulation import RunOptions, Trajectory
+
+
+def simulated(
+    scene: Scene, options: RunOptions, bar: Progress, doing: str = "simulating"
+) -> Trajectory:
+    """Simulate a scene, with a line of a progress bar."""
+    from twolink.simulation import simulate_with
+
+    task = bar.add_task(doing, total=1.0)
+
+    def update(stage: str, share: float) -> None:
+        bar.update(task, description=f"{doing}, {stage}", completed=share)
+
+    found = simulate_with(scene, replace(options, progress=update))
+    bar.update(task, completed=1.0)
+    return found
+
+
+def trajectory_of(file: Path, options: RunOptions, bar: Progress) -> Trajectory:
+    """Return the trajectory in a file, or of the scene in it."""
+    from twolink.scene import Scene
+    from twolink.simulation import Trajectory
+
+    if file.suffix in TRAJECTORIES:
+        return Trajectory.load(file)
+    if file.suffix == ".urdf":
+        raise SceneError(
+            f"{file}: must be a scene or a trajectory; got a URDF, which has no motion (a scene "
+            'file takes it as urdf = "…" in [chain])'
+        )
+    return simulated(Scene.load(file), options, bar, f"simulating {file.stem}")
