@@ -56,6 +56,11 @@ def _number(content: str, *reason: str, comment: str, repair: bool = False) -> I
     return _of(content, *reason, flags=("Numbers",), comment=comment, repair=repair)
 
 
+def _edited_number(old: str, new: str, words: str, comment: str) -> Callable[[], Invalid]:
+    """Return a sample that has a wrong number in place of a text."""
+    return lambda: _number(_edited(old, new), words, comment=comment)
+
+
 def _missing(content: str, attribute: str, *, comment: str) -> Invalid:
     return _number(content, f"{attribute} is missing", comment=comment, repair=True)
 
@@ -178,28 +183,22 @@ INVALID: dict[str, Callable[[], Invalid]] = {
         flags=("InvalidInertia",),
         comment="a point mass on the axis",
     ),
-    "nan-mass": lambda: _number(_edited(MASS, '<mass value="nan"/>'), "'nan'", comment="NaN"),
-    "infinite-mass": lambda: _number(
-        _edited(MASS, '<mass value="1e999"/>'), "'1e999'", comment="beyond float64"
+    "nan-mass": _edited_number(MASS, '<mass value="nan"/>', "'nan'", "NaN"),
+    "infinite-mass": _edited_number(MASS, '<mass value="1e999"/>', "'1e999'", "beyond float64"),
+    "decimal-comma": _edited_number(
+        'xyz="0.5 0 0"', 'xyz="0,5 0 0"', "'0,5 0 0'", "a decimal comma"
     ),
-    "decimal-comma": lambda: _number(
-        _edited('xyz="0.5 0 0"', 'xyz="0,5 0 0"'), "'0,5 0 0'", comment="a decimal comma"
+    "two-coordinates": _edited_number('xyz="1 0 0"', 'xyz="1 0"', "'1 0'", "a vector of two"),
+    "missing-mass": _edited_number(
+        MASS, "", "'upper': mass is missing", "an inertial without mass"
     ),
-    "two-coordinates": lambda: _number(
-        _edited('xyz="1 0 0"', 'xyz="1 0"'), "'1 0'", comment="a vector of two"
-    ),
-    "missing-mass": lambda: _number(
-        _edited(MASS, ""), "'upper': mass is missing", comment="an inertial without mass"
-    ),
-    "missing-moment": lambda: _number(
-        _edited("iyy=", "iww="), "inertia iyy is missing", comment="a moment is absent"
+    "missing-moment": _edited_number(
+        "iyy=", "iww=", "inertia iyy is missing", "a moment is absent"
     ),
     "missing-product": lambda: _missing(
         _edited(' ixy="0"', ""), "inertia ixy", comment="a product is absent"
     ),
-    "quaternion": lambda: _number(
-        _edited('rpy="0 0 0"', 'quat_xyzw="0 0 0 1"'), "quat_xyzw", comment="a quaternion"
-    ),
+    "quaternion": _edited_number('rpy="0 0 0"', 'quat_xyzw="0 0 0 1"', "quat_xyzw", "a quaternion"),
     "missing-effort": lambda: _limit_without("effort", others='velocity="1"'),
     "missing-velocity": lambda: _limit_without("velocity", others='effort="1"'),
     "revolute-without-limit": lambda: _number(

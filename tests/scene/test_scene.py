@@ -47,6 +47,16 @@ LISTED = ", ".join(METHODS)
 SCENES = sorted(data_path("scenes").rglob("*.toml"))
 
 
+def refusal_from(source, load):
+    """Return the one sentence, which names the source, with which a scene is refused."""
+    with pytest.raises(SceneError) as caught:
+        load()
+    sentence = str(caught.value)
+    assert sentence.startswith(f"{source}: ")
+    assert "\n" not in sentence
+    return sentence
+
+
 def test_a_scene_holds_what_its_file_says():
     scene = Scene.parse(TEXT)
     assert scene == Scene(
@@ -124,12 +134,7 @@ def test_a_scene_may_ask_for_nothing_of_its_urdf(tmp_path):
 )
 def test_what_cannot_be_asked_of_a_urdf_is_refused(tmp_path, more, words):
     file = with_urdf(tmp_path, more)
-    with pytest.raises(SceneError) as caught:
-        Scene.load(file)
-    sentence = str(caught.value)
-    assert sentence.startswith(f"{file}: ")
-    assert words in sentence
-    assert "\n" not in sentence
+    assert words in refusal_from(str(file), lambda: Scene.load(file))
 
 
 def test_the_schema_knows_what_may_be_asked_of_a_urdf():
@@ -207,12 +212,8 @@ def test_any_chain_may_be_given():
 )
 def test_a_bad_scene_is_refused_in_one_sentence(old, new, words):
     assert old in TEXT
-    with pytest.raises(SceneError) as caught:
-        Scene.parse(TEXT.replace(old, new, 1), source="scene.toml")
-    sentence = str(caught.value)
-    assert sentence.startswith("scene.toml: ")
-    assert words in sentence
-    assert "\n" not in sentence
+    text = TEXT.replace(old, new, 1)
+    assert words in refusal_from("s.toml", lambda: Scene.parse(text, source="s.toml"))
 
 
 def test_files_that_cannot_be_read_are_refused(tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from twolink.limits import UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.motion import has_modes, motion_run
+from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.numeric import numeric_run
 from twolink.simulation.smooth.taylor import taylor_run
@@ -101,62 +103,66 @@ def own_configurations(scene: Scene, limits: Limits = UNLIMITED) -> tuple[Method
     which symplectic methods are symplectic. A scene with modes has only Taylor series. A run that
     would exceed the `limits` raises `TooMuchError`.
     """
-    if has_modes(scene):
-        return tuple(_taylor_with_modes(scene, limits))
-    return (*_taylor(scene, limits), *_by_rates(scene, limits))
+    by_rates = () if has_modes(scene) else _by_rates(scene, limits)
+    return (*_by_series(scene, limits), *by_rates)
 
 
-def _taylor(scene: Scene, limits: Limits) -> Iterator[MethodConfiguration]:
+def _by_series(scene: Scene, limits: Limits) -> Iterator[MethodConfiguration]:
+    modal = has_modes(scene)
     for precision in PRECISIONS:
-        for equations in _equations(every=precision == "double"):
-
-            def run(
-                order: float,
-                times: Any,
-                precision: PrecisionName = precision,
-                equations: EquationsName = equations,
-            ) -> MeasuredRun:
-                found = taylor_run(
-                    scene,
-                    times,
-                    formulation=equations,
-                    precision=precision,
-                    order=int(order),
-                    optimised=True,
-                    progress=limits.timed(f"a run at order {order:g}"),
-                )
-                return _of_series(found)
-
-            orders = _ORDERS[precision] if equations == "momenta" else _FEW_ORDERS
+        every = precision == "double"
+        for equations in _in_speeds(every=every) if modal else _equations(every=every):
+            integrate = _through_modes if modal else _smooth
+            run = partial(integrate, scene, limits, equations, precision)
+            orders = _ORDERS[precision] if modal or equations == "momenta" else _FEW_ORDERS
+            if modal:
+                orders = tuple(order for order in orders if order >= _LOWEST_WITH_MODES)
             yield MethodConfiguration(
                 OWN, "taylor", equations, precision, None, "order", orders, run
             )
 
 
-def _taylor_with_modes(scene: Scene, limits: Limits) -> Iterator[MethodConfiguration]:
-    for precision in PRECISIONS:
-        for equations in _in_speeds(every=precision == "double"):
+def _smooth(
+    scene: Scene,
+    limits: Limits,
+    equations: EquationsName,
+    precision: PrecisionName,
+    order: float,
+    times: Any,
+) -> MeasuredRun:
+    """Run a scene without modes, by code that is optimised."""
+    return _of_series(
+        taylor_run(
+            scene,
+            times,
+            formulation=equations,
+            precision=precision,
+            order=int(order),
+            optimised=True,
+            progress=limits.timed(f"a run at order {order:g}"),
+        )
+    )
 
-            def run(
-                order: float,
-                times: Any,
-                precision: PrecisionName = precision,
-                equations: EquationsName = equations,
-            ) -> MeasuredRun:
-                found = motion_run(
-                    scene,
-                    times,
-                    formulation=equations,
-                    precision=precision,
-                    order=int(order),
-                    limits=limits,
-                )
-                return _of_series(found)
 
-            orders = tuple(n for n in _ORDERS[precision] if n >= _LOWEST_WITH_MODES)
-            yield MethodConfiguration(
-                OWN, "taylor", equations, precision, None, "order", orders, run
-            )
+def _through_modes(
+    scene: Scene,
+    limits: Limits,
+    equations: EquationsName,
+    precision: PrecisionName,
+    order: float,
+    times: Any,
+) -> MeasuredRun:
+    """Run a scene with modes."""
+    return _of_series(
+        motion_run(
+            scene,
+            times,
+            formulation=equations,
+            precision=precision,
+            order=int(order),
+            limits=limits,
+        )
+    )
 
 
 def _equations(*, every: bool) -> Iterable[EquationsName]:
@@ -170,7 +176,7 @@ def _in_speeds(*, every: bool) -> Iterable[FormulationName]:
     return names if every else names[:1]
 
 
-def _of_series(found: Any) -> MeasuredRun:
+def _of_series(found: MotionRun) -> MeasuredRun:
     return MeasuredRun(
         q=found.q,
         u=found.u,
