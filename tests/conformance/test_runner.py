@@ -5,7 +5,8 @@ import pytest
 from tests.conformance.arm import Arm
 from twolink.conformance.contract import ModelRefusedError
 from twolink.conformance.in_process import InProcess
-from twolink.conformance.runner import Session, conform
+from twolink.conformance.runner import conform
+from twolink.conformance.session import Session
 from twolink.conformance.suites import suite
 from twolink.conformance.transport import EngineFault, FaultKind
 from twolink.engines.messages import Understood

@@ -6,7 +6,7 @@ import pytest
 from twolink.engines.registry import simulator_named
 from twolink.hardcases.catalogue import case_named
 from twolink.hardcases.reference_integrator import ReferenceStates
-from twolink.hardcases.trajectory_trial import NO_ANSWER, Answer, _method, near
+from twolink.hardcases.trajectory_trial import NO_ANSWER, Answer, best_method, near
 
 TIMES = np.array([0.0, 1.0])
 SCENE = case_named("beats").trial.scene
@@ -57,7 +57,7 @@ def test_bounds_of_engines(accuracy, tolerance, growth, bound):
 )
 def test_an_engine_is_given_its_best_method(engine, smooth, stiff):
     methods = [
-        _method(simulator_named(engine), case_named(name).trial.scene).name
+        best_method(simulator_named(engine).methods, case_named(name).trial.scene).name
         for name in ("beats", "strong-damping-creep")
     ]
     assert methods == [smooth, stiff]

@@ -40,7 +40,10 @@ def conform(
         typer.Argument(help="A registered name, 'module:object', or 'cmd: COMMAND' of a program."),
     ],
     suite: Annotated[
-        list[str] | None, typer.Option(help="Only this suite; may be given often. Default: all.")
+        list[str] | None,
+        typer.Option(
+            help="Only this suite; may be given often. Default: all but hardcases, the hard cases."
+        ),
     ] = None,
     seconds: Annotated[
         float, typer.Option(help="Time limit of each answer, with the start of the engine.")
@@ -96,10 +99,10 @@ def _report(
     from twolink.conformance.attach import attach
     from twolink.conformance.expectations import read_expectations, with_expectations
     from twolink.conformance.runner import conform as run
-    from twolink.conformance.suites import chosen
+    from twolink.conformance.suites import with_cases
 
     start = attach(engine, memory=memory)
-    suites = chosen(suite)
+    suites = with_cases(suite)
     known = () if expect is None else read_expectations(expect)
     with progress_bar() as bar:
         task = bar.add_task("conformance", total=1.0)

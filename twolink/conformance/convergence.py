@@ -8,7 +8,7 @@ those of other equations another one: then the errors level off while the differ
 that are closer than the finest error are not told apart.
 
 Motions with events have errors that shrink unevenly: their order is the slope of all differences,
-and that of the errors is taken over the last three halvings.
+and that of the errors is taken over the last three halvings; they are not extrapolated.
 """
 
 from __future__ import annotations
@@ -91,10 +91,12 @@ def convergence(
         # Motions that agree with each other to half of all digits have a limit without an order.
         limit = Limit.ANOTHER if differences[-1] <= same else Limit.NONE
         return Convergence(limit, order, errors[-1], errors[-1])
-    extrapolated = motions[-1] + (motions[-1] - motions[-2]) / (ratio**order - 1)
-    left = float(np.abs(extrapolated - truth).max())
-    back = 2 if smooth else min(_UNEVEN, len(errors))
-    shrinking = math.log(errors[-back] / errors[-1], ratio) / (back - 1)
+    if smooth:
+        shrinking = math.log(errors[-2] / errors[-1], ratio)
+        extrapolated = motions[-1] + (motions[-1] - motions[-2]) / (ratio**order - 1)
+        left = float(np.abs(extrapolated - truth).max())
+    else:
+        shrinking, left = _slope(errors[-_UNEVEN:], 0.0, ratio), errors[-1]
     limit = Limit.TRUTH if shrinking >= _SHARE * order else Limit.ANOTHER
     return Convergence(limit, order, errors[-1], left)
 

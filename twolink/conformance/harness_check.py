@@ -11,7 +11,7 @@ import numpy as np
 
 from twolink.conformance.judge import judged
 from twolink.conformance.quantities import QUANTITIES
-from twolink.conformance.runner import Session
+from twolink.conformance.session import Session
 from twolink.conformance.suites import suite
 from twolink.conformance.transport import EngineFault, Transport
 from twolink.conformance.vectors import Group, Vector

@@ -5,34 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from types import TracebackType
-from typing import Self
 
 from twolink.conformance.diagnosis import causes, explanation
+from twolink.conformance.hard_cases import hard_case
 from twolink.conformance.judge import judged
 from twolink.conformance.motions import motion_results, unmoved
 from twolink.conformance.results import READ, Report, TestResult, faulty
+from twolink.conformance.session import Session
 from twolink.conformance.transport import EngineFault, FaultKind, Transport
 from twolink.conformance.understanding import misunderstood
 from twolink.conformance.vectors import Group, Vector
 from twolink.engines.messages import (
-    PROTOCOL,
     About,
     Answer,
-    Ask,
     Errored,
     Loaded,
-    Model,
-    Move,
     Refused,
-    Request,
     Skipped,
-    Start,
-    Started,
     Values,
 )
-from twolink.errors import EngineError
-from twolink.hardcases import Mark
+from twolink.hardcases import Case, Mark
 
 Progress = Callable[[float], None]
 
@@ -46,94 +38,6 @@ MEMORY = 4 * 2**30
 _PATIENCE = 3
 
 
-class Session:
-    """An engine that is started anew, with its model, after each fault."""
-
-    def __init__(self, start: Callable[[], Transport], seconds: float) -> None:
-        """Start the engine. Raises `EngineError` if it does not start."""
-        self._start, self._seconds = start, seconds
-        self._transport: Transport | None = None
-        self._model: Model | None = None
-        self._seq = 0
-        try:
-            self.engine = self._started()
-        except EngineFault as fault:
-            self.close()
-            raise EngineError(f"the engine does not start: {fault}") from fault
-        if not self.engine.reads:
-            raise EngineError("the engine must read urdf or parameters; it reads neither")
-
-    def __enter__(self) -> Self:
-        """Return the session."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Stop the engine."""
-        self.close()
-
-    def load(self, model: Model) -> Answer:
-        """Load a model. Raises `EngineFault`."""
-        self._model = None
-        answer = self._asked(model)
-        self._model = model if isinstance(answer, Loaded) else None
-        return answer
-
-    def ask(self, vector: Vector) -> Answer:
-        """Ask for the quantity of a test. Raises `EngineFault`."""
-        self._seq += 1
-        return self._asked(
-            Ask(seq=self._seq, test=vector.id, quantity=vector.quantity, states=vector.states)
-        )
-
-    def move(self, request: Move) -> Answer:
-        """Ask for a motion. Raises `EngineFault`."""
-        self._seq += 1
-        return self._asked(request.model_copy(update={"seq": self._seq}))
-
-    def stop(self, seconds: float) -> bool:
-        """Ask the engine to stop; return whether it ends by itself within a time (s)."""
-        if self._transport is None:
-            self._started()
-        assert self._transport is not None
-        return self._transport.stop(seconds)
-
-    def close(self) -> None:
-        """Stop the engine."""
-        if self._transport is not None:
-            self._transport.close()
-            self._transport = None
-
-    def _asked(self, request: Request) -> Answer:
-        try:
-            if self._transport is None:
-                self._started()
-                if self._model is not None:
-                    self._told(self._model)
-            return self._told(request)
-        except EngineFault:
-            self.close()
-            raise
-
-    def _started(self) -> About:
-        self._transport = self._start()
-        answer = self._told(Start())
-        assert isinstance(answer, Started)
-        if answer.version != PROTOCOL:
-            raise EngineFault(
-                FaultKind.NO_MESSAGE, f"version must be {PROTOCOL}; got {answer.version}"
-            )
-        return answer.engine
-
-    def _told(self, request: Request) -> Answer:
-        assert self._transport is not None
-        return self._transport.ask(request, self._seconds)
-
-
 @dataclass(frozen=True)
 class _Outcome:
     """A result, and the possible causes of a wrong answer."""
@@ -145,7 +49,7 @@ class _Outcome:
 def conform(
     attachment: str,
     start: Callable[[], Transport],
-    suites: Mapping[str, tuple[Group, ...]],
+    suites: Mapping[str, tuple[Group | Case, ...]],
     *,
     seconds: float = SECONDS,
     memory: int = MEMORY,
@@ -162,7 +66,10 @@ def conform(
         done = 0
         for name, groups in suites.items():
             for group in groups:
-                outcomes += _group(session, name, group)
+                if isinstance(group, Case):
+                    outcomes.append(_Outcome(hard_case(session, name, group)))
+                else:
+                    outcomes += _group(session, name, group)
                 done += 1
                 progress(done / count)
         engine = session.engine

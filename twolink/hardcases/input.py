@@ -15,7 +15,8 @@ from twolink.effects.gravity import Gravity
 from twolink.errors import TwolinkError
 from twolink.files import scratch_folder
 from twolink.formulations import EquationsName
-from twolink.hardcases.input_trial import URDFS, InputTrial, refused
+from twolink.hardcases.hostile_urdf import URDFS
+from twolink.hardcases.input_trial import InputTrial, refused
 from twolink.hardcases.record import Case, Result
 from twolink.scene import Scene
 from twolink.simulation import simulate

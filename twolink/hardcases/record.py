@@ -12,8 +12,14 @@ from twolink.errors import TwolinkError
 from twolink.formulations import EquationsName
 
 if TYPE_CHECKING:
+    from twolink.chain import Chain
+    from twolink.engines.contract import Array
+    from twolink.engines.messages import Method
     from twolink.engines.sandbox import TaskResult
     from twolink.engines.simulation_engine import SimulationEngine
+    from twolink.scene import Scene
+
+    Numbers = tuple[float, float]
 
 GROUPS = ("evaluation", "smooth", "friction", "contact", "input")
 
@@ -135,6 +141,46 @@ class LateError(TwolinkError):
     """The time limit of a case is exceeded."""
 
 
+class Subject(Protocol):
+    """An engine as trials ask it, isolated from this process.
+
+    States are in absolute angles (rad) and speeds (rad/s). A task takes at most `seconds`.
+    """
+
+    @property
+    def name(self) -> str:
+        """The engine's name."""
+
+    @property
+    def methods(self) -> tuple[Method, ...]:
+        """The engine's integration methods."""
+
+    @property
+    def reads_urdf(self) -> bool:
+        """Whether the engine reads URDF."""
+
+    def unsupported(self, scene: Scene) -> str | None:
+        """Return why the engine cannot express a scene, or None if it can."""
+
+    def accelerations(
+        self, chain: Chain, q: Numbers, u: Numbers, g: float, torque: Numbers, seconds: float
+    ) -> TaskResult:
+        """Return du (rad/s²) under gravity along y (m/s²) and motor torques (N m)."""
+
+    def motions(
+        self,
+        scene: Scene,
+        method: str,
+        parameters: tuple[float, ...],
+        times: Array,
+        seconds: float,
+    ) -> TaskResult:
+        """Return q and u, shape (2, n), and warnings for each parameter value of a method."""
+
+    def reading(self, urdf: str, seconds: float) -> TaskResult:
+        """Return numbers for a text of `twolink.hardcases.hostile_urdf` that was loaded."""
+
+
 class Trial(Protocol):
     """The procedure of a case, for this library and for external engines."""
 
@@ -145,13 +191,11 @@ class Trial(Protocol):
         exceptions of this library.
         """
 
-    def unsupported(self, engine: SimulationEngine) -> str | None:
+    def unsupported(self, subject: Subject) -> str | None:
         """Return why an engine cannot be tried, in a sentence, or None if it can."""
 
-    def external(
-        self, engine: SimulationEngine, seconds: float
-    ) -> tuple[Result | None, TaskResult, str]:
-        """Return the result for an engine in a sandbox, the sandbox result, and the call."""
+    def external(self, subject: Subject, seconds: float) -> tuple[Result | None, TaskResult, str]:
+        """Return the result for an engine, the outcome of its task, and the call."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 from twolink.environment import package_versions, this_machine
 from twolink.errors import TwolinkError
 from twolink.formulations import EquationsName
-from twolink.hardcases.record import Case, Column, LateError, Mark, Outcome, Result
+from twolink.hardcases.record import Case, Column, LateError, Mark, Outcome, Result, Subject
+from twolink.hardcases.sandboxed import Sandboxed
 from twolink.simulation.smooth.equations import EQUATIONS, equations_named
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def columns(names: Iterable[str] | None = None) -> tuple[Column, ...]:
 def outcome(case: Case, column: Column) -> Outcome:
     """Return the outcome of a case in a column; exceptions other than interrupts are outcomes."""
     return (
-        _of_an_engine(case, column)
+        of_subject(case, Sandboxed(column.engine))
         if column.engine
         else _of_ours(case, equations_named(column.name))
     )
@@ -103,13 +104,12 @@ def _of_ours(case: Case, formulation: EquationsName) -> Outcome:
     return Outcome.of(result, perf_counter() - begin, call)
 
 
-def _of_an_engine(case: Case, column: Column) -> Outcome:
-    """Return the outcome of a case with an external engine, in a sandbox."""
-    assert column.engine is not None
-    reason = case.trial.unsupported(column.engine)
+def of_subject(case: Case, subject: Subject) -> Outcome:
+    """Return the outcome of a case with an external engine."""
+    reason = case.trial.unsupported(subject)
     if reason is not None:
         return Outcome(Mark.CANNOT, said=reason)
-    result, done, call = case.trial.external(column.engine, case.seconds)
+    result, done, call = case.trial.external(subject, case.seconds)
     if result is not None:
         return Outcome.of(result, done.seconds, call, _printed(done))
     mark = _MARKS[done.kind]

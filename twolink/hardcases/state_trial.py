@@ -27,14 +27,13 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
 from twolink.formulations import FORMULATIONS, EquationsName
 from twolink.hardcases import exact
-from twolink.hardcases.record import Result
+from twolink.hardcases.record import Result, Subject
 from twolink.simulation.smooth.equations import MomentumEquations
 from twolink.verification.states import Array, States
 from twolink.verification.tolerance import Problem, Scale, tolerance
 
 if TYPE_CHECKING:
     from twolink.engines.sandbox import TaskResult
-    from twolink.engines.simulation_engine import SimulationEngine
 
 Numbers = tuple[float, float]
 
@@ -70,20 +69,15 @@ class StateTrial:
 
         return self._compared(forward(self.q, self.u), self._bound(Compiled(forward).depth))
 
-    def unsupported(self, engine: SimulationEngine) -> str | None:
+    def unsupported(self, subject: Subject) -> str | None:
         """Return None: every engine has forward dynamics."""
         return None
 
-    def external(
-        self, engine: SimulationEngine, seconds: float
-    ) -> tuple[Result | None, TaskResult, str]:
+    def external(self, subject: Subject, seconds: float) -> tuple[Result | None, TaskResult, str]:
         """Return the error of an engine's forward dynamics."""
-        from twolink.engines.sandbox import run_sandboxed
-
-        arguments = (engine.name, self.chain, self.q, self.u, (0.0, self.g), self.torque)
-        done = run_sandboxed(engine_accelerations, *arguments, seconds=seconds)
+        done = subject.accelerations(self.chain, self.q, self.u, self.g, self.torque, seconds)
         call = (
-            f"{engine.name}.accelerations({self.chain!r}, q={self.q!r}, u={self.u!r}, "
+            f"{subject.name}.accelerations({self.chain!r}, q={self.q!r}, u={self.u!r}, "
             f"gravity={(0.0, self.g)!r}, torque={self.torque!r})"
         )
         if done.kind != "finished":
@@ -167,16 +161,6 @@ class StateTrial:
         speeds = compared(found[:2], expected[:2], bound[:2], "u of p", "rad/s")
         forces_found = compared(found[2:], expected[2:], bound[2:], "dp/dt", "N m")
         return max(speeds, forces_found, key=lambda result: _worst(result.factor))
-
-
-def engine_accelerations(
-    name: str, chain: Chain, q: Numbers, u: Numbers, gravity: Numbers, torque: Numbers
-) -> Numbers:
-    """Return an engine's du (rad/s²); runs in a sandbox."""
-    from twolink.engines.registry import simulator_named
-
-    du1, du2 = simulator_named(name).accelerations(chain, q, u, gravity=gravity, torque=torque)
-    return float(du1), float(du2)
 
 
 def compared(

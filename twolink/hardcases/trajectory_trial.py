@@ -23,7 +23,7 @@ from twolink.effects import potential_energy
 from twolink.engines.contract import Array
 from twolink.errors import IntegrationError
 from twolink.formulations import EquationsName
-from twolink.hardcases.record import Result
+from twolink.hardcases.record import Result, Subject
 from twolink.hardcases.reference_integrator import ReferenceMotion, ReferenceStates
 from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
@@ -35,7 +35,6 @@ from twolink.verification.tolerance import EPSILON
 if TYPE_CHECKING:
     from twolink.engines.messages import Method
     from twolink.engines.sandbox import TaskResult
-    from twolink.engines.simulation_engine import SimulationEngine
 
 ENGINE_ACCURACY, NO_ANSWER = 1e-6, 1e-2
 
@@ -134,30 +133,25 @@ class TrajectoryTrial:
         self._found[text] = worst(found)
         return self._found[text]
 
-    def unsupported(self, engine: SimulationEngine) -> str | None:
+    def unsupported(self, subject: Subject) -> str | None:
         """Return why an engine cannot express the scene, or None if it can."""
-        return engine.unsupported(self.scene)
+        return subject.unsupported(self.scene)
 
-    def external(
-        self, engine: SimulationEngine, seconds: float
-    ) -> tuple[Result | None, TaskResult, str]:
+    def external(self, subject: Subject, seconds: float) -> tuple[Result | None, TaskResult, str]:
         """Return the worst result of an engine's own method and integrator."""
-        from twolink.engines.sandbox import run_sandboxed
-
-        method = _method(engine, self.scene)
-        fine = _TOLERANCES.get(engine.name, _TOLERANCE)
+        method = best_method(subject.methods, self.scene)
+        fine = _TOLERANCES.get(subject.name, _TOLERANCE)
         parameters = (
             (self.tolerances or (fine,)) if method.parameter == "tolerance" else (self._step,)
         )
-        arguments = (engine.name, self.scene, method.name, parameters, self.samples)
-        done = run_sandboxed(engine_motions, *arguments, seconds=seconds)
+        times = np.linspace(0.0, self.scene.duration, self.samples)
+        done = subject.motions(self.scene, method.name, parameters, times, seconds)
         parameter_name = "tolerance" if method.parameter == "tolerance" else "step"
         values = ", ".join(f"{parameter:.3g}" for parameter in parameters)
-        call = f"{engine.name}, {method.name}: prepared(scene)({parameter_name} {values})"
+        call = f"{subject.name}, {method.name}: prepared(scene)({parameter_name} {values})"
         if done.kind != "finished":
             return None, done, call
         found = []
-        times = np.linspace(0.0, self.scene.duration, self.samples)
         for parameter, (q, u, warnings) in zip(parameters, done.result, strict=True):
             tolerance = parameter if method.parameter == "tolerance" else 0.0
             accuracy = max(ENGINE_ACCURACY, self.scene.accuracy)
@@ -178,31 +172,16 @@ class TrajectoryTrial:
         return Result(found.factor, warned, found.said)
 
 
-def engine_motions(
-    name: str, scene: Scene, method: str, parameters: tuple[float, ...], samples: int
-) -> list[tuple[Array, Array, tuple[str, ...]]]:
-    """Return an engine's q, u and warnings for each parameter value; runs in a sandbox."""
-    from twolink.engines.registry import simulator_named
-
-    run = simulator_named(name).prepared(scene, method)
-    times = np.linspace(0.0, scene.duration, samples)
-    found = []
-    for parameter in parameters:
-        motion = run(parameter, times)
-        found.append((np.asarray(motion.q), np.asarray(motion.u), motion.warnings))
-    return found
-
-
 # Engines' methods for stiff problems, in order of preference.
 _IMPLICIT = ("Radau", "Kvaerno5", "radau3", "radau1", "implicit_euler", "implicit")
 
 
-def _method(engine: SimulationEngine, scene: Scene) -> Method:
+def best_method(methods: tuple[Method, ...], scene: Scene) -> Method:
     """Return an engine's method of highest order, implicit if the scene requires it."""
-    implicit = [m for name in _IMPLICIT for m in engine.methods if m.name == name]
+    implicit = [m for name in _IMPLICIT for m in methods if m.name == name]
     if scene.method == "Radau" and implicit:
         return implicit[0]
-    explicit = [m for m in engine.methods if m not in implicit]
+    explicit = [m for m in methods if m not in implicit] or implicit
     controlled = [m for m in explicit if m.parameter == "tolerance"] or explicit
     varying = [m for m in controlled if m.order is None]
     return varying[0] if varying[:1] == controlled[:1] else max(controlled, key=_order)

@@ -10,6 +10,7 @@ from twolink.conformance.suites.imports import import_suite
 from twolink.conformance.suites.motion import friction_suite, impact_suite, motion_suite
 from twolink.conformance.vectors import Group
 from twolink.errors import ParameterError
+from twolink.hardcases import Case
 from twolink.text import choice
 
 _SUITES: dict[str, Callable[[], tuple[Group, ...]]] = {
@@ -21,6 +22,9 @@ _SUITES: dict[str, Callable[[], tuple[Group, ...]]] = {
 }
 
 SUITES = tuple(_SUITES)
+
+HARD_CASES = "hardcases"
+"""The suite of the hard cases, which runs only if it is named: some cases take minutes."""
 
 ABOUT = {
     "import": "URDF files of planar two-link chains: one feature or fault each.",
@@ -42,3 +46,14 @@ def suite(name: str) -> tuple[Group, ...]:
 def chosen(names: Iterable[str] | None) -> dict[str, tuple[Group, ...]]:
     """Return the groups of the named suites, or of all."""
     return {name: suite(name) for name in (SUITES if names is None else dict.fromkeys(names))}
+
+
+def with_cases(names: Iterable[str] | None) -> dict[str, tuple[Group | Case, ...]]:
+    """Return the named suites, of which `HARD_CASES` has cases, or all suites of groups."""
+    from twolink.hardcases.catalogue import CASES
+
+    wanted = SUITES if names is None else dict.fromkeys(names)
+    unknown = next((name for name in wanted if name not in (*SUITES, HARD_CASES)), None)
+    if unknown is not None:
+        raise ParameterError(choice("suite", unknown, (*SUITES, HARD_CASES)))
+    return {name: CASES if name == HARD_CASES else suite(name) for name in wanted}
