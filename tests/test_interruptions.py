@@ -27,6 +27,7 @@ SCENES = data_path("scenes")
 FREE_FALL, CONTACT = SCENES / "free_fall.toml", SCENES / "bounce_to_rest.toml"
 URDF = data_path("twolink.urdf")
 
+VERDICT = Path(__file__).parent / "conformance" / "verdict.json"
 CONFORM = ("conform", "pinocchio", "--suite", "evaluation")
 
 # Every command that writes, as the table names it, with as little to do as possible; and the first
@@ -53,6 +54,7 @@ WRITERS = {
         ["golden", "--suite", "evaluation", "--out", "{out}/new"],
         "new/evaluation/bars.json",
     ),
+    "scoreboard --out": (["scoreboard", VERDICT, "--out", "{out}/new"], "new/index.html"),
     "record --out": (["record", CONTACT, "--fps", 1, "--out", "{out}/a.html"], "a.html"),
     "report --out": (["report", FREE_FALL, "--states", 3, "--out", "{out}/new"], "new/index.html"),
     "accuracy --out": (

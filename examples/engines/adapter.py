@@ -7,17 +7,20 @@ methods named as the quantities of docs/check_your_engine.md.
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import itertools
 import json
 import math
 import os
 import sys
+import tempfile
 import time
 import traceback
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
@@ -205,6 +208,25 @@ def each(function: Callable[..., Any], *rows: Array) -> Array:
     return np.array([np.array(function(*state)) for state in zip(*rows, strict=True)])
 
 
+def child_of(urdf: str, joint: str) -> str:
+    """Return the child link of a joint, for engines that name links alone."""
+    for element in ElementTree.fromstring(urdf).findall("joint"):
+        if element.get("name") == joint:
+            child = element.find("child")
+            return str(child.get("link")) if child is not None else ""
+    raise RefusedError(f"there is no joint {joint}")
+
+
+@contextlib.contextmanager
+def as_file(text: str) -> Iterator[str]:
+    """Yield the path of a file with a URDF text, for engines that read files alone."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "model.urdf")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        yield path
+
+
 def words(value: Any) -> Any:
     """Return nested lists with NaN and infinities as strings, as JSON wants them."""
     if isinstance(value, dict):
@@ -245,4 +267,4 @@ def urdf_of(parameters: dict[str, Any]) -> str:
 
 
 def _last(error: Exception) -> str:
-    return traceback.format_exception_only(type(error), error)[-1].strip()
+    return f"{type(error).__name__}: {error}".split("\n")[0]

@@ -22,6 +22,7 @@ from twolink.cli.record import record
 from twolink.cli.reference import reference
 from twolink.cli.report import report
 from twolink.cli.scenes import scenes
+from twolink.cli.scoreboard import scoreboard
 from twolink.cli.simulate import simulate
 from twolink.cli.terminal import FAILED, say, warn
 from twolink.cli.urdf import app as urdf
@@ -43,6 +44,7 @@ COMMANDS = (
     conform,
     harness,
     golden,
+    scoreboard,
     simulate,
     accuracy,
     drift,

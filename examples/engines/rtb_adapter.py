@@ -1,0 +1,83 @@
+"""Robotics Toolbox for Python, by `roboticstoolbox-python`: URDF, recursive Newton-Euler, `fdyn`.
+
+Traps: `gravity` is the acceleration of the base against gravity, positive upwards. `accel` has no
+joint damping and friction. `fdyn` is Python alone: a step takes milliseconds.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from adapter import Array, Engine, Model, RefusedError, as_file, child_of, each, serve
+from roboticstoolbox import Robot
+from roboticstoolbox.models.URDF.URDFRobot import URDF_file
+
+
+class Toolbox(Engine):
+    """Robotics Toolbox for Python."""
+
+    name, package = "Robotics Toolbox", "roboticstoolbox-python"
+    methods = ({"name": "fdyn RK45", "order": 5.0, "parameter": "tolerance"},)
+    issues = "https://github.com/petercorke/robotics-toolbox-python/issues"
+
+    def load(self, model: Model) -> None:
+        """Read the URDF by `URDF_file`."""
+        with as_file(model.urdf) as path:
+            links, name, *_ = URDF_file(path)
+        self.robot = Robot(links, name=name, gravity=-np.array(model.gravity))
+        if self.robot.n != 2:
+            raise RefusedError(f"{self.robot.n} degrees of freedom")
+        children = [child_of(model.urdf, joint) for joint in model.joints]
+        self.order = [self.robot.link_dict[child].jindex for child in children]
+        self.tip = model.tip
+
+    def _each(self, function, *rows: Array) -> Array:
+        back = np.argsort(self.order)
+        return each(function, *(row[:, back] for row in rows))
+
+    def mass_matrix(self, angles: Array) -> Array:
+        """`inertia`."""
+        return self._each(self.robot.inertia, angles)[:, self.order][:, :, self.order]
+
+    def velocity_terms(self, angles: Array, speeds: Array) -> Array:
+        """`coriolis` times the speeds."""
+        terms = self._each(lambda q, v: self.robot.coriolis(q, v) @ v, angles, speeds)
+        return terms[:, self.order]
+
+    def gravity_terms(self, angles: Array) -> Array:
+        """`gravload`."""
+        return self._each(self.robot.gravload, angles)[:, self.order]
+
+    def inverse_dynamics(self, angles: Array, speeds: Array, accelerations: Array) -> Array:
+        """`rne`."""
+        return self._each(self.robot.rne, angles, speeds, accelerations)[:, self.order]
+
+    def forward_dynamics(self, angles: Array, speeds: Array, torques: Array) -> Array:
+        """`accel`."""
+        return self._each(self.robot.accel, angles, speeds, torques)[:, self.order]
+
+    def position(self, angles: Array) -> Array:
+        """`fkine`."""
+        return self._each(lambda q: self.robot.fkine(q, end=self.tip).t, angles)
+
+    def jacobian(self, angles: Array) -> Array:
+        """`jacob0`."""
+        rows = self._each(lambda q: self.robot.jacob0(q, end=self.tip)[:3], angles)
+        return rows[:, :, self.order]
+
+    def move(
+        self, angles: Array, speeds: Array, method: str, parameter: float, times: list[float]
+    ) -> tuple[Array, Array]:
+        """`fdyn`, from each time to the next."""
+        back = np.argsort(self.order)
+        q, v = angles[back], speeds[back]
+        found = [(angles, speeds)]
+        for duration in np.diff(times):
+            settings = {"rtol": parameter, "atol": parameter}
+            motion = self.robot.fdyn(float(duration), q, qd0=v, solver_args=settings)
+            q, v = motion.q[-1], motion.qd[-1]
+            found.append((q[self.order], v[self.order]))
+        return tuple(np.array(rows) for rows in zip(*found, strict=True))
+
+
+if __name__ == "__main__":
+    serve(Toolbox)
