@@ -64,7 +64,7 @@ class Model:
     """A model as a URDF text; `armature` (kg m²), which URDF lacks, is of both joints.
 
     `gravity` (m/s²) is in the root link's frame, `joints` and `tip` (a link) are names. `planar`
-    states that the text was written from parameters, by `urdf_of`.
+    states that the text was written from `parameters`, by `urdf_of`.
     """
 
     urdf: str
@@ -73,6 +73,7 @@ class Model:
     tip: str
     armature: tuple[float, float] = (0.0, 0.0)
     planar: bool = False
+    parameters: dict[str, Any] | None = None
 
 
 class Engine:
@@ -159,6 +160,7 @@ class _Server:
                 "D",
                 tuple(given.get("armature", (0.0, 0.0))),
                 planar=True,
+                parameters=given,
             )
         else:
             model = Model(
@@ -206,6 +208,13 @@ def stepped(times: list[float], step: float) -> Iterator[tuple[float, int]]:
 def each(function: Callable[..., Any], *rows: Array) -> Array:
     """Return the values of a function of one state, at all states."""
     return np.array([np.array(function(*state)) for state in zip(*rows, strict=True)])
+
+
+def parameters_of(model: Model) -> dict[str, Any]:
+    """Return the parameters of a model, with damping and friction, for engines without URDF."""
+    if model.parameters is None:
+        raise RefusedError("the model has no parameters")
+    return {"damping": (0.0, 0.0), "friction": (0.0, 0.0), **model.parameters}
 
 
 def child_of(urdf: str, joint: str) -> str:

@@ -31,7 +31,8 @@ class Frax(Engine):
         if self.robot.nv != 2 or not set(model.joints) <= set(names):
             raise RefusedError(f"{self.robot.nv} degrees of freedom")
         self.order = [names.index(joint) for joint in model.joints]
-        self.gravity = np.array(model.gravity)
+        # The acceleration of the base against gravity, as a spatial vector.
+        self.gravity = np.array([*(-np.array(model.gravity)), 0.0, 0.0, 0.0])
 
     def _each(self, function, *rows: Array) -> Array:
         back = np.argsort(self.order)

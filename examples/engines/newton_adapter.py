@@ -6,7 +6,8 @@ vector of the builder. `SolverFeatherstone` and `SolverSemiImplicit` damp angula
 default; 0 here). Solvers in maximal coordinates know angles up to full turns only; the adapter
 counts the turns. Continuous joints are unlimited; the joint limits of others are springs.
 
-`python newton_adapter.py collapse` reads URDF with `collapse_fixed_joints=True`.
+`python newton_adapter.py collapse` reads URDF with `collapse_fixed_joints=True`; names of solvers
+(`python newton_adapter.py Featherstone XPBD`) are the methods that it offers, by default all.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ _METHODS = {
     "XPBD": _SOLVERS.SolverXPBD,
     "VBD": _SOLVERS.SolverVBD,
 }
+_CHOSEN = [name for name in _METHODS if name in sys.argv[1:]] or list(_METHODS)
 _MAXIMAL = ("Kamino", "SemiImplicit", "XPBD", "VBD")
 
 
@@ -41,7 +43,7 @@ class Newton(Engine):
     name = "Newton, fixed joints collapsed" if _COLLAPSE else "Newton"
     package, precision = "newton", "binary32"
     effects = ("armature",)
-    methods = tuple({"name": name, "order": 1.0, "parameter": "step"} for name in _METHODS)
+    methods = tuple({"name": name, "order": 1.0, "parameter": "step"} for name in _CHOSEN)
     issues = "https://github.com/newton-physics/newton/issues"
 
     def load(self, model: Model) -> dict[str, Any]:
