@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 import traceback
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -124,7 +125,12 @@ class _Server:
 
     def answer(self, request: dict[str, Any]) -> dict[str, Any]:
         try:
-            return getattr(self, "_" + request["cmd"])(request)
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                found = getattr(self, "_" + request["cmd"])(request)
+            if caught and "engine" not in found:
+                found["warnings"] = sorted({f"{w.category.__name__}: {w.message}" for w in caught})
+            return found
         except Exception as error:
             said = str(error) if isinstance(error, (RefusedError, CannotError)) else _last(error)
             if request["cmd"] == "model":

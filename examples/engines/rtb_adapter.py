@@ -1,7 +1,8 @@
 """Robotics Toolbox for Python, by `roboticstoolbox-python`: URDF, recursive Newton-Euler, `fdyn`.
 
-Traps: `gravity` is the acceleration of the base against gravity, positive upwards. `accel` has no
-joint damping and friction. `fdyn` is Python alone: a step takes milliseconds.
+Traps: `gravity` is the acceleration of free fall, (0, 0, -9.81) by default, though the docstring of
+`rne` speaks of the base. `accel` has no joint damping and friction. `fdyn` is Python alone: a step
+takes milliseconds. `coriolis` fails on every robot with a fixed link behind a joint.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ class Toolbox(Engine):
         """Read the URDF by `URDF_file`."""
         with as_file(model.urdf) as path:
             links, name, *_ = URDF_file(path)
-        self.robot = Robot(links, name=name, gravity=-np.array(model.gravity))
+        self.robot = Robot(links, name=name, gravity=list(model.gravity))
         if self.robot.n != 2:
             raise RefusedError(f"{self.robot.n} degrees of freedom")
         children = [child_of(model.urdf, joint) for joint in model.joints]
