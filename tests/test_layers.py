@@ -151,7 +151,7 @@ ROWS = {
     "viz": [
         "browser encoding shapes themes",
         "commands framing labels motion plots schematic",
-        "run urdf_bodies",
+        "animation run urdf_bodies",
         "surfaces",
         "contacts",
         "impacts",

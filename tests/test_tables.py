@@ -74,6 +74,11 @@ def test_html_has_scopes_a_caption_and_no_markup_of_the_data():
     assert "rk4 on <momenta>" in "".join(page.itertext())
 
 
+def test_a_column_without_a_name_has_no_empty_heading():
+    found = table("Counts", ("", "pass"), [["ours", "1"]]).html()
+    assert '<thead><tr><td></td><th scope="col">pass</th></tr></thead>' in found
+
+
 @given(
     st.lists(st.lists(st.text(max_size=9), min_size=3, max_size=3), max_size=4), st.integers(5, 90)
 )

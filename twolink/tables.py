@@ -111,6 +111,9 @@ class Table:
         """Return the table as HTML, with an optional CSS class."""
         heads = "".join(
             f'<th scope="col"{_kinds(column)}>{_escaped(column.name)}</th>'
+            # A heading without text is read as one that is missing.
+            if column.name
+            else "<td></td>"
             for column in self.columns
         )
         body = "\n".join(f"<tr>{self._row(row)}</tr>" for row in self.rows)

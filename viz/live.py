@@ -46,7 +46,7 @@ _PAGE = """<!DOCTYPE html>
 <script src="viewer.js"></script>
 <script src="player.js"></script>
 </head>
-<body><div class="twolink-player alone" data-theme="{theme}">{still}</div></body>
+<body><main><div class="twolink-player alone" data-theme="{theme}">{still}</div></main></body>
 </html>
 """
 

@@ -41,7 +41,8 @@ def player_page(
         # Without an icon the browser would request one from the server.
         '<link rel="icon" href="data:,">\n'
         f"<title>{title}</title>\n<style>body {{ margin: 0; }}</style>\n{player_head()}</head>\n"
-        f"<body>\n{player_body(film, kind=kind, dark=dark, progress=progress)}</body>\n</html>\n"
+        f"<body>\n<main>{player_body(film, kind=kind, dark=dark, progress=progress)}</main>\n"
+        "</body>\n</html>\n"
     )
 
 

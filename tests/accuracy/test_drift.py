@@ -13,6 +13,7 @@ from tests.verification.chains import GENERAL
 from twolink import lagrange
 from twolink.accuracy import drift as module
 from twolink.accuracy.drift import CONSERVING, energy_drift, total_energy
+from twolink.accuracy.error_growth import Binned, ErrorGrowth
 from twolink.accuracy.long_runs import LONG_METHODS, many_starts
 from twolink.accuracy.step_maps import StageIteration
 from twolink.chain import Chain
@@ -49,6 +50,27 @@ def test_every_method_does_what_theory_expects(found, name):
     # Where the error is the method's own, its power is sharp; that of rounding has few walks.
     if name != "taylor-21":
         assert drift.growth.exponent == pytest.approx(drift.method.expected, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("exponent", "uncertainty", "expected", "decided", "right"),
+    [
+        (0.34, 0.07, 0.5, False, False),
+        (0.44, 0.05, 0.5, True, True),
+        (0.92, 0.01, 1.0, True, True),
+        (0.74, 0.02, 1.0, False, False),
+        (0.02, 0.01, 0.5, True, False),
+    ],
+)
+def test_an_uncertain_power_is_not_called_expected(exponent, uncertainty, expected, decided, right):
+    method = next(one for one in LONG_METHODS if one.expected == expected)
+    growth = ErrorGrowth(exponent, uncertainty, 1.0, 100.0)
+    nothing = Binned(np.empty(0), np.empty((0, method.starts)))
+    drift = module.Drift(method, nothing, growth, 0.1, 0, 0.0, 1.0, 1.0)
+    assert (drift.decided, drift.as_expected) == (decided, right)
+    study = module.DriftStudy(SWINGS, 100.0, 1.0, 1.0, None, (drift,))
+    assert bool(study.unexpected) == (not right)
+    assert ("too uncertain" in "".join(study.unexpected)) == (not decided)
 
 
 def test_the_scene_is_regular_and_a_fall_is_not(found):

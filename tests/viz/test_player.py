@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.viz.accessibility import violations
 from tests.viz.films import film_of, need_browser, trajectory_of
+from tests.viz.surroundings import press, surround, tabbed
 from twolink import kinematics
 from viz.browser import Browser
 from viz.page import player_body, player_head, player_page
@@ -56,12 +58,6 @@ def click(page, selector, share=0.5):
     at = {"x": x + share * width, "y": y + height / 2, "button": "left", "clickCount": 1}
     for kind in ("mousePressed", "mouseReleased"):
         page.call("Input.dispatchMouseEvent", {"type": kind, **at})
-
-
-def press(page, key, code=None):
-    text = {"text": key} if len(key) == 1 else {}
-    for kind in ("keyDown", "keyUp"):
-        page.call("Input.dispatchKeyEvent", {"type": kind, "key": key, "code": code or key, **text})
 
 
 def settled(page):
@@ -363,4 +359,50 @@ def test_no_label_lies_on_a_mark_or_on_another_label(browser, tmp_path, name, du
     assert len(crowded) == 30 * duration + 1
     # Where rings of many impacts and a fold of the chain leave no place, a label covers a mark.
     assert sum(map(bool, crowded)) <= 0.05 * len(crowded)
+    page.call("Page.close")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1280])
+def test_the_player_is_accessible(browser, tmp_path, width, scheme):
+    file = tmp_path / "film.html"
+    file.write_text(player_page(film_of("bounce_to_rest", 1.0), dark=True), encoding="utf-8")
+    page = browser.page(width, 800)
+    surround(page, prefers_color_scheme=scheme)
+    page.open(file.as_uri())
+    assert violations(page) == []
+    page.call("Page.close")
+
+
+def test_the_keyboard_alone_reaches_everything_in_order(page):
+    # The player itself, which has no buttons of its own, is first.
+    assert tabbed(page, 6) == [
+        "motion: Bounce to rest",
+        "play",
+        "time",
+        "slower",
+        "faster",
+        "reset view",
+    ]
+    page.value("document.querySelector('.scrub').focus()")
+    press(page, "ArrowRight")
+    assert state(page)[0] == 1
+    ring = "getComputedStyle(document.querySelector('.play')).outlineStyle"
+    page.value("document.querySelector('.scrub').focus()")
+    press(page, "Tab", shift=True)
+    assert page.value("document.activeElement.className") == "play"
+    assert page.value(ring) != "none"
+
+
+def test_nothing_moves_by_itself_for_readers_who_prefer_so(browser, tmp_path):
+    """A stream that is playing is paused; a film in a page waits in any case."""
+    file = tmp_path / "film.html"
+    file.write_text(player_page(film_of("bounce_to_rest", 1.0)), encoding="utf-8")
+    page = browser.page(WIDTH, HEIGHT)
+    surround(page, prefers_reduced_motion="reduce")
+    page.open(file.as_uri())
+    page.browser.wait_for_events(0.3)
+    assert state(page)[:2] == (0, False)
+    moving = "document.getAnimations().length"
+    assert page.value(moving) == 0
     page.call("Page.close")

@@ -48,6 +48,12 @@ _SETTLED = 100.0
 # Implicit stages are solved when one more iteration changes no state by this many roundings.
 _FINISHED = 1.0
 
+# Measured exponents belong to the nearest of 0, ½ and 1, if the borders between these are this many
+# standard errors away.
+_HALF = 0.25
+_BORDERS = (_HALF, 1 - _HALF)
+_SIGMAS = 2.0
+
 # Spread of the initial angles (rad), large enough that rounding differs from the first step.
 _SPREAD, _SEED = 1e-3, 1937
 
@@ -89,9 +95,24 @@ class Drift:
         return self.measured.rms
 
     @property
+    def decided(self) -> bool:
+        """Whether the measured exponent is nearest to one of 0, ½ and 1 beyond its uncertainty.
+
+        The borders, ¼ and ¾, are at least two standard errors away.
+        """
+        if self.growth is None:
+            return False
+        margin = min(abs(self.growth.exponent - border) for border in _BORDERS)
+        return margin >= _SIGMAS * self.growth.uncertainty
+
+    @property
     def as_expected(self) -> bool:
-        """Whether the measured exponent is nearest to the expected one of 0, ½ and 1."""
-        return self.growth is not None and abs(self.growth.exponent - self.method.expected) < 0.25
+        """Whether the measured exponent is nearest to the expected one, and this is decided."""
+        return (
+            self.decided
+            and self.growth is not None
+            and abs(self.growth.exponent - self.method.expected) < _HALF
+        )
 
 
 @dataclass(frozen=True)
@@ -111,7 +132,7 @@ class DriftStudy:
 
     @property
     def unexpected(self) -> tuple[str, ...]:
-        """A sentence for each method whose measured exponent is not the expected one."""
+        """A sentence for each method whose exponent is not the expected one, or is undecided."""
         return tuple(_sentence(drift) for drift in self.drifts if not drift.as_expected)
 
     @property
@@ -156,10 +177,13 @@ def _sentence(drift: Drift) -> str:
         return f"{name}: {drift.failure}."
     if drift.growth is None:
         return f"{name}: too few errors for fitting a power of time."
-    return (
-        f"{name}: a power of {expected:g} is expected and {drift.growth.rounded} ± "
-        f"{drift.growth.uncertainty:.2f} was measured."
-    )
+    measured = f"{drift.growth.rounded} ± {drift.growth.uncertainty:.2f} was measured"
+    if not drift.decided:
+        return (
+            f"{name}: a power of {expected:g} is expected; {measured}, which is too uncertain to "
+            "tell the powers 0, 0.5 and 1 apart (raise --seconds)."
+        )
+    return f"{name}: a power of {expected:g} is expected and {measured}."
 
 
 def _as_data(drift: Drift) -> dict[str, Any]:
@@ -178,6 +202,7 @@ def _as_data(drift: Drift) -> dict[str, Any]:
         "exponent_uncertainty": found and found.uncertainty,
         "fitted_from_s": found and found.start,
         "fitted_to_s": found and found.end,
+        "decided": drift.decided,
         "as_expected": drift.as_expected,
         "failure": drift.failure,
         "seconds": drift.seconds,

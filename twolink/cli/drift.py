@@ -37,8 +37,8 @@ def drift(
 ) -> None:
     """Measure the energy drift of each method over a long time.
 
-    Exit code 0, also if a method's drift is not the expected one (the table says so), or 2:
-    the input was refused.
+    Exit code 0, also if a method's drift is undecided or not the expected one (a sentence says
+    so), or 2: the input was refused.
     """
     from twolink.accuracy.drift import energy_drift
     from twolink.scene import Scene
@@ -83,7 +83,12 @@ def _print(page: Console, found: DriftStudy) -> None:
         for sentence in found.unexpected:
             page.print(sentence, style="bold yellow", soft_wrap=True)
     else:
-        page.print("Every method has the expected drift.", style="bold green")
+        page.print(
+            "Every method has the expected drift: of 0, 0.5 and 1, the expected power is the "
+            "nearest to the measured one, by two standard errors or more.",
+            style="bold green",
+            soft_wrap=True,
+        )
 
 
 def _about_the_motion(found: DriftStudy) -> Iterator[str]:

@@ -112,8 +112,9 @@ def _made(
                 parts.append(part)
                 cards.append(made.Card("Hard cases", passed, sentence, part.anchor))
         else:
-            left_out = "Not run for this report; twolink report --full runs them."
-            cards.append(made.Card("Hard cases", None, left_out))
+            left_out = "Not run for this report. The command that runs them:"
+            command = "twolink report --full"
+            cards.append(made.Card("Hard cases", None, left_out, command=command))
         with stage("writing the page"):
             command = " ".join(["twolink", *sys.argv[1:]])
             now = datetime.now(UTC).isoformat(timespec="seconds")

@@ -177,7 +177,8 @@ def _draw_impulses(
         kinds["friction"] = [impact.tangential_impulse for impact in impacts]
     axes.axhline(0, color=palette.faint, linewidth=0.8)
     times = np.array([impact.time for impact in impacts])
-    places = _places_at_instants(times)
+    sizes = np.abs([impact.normal_impulse for impact in impacts])
+    places = _places_at_instants(times, sizes > _VISIBLE * sizes.max())
     whole = axes.get_figure(root=True)
     for number, (name, values) in enumerate(kinds.items()):
         style, impulses = stroke(palette, number), np.array(values)
@@ -206,18 +207,20 @@ def _draw_impulses(
     least, most = (f([0.0, *(v for values in kinds.values() for v in values)]) for f in (min, max))
     axes.set_ylim(least - 0.15 * (most - least), most + 0.15 * (most - least))
     count = f"{len(impacts)} impact{'s' if len(impacts) > 1 else ''}"
-    largest = max(abs(impact.normal_impulse) for impact in impacts)
-    beside = [impact for impact, place in zip(impacts, places, strict=True) if place]
-    seen = any(abs(impact.normal_impulse) > _VISIBLE * largest for impact in beside)
-    together = " (those at one instant are side by side)" if seen else ""
+    together = " (those at one instant are side by side)" if places.any() else ""
     _title(axes, palette, f"{_in_words(force.name)}: {count}{together}")
     axes.set_ylabel(f"impulse ({force.unit} s)")
 
 
-def _places_at_instants(times: Array) -> NDArray[np.intp]:
-    """Return, for increasing times, how many before each are at the same instant."""
-    first = np.searchsorted(times, times, side="left")
-    return np.arange(len(times)) - first
+def _places_at_instants(times: Array, visible: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return, for increasing times, how many visible ones before each are at the same instant.
+
+    It is 0 for impulses too small to be seen, which are drawn at their time.
+    """
+    places = np.zeros(len(times), dtype=np.intp)
+    own = times[visible]
+    places[visible] = np.arange(len(own)) - np.searchsorted(own, own, side="left")
+    return places
 
 
 def _shade(axes: Axes, palette: Palette, known: list[Phase]) -> None:

@@ -13,9 +13,13 @@ import numpy as np
 
 from twolink.accuracy.study import Study
 from twolink.accuracy.tables import MARKS, choices_table, configurations_table
+from twolink.chain import Chain
+from twolink.kinematics import position
+from twolink.lagrange import kinetic_energy
 from twolink.scene import Scene
 from twolink.simulation import Trajectory
 from twolink.simulation.effects_cost import EffectsCost
+from twolink.simulation.hybrid.mode import with_minus
 from twolink.simulation.log import LogEntry
 from twolink.tables import table as described
 from twolink.verification import Verdict
@@ -23,7 +27,7 @@ from twolink.verification.verdict import KEY
 from viz.plots.angles import angles
 from viz.plots.contact import contact
 from viz.plots.energy import energy
-from viz.plots.moments import time_limits
+from viz.plots.moments import Moments, moments, time_limits
 from viz.plots.path import path
 from viz.plots.work_precision import work_precision_plot
 from viz.report.page import (
@@ -45,13 +49,14 @@ _LOG_LINES = 16
 class Card:
     """A part of the report in the summary: its name, its verdict, and the anchor of its section.
 
-    `passed` is None for a part that was not run.
+    `passed` is None for a part that was not run; the `command` runs it.
     """
 
     name: str
     passed: bool | None
     sentence: str
     anchor: str = ""
+    command: str = ""
 
 
 _SYMBOLS = {
@@ -72,7 +77,7 @@ def summary(cards: Sequence[Card], drawing: str) -> str:
     marks = {True: "✓ ", False: "✗ ", None: "– "}
     items = "".join(
         f'<li class="{kinds[card.passed]}"><b class="{kinds[card.passed]}">{marks[card.passed]}'
-        f"{_named(card)}</b>{text(card.sentence)}</li>"
+        f"{_named(card)}</b>{text(card.sentence)}{_ran_by(card)}</li>"
         for card in sorted(cards, key=lambda card: card.passed is not False)
     )
     names = "".join(f"<dt>{text(k)}</dt><dd>{text(v)}</dd>" for k, v in _SYMBOLS.items())
@@ -85,6 +90,11 @@ def summary(cards: Sequence[Card], drawing: str) -> str:
 
 def _named(card: Card) -> str:
     return f'<a href="#{card.anchor}">{text(card.name)}</a>' if card.anchor else text(card.name)
+
+
+def _ran_by(card: Card) -> str:
+    # A line break in an option's dashes would spoil it.
+    return f' <code class="whole">{text(card.command)}</code>' if card.command else ""
 
 
 def verification(verdict: Verdict) -> Section:
@@ -189,16 +199,16 @@ def _entry(entry: LogEntry) -> str:
     if not entry.parts:
         return f"{time} {text(entry.words)}"
     parts = "".join(f"<li>{_entry(part)}</li>" for part in entry.parts)
-    inside = folded(f"Show the {len(entry.parts)} impacts", f"<ul>{parts}</ul>")
+    inside = folded(f"Show the {len(entry.parts)} entries", f"<ul>{parts}</ul>")
     return f"{time} to {entry.until:.6g} s: {text(entry.words)} {inside}"
 
 
 def _curves(trajectory: Trajectory) -> str:
-    limits = time_limits(trajectory)
+    limits, shown = time_limits(trajectory), moments(trajectory)
     found = [
-        picture(partial(angles, trajectory), _angles_in_words(trajectory), limits),
-        picture(partial(energy, trajectory), _energy_in_words(trajectory), limits),
-        picture(partial(path, trajectory), _path_in_words(trajectory)),
+        picture(partial(angles, trajectory), _angles_in_words(shown), limits),
+        picture(partial(energy, trajectory), _energy_in_words(trajectory, shown), limits),
+        picture(partial(path, trajectory), _path_in_words(trajectory.chain, shown)),
     ]
     if trajectory.events:
         kinds = dict.fromkeys(
@@ -209,12 +219,12 @@ def _curves(trajectory: Trajectory) -> str:
     return "\n".join(found)
 
 
-def _angles_in_words(trajectory: Trajectory) -> str:
+def _angles_in_words(shown: Moments) -> str:
     ranges = (
-        f"{name} from {values.min():.3g} to {values.max():.3g} {unit}"
+        f"{name} from {with_minus(values.min(), 3)} to {with_minus(values.max(), 3)} {unit}"
         for name, values, unit in zip(
             ("q1", "q2", "u1", "u2"),
-            (*trajectory.q, *trajectory.u),
+            (*shown.q, *shown.u),
             ("rad", "rad", "rad/s", "rad/s"),
             strict=True,
         )
@@ -222,16 +232,18 @@ def _angles_in_words(trajectory: Trajectory) -> str:
     return f"Angles and speeds: {', '.join(ranges)}."
 
 
-def _energy_in_words(trajectory: Trajectory) -> str:
+def _energy_in_words(trajectory: Trajectory, shown: Moments) -> str:
     E = trajectory.energy
+    T = kinetic_energy(trajectory.chain, (shown.q[0], shown.q[1]), (shown.u[0], shown.u[1]))
+    first, last = with_minus(E[0]), with_minus(E[-1])
     return (
-        f"Energy, and the work of each effect: T + V from {E[0]:.4g} to {E[-1]:.4g} J, T at most "
-        f"{trajectory.kinetic_energy.max():.4g} J."
+        f"Energy, and the work of each effect: T + V from {first} to {last} J, T at most "
+        f"{np.max(T):.4g} J."
     )
 
 
-def _path_in_words(trajectory: Trajectory) -> str:
-    x, y = trajectory.position(trajectory.chain.D)
+def _path_in_words(chain: Chain, shown: Moments) -> str:
+    x, y = position(chain, (shown.q[0], shown.q[1]), chain.D)
     far = float(np.hypot(x, y).max())
     return f"Path of D, at most {far:.3g} m from A; the chain at the start (faint) and at the end."
 

@@ -352,3 +352,14 @@ def test_themes_differ(run, kind):
     assert max(dark.get_facecolor()[:3]) < 0.2
     with pytest.raises(PictureError, match="theme must be one of light, dark; got 'sepia'"):
         PLOTS[kind](run("bounce_to_rest"), "sepia")
+
+
+def test_impulses_too_small_to_be_seen_are_drawn_at_their_time(run):
+    """The last bounces of the drop end at one instant."""
+    *_, axes = contact(run("drop")).axes
+    assert "side by side" not in axes.get_title(loc="left")
+    stems = [line for line in axes.lines if line.get_label() in ("_normal", "_friction")]
+    assert len(stems) == 2
+    for line in stems:
+        drawn_at = line.get_transform().transform(line.get_xydata())
+        assert drawn_at == pytest.approx(axes.transData.transform(line.get_xydata()))

@@ -4,8 +4,10 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.test_readme import CONSOLE, masked
+from tests.viz.accessibility import violations
 from tests.viz.films import need_browser
 from tests.viz.report.test_page import read
+from tests.viz.surroundings import surround, tabbed
 from twolink.cli import app
 from twolink.data import data_path
 from viz.browser import Browser
@@ -131,7 +133,7 @@ def test_verdicts_come_first_then_films_then_tables(made):
     # The tables of units in the last place are folded, and so are the bounces.
     checks = document[document.index('id="verification"') :]
     assert checks.index("<details") < checks.index("mass matrix</th>")
-    assert re.search(r"Show the \d+ impacts", document)
+    assert re.search(r"Show the \d+ entries", document)
     assert "more follow" not in document
     for fact in ("date", "processor", "twolink"):
         assert f'<th scope="row">{fact}</th>' in document
@@ -183,3 +185,73 @@ def test_on_a_phone_every_result_is_visible(made):
         )
         assert wide == []
         assert page.value("document.querySelector('.scrub').getBoundingClientRect().width") > 300
+
+
+@pytest.mark.slow
+def test_the_words_below_a_curve_are_about_both_sides_of_impacts(made):
+    """u2 leaps from −4.6 rad/s at the first impact, between two samples."""
+    document = (made[1] / "index.html").read_text(encoding="utf-8")
+    low = re.search(r"u2 from −([\d.]+) to [\d.]+ rad/s\.", document)[1]
+    assert float(low) > 4.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1280, 1920])
+def test_it_is_accessible_and_no_wider_than_the_window(made, width, scheme):
+    need_browser()
+    with Browser() as browser:
+        page = browser.page(width, 900)
+        surround(page, prefers_color_scheme=scheme)
+        page.open((made[1] / "index.html").as_uri())
+        assert page.value("document.documentElement.scrollWidth") <= width
+        # Folded tables are checked, too.
+        page.value("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+        assert violations(page) == []
+        paper = page.value("getComputedStyle(document.body).backgroundColor")
+        assert paper == ("rgb(255, 255, 255)" if scheme == "light" else "rgb(20, 23, 28)")
+        # Two columns where there is room.
+        columns = page.value("getComputedStyle(document.querySelector('.side')).display")
+        assert columns == ("grid" if width == 1920 else "block")
+
+
+@pytest.mark.slow
+def test_print_is_light_and_has_a_still_and_every_entry(made):
+    need_browser()
+    with Browser() as browser:
+        page = browser.page(760, 1080)
+        page.open((made[1] / "index.html").as_uri())
+        surround(page, media="print", prefers_color_scheme="dark")
+        page.value("dispatchEvent(new Event('beforeprint'))")
+        shown = "(e => getComputedStyle(e).display)(document.querySelector('{}'))".format
+        assert page.value(shown(".twolink-player .still")) == "block"
+        for hidden in (".twolink-player .stage", ".twolink-player .controls", "nav", ".downloads"):
+            assert page.value(shown(hidden)) == "none"
+        assert page.value("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+        assert page.value("[...document.querySelectorAll('details')].every((each) => each.open)")
+
+
+@pytest.mark.slow
+def test_a_phone_does_not_break_a_command_in_its_dashes(made):
+    need_browser()
+    with Browser() as browser:
+        page = browser.page(390, 844)
+        page.open((made[1] / "index.html").as_uri())
+        lines = page.value("document.querySelector('.cards code').getClientRects().length")
+        assert page.value("document.querySelector('.cards code').textContent") == (
+            "twolink report --full"
+        )
+        assert lines == 1
+
+
+@pytest.mark.slow
+def test_the_keyboard_alone_reaches_the_verdicts_the_film_and_the_log(made):
+    need_browser()
+    with Browser() as browser:
+        page = browser.page(1280, 900)
+        page.open((made[1] / "index.html").as_uri())
+        found = tabbed(page, 14)
+    assert found[:2] == ["Checks", "Scenes"]
+    film = found.index("motion: The drop onto a floor")
+    assert found[film + 1 : film + 6] == ["play", "time", "slower", "faster", "reset view"]
+    assert "time" in found[film + 6 :]
