@@ -124,19 +124,23 @@ def rows() -> Iterator[Row]:
 
 def main() -> None:
     """Print the table."""
-    columns = ("effect", "engine", "method", "coarse", "middle", "fine", "rebound", "exact")
-    table = Table(*columns, box=None)
+    table = Table("effect", "engine", "coarse", "middle", "fine", "rebound", "exact", box=None)
+    methods: dict[str, str] = {}
     for row in rows():
         if row.differences:
             method = row.engine.methods[0]
+            methods[row.engine.name] = f"{row.engine.name} by {method.name} ({method.parameter})"
             errors = [f"{difference:.0e}" for difference in row.differences]
-            ratios = [f"{ratio:.3f}" for ratio in row.rebound] if row.rebound else ["", ""]
-            table.add_row(
-                row.effect, row.engine.name, f"{method.name}, {method.parameter}", *errors, *ratios
+            ratios = (
+                [f"{round(ratio, 3) + 0.0:.3f}" for ratio in row.rebound]
+                if row.rebound
+                else ["", ""]
             )
-    page = Console()
+            table.add_row(row.effect, row.engine.name, *errors, *ratios)
+    page = Console(width=100)
     page.print(table)
-    page.print(f"steps {STEPS} s, tolerances {TOLERANCES}; rad at {DURATION:g} s")
+    page.print(f"Steps {STEPS} s, tolerances {TOLERANCES}; rad at {DURATION:g} s.")
+    page.print("; ".join(methods.values()) + ".", soft_wrap=True)
 
 
 if __name__ == "__main__":

@@ -39,9 +39,11 @@ def _block(translator: Any, node: nodes.Element) -> None:
     latex, number = tagged(node.astext())
     place = f' id="equation-{number}"' if number else ""
     shown = f'<span class="number">({number})</span>' if number else ""
-    formula = mathml(latex, "block")
+    name = f"equation {number}" if number else "equation"
+    # A formula that is wider than the page scrolls, with the keyboard, too.
     translator.body.append(
-        f'<div class="formula"{place} tabindex="0" role="group">{formula}{shown}</div>\n'
+        f'<div class="formula"{place} tabindex="0" role="group" aria-label="{name}">'
+        f"{mathml(latex, 'block')}{shown}</div>\n"
     )
     raise nodes.SkipNode
 
