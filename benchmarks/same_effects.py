@@ -29,7 +29,8 @@ from twolink.effects import (
     MotorInertia,
     Surface,
 )
-from twolink.engines.registry import ENGINES, ApproximatingEngine, Prepared, SimulationEngine
+from twolink.engines.registry import SIMULATORS
+from twolink.engines.simulation_engine import ApproximatingEngine, Prepared, SimulationEngine
 from twolink.errors import EngineError
 
 DURATION = 1.0
@@ -117,7 +118,7 @@ def _ratio(scene: Scene, q: np.ndarray, u: np.ndarray) -> float:
 def rows() -> Iterator[Row]:
     """Yield a row for each effect and installed engine."""
     for name in EFFECTS:
-        for engine in ENGINES:
+        for engine in SIMULATORS:
             if not engine.missing():
                 yield row_of(engine, name)
 

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 from extensions.files import write_if_new
-from twolink.conformance import messages
-from twolink.conformance.messages import PROTOCOL, Message
+from twolink.engines import messages
+from twolink.engines.messages import PROTOCOL, Message
 
 _HEAD = f"""# Messages of the protocol
 
-This page is generated from the types of `twolink/conformance/messages.py`, protocol {PROTOCOL}.
+This page is generated from the types of `twolink/engines/messages.py`, protocol {PROTOCOL}.
 [Check your engine](../check_your_engine.md#the-messages) shows a conversation. A message is one
 JSON object on one line; "text" is a JSON string, and a number that is not finite is `"nan"`,
 `"inf"` or `"-inf"`. A message with any other key is refused.

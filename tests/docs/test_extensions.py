@@ -8,8 +8,8 @@ import typer
 
 from tests.docs.transcript import ROOT
 from twolink.cli import app
-from twolink.conformance import messages
 from twolink.effects import EFFECTS
+from twolink.engines import messages
 
 
 @pytest.fixture(autouse=True)
