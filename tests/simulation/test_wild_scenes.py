@@ -235,9 +235,29 @@ def test_no_law_is_violated(name):
     assert violations(trajectory(name)) == []
 
 
+def test_a_dead_point_on_a_stop_turns_the_slide_and_stops_no_link():
+    """The links are straight up to the stop of B, so that D is at rest along x for an instant."""
+    run = trajectory("dead_point_on_a_stop")
+    (turned,) = [event for event in run.events if 0.28 < event.entered < 0.29]
+    assert str(turned.mode) == "D slips backward, B on its lower stop rests"
+    _, before = run.at([turned.entered], side="left")
+    _, after = run.at([turned.entered], side="right")
+    assert after == pytest.approx(before, rel=1e-9)
+
+
+def test_an_end_beside_the_base_slides_until_the_links_stop():
+    """Its speed is 3e-11 m times that of the links, which friction stops at some 30 rad/s²."""
+    run = trajectory("folded_with_a_floor_of_friction")
+    slid, rested = run.events[-2:]
+    assert str(slid.mode) == "A slips backward, B slips backward, D on s0 slips forward"
+    assert rested.entered - slid.entered > 1e-7
+    _, u = run.at([rested.entered], side="left")
+    assert np.abs(u).max() < 1e-15
+
+
 def test_each_scene_has_a_test():
     """The scenes are those in the folder, and each is named in a test."""
     text = Path(__file__).read_text(encoding="utf-8")
     names = [path.stem for path in SCENES.glob("*.toml")]
-    assert len(names) == 14
+    assert len(names) == 16
     assert [name for name in names if text.count(f'"{name}"') == 0] == []

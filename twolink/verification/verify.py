@@ -136,14 +136,15 @@ class ComparisonPlan:
         chain = Chain.from_links(self.urdf.links)
         own = Scale.of(chain, joint=True, gravity=self.urdf.gravity, joints=self.urdf.joints)
         largest = {"torque": 100 * float(own.mass_matrix.max()), "force": 10 * sum(chain.mass)}
-        starts = range(0, states, _BATCH)
-        for number, start in enumerate(starts):
-            drawn = self.draw(min(_BATCH, states - start), seed=(seed, number), **largest)
+        count = -(-states // _BATCH)
+        for number in range(count):
+            left = states - number * _BATCH
+            drawn = self.draw(min(_BATCH, left), seed=(seed, number), **largest)
             batch = _Batch(drawn, chain, own, self.engine, self.bound)
             for index, (quantity, formulas) in enumerate(self.groups):
                 met = batch.comparisons(quantity, formulas, self.names)
                 yield quantity, met, int(batch.left_out.sum())
-                report((number + (index + 1) / len(self.groups)) / len(starts))
+                report((number + (index + 1) / len(self.groups)) / count)
 
     def verdict(
         self,

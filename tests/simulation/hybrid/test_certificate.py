@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.simulation.hybrid import mode_of, system_of
+from tests.simulation.hybrid import mode_of, state_of, system_of
 from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from twolink.contact.elastoplastic import ElastoPlastic, Material
 from twolink.contact.elements import CompliantContact, DryFriction, RigidContact
@@ -45,7 +45,7 @@ def block_of(steps, lengths=(0.5,), start=0.0, kind=float):
     return Block(np.array(starts, dtype=rows.dtype), np.array(lengths, dtype=rows.dtype), rows)
 
 
-def certificate_of(*triggers, clock=None, span=1.0, integral=False, system=SYSTEM):
+def certificate_of(*triggers, clock=None, span=1.0, integral=False, system=SYSTEM, start=None):
     """Return the certificate of variables 0, 1, …, each an event function or its integral."""
     downwards = (E.CLEARS, E.REACHES)
     watched = tuple(
@@ -56,7 +56,7 @@ def certificate_of(*triggers, clock=None, span=1.0, integral=False, system=SYSTE
         pool=IntegratorPool(None), operations=0, numbers=0, watched=watched, gaps=(), sunk=(),
         roots=(), clock=clock, integrals=slice(0, 0), number=system.number,
     )  # fmt: skip
-    return Certificate(system, compiled, MODE, system.number(span))
+    return Certificate(system, compiled, MODE, system.number(span), start=start)
 
 
 def first(trigger, *steps, lengths=(0.5,), at_start=True, **more):
@@ -292,3 +292,15 @@ def test_a_bounce_lower_than_the_rounding_of_a_place_leaves_no_doubt():
     found, doubts = first(HITS, (0, 1e-15, -1.5e-15))
     assert found is None
     assert doubts == ()
+
+
+def test_a_slow_speed_along_a_short_row_is_no_rounding():
+    """Near a folded pose an end at 1e-16 m/s may slide on: its row is short, the links are slow."""
+    slide = [(1e-16, -1e-9)]
+    assert first(STOPS, *slide)[0].x == 0
+    near = state_of(SYSTEM, (1e-11, math.pi), (1e-5, 1e-5))
+    found, _ = first(STOPS, *slide, start=near)
+    assert found.x == pytest.approx(2e-7)
+    # Elsewhere such a speed is rounding.
+    apart = near._replace(q=(0.3, 1.0))
+    assert first(STOPS, *slide, start=apart)[0].x == 0

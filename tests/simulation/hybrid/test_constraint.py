@@ -125,17 +125,17 @@ def test_a_barred_joint_has_exactly_no_acceleration(random):
 
 @pytest.mark.parametrize("scale", [1e-12, 1.0, -3.0, 1e12])
 def test_multiples_of_a_row_are_parallel(scale):
-    assert parallel((0.3, -0.7), (0.3 * scale, -0.7 * scale))
+    assert parallel((0.3, -0.7), (0.3 * scale, -0.7 * scale), 1.0)
 
 
 def test_rows_apart_by_a_rounding_are_parallel_and_by_a_millionth_are_not():
-    assert parallel((1.0, 2.0), (1.0, 2.0 + 1e-14))
-    assert not parallel((1.0, 2.0), (1.0, 2.0 + 1e-6))
-    assert not parallel((1e-8, 2e-8), (1e8, 2e8 + 100.0))
+    assert parallel((1.0, 2.0), (1.0, 2.0 + 1e-14), 1.0)
+    assert not parallel((1.0, 2.0), (1.0, 2.0 + 1e-6), 1.0)
+    assert not parallel((1e-8, 2e-8), (1e8, 2e8 + 100.0), 1e-8)
 
 
 def test_a_row_of_zeros_bars_nothing_of_its_own():
-    assert parallel((0.0, 0.0), (1.0, 2.0))
+    assert parallel((0.0, 0.0), (1.0, 2.0), 1.0)
 
 
 A, B = JointCoordinate("A"), JointCoordinate("B")
@@ -174,3 +174,9 @@ def test_a_mass_centre_at_the_end_is_the_end():
 def test_a_mass_centre_at_the_joint_moves_with_link_1():
     chain = Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (0.0, 0.0)), (0.1, 0.1))
     assert same_line(SECOND, A, chain)
+
+
+def test_rows_that_are_round_off_of_a_stretched_pose_have_no_direction():
+    """Half of the length of a chain is a lever, and 1e-12 of it is one only along the other row."""
+    assert parallel((1.0, -1.0), (1.743e-13, -1.745e-13), 0.65)
+    assert not parallel((1.0, -1.0), (1.743e-13, 1.745e-13), 0.65)

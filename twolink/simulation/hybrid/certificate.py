@@ -16,9 +16,10 @@ import numpy as np
 
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.compile import CompiledMode
-from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
+from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, size_of
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.roots import Search, are_positive, first_fall, lowest, rounding_bound
+from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import CONTACT_GAP, GRAZING, LEADING, LEADING_SHARE
 
@@ -53,13 +54,15 @@ class Certificate:
         span: Any,
         pressing: float = 0.0,
         orders: Orders = NO_ORDERS,
+        start: HybridState | None = None,
     ) -> None:
         """Store the compiled mode and the time (s) after which the arc ends without an event.
 
         `pressing` is the sum of the accelerations (rad/s²) that single compliant surfaces give;
-        `orders` are those of event functions that, by the selection, grow from zero.
+        `orders` are those of event functions that, by the selection, grow from zero. With the state
+        at the `start` a speed is known better near a singular pose.
         """
-        self._orders = orders
+        self._orders, self._start = orders, start
         self._system, self._compiled, self._span = system, compiled, span
         self._pressing = pressing
         self._triggers, self._variables, self._integral, self._reversed = compiled.layout
@@ -217,7 +220,7 @@ class Certificate:
         noise, pace = self._noise(trigger, polynomial, block), 1.0
         if self._compiled.clock is None:
             pace = float(block.lengths[0]) / float(self._system.longest_step)
-        if polynomial[0] > noise:
+        if polynomial[0] > noise or polynomial[0] > self._speed_noise(trigger, noise):
             return 0
         if polynomial[0] > 0 and trigger.kind in (EventKind.HITS, EventKind.LEAVES):
             # A lower bound, as it omits the contribution of a tiny growing gap.
@@ -255,6 +258,21 @@ class Certificate:
         elif trigger.kind is EventKind.BREAKS:
             size = max(size, 1.0)
         return LEADING * self._system.resolution * size + self._force_of_rounding(trigger)
+
+    def _speed_noise(self, trigger: Trigger, noise: float) -> float:
+        """Return the size below which a speed at the start of an arc is zero: at most `noise`.
+
+        Near a singular pose the row of the speed is short, and so is the error of the speed due to
+        that of u; the error of the row is round-off of the pose.
+        """
+        element = self._system.elements[trigger.index]
+        along = element.normal if trigger.kind is EventKind.TURNS else element.tangent
+        is_speed = trigger.kind in (EventKind.STOPS, EventKind.TURNS)
+        if self._start is None or along is None or not is_speed:
+            return noise
+        row = size_of(self._system.pose(self._start.q).row(along)) / self._lever
+        own = LEADING * self._system.resolution * self._lever * size_of(self._start.u)
+        return min(noise, own + row * noise)
 
     def _speed_of_rounding(self, trigger: Trigger, block: Block) -> float:
         """Return the speed that round-off of large forces causes in the first step."""

@@ -103,7 +103,7 @@ def is_solvable(problem: Problem, states: States) -> bool:
     rows = [constraint.row for group in groups for constraint in group]
     if any(vanishes(problem.system, row) for row in rows):
         return False
-    if len(rows) == MOST_CONSTRAINTS and parallel(*rows):
+    if len(rows) == MOST_CONSTRAINTS and parallel(rows[0], rows[1], problem.system.lever):
         return False
     for index, (element, state) in enumerate(zip(elements, states, strict=True)):
         if element.tangent is None or state in (ContactState.STICKS, ContactState.OPEN):
@@ -181,8 +181,7 @@ def noise_of(problem: Problem, condition: Condition, solution: Solution) -> floa
 
 def vanishes(system: HybridSystem, row: Pair) -> bool:
     """Return whether a row is zero within round-off: no force acts along it in this pose."""
-    lever = float(system.scene_chain.L1 + system.scene_chain.L2)
-    return size_of(row) <= tolerances.NO_LEVER * lever
+    return size_of(row) <= tolerances.NO_LEVER * system.lever
 
 
 def size_of(row: Pair) -> float:

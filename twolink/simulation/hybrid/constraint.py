@@ -12,7 +12,7 @@ from twolink.arithmetic import Matrix, Pair, Scalar
 from twolink.chain import Chain
 from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate, PointCoordinate
 from twolink.contact.elements import Constraint
-from twolink.simulation.hybrid.tolerances import PARALLEL
+from twolink.simulation.hybrid.tolerances import NO_LEVER, PARALLEL
 
 
 def cramer(M: Matrix, r: Pair, det: Scalar) -> Pair:
@@ -59,11 +59,16 @@ def solved_with_two(
     )
 
 
-def parallel(first: Pair, second: Pair) -> bool:
-    """Return whether two rows are parallel within round-off."""
+def parallel(first: Pair, second: Pair, lever: float) -> bool:
+    """Return whether two rows of a chain of length `lever` (m) are parallel within round-off.
+
+    Near a singular pose a row is short, and its direction is round-off of the pose: what counts is
+    the part of the shorter row across the longer one.
+    """
     x1, y1, x2, y2 = (float(entry) for entry in (*first, *second))
-    size = (abs(x1) + abs(y1)) * (abs(x2) + abs(y2))
-    return abs(x1 * y2 - x2 * y1) <= PARALLEL * size
+    one, other = abs(x1) + abs(y1), abs(x2) + abs(y2)
+    known = max(PARALLEL * min(one, other), NO_LEVER * lever)
+    return abs(x1 * y2 - x2 * y1) <= known * max(one, other)
 
 
 def same_line(first: ConstraintCoordinate, second: ConstraintCoordinate, chain: Chain) -> bool:

@@ -54,6 +54,11 @@ class Pose:
         return known[1]
 
     @property
+    def lever(self) -> float:
+        """The length of the stretched chain (m)."""
+        return float(abs(self.chain.L1) + abs(self.chain.L2))
+
+    @property
     def inertia(self) -> tuple[Matrix, Scalar]:
         """M (kg m²) and its determinant (kg² m⁴)."""
         if self._inertia is None:

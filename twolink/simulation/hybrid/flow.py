@@ -97,7 +97,7 @@ def _followed(
     system, compiled, mode = course.system, course.compiled, course.mode
     _set_up(course)
     span = course.until - course.state.t
-    certificate = Certificate(system, compiled, mode, span, _pressing(course), orders)
+    certificate = Certificate(system, compiled, mode, span, _pressing(course), orders, course.state)
     blocks: list[Block] = []
     doubts: list[Doubt] = []
     taken = 0

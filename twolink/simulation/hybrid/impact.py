@@ -98,10 +98,9 @@ def stopped(
     """
     if not coordinates:
         return u
-    lever = float(abs(pose.chain.L1) + abs(pose.chain.L2))
     pairs = [(coordinate, pose.row(coordinate)) for coordinate in coordinates]
-    pairs = [pair for pair in pairs if largest(pair[1]) > NO_LEVER * lever]
-    if any(not parallel(pairs[0][1], row) for _, row in pairs[1:]):
+    pairs = [pair for pair in pairs if largest(pair[1]) > NO_LEVER * pose.lever]
+    if any(not parallel(pairs[0][1], row, pose.lever) for _, row in pairs[1:]):
         return 0 * u[0], 0 * u[1]
     for coordinate, row in pairs:
         if isinstance(coordinate, JointCoordinate):

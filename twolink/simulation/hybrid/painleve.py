@@ -95,7 +95,7 @@ def wedged(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int
             continue
         assert element.normal is not None
         row = pose.row(element.normal)
-        rough = element.tangent is not None and parallel(row, pose.row(element.tangent))
+        rough = element.tangent is not None and parallel(row, pose.row(element.tangent), pose.lever)
         if (rough and not state.sliding[index]) or vanishes(system, row):
             found.append(index)
     return found

@@ -189,7 +189,7 @@ def _turns(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigge
     still = [normal, *system.held(mode.states)]
     pose = system.pose(state.q)
     rows = [pose.row(coordinate) for coordinate in still]
-    if all(parallel(rows[0], row) for row in rows[1:]):
+    if all(parallel(rows[0], row, pose.lever) for row in rows[1:]):
         return Reaction(state, _as_before(mode))
     return Reaction(_brought_to_rest(system, state, still, index), {})
 

@@ -82,7 +82,7 @@ def ended(
     """
     first = indices[0]
     for second in indices[1:]:
-        if not parallel(impacts.row(first), impacts.row(second)):
+        if not parallel(impacts.row(first), impacts.row(second), impacts.pose.lever):
             return impacts.both_ended(first, second, u)
     return [impacts.clamped(first, u, sticks=first not in sliding)]
 
@@ -96,7 +96,7 @@ def _is_lost(impacts: Impacts, still: Collection[int], u: Pair, before: Pair) ->
         return False
     rows = [impacts.row(index) for index in sorted(still)]
     fast = largest(u) > UNDECIDED * impacts.rounding * largest(before)
-    return bool(fast) and any(not parallel(rows[0], row) for row in rows[1:])
+    return bool(fast) and any(not parallel(rows[0], row, impacts.pose.lever) for row in rows[1:])
 
 
 def _refuse_energy(impacts: Impacts, strike: Strike) -> None:

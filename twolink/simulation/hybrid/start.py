@@ -75,7 +75,7 @@ def _placed(system: HybridSystem, pose: Pose, held: list[int], state: HybridStat
     The pose stays where a gap of round-off would move it by more, near a singular pose.
     """
     normals = {index: pose.row(system.elements[index].normal) for index in held}  # type: ignore[arg-type]
-    others = [i for i in held if not parallel(normals[held[0]], normals[i])]
+    others = [i for i in held if not parallel(normals[held[0]], normals[i], system.lever)]
     if not others:
         return place(system, pose, held[0], state) if held else pose
     pair = [system.elements[index] for index in (held[0], others[0])]
