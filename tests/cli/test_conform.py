@@ -51,7 +51,7 @@ def test_an_engine_that_disagrees():
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (("pinnochio",), "did you mean 'pinocchio'"),
+        (("pinnochio",), "did you mean 'Pinocchio'"),
         (("pinocchio", "--suite", "imports"), "suite must be one of import, evaluation, motion"),
         (("pinocchio", "--seconds", "0"), "--seconds must be a positive number; got 0"),
         (("pinocchio", "--memory", "nan"), "--memory must be a positive number of GB; got nan"),

@@ -4,6 +4,7 @@ import json
 import os
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -64,15 +65,28 @@ def numbers(value):
     return [numbers(entry) for entry in value] if isinstance(value, list) else float(value)
 
 
-def start(mode, answers, memory=2**29):
-    command = [sys.executable, "-I", "-S", str(ROGUE), mode, str(answers)]
-    return lambda: ProcessTransport(command, memory)
+PYTHON = (sys.executable, "-I", "-S")
 
 
 def results(mode, answers, seconds=LIMIT):
     groups = {"evaluation": suite("evaluation")[:1]}
-    found = conform("cmd: rogue", start(mode, answers), groups, seconds=seconds)
+    command = [*PYTHON, str(ROGUE), mode, str(answers)]
+    found = conform("cmd: rogue", lambda: ProcessTransport(command, 2**29), groups, seconds=seconds)
     return {result.quantity: result for result in found.results}
+
+
+@contextmanager
+def running(*command):
+    """A child that is started, and closed in the end."""
+    transport = ProcessTransport(command)
+    try:
+        yield transport
+    finally:
+        transport.close()
+
+
+def program(code):
+    return running(*PYTHON, "-c", code)
 
 
 @pytest.mark.parametrize(("mode", "mark", "words"), FAULTS, ids=[mode for mode, _, _ in FAULTS])
@@ -123,11 +137,12 @@ def test_a_program_that_cannot_be_run(tmp_path):
     """It is there, and is no program."""
     file = tmp_path / "engine"
     file.write_text("")
-    transport = ProcessTransport([str(file)])
-    with pytest.raises(EngineFault, match="Permission denied") as caught:
+    with (
+        running(str(file)) as transport,
+        pytest.raises(EngineFault, match="Permission denied") as caught,
+    ):
         transport.ask(Start(), LIMIT)
     assert caught.value.kind is FaultKind.CRASH
-    transport.close()
 
 
 @pytest.mark.slow
@@ -139,10 +154,8 @@ def test_children_of_a_child_end_with_it(tmp_path):
         f"open({str(file)!r}, 'w').write(str(child.pid))\n"
         "time.sleep(60)"
     )
-    transport = ProcessTransport([sys.executable, "-I", "-S", "-c", code])
-    with pytest.raises(EngineFault, match="hang"):
+    with program(code) as transport, pytest.raises(EngineFault, match="hang"):
         transport.ask(Start(), 3.0)
-    transport.close()
     assert has_ended(int(file.read_text()))
 
 
@@ -160,12 +173,11 @@ def has_ended(pid):
 
 def test_a_large_question_to_a_child_that_does_not_read():
     """Writing to a full pipe does not block beyond the limit."""
-    transport = ProcessTransport([sys.executable, "-I", "-S", "-c", "import time; time.sleep(60)"])
-    begin = time.monotonic()
-    with pytest.raises(EngineFault, match="hang"):
-        transport.ask(Model(id="large", urdf="x" * 2**22), 1.0)
-    assert time.monotonic() - begin < 10
-    transport.close()
+    with program("import time; time.sleep(60)") as transport:
+        begin = time.monotonic()
+        with pytest.raises(EngineFault, match="hang"):
+            transport.ask(Model(id="large", urdf="x" * 2**22), 1.0)
+        assert time.monotonic() - begin < 10
 
 
 def test_a_large_answer_is_read_whole():
@@ -175,8 +187,7 @@ def test_a_large_answer_is_read_whole():
         'print(\'{"version": 1, "engine": {"name": "\' + "x" * 5000000 + \'", "version": "1", '
         '"reads": ["urdf"]}}\')'
     )
-    transport = ProcessTransport([sys.executable, "-I", "-S", "-c", code])
-    answer = transport.ask(Start(), LIMIT)
+    with program(code) as transport:
+        answer = transport.ask(Start(), LIMIT)
     assert isinstance(answer, Started)
     assert len(answer.engine.name) == 5_000_000
-    transport.close()

@@ -71,10 +71,7 @@ def conform(
     The engine answers messages; see docs/check_your_engine.md. Exit code 0: all agree. 1: some do
     not. 2: the input was refused.
     """
-    if not 0 < seconds < math.inf:
-        refuse(f"--seconds must be a positive number; got {seconds:g}")
-    if not 0 < memory < math.inf:
-        refuse(f"--memory must be a positive number of GB; got {memory:g}")
+    _check_limits(seconds, memory)
     check_target("--json", json_file)
     check_target("--junit", junit_file)
     if check:
@@ -82,14 +79,16 @@ def conform(
         return
     report = _report(engine, suite, seconds, int(memory * _GIGABYTE), expect)
     _print_report(report)
-    if json_file is not None:
-        from twolink.conformance.report import document
-
-        write_json(json_file, document(report))
-    if junit_file is not None:
-        _write_junit(junit_file, report)
+    _write(report, json_file, junit_file)
     if not report.agrees:
         raise typer.Exit(FAILED)
+
+
+def _check_limits(seconds: float, memory: float) -> None:
+    if not 0 < seconds < math.inf:
+        refuse(f"--seconds must be a positive number; got {seconds:g}")
+    if not 0 < memory < math.inf:
+        refuse(f"--memory must be a positive number of GB; got {memory:g}")
 
 
 def _report(
@@ -132,12 +131,16 @@ def _check_harness(engine: str, seconds: float, memory: int) -> None:
     say(f"All {len(checks)} checks of the protocol pass.")
 
 
-def _write_junit(file: Path, report: Report) -> None:
-    from twolink.conformance.report import junit
+def _write(report: Report, json_file: Path | None, junit_file: Path | None) -> None:
+    """Write the report to the files that are given."""
+    from twolink.conformance.report import document, junit
     from twolink.files import atomic_write
 
-    with atomic_write(file) as temporary:
-        temporary.write_text(junit(report), encoding="utf-8")
+    if json_file is not None:
+        write_json(json_file, document(report))
+    if junit_file is not None:
+        with atomic_write(junit_file) as temporary:
+            temporary.write_text(junit(report), encoding="utf-8")
 
 
 def _print_report(report: Report) -> None:

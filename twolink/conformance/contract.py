@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import traceback
 import warnings
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -30,6 +29,7 @@ from twolink.engines.messages import (
     Values,
 )
 from twolink.engines.quantities import QUANTITIES
+from twolink.engines.sandbox import each_once
 from twolink.errors import TwolinkError
 
 __all__ = ["Array", "CannotError", "Engine", "ModelRefusedError", "about", "answer"]
@@ -58,11 +58,11 @@ def answer(engine: Engine, request: Request) -> Answer:
         warnings.simplefilter("always")
         try:
             if isinstance(request, Model):
-                return Loaded(understood=engine.load(request), warnings=_each_once(caught))
+                return Loaded(understood=engine.load(request), warnings=each_once(caught))
             if isinstance(request, Move):
                 return engine.move(request)
             return Values(
-                seq=request.seq, values=_values(engine, request), warnings=_each_once(caught)
+                seq=request.seq, values=_values(engine, request), warnings=each_once(caught)
             )
         except Exception as error:
             return _failure(request, error)
@@ -90,10 +90,6 @@ def _failure(request: Model | Ask | Move, error: Exception) -> Answer:
     last = traceback.format_exception_only(error)[-1].strip()
     context = {"traceback": "".join(traceback.format_exception(error))}
     return Errored(seq=request.seq, message=last, context=context)
-
-
-def _each_once(caught: Iterable[Any]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(f"{each.category.__name__}: {each.message}" for each in caught))
 
 
 def _worded(value: Any) -> Any:

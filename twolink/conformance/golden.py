@@ -82,16 +82,6 @@ def read_group(content: bytes) -> VectorFile:
 
 def page() -> str:
     """Return the page that defines every field, in Markdown."""
-    quantities = "\n".join(
-        f"| `{each.name}` | {', '.join(each.inputs)} | {_shape(each.shape)} | {each.unit} |"
-        f" {each.meaning} |"
-        for each in QUANTITIES.values()
-    )
-    flags = "\n".join(
-        f"| {name} | {flag.kind} | {flag.description} | {flag.effect} |"
-        f" {', '.join(flag.first_seen) or '–'} |"
-        for name, flag in FLAGS.items()
-    )
     parts = [
         f"# Vectors of twolink, release {RELEASE}",
         f"Written by `twolink golden`. Values have {DIGITS} certified digits: they are sums over"
@@ -99,34 +89,52 @@ def page() -> str:
         " library compare them with two planar derivations at 50 digits. The inputs are the float64"
         " numbers that the texts parse to. Ids are never reused; a changed value is an erratum.",
         "Errata: " + ("; ".join(ERRATA) or "none") + ".",
-        "## Fields of a file",
-        _fields(VectorFile),
-        "## Fields of `group`",
-        _fields(Group),
-        "## Fields of a test",
-        _fields(Vector),
-        "## Fields of a motion",
-        _fields(Motion),
-        "## Fields of a flag in `notes`",
-        _fields(Flag),
-        "## Fields of `frame`",
-        _fields(Frame),
+        *(part for title, kind in _PARTS for part in (f"## Fields of {title}", _fields(kind))),
         "## Quantities",
         "States are rows of two numbers, in joint angles: θ1 from the x-axis, θ2 from link 1, or"
         " as the URDF's joints define them. For a model from URDF, an answer that is a vector has"
         " three components in the root link's frame; the values have its components along x and y"
         " of `frame`, from its origin for a position. A potential counts from that of the first"
-        " state."
-        "\n\n| name | inputs | shape in a state | unit | meaning |\n|---|---|---|---|---|\n"
-        + quantities,
+        " state.",
+        _quantities(),
         "## Bound",
         f"{REASON} A value passes if its error is at most its bound. LRE, the number of correct"
         " digits, is −log10 of the largest error of a state over its largest value.",
-        "## Flags\n\n| flag | kind | about | effect of the mistake | reported |\n"
-        "|---|---|---|---|---|\n" + flags,
+        "## Flags",
+        _flags(),
         f"## Messages\n\n`schema/message-*.json` are the JSON schemas of protocol {PROTOCOL}.",
     ]
     return "\n\n".join(parts) + "\n"
+
+
+_PARTS: tuple[tuple[str, type[Message]], ...] = (
+    ("a file", VectorFile),
+    ("`group`", Group),
+    ("a test", Vector),
+    ("a motion", Motion),
+    ("a flag in `notes`", Flag),
+    ("`frame`", Frame),
+)
+
+
+def _quantities() -> str:
+    rows = "\n".join(
+        f"| `{each.name}` | {', '.join(each.inputs)} | {_shape(each.shape)} | {each.unit} |"
+        f" {each.meaning} |"
+        for each in QUANTITIES.values()
+    )
+    return "| name | inputs | shape in a state | unit | meaning |\n|---|---|---|---|---|\n" + rows
+
+
+def _flags() -> str:
+    rows = "\n".join(
+        f"| {name} | {flag.kind} | {flag.description} | {flag.effect} |"
+        f" {', '.join(flag.first_seen) or '–'} |"
+        for name, flag in FLAGS.items()
+    )
+    return (
+        "| flag | kind | about | effect of the mistake | reported |\n|---|---|---|---|---|\n" + rows
+    )
 
 
 _MEANINGS: Mapping[str, str] = {

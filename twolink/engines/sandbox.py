@@ -12,7 +12,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import faulthandler
-import json
 import multiprocessing
 import os
 import pickle
@@ -20,7 +19,7 @@ import signal
 import sys
 import traceback
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from time import perf_counter
@@ -55,11 +54,6 @@ class TaskResult:
     said: str = ""
     warnings: tuple[str, ...] = ()
     output: str = ""
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the result as JSON-compatible data."""
-        table = dataclasses.asdict(self)
-        return dict(json.loads(json.dumps(table, default=_plain)))
 
 
 def run_sandboxed(
@@ -151,15 +145,15 @@ def _child(order: bytes, pipe: Connection, output: str, memory: int) -> None:
         with warnings.catch_warnings(record=True) as captured:
             warnings.simplefilter("always")
             result = task(*arguments)
-        outcome = TaskResult("finished", perf_counter() - begin, result, "", _each_once(captured))
+        outcome = TaskResult("finished", perf_counter() - begin, result, "", each_once(captured))
         answer = pickle.dumps(outcome)
     except MemoryError as error:
         said = f"MemoryError: {error}".removesuffix(": ")
-        answer = pickle.dumps(TaskResult("out of memory", 0.0, None, said, _each_once(captured)))
+        answer = pickle.dumps(TaskResult("out of memory", 0.0, None, said, each_once(captured)))
     except BaseException as error:
         traceback.print_exc()
         said = traceback.format_exception_only(error)[-1].strip()
-        answer = pickle.dumps(TaskResult("refused", 0.0, None, said, _each_once(captured)))
+        answer = pickle.dumps(TaskResult("refused", 0.0, None, said, each_once(captured)))
     sys.stdout.flush()
     sys.stderr.flush()
     pipe.send_bytes(answer)
@@ -195,12 +189,6 @@ def end_with_caller() -> None:
             os._exit(1)
 
 
-def _each_once(captured: list[Any]) -> tuple[str, ...]:
+def each_once(captured: Iterable[Any]) -> tuple[str, ...]:
+    """Return captured Python warnings as sentences, without duplicates."""
     return tuple(dict.fromkeys(f"{each.category.__name__}: {each.message}" for each in captured))
-
-
-def _plain(value: Any) -> Any:
-    """Return arrays as lists and NumPy's numbers as numbers, for `json`."""
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    return str(value)

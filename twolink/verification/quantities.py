@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 
 from twolink.compilation import Compiled
 from twolink.engines.chain_engine import ChainEngine
+from twolink.engines.quantities import QUANTITIES
 from twolink.verification.states import Array, States
 
 # Complex step, so small that its square vanishes beside 1: its only error is rounding.
@@ -79,38 +81,42 @@ def _forward_derivatives(engine: ChainEngine, states: States) -> Array:
     return engine.forward_dynamics_derivatives(states.angles, states.speeds, states.torques)
 
 
-def _jacobian_of(point: str) -> Quantity:
+def _of(name: str, algorithm: str) -> Quantity:
+    """Return a quantity of the contract of engines, by the formula of the same name."""
+    asked = QUANTITIES[name]
     return Quantity(
-        f"Jacobian of {point}",
-        "m",
-        "computeFrameJacobian",
-        ("angles",),
-        lambda texts: texts.jacobian(point),
-        lambda engine, s: engine.jacobian(point, s.angles),
+        name.replace("_", " "),
+        asked.unit,
+        algorithm,
+        asked.inputs,
+        attrgetter(name),
+        lambda engine, s: getattr(engine, name)(*(getattr(s, key) for key in asked.inputs)),
+    )
+
+
+def _jacobian_of(point: str) -> Quantity:
+    return replace(
+        _of("jacobian", "computeFrameJacobian"),
+        name=f"Jacobian of {point}",
+        text=lambda texts: texts.jacobian(point),
+        call=lambda engine, s: engine.jacobian(point, s.angles),
         from_world=True,
     )
 
 
-_INVERSE = ("angles", "speeds", "accelerations")
-_FORWARD = ("angles", "speeds", "torques")
+def _derivative(of: str, name: str, unit: str, algorithm: str, part: int, by: str) -> Quantity:
+    """Return a derivative of inverse or forward dynamics by one of its inputs."""
+    call = _inverse_derivatives if of == "inverse_dynamics" else _forward_derivatives
+    return replace(
+        _of(of, algorithm), name=name, unit=unit, call=call, part=part, by=by, from_world=True
+    )
+
+
+_RNEA, _ABA = "computeRNEADerivatives", "computeABADerivatives"
 
 DYNAMICS: tuple[Quantity, ...] = (
-    Quantity(
-        "mass matrix",
-        "kg m²",
-        "crba",
-        ("angles",),
-        lambda texts: texts.mass_matrix,
-        lambda engine, s: engine.mass_matrix(s.angles),
-    ),
-    Quantity(
-        "velocity terms",
-        "N m",
-        "nonLinearEffects",
-        ("angles", "speeds"),
-        lambda texts: texts.velocity_terms,
-        lambda engine, s: engine.velocity_terms(s.angles, s.speeds),
-    ),
+    _of("mass_matrix", "crba"),
+    _of("velocity_terms", "nonLinearEffects"),
     Quantity(
         "Coriolis matrix",
         "N m s",
@@ -120,138 +126,51 @@ DYNAMICS: tuple[Quantity, ...] = (
         lambda engine, s: engine.coriolis_matrix(s.angles, s.speeds),
         from_world=True,
     ),
-    Quantity(
-        "gravity terms",
-        "N m",
-        "computeGeneralizedGravity",
-        ("angles",),
-        lambda texts: texts.gravity_terms,
-        lambda engine, s: engine.gravity_terms(s.angles),
-    ),
-    Quantity(
-        "inverse dynamics",
-        "N m",
-        "rnea",
-        _INVERSE,
-        lambda texts: texts.inverse_dynamics,
-        lambda engine, s: engine.inverse_dynamics(s.angles, s.speeds, s.accelerations),
-    ),
+    _of("gravity_terms", "computeGeneralizedGravity"),
+    _of("inverse_dynamics", "rnea"),
     Quantity(
         "inverse dynamics, force on D",
         "N m",
         "rnea, fext",
-        (*_INVERSE, "end_force"),
+        (*QUANTITIES["inverse_dynamics"].inputs, "end_force"),
         lambda texts: texts.inverse_dynamics_with_end_force,
         lambda engine, s: engine.inverse_dynamics(s.angles, s.speeds, s.accelerations, s.end_force),
     ),
-    Quantity(
-        "forward dynamics",
-        "rad/s²",
-        "aba",
-        _FORWARD,
-        lambda texts: texts.forward_dynamics,
-        lambda engine, s: engine.forward_dynamics(s.angles, s.speeds, s.torques),
-    ),
-    Quantity(
-        "∂τ/∂θ",
-        "N m",
-        "computeRNEADerivatives",
-        _INVERSE,
-        lambda texts: texts.inverse_dynamics,
-        _inverse_derivatives,
-        part=0,
-        by="angles",
-        from_world=True,
-    ),
-    Quantity(
-        "∂τ/∂θ̇",
-        "N m s",
-        "computeRNEADerivatives",
-        _INVERSE,
-        lambda texts: texts.inverse_dynamics,
-        _inverse_derivatives,
-        part=1,
-        by="speeds",
-        from_world=True,
-    ),
-    Quantity(
-        "∂θ̈/∂θ",
-        "1/s²",
-        "computeABADerivatives",
-        _FORWARD,
-        lambda texts: texts.forward_dynamics,
-        _forward_derivatives,
-        part=0,
-        by="angles",
-        from_world=True,
-    ),
-    Quantity(
-        "∂θ̈/∂θ̇",
-        "1/s",
-        "computeABADerivatives",
-        _FORWARD,
-        lambda texts: texts.forward_dynamics,
-        _forward_derivatives,
-        part=1,
-        by="speeds",
-        from_world=True,
-    ),
-    Quantity(
-        "∂θ̈/∂τ",
-        "1/(kg m²)",
-        "computeABADerivatives",
-        _FORWARD,
-        lambda texts: texts.forward_dynamics,
-        _forward_derivatives,
-        part=2,
-        by="torques",
-        from_world=True,
-    ),
-    Quantity(
-        "kinetic energy",
-        "J",
-        "computeKineticEnergy",
-        ("angles", "speeds"),
-        lambda texts: texts.kinetic_energy,
-        lambda engine, s: engine.kinetic_energy(s.angles, s.speeds),
-    ),
+    _of("forward_dynamics", "aba"),
+    _derivative("inverse_dynamics", "∂τ/∂θ", "N m", _RNEA, 0, "angles"),
+    _derivative("inverse_dynamics", "∂τ/∂θ̇", "N m s", _RNEA, 1, "speeds"),
+    _derivative("forward_dynamics", "∂θ̈/∂θ", "1/s²", _ABA, 0, "angles"),
+    _derivative("forward_dynamics", "∂θ̈/∂θ̇", "1/s", _ABA, 1, "speeds"),
+    _derivative("forward_dynamics", "∂θ̈/∂τ", "1/(kg m²)", _ABA, 2, "torques"),
+    _of("kinetic_energy", "computeKineticEnergy"),
     *(_jacobian_of(point) for point in ("C1", "C2", "D")),
 )
 
 
-def _motion_of(point: str) -> tuple[Quantity, ...]:
+# The parts of a point's motion, in the order of the engine's answer, and Pinocchio's algorithms.
+_PARTS = (
+    ("position", "updateFramePlacement"),
+    ("velocity", "getFrameVelocity"),
+    ("acceleration", "getFrameClassicalAcceleration"),
+)
+
+
+def _motion_of(point: str) -> Iterator[Quantity]:
     def call(engine: ChainEngine, states: States) -> Array:
         return engine.point_motion(point, states.angles, states.speeds, states.accelerations)
 
-    return (
-        Quantity(
-            f"position of {point}",
-            "m",
-            "updateFramePlacement",
-            ("angles",),
-            lambda texts: texts.position(point),
-            call,
-            part=0,
-        ),
-        Quantity(
-            f"velocity of {point}",
-            "m/s",
-            "getFrameVelocity",
-            ("angles", "speeds"),
-            lambda texts: texts.velocity(point),
-            call,
-            part=1,
-        ),
-        Quantity(
-            f"acceleration of {point}",
-            "m/s²",
-            "getFrameClassicalAcceleration",
-            _INVERSE,
-            lambda texts: texts.acceleration(point),
-            call,
-            part=2,
-        ),
-    )
+    for part, (name, algorithm) in enumerate(_PARTS):
+        yield replace(
+            _of(name, algorithm),
+            name=f"{name} of {point}",
+            text=_at(name, point),
+            call=call,
+            part=part,
+        )
+
+
+def _at(name: str, point: str) -> Callable[[Any], Callable[..., Any]]:
+    return lambda texts: getattr(texts, name)(point)
 
 
 def _angular_motion(engine: ChainEngine, states: States) -> Array:
@@ -278,12 +197,5 @@ MOTION: tuple[Quantity, ...] = (
         _angular_motion,
         part=1,
     ),
-    Quantity(
-        "potential energy",
-        "J",
-        "computePotentialEnergy",
-        ("angles",),
-        lambda texts: texts.potential_energy,
-        lambda engine, s: engine.potential_energy(s.angles),
-    ),
+    _of("potential_energy", "computePotentialEnergy"),
 )

@@ -75,23 +75,18 @@ def vectors_of(
     all that depends on it needs it.
     """
     flat = models(FLOATS)
-    pairs: dict[Effect, Any] = {
-        "joint_damping": flat.damping,
-        "joint_friction": flat.friction,
-    }
-    resisting = tuple(effect for effect, pair in pairs.items() if any(pair))
-    found = []
+    resisting = _resisting(flat)
     certain = certified(models, states)
+    found = []
     for quantity in QUANTITIES.values():
         if quantity.name == "inverse_dynamics" and resisting:
             continue
-        forward = resisting if quantity.name == "forward_dynamics" else ()
-        rotors = needs if quantity.name in _WITH_ARMATURE else ()
         rows = {name: states[name] for name in quantity.inputs}
         values = certain[quantity.name]
-        allowed = bound(
-            quantity, flat, chain, convention, gravity, rows, np.array(values, dtype=float)
-        )
+        truth = np.array(values, dtype=float)
+        allowed = bound(quantity, flat, chain, convention, gravity, rows, truth)
+        forward = resisting if quantity.name == "forward_dynamics" else ()
+        rotors = needs if quantity.name in _WITH_ARMATURE else ()
         found.append(
             Vector(
                 id=f"{group}/{quantity.name.replace('_', '-')}",
@@ -106,6 +101,15 @@ def vectors_of(
             )
         )
     return tuple(found)
+
+
+def _resisting(model: SpatialModel) -> tuple[Effect, ...]:
+    """Return the effects that resist in the joints of a model."""
+    pairs: dict[Effect, Any] = {
+        "joint_damping": model.damping,
+        "joint_friction": model.friction,
+    }
+    return tuple(effect for effect, pair in pairs.items() if any(pair))
 
 
 _WITH_ARMATURE = ("mass_matrix", "inverse_dynamics", "forward_dynamics", "kinetic_energy")
