@@ -1,19 +1,23 @@
 """PhysX 5, by `sapien`: its URDF loader, reduced-coordinate articulations, `PhysxCpuSystem.step`.
 
-Traps: all numbers are binary32. The loader reads files alone. It gives no mass properties to a
-link without `<inertial>`, or with a zero mass or inertia: PhysX then has its own. The angles of
-continuous joints are wrapped; `revolute_unwrapped` keeps them. Links sleep when they are slow: the
-threshold is 0 here. Speeds are damped (`linear_damping`, `angular_damping`) unless that is set to
-zero, as here. Joint friction is not dry friction of a constant torque.
+Traps: all numbers are binary32. The loader reads files alone, and wants a rendering device for
+visuals, which the adapter leaves out. A link without `<inertial>`, or with a zero mass or inertia,
+weighs 1e-6 kg. Joints have friction (0.05) unless it is set to zero, as here, and links are damped
+(`linear_damping`, `angular_damping`; 0 here) and sleep when they are slow (threshold 0 here). The
+angles of continuous joints are wrapped; `revolute_unwrapped` keeps them.
 """
 
 from __future__ import annotations
+
+import re
 
 import numpy as np
 import sapien
 from adapter import Array, Engine, Model, RefusedError, as_file, each, serve, stepped
 from sapien import physx
 from sapien.wrapper.urdf_loader import URDFLoader
+
+_VISUAL = re.compile(r"<visual\b.*?</visual>", re.DOTALL)
 
 
 class Physx(Engine):
@@ -33,7 +37,7 @@ class Physx(Engine):
         loader = URDFLoader()
         loader.set_scene(self.scene)
         loader.revolute_unwrapped = True
-        with as_file(model.urdf) as path:
+        with as_file(_VISUAL.sub("", model.urdf)) as path:
             robots, actors, _ = loader.parse(path)
         if len(robots) != 1 or actors:
             raise RefusedError(f"{len(robots)} articulations")
@@ -49,6 +53,7 @@ class Physx(Engine):
             link.set_angular_damping(0.0)
         for number, name in enumerate(model.joints):
             joint = active[names.index(name)]
+            joint.set_friction(0.0)
             joint.set_armature(np.array([model.armature[number]], dtype=np.float32))
         joints = [active[index] for index in self.order]
         limits = [np.array(joint.get_limits()[0], dtype=float) for joint in joints]
