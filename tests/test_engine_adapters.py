@@ -37,7 +37,7 @@ class Toy(Engine):
 
     def gravity_terms(self, angles):
         warnings.warn("of one mass alone")
-        return angles * sum(self.chain["mass"])
+        return angles * self.chain["mass"][0]
 
 serve(Toy)
 """
