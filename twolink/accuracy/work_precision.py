@@ -200,37 +200,49 @@ def work_precision(
     report = progress or (lambda stage, share: None)
     report("the reference", 0.0)
     exact = reference_trajectory(scene, times, limits=limits)
-    measurements: list[_Measurement] = []
-    stopped: list[Stop] = []
-    too_long: list[str] = []
-    left = _SWEEPING * budget
+    sweeps = _Sweeps(times, exact, left=_SWEEPING * budget)
     for number, configuration in enumerate(configurations):
         report(configuration.name, _SWEEPING * number / len(configurations))
         if perf_counter() - start > limits.seconds:
-            too_long.append(f"{configuration.name}: {in_time(limits.seconds)} are over")
+            sweeps.too_long.append(f"{configuration.name}: {in_time(limits.seconds)} are over")
             continue
-        measured: list[_Measurement] = []
-        try:
-            # Unused time is available to the configurations that follow.
-            seconds = left / (len(configurations) - number)
-            ended_early = _sweep(measured, configuration, times, exact, seconds)
-        except TooMuchError as error:
-            too_long.append(f"{configuration.name}: {error}")
-        else:
-            stopped += [] if ended_early is None else [ended_early]
-        left -= sum(measurement.spent for measurement in measured)
-        measurements.extend(measured)
-    if too_long and not measurements:
-        raise TooMuchError(too_long[-1])
-    _repeat(measurements, times, exact, (1 - _SWEEPING) * budget, report)
+        # Unused time is available to the configurations that follow.
+        sweeps.measure(configuration, sweeps.left / (len(configurations) - number))
+    if sweeps.too_long and not sweeps.measurements:
+        raise TooMuchError(sweeps.too_long[-1])
+    _repeat(sweeps.measurements, times, exact, (1 - _SWEEPING) * budget, report)
     return WorkPrecision(
         scene=scene,
-        points=tuple(measurement.point() for measurement in measurements),
+        points=tuple(measurement.point() for measurement in sweeps.measurements),
         reference=exact,
         judged_at=f"{len(times)} samples" if has_modes(scene) else "the end",
-        left_out=(*left_out, *too_long),
-        stopped=tuple(stopped),
+        left_out=(*left_out, *sweeps.too_long),
+        stopped=tuple(sweeps.stopped),
     )
+
+
+@dataclass
+class _Sweeps:
+    """The sweeps of all configurations within `left` (s) of time."""
+
+    times: Any
+    exact: ReferenceTrajectory
+    left: float
+    measurements: list[_Measurement] = field(default_factory=list)
+    stopped: list[Stop] = field(default_factory=list)
+    too_long: list[str] = field(default_factory=list)
+
+    def measure(self, configuration: MethodConfiguration, seconds: float) -> None:
+        """Sweep a configuration in a time (s), or note that it takes too long."""
+        measured: list[_Measurement] = []
+        try:
+            ended_early = _sweep(measured, configuration, self.times, self.exact, seconds)
+        except TooMuchError as error:
+            self.too_long.append(f"{configuration.name}: {error}")
+        else:
+            self.stopped += [] if ended_early is None else [ended_early]
+        self.left -= sum(measurement.spent for measurement in measured)
+        self.measurements += measured
 
 
 def _sweep(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import MISSING, fields
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 from twolink.effects import EFFECTS, effect_class
 from twolink.errors import SceneError
@@ -20,32 +20,48 @@ if TYPE_CHECKING:
 @lru_cache(maxsize=64)
 def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
     """Return the pydantic model of a scene file with these effects."""
-    from typing import Annotated, Literal
+    from pydantic import Field
 
-    from pydantic import AfterValidator, ConfigDict, Field, create_model
+    return _table(
+        "Scene",
+        title=(str, "untitled"),
+        shows=(str, Field("", description="one line on what the scene shows")),
+        chain=(_chain_table(), ...),
+        start=(_start_table(), ...),
+        run=(_run_table(), ...),
+        effects=(_effects_table(effects), Field(default_factory=dict, validate_default=True)),
+    )
+
+
+# An effect may have a field of any name, so `title` is positional only.
+def _table(title: str, /, **entries: Any) -> type[BaseModel]:
+    """Return the model of a table, which has no other keys."""
+    from pydantic import ConfigDict, create_model
 
     strict = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
-    positive = Annotated[float, Field(gt=0)]
-    pair = tuple[float, float]
+    return create_model(title, __config__=strict, **entries)
 
-    # An effect may have a field of any name, so `title` is positional only.
-    def model(title: str, /, **entries: Any) -> type[BaseModel]:
-        return create_model(title, __config__=strict, **entries)
 
-    chain = model(
+_Pair = tuple[float, float]
+
+
+def _chain_table() -> type[BaseModel]:
+    from pydantic import AfterValidator, Field
+
+    return _table(
         "Chain",
-        mass=(pair | None, Field(None, description="masses of links 1 and 2, kg")),
-        length=(pair | None, Field(None, description="lengths, m")),
+        mass=(_Pair | None, Field(None, description="masses of links 1 and 2, kg")),
+        length=(_Pair | None, Field(None, description="lengths, m")),
         centre=(
-            tuple[pair, pair] | None,
+            tuple[_Pair, _Pair] | None,
             Field(None, description="mass centres along and across the links, m; default: bars"),
         ),
-        inertia=(pair | None, Field(None, description="central inertias, kg m²; default: bars")),
+        inertia=(_Pair | None, Field(None, description="central inertias, kg m²; default: bars")),
         joint_sign=(
             tuple[Literal[1, -1], Literal[1, -1]] | None,
             Field(None, description="s1, s2 of the joint angles: q1 = s1 θ1 + φ1; see start.theta"),
         ),
-        joint_offset=(pair | None, Field(None, description="φ1, φ2 of the joint angles, rad")),
+        joint_offset=(_Pair | None, Field(None, description="φ1, φ2 of the joint angles, rad")),
         urdf=(str | None, Field(None, description="a URDF file instead, from the scene's folder")),
         effects=(
             Annotated[
@@ -57,36 +73,44 @@ def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
             Field(None, description="which of the URDF's own act, limits as stops; default: none"),
         ),
     )
-    start = model(
+
+
+def _start_table() -> type[BaseModel]:
+    from pydantic import Field
+
+    return _table(
         "Start",
         q=(
-            pair | None,
+            _Pair | None,
             Field(None, description="absolute angles from the x-axis, y downward, rad"),
         ),
-        u=(pair | None, Field(None, description="their speeds, rad/s; default: 0")),
-        theta=(pair | None, Field(None, description="instead of q: the URDF's joint angles, rad")),
-        omega=(pair | None, Field(None, description="instead of u: the joints' speeds, rad/s")),
+        u=(_Pair | None, Field(None, description="their speeds, rad/s; default: 0")),
+        theta=(_Pair | None, Field(None, description="instead of q: the URDF's joint angles, rad")),
+        omega=(_Pair | None, Field(None, description="instead of u: the joints' speeds, rad/s")),
     )
-    run = model(
+
+
+def _run_table() -> type[BaseModel]:
+    from pydantic import Field
+
+    positive = Annotated[float, Field(gt=0)]
+    return _table(
         "Run",
         duration=(positive, Field(description="s")),
         accuracy=(positive, Field(1e-9, description="global error in q (rad) and u (rad/s)")),
         method=(Literal[tuple(METHODS)], Field("taylor", description="integration method")),
     )
+
+
+def _effects_table(effects: tuple[str, ...]) -> type[BaseModel]:
+    from pydantic import Field
+
     order = Field(None, description="all effects by name as they act; default: kind by kind")
-    tables: dict[str, Any] = {"order": (tuple[str, ...] | None, order)}
+    entries: dict[str, Any] = {"order": (tuple[str, ...] | None, order)}
     for name in effects:
-        table = model(f"{name} table", **_entries(effect_class(name)))
-        tables[name] = (table | list[table] | None, None)  # type: ignore[valid-type]
-    return model(
-        "Scene",
-        title=(str, "untitled"),
-        shows=(str, Field("", description="one line on what the scene shows")),
-        chain=(chain, ...),
-        start=(start, ...),
-        run=(run, ...),
-        effects=(model("Effects", **tables), Field(default_factory=dict, validate_default=True)),
-    )
+        one = _table(f"{name} table", **_entries(effect_class(name)))
+        entries[name] = (one | list[one] | None, None)  # type: ignore[valid-type]
+    return _table("Effects", **entries)
 
 
 def _each_once(words: tuple[str, ...]) -> tuple[str, ...]:

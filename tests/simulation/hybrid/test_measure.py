@@ -169,4 +169,4 @@ def test_the_error_includes_the_moments_after_a_force_jumped():
 def test_a_motion_is_known_until_the_laws_end_its_judge(run, judge, failure, exhausted, known):
     """A run that was only too long says nothing of the other one."""
     ended = replace(judge, failure=failure, exhausted=exhausted, reached=1.2 if failure else 2.5)
-    assert measure._known_until(run, ended) == known
+    assert measure._Trial(run, ended, np.zeros(1), 1e-9, 2.5).known_until == known

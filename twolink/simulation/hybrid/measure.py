@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -110,59 +110,107 @@ def measured_run(
     """
     own = EQUATIONS[formulation].in_speeds
     other = next(name for name in FORMULATIONS if name != own)
-    known: dict[tuple[PrecisionName, int, FormulationName], HybridRun] = {}
-    best: tuple[tuple[float, float], HybridRun, Array] | None = None
-
-    def run(precision: PrecisionName, order: int, by: FormulationName) -> HybridRun:
-        key = precision, order, by
-        if key not in known:
-            effort = Effort(
-                jumps=_MOST_JUMPS.get(precision, MOST_JUMPS),
-                steps=_MANY_STEPS_OF_A_LOW_ORDER if by == own and order < _BEST_ORDER else math.inf,
-                patience=PATIENCE if by == own else _MORE_PATIENCE * PATIENCE,
-            )
-            known[key] = hybrid_run(
-                scene, times, formulation=by, precision=precision, order=order, partial=True,
-                effort=effort, progress=progress(f"order {order}, {precision}"),
-                limits=replace(limits, memory=limits.memory / _RUNS_AT_ONCE),
-            )  # fmt: skip
-        return known[key]
-
+    runs = _Runs(scene, times, own, progress, limits)
+    best: _Trial | None = None
     for rung in _rungs(accuracy):
-        if rung.precision == "double" and best is not None and -best[0][1] > _LOST * accuracy:
+        if rung.precision == "double" and best is not None and best.worst > _LOST * accuracy:
             # A higher order does not gain that many digits.
             continue
-        kept = run(rung.precision, rung.order, own)
+        kept = runs.made(rung.precision, rung.order, own)
         many = kept.steps > _MANY_STEPS_OF_A_LOW_ORDER or (kept.failure and kept.exhausted)
         if rung.order < _BEST_ORDER and many:
             # The truncation errors of many steps add up to more than the accuracy.
             continue
-        judge = run(rung.judge, rung.judging_order, other)
+        judge = runs.made(rung.judge, rung.judging_order, other)
         margin = _MARGIN if rung.precision != rung.judge else _MARGIN_OF_EQUALS
         errors = margin * differences(kept, judge, times, accuracy)
-        worst = float(errors.max(initial=0.0))
-        known_until = _known_until(kept, judge)
-        rank = round(known_until / float(times[-1]), _DIGITS), -worst
-        if best is None or rank > best[0]:
-            best = rank, kept, errors
-        whole = judge.reached - accuracy <= kept.reached <= known_until + accuracy
-        if worst <= accuracy and whole:
-            break
-        work = judge.steps + _STEPS_OF_A_JUMP * len(judge.arcs)
-        if kept.exhausted or (work > _MOST_WORK and kept.reached >= judge.reached):
-            # A longer precision would take too long.
+        trial = _Trial(kept, judge, errors, accuracy, float(times[-1]))
+        if best is None or trial.rank > best.rank:
+            best = trial
+        if trial.suffices or trial.ends_the_search:
             break
     assert best is not None
-    return Measured(best[1], best[2], tuple(known.values()))
+    return Measured(best.kept, best.errors, tuple(runs.known.values()))
 
 
-def _known_until(kept: HybridRun, judge: HybridRun) -> float:
-    """Return the time (s) until which a run is a motion.
+@dataclass(frozen=True)
+class _Runs:
+    """The runs of a scene by precision, order and formulation, each made once.
 
-    Where the laws end the more precise run, the other one has continued by round-off.
+    Runs by the formulation `own` are results; the others measure them.
     """
-    ended = judge.failure and not judge.exhausted
-    return min(kept.reached, judge.reached) if ended else kept.reached
+
+    scene: Scene
+    times: Array
+    own: FormulationName
+    progress: Progress
+    limits: Limits
+    known: dict[tuple[PrecisionName, int, FormulationName], HybridRun] = field(default_factory=dict)
+
+    def made(self, precision: PrecisionName, order: int, by: FormulationName) -> HybridRun:
+        """Return a run as far as it goes."""
+        key = precision, order, by
+        if key not in self.known:
+            low = by == self.own and order < _BEST_ORDER
+            effort = Effort(
+                jumps=_MOST_JUMPS.get(precision, MOST_JUMPS),
+                steps=_MANY_STEPS_OF_A_LOW_ORDER if low else math.inf,
+                patience=PATIENCE if by == self.own else _MORE_PATIENCE * PATIENCE,
+            )
+            self.known[key] = hybrid_run(
+                self.scene, self.times, formulation=by, precision=precision, order=order,
+                partial=True, effort=effort, progress=self.progress(f"order {order}, {precision}"),
+                limits=replace(self.limits, memory=self.limits.memory / _RUNS_AT_ONCE),
+            )  # fmt: skip
+        return self.known[key]
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """A run, the run that measures it, and its errors for an accuracy (rad, rad/s).
+
+    Both are to reach the time `end` (s).
+    """
+
+    kept: HybridRun
+    judge: HybridRun
+    errors: Array
+    accuracy: float
+    end: float
+
+    @property
+    def worst(self) -> float:
+        """The largest error."""
+        return float(self.errors.max(initial=0.0))
+
+    @property
+    def known_until(self) -> float:
+        """The time (s) until which the run is a motion.
+
+        Where the laws end the more precise run, the other one has continued by round-off.
+        """
+        ended = self.judge.failure and not self.judge.exhausted
+        return min(self.kept.reached, self.judge.reached) if ended else self.kept.reached
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """The larger, the better: first by the part of the time that is reached."""
+        return round(self.known_until / self.end, _DIGITS), -self.worst
+
+    @property
+    def suffices(self) -> bool:
+        """Whether the run is accurate enough, and reaches as far as the one that measures it."""
+        accuracy, reached = self.accuracy, self.kept.reached
+        whole = self.judge.reached - accuracy <= reached <= self.known_until + accuracy
+        return self.worst <= accuracy and whole
+
+    @property
+    def ends_the_search(self) -> bool:
+        """Whether a longer precision would take too long."""
+        judge = self.judge
+        work = judge.steps + _STEPS_OF_A_JUMP * len(judge.arcs)
+        too_much = work > _MOST_WORK and self.kept.reached >= judge.reached
+        return bool(self.kept.exhausted or too_much)
 
 
 def _rungs(accuracy: float) -> Iterator[Rung]:
