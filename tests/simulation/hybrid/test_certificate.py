@@ -45,7 +45,7 @@ def block_of(steps, lengths=(0.5,), start=0.0, kind=float):
     return Block(np.array(starts, dtype=rows.dtype), np.array(lengths, dtype=rows.dtype), rows)
 
 
-def certificate_of(*triggers, clock=None, span=1.0, integral=False, system=SYSTEM, start=None):
+def certificate_of(*triggers, clock=None, span=1.0, integral=False, system=SYSTEM, state=None):
     """Return the certificate of variables 0, 1, …, each an event function or its integral."""
     downwards = (E.CLEARS, E.REACHES)
     watched = tuple(
@@ -56,7 +56,7 @@ def certificate_of(*triggers, clock=None, span=1.0, integral=False, system=SYSTE
         pool=IntegratorPool(None), operations=0, numbers=0, watched=watched, gaps=(), sunk=(),
         roots=(), clock=clock, integrals=slice(0, 0), number=system.number,
     )  # fmt: skip
-    return Certificate(system, compiled, MODE, system.number(span), start=start)
+    return Certificate(system, compiled, MODE, system.number(span), state=state)
 
 
 def first(trigger, *steps, lengths=(0.5,), at_start=True, **more):
@@ -298,9 +298,9 @@ def test_a_slow_speed_along_a_short_row_is_no_rounding():
     """Near a folded pose an end at 1e-16 m/s may slide on: its row is short, the links are slow."""
     slide = [(1e-16, -1e-9)]
     assert first(STOPS, *slide)[0].x == 0
-    near = state_of(SYSTEM, (1e-11, math.pi), (1e-5, 1e-5))
-    found, _ = first(STOPS, *slide, start=near)
+    near = state_of(SYSTEM, (-1e-11, math.pi), (1e-5, 1e-5))
+    found, _ = first(STOPS, *slide, state=near)
     assert found.x == pytest.approx(2e-7)
     # Elsewhere such a speed is rounding.
     apart = near._replace(q=(0.3, 1.0))
-    assert first(STOPS, *slide, start=apart)[0].x == 0
+    assert first(STOPS, *slide, state=apart)[0].x == 0

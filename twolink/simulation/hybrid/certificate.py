@@ -43,6 +43,119 @@ class Block(NamedTuple):
     coefficients: Any
 
 
+class StartOfArc:
+    """The powers of time with which event functions start, and the sizes below which they are zero.
+
+    At the start of an arc, round-off decides which coefficients of an event function are zero.
+    """
+
+    def __init__(
+        self,
+        system: HybridSystem,
+        compiled: CompiledMode,
+        pressing: float,
+        orders: Orders,
+        state: HybridState | None,
+    ) -> None:
+        """Store the arguments of `Certificate`."""
+        self._state = state
+        self._system, self._compiled = system, compiled
+        self._pressing, self._orders = pressing, orders
+        self.lever = max(1.0, system.lever)
+        self.place_of_rounding = self.lever * LEADING * system.rounding
+
+    def order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
+        """Return how many leading coefficients are zero, None if all are."""
+        order = self._known_order(trigger, polynomial, block)
+        if order is not None:
+            return order
+        noise, pace = self._noise(trigger, polynomial, block), 1.0
+        if self._compiled.clock is None:
+            pace = float(block.lengths[0]) / float(self._system.longest_step)
+        if polynomial[0] > noise or polynomial[0] > self._speed_noise(trigger, noise):
+            return 0
+        if polynomial[0] > 0 and trigger.kind in (EventKind.HITS, EventKind.LEAVES):
+            # A lower bound, as it omits the contribution of a tiny growing gap.
+            return 1 if polynomial[1] > noise * pace else 0
+        # A gap is a variable of its own, and is zero only after a jump has set it to zero.
+        first = 0.0 if trigger.kind is EventKind.HITS else noise
+        own = self._system.rounding if trigger.kind is EventKind.HITS else self._system.resolution
+        least = LEADING_SHARE * own * _size(polynomial)
+        least += self._speed_of_rounding(trigger, block)
+        return _leading_zeros(polynomial, first, noise, pace, least)
+
+    def _known_order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
+        """Return the order determined by the mode selection, or None.
+
+        If the independent variable is not time, time starts as a power of that variable.
+        """
+        order = self._orders.get(trigger)
+        if order is None:
+            return None
+        if self._compiled.clock is not None:
+            clock = block.coefficients[0, self._compiled.clock]
+            order *= next((k for k, c in enumerate(clock) if k and c != 0), len(clock))
+        return order if order < len(polynomial) - 1 and polynomial[order] > 0 else None
+
+    def _noise(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
+        """Return the size below which an event function at the start of an arc is zero."""
+        if trigger.kind in (EventKind.HITS, EventKind.CLEARS):
+            return self.place_of_rounding
+        size = _size(polynomial)
+        if trigger.kind in (EventKind.STOPS, EventKind.TURNS):
+            # The change of speed is due to forces that may nearly cancel.
+            rows = block.coefficients[0, 2:4] * powers(block.lengths[:1], len(polynomial))
+            changes = float(np.abs(rows).astype(float).sum())
+            size = max(size, self.lever * max(changes, 1 / float(self._system.longest_step)))
+        elif trigger.kind is EventKind.BREAKS:
+            size = max(size, 1.0)
+        return LEADING * self._system.resolution * size + self._force_of_rounding(trigger)
+
+    def _speed_noise(self, trigger: Trigger, noise: float) -> float:
+        """Return the size below which a speed at the start of an arc is zero: at most `noise`.
+
+        Near a singular pose the row of the speed is short, and so is the error of the speed due to
+        that of u; the error of the row is round-off of the pose.
+        """
+        element = self._system.elements[trigger.index]
+        along = element.normal if trigger.kind is EventKind.TURNS else element.tangent
+        is_speed = trigger.kind in (EventKind.STOPS, EventKind.TURNS)
+        if self._state is None or along is None or not is_speed:
+            return noise
+        row = size_of(self._system.pose(self._state.q).row(along)) / self.lever
+        own = LEADING * self._system.resolution * self.lever * size_of(self._state.u)
+        return min(noise, own + row * noise)
+
+    def _speed_of_rounding(self, trigger: Trigger, block: Block) -> float:
+        """Return the speed that round-off of large forces causes in the first step."""
+        if trigger.kind not in (EventKind.STOPS, EventKind.TURNS):
+            return 0.0
+        clock, duration = self._compiled.clock, float(block.lengths[0])
+        if clock is not None:
+            row = (
+                block.coefficients[0, clock]
+                * powers(block.lengths[:1], block.coefficients.shape[2])[0]
+            )
+            duration = abs(float(row[1:].sum()))
+        return LEADING * self._system.resolution * self.lever * self._pressing * duration
+
+    def _force_of_rounding(self, trigger: Trigger) -> float:
+        """Return the scaled force that round-off of a position causes in a stiff surface."""
+        element = self._system.elements[trigger.index]
+        law = element.compliant
+        if trigger.kind not in (EventKind.LEAVES, EventKind.BREAKS) or law is None or law.rooted:
+            return 0.0
+        depth = CONTACT_GAP * self._system.rounding * max(1.0, abs(float(element.bound)))
+        return abs(float(law.force(depth, 0.0, 0.0))) * self._system.force_scale
+
+    def zero_size(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
+        """Return the size up to which an event function that starts as zero stays zero."""
+        if trigger.kind is EventKind.HITS:
+            # A touching contact that carries no force: its gap stays zero.
+            return math.inf
+        return self._noise(trigger, polynomial, block)
+
+
 class Certificate:
     """The event functions of one arc, as polynomials of its steps."""
 
@@ -54,21 +167,18 @@ class Certificate:
         span: Any,
         pressing: float = 0.0,
         orders: Orders = NO_ORDERS,
-        start: HybridState | None = None,
+        state: HybridState | None = None,
     ) -> None:
         """Store the compiled mode and the time (s) after which the arc ends without an event.
 
         `pressing` is the sum of the accelerations (rad/s²) that single compliant surfaces give;
-        `orders` are those of event functions that, by the selection, grow from zero. With the state
-        at the `start` a speed is known better near a singular pose.
+        `orders` are those of event functions that, by the selection, grow from zero. With the
+        `state` at the start a speed is known better near a singular pose.
         """
-        self._orders, self._start = orders, start
         self._system, self._compiled, self._span = system, compiled, span
-        self._pressing = pressing
         self._triggers, self._variables, self._integral, self._reversed = compiled.layout
-        self._lever = max(1.0, system.lever)
-        self._place_of_rounding = self._lever * LEADING * system.rounding
-        self._grazing = self._lever * GRAZING * system.rounding
+        self._start = StartOfArc(system, compiled, pressing, orders, state)
+        self._grazing = self._start.lever * GRAZING * system.rounding
         self._grazed = [n for n, t in enumerate(self._triggers) if t.kind is EventKind.HITS]
         # The event functions that are zero within these sizes since the start of the arc.
         self._zero: dict[int, float] = {}
@@ -178,27 +288,20 @@ class Certificate:
         """
         for number, trigger in enumerate(self._triggers):
             polynomial = every[0, number].tolist()
-            if trigger.kind is EventKind.HITS and polynomial[0] > self._place_of_rounding:
+            if trigger.kind is EventKind.HITS and polynomial[0] > self._start.place_of_rounding:
                 continue
             if trigger.kind is EventKind.JAMS and polynomial[0] < 0:
                 every[:, number] = -every[:, number]
                 self._reversed ^= {number}
                 polynomial = [-c for c in polynomial]
-            order = self._order(trigger, polynomial, block)
+            order = self._start.order(trigger, polynomial, block)
             if order is None:
-                self._zero[number] = self._zero_size(trigger, polynomial, block)
+                self._zero[number] = self._start.zero_size(trigger, polynomial, block)
             elif order:
                 every[0, number, :-order] = polynomial[order:]
                 every[0, number, -order:] = 0
                 # The last terms estimate the truncation error of the series.
                 self._tails[number] = abs(float(polynomial[-1])) + abs(float(polynomial[-2]))
-
-    def _zero_size(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
-        """Return the size up to which an event function that starts as zero stays zero."""
-        if trigger.kind is EventKind.HITS:
-            # A touching contact that carries no force: its gap stays zero.
-            return math.inf
-        return self._noise(trigger, polynomial, block)
 
     def _steps_of_zero(self, number: int, polynomials: Any) -> int:
         """Return on how many steps of a block an event function is still zero.
@@ -211,90 +314,6 @@ class Certificate:
             return len(ends)
         del self._zero[number]
         return int(grown[0]) + 1
-
-    def _order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
-        """Return how many leading coefficients are zero, None if all are."""
-        order = self._known_order(trigger, polynomial, block)
-        if order is not None:
-            return order
-        noise, pace = self._noise(trigger, polynomial, block), 1.0
-        if self._compiled.clock is None:
-            pace = float(block.lengths[0]) / float(self._system.longest_step)
-        if polynomial[0] > noise or polynomial[0] > self._speed_noise(trigger, noise):
-            return 0
-        if polynomial[0] > 0 and trigger.kind in (EventKind.HITS, EventKind.LEAVES):
-            # A lower bound, as it omits the contribution of a tiny growing gap.
-            return 1 if polynomial[1] > noise * pace else 0
-        # A gap is a variable of its own, and is zero only after a jump has set it to zero.
-        first = 0.0 if trigger.kind is EventKind.HITS else noise
-        own = self._system.rounding if trigger.kind is EventKind.HITS else self._system.resolution
-        least = LEADING_SHARE * own * _size(polynomial)
-        least += self._speed_of_rounding(trigger, block)
-        return _leading_zeros(polynomial, first, noise, pace, least)
-
-    def _known_order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
-        """Return the order determined by the mode selection, or None.
-
-        If the independent variable is not time, time starts as a power of that variable.
-        """
-        order = self._orders.get(trigger)
-        if order is None:
-            return None
-        if self._compiled.clock is not None:
-            clock = block.coefficients[0, self._compiled.clock]
-            order *= next((k for k, c in enumerate(clock) if k and c != 0), len(clock))
-        return order if order < len(polynomial) - 1 and polynomial[order] > 0 else None
-
-    def _noise(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
-        """Return the size below which an event function at the start of an arc is zero."""
-        if trigger.kind in (EventKind.HITS, EventKind.CLEARS):
-            return self._place_of_rounding
-        size = _size(polynomial)
-        if trigger.kind in (EventKind.STOPS, EventKind.TURNS):
-            # The change of speed is due to forces that may nearly cancel.
-            rows = block.coefficients[0, 2:4] * powers(block.lengths[:1], len(polynomial))
-            changes = float(np.abs(rows).astype(float).sum())
-            size = max(size, self._lever * max(changes, 1 / float(self._system.longest_step)))
-        elif trigger.kind is EventKind.BREAKS:
-            size = max(size, 1.0)
-        return LEADING * self._system.resolution * size + self._force_of_rounding(trigger)
-
-    def _speed_noise(self, trigger: Trigger, noise: float) -> float:
-        """Return the size below which a speed at the start of an arc is zero: at most `noise`.
-
-        Near a singular pose the row of the speed is short, and so is the error of the speed due to
-        that of u; the error of the row is round-off of the pose.
-        """
-        element = self._system.elements[trigger.index]
-        along = element.normal if trigger.kind is EventKind.TURNS else element.tangent
-        is_speed = trigger.kind in (EventKind.STOPS, EventKind.TURNS)
-        if self._start is None or along is None or not is_speed:
-            return noise
-        row = size_of(self._system.pose(self._start.q).row(along)) / self._lever
-        own = LEADING * self._system.resolution * self._lever * size_of(self._start.u)
-        return min(noise, own + row * noise)
-
-    def _speed_of_rounding(self, trigger: Trigger, block: Block) -> float:
-        """Return the speed that round-off of large forces causes in the first step."""
-        if trigger.kind not in (EventKind.STOPS, EventKind.TURNS):
-            return 0.0
-        clock, duration = self._compiled.clock, float(block.lengths[0])
-        if clock is not None:
-            row = (
-                block.coefficients[0, clock]
-                * powers(block.lengths[:1], block.coefficients.shape[2])[0]
-            )
-            duration = abs(float(row[1:].sum()))
-        return LEADING * self._system.resolution * self._lever * self._pressing * duration
-
-    def _force_of_rounding(self, trigger: Trigger) -> float:
-        """Return the scaled force that round-off of a position causes in a stiff surface."""
-        element = self._system.elements[trigger.index]
-        law = element.compliant
-        if trigger.kind not in (EventKind.LEAVES, EventKind.BREAKS) or law is None or law.rooted:
-            return 0.0
-        depth = CONTACT_GAP * self._system.rounding * max(1.0, abs(float(element.bound)))
-        return abs(float(law.force(depth, 0.0, 0.0))) * self._system.force_scale
 
     def _clock_root(self, block: Block, place: int) -> Any:
         """Return the place on a step at which the clock reaches the end of the arc, or None."""
