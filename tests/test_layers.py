@@ -94,7 +94,7 @@ ROWS = {
         "trajectory",
         "effects_cost simulate",
     ],
-    "twolink.simulation.smooth": ["equations", "numeric taylor"],
+    "twolink.simulation.smooth": ["equations", "numeric taylor", "measure"],
     "twolink.simulation.hybrid": [
         "jet mode tolerances",
         "compliant_state constraint roots",

@@ -19,6 +19,18 @@ PrecisionName = Literal["double", "long double", "quadruple"]
 
 
 @dataclass(frozen=True)
+class Code:
+    """The compilation of an integrator: as loops or unrolled, and LLVM's level of optimization."""
+
+    compact: bool
+    level: int
+
+
+OPTIMISED = Code(compact=False, level=3)
+"""The fastest code, for long runs: its compilation takes half a second."""
+
+
+@dataclass(frozen=True)
 class Precision:
     """Numbers of one length, and the orders of Taylor series in them.
 
@@ -29,7 +41,7 @@ class Precision:
     an unbounded step.
 
     Between two checks of signals and progress an integrator takes `steps_at_once`, which last a few
-    tenths of a second. With `compact` its code is compiled as loops, not unrolled.
+    tenths of a second. Its code is `code`, or that of long runs: `long_code`.
     """
 
     rounding: float
@@ -37,7 +49,8 @@ class Precision:
     truncated_order: int
     steps_at_once: int
     type_of_numbers: Callable[[], Any]
-    compact: bool = False
+    code: Code
+    long_code: Code
 
     @property
     def number(self) -> Any:
@@ -65,11 +78,18 @@ def _real128() -> Any:
     return heyoka().real128
 
 
+# In double precision, unrolled code compiles ten times faster without optimization, and takes up
+# to three times as long. Without it long doubles take seven times as long; loops of them compile in
+# the same time at any order. Quadruple precision uses library calls: loops of them compile fifty
+# times faster, run a twentieth longer, and do not benefit from optimization.
+_UNROLLED, _LOOPS = Code(compact=False, level=0), Code(compact=True, level=0)
+_OPTIMISED_LOOPS = Code(compact=True, level=1)
+
 PRECISIONS: dict[PrecisionName, Precision] = {
-    "double": Precision(2.0**-52, 21, 15, 20_000, lambda: float),
-    "long double": Precision(2.0**-63, 23, 19, 8_000, lambda: np.longdouble),
-    # Quadruple precision uses library calls: loops of them compile fifty times faster, run a
-    # twentieth longer, and do not benefit from optimization.
-    "quadruple": Precision(2.0**-112, 41, 33, 128, _real128, compact=True),
+    "double": Precision(2.0**-52, 21, 15, 20_000, lambda: float, _UNROLLED, OPTIMISED),
+    "long double": Precision(
+        2.0**-63, 23, 19, 8_000, lambda: np.longdouble, _OPTIMISED_LOOPS, OPTIMISED
+    ),
+    "quadruple": Precision(2.0**-112, 41, 33, 128, _real128, _LOOPS, _LOOPS),
 }
 """The precisions by their names, from the shortest."""

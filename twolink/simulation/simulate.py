@@ -1,16 +1,14 @@
 """Simulation of a scene, with a measured global error.
 
 Accuracy is the largest error of q (rad) and u (rad/s) over the whole run, not a tolerance for a
-step. It is measured by two runs: at an order of the Taylor series whose truncation error is well
-above round-off, and at a higher one. Their difference is the error of the coarser run and bounds
-that of the finer one, which is returned. If round-off is significant, a run in longer precision
-measures the error; if double precision is insufficient, the longer precision gives the result.
+step. It is measured by a second run of a higher order (`smooth.measure`), in a longer precision
+where round-off is significant; with events, by an independent run (`hybrid.measure`). If double
+precision is insufficient, a longer precision gives the result.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,28 +24,23 @@ from twolink.integration.methods import (
     MethodName,
     NumericName,
 )
-from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.integration.precisions import PrecisionName
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
-from twolink.simulation.motion import has_events, has_modes, motion_run
+from twolink.simulation.motion import has_events, has_modes
 from twolink.simulation.options import RunOptions
 from twolink.simulation.run import Array, MotionRun, Recipe, Statistics
+from twolink.simulation.smooth.measure import (
+    MARGIN_OF_LIKE_PRECISIONS,
+    difference,
+    measured_run,
+)
 from twolink.simulation.smooth.numeric import NumericRun, numeric_run
-from twolink.simulation.smooth.taylor import default_longest_step, heyoka_is_here
+from twolink.simulation.smooth.taylor import heyoka_is_here
 from twolink.simulation.trajectory import Trajectory
-
-_LOWEST_ORDER = 7
 
 # Number of places between two samples at which smooth runs are compared.
 _CHECKED = 8
-
-# Safety factor on a difference, as the measuring run has an error as well: a small one in a longer
-# precision, equal round-off in the same one.
-_MARGIN = 1.1
-_MARGIN_OF_LIKE_PRECISIONS = 3.0
-
-# Largest assumed growth of the truncation error of a step over a run, before a retry.
-_GROWTH = 1e3
 
 # The method that takes the place of Taylor series where heyoka is not installed.
 _STAND_IN: NumericName = "DOP853"
@@ -140,57 +133,23 @@ def _check(scene: Scene, method: Method, options: RunOptions) -> None:
 
 
 def _by_taylor(asked: _Asked) -> Trajectory:
-    """Increase the order, and then the precision, until the accuracy is met."""
+    """Return the trajectory of a scene by the cheapest run that meets the accuracy."""
     if has_events(asked.scene):
         return _through_events(asked)
-    runs: list[MotionRun] = []
     checked = asked.checked
-    cap = default_longest_step(asked.scene)
-
-    def run(precision: PrecisionName, order: int) -> MotionRun:
-        runs.append(
-            motion_run(
-                asked.scene,
-                checked,
-                formulation=asked.options.formulation,
-                precision=precision,
-                order=order,
-                longest_step=cap,
-                progress=asked.report(f"order {order}, {precision}"),
-            )
-        )
-        return runs[-1]
-
-    def ended(kept: MotionRun, errors: Array) -> Trajectory:
-        place = np.searchsorted(checked, asked.times)
-        at_samples = replace(kept, q=kept.q[:, place], u=kept.u[:, place])
-        return _trajectory(asked, at_samples, errors[place], runs)
-
-    kept, errors, growth = _by_orders(asked, run)
-    if kept is not None and errors.max() <= asked.accuracy:
-        return ended(kept, errors)
-    if kept is None or kept.order < PRECISIONS["double"].full_order:
-        kept = run("double", PRECISIONS["double"].full_order)
-    for longer in tuple(PRECISIONS)[1:]:
-        full = PRECISIONS[longer].full_order
-        judge = run(longer, _judging_order(asked, growth, kept.precision, full))
-        errors = _difference(kept, judge, asked)
-        if errors.max() <= asked.accuracy:
-            return ended(kept, errors)
-        kept = judge if judge.order == full else run(longer, full)
-        truncated = PRECISIONS[longer].truncated_order
-        errors = _difference(run(longer, truncated), kept, asked)
-        if errors.max() <= asked.accuracy:
-            return ended(kept, errors)
-        growth = float(errors.max()) / _truncation(truncated)
-    return ended(kept, errors)
+    found = measured_run(
+        asked.scene, checked, asked.accuracy, asked.options.formulation, asked.report
+    )
+    place = np.searchsorted(checked, asked.times)
+    kept = replace(found.kept, q=found.kept.q[:, place], u=found.kept.u[:, place])
+    return _trajectory(asked, kept, found.errors[place], found.runs)
 
 
 def _through_events(asked: _Asked) -> Trajectory:
     """Return the trajectory of a scene with events, as far as it can be integrated."""
-    from twolink.simulation.hybrid.measure import measured_run
+    from twolink.simulation.hybrid.measure import measured_run as through_events
 
-    found = measured_run(
+    found = through_events(
         asked.scene,
         asked.times,
         asked.accuracy,
@@ -199,77 +158,11 @@ def _through_events(asked: _Asked) -> Trajectory:
         asked.options.limits,
     )
     kept = found.kept
-    made = _trajectory(asked, kept, found.errors, list(found.runs))
+    made = _trajectory(asked, kept, found.errors, found.runs)
     if not kept.failure:
         return made
     note = f"{kept.failure[0].upper()}{kept.failure[1:]}; the trajectory ends there."
     return replace(made, failure=kept.failure, notes=(*made.notes, note))
-
-
-def _by_orders(
-    asked: _Asked, run: Callable[[PrecisionName, int], MotionRun]
-) -> tuple[MotionRun | None, Array, float]:
-    """Return the best run in double precision, if any, and bounds on its errors.
-
-    The third value is the growth of the truncation error of a step over the run, infinity if
-    unknown.
-    """
-    errors: Array = np.full_like(asked.checked, np.inf)
-    growth = np.inf
-    order = _order_for(asked.accuracy / _GROWTH)
-    highest = PRECISIONS["double"].truncated_order
-    fine: MotionRun | None = None
-    while order <= highest:
-        coarse = fine if fine is not None and fine.order == order else run("double", order)
-        fine = run("double", order + 2)
-        errors = _difference(coarse, fine, asked)
-        worst = float(errors.max())
-        if worst < np.inf:
-            growth = worst / _truncation(order)
-        if worst <= asked.accuracy or order == highest:
-            break
-        wanted = _order_for(asked.accuracy / growth) if growth < np.inf else order + 2
-        order = max(order + 2, min(wanted, highest))
-    return fine, errors, growth
-
-
-def _judging_order(asked: _Asked, growth: float, precision: PrecisionName, full: int) -> int:
-    """Return the order at which a run in longer precision measures one in this precision.
-
-    It is the full order, unless the run is sufficient and a lower order has a far smaller error:
-    errors align with the divergence of the motion, so two errors of similar size may cancel in the
-    difference.
-    """
-    # The error of a step is about a quarter of the round-off of a sum.
-    will_do = growth * PRECISIONS[precision].rounding / 4 < asked.accuracy
-    return min(full, _order_for(asked.accuracy / 100 / growth)) if will_do else full
-
-
-def _truncation(order: int) -> float:
-    return math.exp(-2 * (order + 1))
-
-
-def _order_for(truncation: float) -> int:
-    """Return the lowest order with exp(−2 (p + 1)) below a truncation."""
-    return max(_LOWEST_ORDER, _odd(-math.log(truncation) / 2 - 1))
-
-
-def _odd(order: float) -> int:
-    """Return the next odd number."""
-    return 2 * math.ceil((order - 1) / 2) + 1
-
-
-def _difference(
-    first: MotionRun | NumericRun, second: MotionRun | NumericRun, asked: _Asked
-) -> Array:
-    """Return the largest difference so far of any angle or speed (rad, rad/s), shape (n,)."""
-    earlier, later = np.concatenate([first.q, first.u]), np.concatenate([second.q, second.u])
-    if earlier.dtype != later.dtype:
-        # NumPy does not convert between long double and heyoka's quadruple numbers.
-        earlier = np.vectorize(type(later.flat[0]), otypes=[later.dtype])(earlier)
-    errors = np.abs(later - earlier).max(axis=0).astype(float)
-    margin = _MARGIN_OF_LIKE_PRECISIONS if first.precision == second.precision else _MARGIN
-    return np.asarray(np.maximum.accumulate(margin * errors))
 
 
 def _by_refining(asked: _Asked, name: NumericName) -> Trajectory:
@@ -282,7 +175,7 @@ def _by_refining(asked: _Asked, name: NumericName) -> Trajectory:
         fineness *= method.refinement
         runs.append(_numeric(asked, name, fineness))
         # The finer run is returned; the change is an estimate of the error of the coarser one.
-        errors = _difference(runs[-2], runs[-1], asked)
+        errors = MARGIN_OF_LIKE_PRECISIONS * difference(runs[-2], runs[-1])
         if errors.max() <= asked.accuracy:
             break
     kept = runs[-1]
@@ -311,7 +204,7 @@ def _trajectory(
     asked: _Asked,
     kept: MotionRun,
     errors: Array,
-    runs: list[MotionRun],
+    runs: Sequence[MotionRun],
 ) -> Trajectory:
     statistics = Statistics(
         steps=kept.steps,

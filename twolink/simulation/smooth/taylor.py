@@ -30,7 +30,7 @@ from twolink.values import Content
 # Number of times between start and end at which loads are evaluated.
 _LOOKS = 33
 
-# heyoka compiles fifteen times faster without optimization, and that code takes less than twice as
+# heyoka compiles ten times faster without optimization, and that code takes up to three times as
 # long. So a run of more steps than these, which take as long as optimization, restarts with
 # optimized code. Only the scene decides which code runs, since the two differ in round-off.
 _WORTH_OPTIMISING = 80_000
@@ -102,14 +102,16 @@ def taylor_run(
     completed share.
     """
     cap = longest_step or default_longest_step(scene)
-    grid = PRECISIONS[precision].array(times)
-    optimised = optimised and not PRECISIONS[precision].compact
+    own = PRECISIONS[precision]
+    grid = own.array(times)
+    gains = own.code != own.long_code
+    optimised = optimised and gains
     found, compile_seconds = None, 0.0
     while found is None:
         start = perf_counter()
         compiled = _ready(scene, formulation, precision, order, optimised)
         compile_seconds += perf_counter() - start
-        most = math.inf if optimised or PRECISIONS[precision].compact else _WORTH_OPTIMISING
+        most = math.inf if optimised or not gains else _WORTH_OPTIMISING
         start = perf_counter()
         found = compiled.follow(scene, grid, cap, progress, most)
         run_seconds = perf_counter() - start
@@ -277,13 +279,14 @@ def _compiled(
     names = ("q1", "q2", "x1", "x2")
     q1, q2, x1, x2 = hy.make_vars(*names)
     first, second = EQUATIONS[formulation].rates(own, effects.objects, (q1, q2), (x1, x2), hy.time)
+    code = PRECISIONS[precision].long_code if optimised else PRECISIONS[precision].code
     integrator = hy.taylor_adaptive(
         list(zip((q1, q2, x1, x2), (*first, *second), strict=True)),
         np.array([kind(0)] * 4),
         tol=kind(PRECISIONS[precision].step_tolerance(order)),
         fp_type=kind,
-        opt_level=3 if optimised else 0,
-        compact_mode=PRECISIONS[precision].compact,
+        opt_level=code.level,
+        compact_mode=code.compact,
     )
     operations = len(integrator.decomposition) - 8
     return _Compiled(IntegratorPool(integrator), own, formulation, precision, operations)

@@ -1,0 +1,117 @@
+"""The measured error of smooth motions, against more precise runs, and where it is hardest."""
+
+import math
+
+import numpy as np
+import pytest
+
+from twolink.chain import Chain
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_damping import JointDamping
+from twolink.scene import Scene
+from twolink.simulation.smooth import measure
+from twolink.simulation.smooth.measure import measured_run, order_for, truncation
+from twolink.simulation.smooth.taylor import taylor_run
+
+TIMES = np.linspace(0, 10, 41)
+GENERAL = Chain((1.3, 0.8), (1.1, 0.7), ((0.6, 0.1), (0.3, -0.08)), (0.12, 0.03))
+UP = -math.pi / 2
+
+
+GRAVITY = (Gravity(),)
+
+
+def scene(q, u, chain=GENERAL, effects=GRAVITY):
+    return Scene(chain, q, u, 10.0, effects)
+
+
+HARD = {
+    "chaotic": scene((2.5, -2.0), (1.0, -2.5)),
+    "reference": scene((0.3, -0.4), (0.1, 0.2), Chain.uniform_bars()),
+    "every fourth coefficient": scene((0.0, 0.0), (0.0, 0.0)),
+    "stretched, at rest": scene((0.4, 0.4), (0.0, 0.0)),
+    "upright, nearly at rest": scene((UP, UP), (0.0, 1e-3)),
+    "hanging, nearly at rest": scene((-UP, -UP), (0.0, 1e-6)),
+    "no forces": scene((0.3, 1.0), (2.0, -1.0), effects=()),
+    "one mass is 400 times the other": scene(
+        (1.0, -2.0), (0.5, 0.0), Chain.uniform_bars((20.0, 0.05), (1.0, 0.3))
+    ),
+    "damped": scene((1.0, -2.0), (0.5, 0.0), effects=(Gravity(), JointDamping((0.3, 0.2)))),
+}
+
+
+def measured(scene, accuracy, times=TIMES):
+    return measured_run(scene, times, accuracy, "momenta", lambda name: lambda share: None)
+
+
+def true_errors(found, exact):
+    """Return the largest error up to each time."""
+    miss = [abs(found.q - exact.q), abs(found.u - exact.u)]
+    return np.maximum.accumulate(np.concatenate(miss).max(axis=0)).astype(float)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", HARD)
+def test_the_error_is_bounded_at_all_times_at_all_accuracies(name):
+    """The reference has other equations, another order, and rounds 2000 times finer."""
+    exact = taylor_run(HARD[name], TIMES, formulation="kane", precision="long double")
+    for digits in range(3, 12):
+        found = measured(HARD[name], 10.0**-digits)
+        assert found.worst <= 10.0**-digits
+        if found.kept.precision == "double":
+            assert np.all(true_errors(found.kept, exact) <= found.errors)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("order", [7, 9, 11, 13, 15])
+def test_four_more_orders_measure_the_error(order, random):
+    """r, the error of the judge over that of the run: below 2/3, where the margin is 3."""
+    for hard in HARD.values():
+        q, u = random.uniform(-3, 3, (2, 2)).tolist()
+        start = Scene(hard.chain, tuple(q), tuple(u), 10.0, hard.effects)
+        exact = taylor_run(start, TIMES, formulation="kane", precision="long double")
+        run, judge = (
+            taylor_run(start, TIMES, formulation="momenta", order=p)
+            for p in (order, order + measure._MORE)
+        )
+        known = 3 * measure.difference(run, judge) + measure._sums(run, TIMES)
+        assert np.all(true_errors(run, exact) <= known)
+
+
+def test_a_run_well_above_round_off_is_judged_in_its_own_precision():
+    found = measured(HARD["no forces"], 1e-6)
+    assert [run.precision for run in found.runs] == ["double", "double"]
+    assert found.runs[1].order == found.kept.order + measure._MORE
+
+
+def test_near_round_off_a_longer_precision_judges():
+    """Double precision ends at 3e-10 here: it does for 1e-8, and no longer for 2e-10."""
+    near, beyond = (measured(HARD["reference"], accuracy) for accuracy in (1e-8, 2e-10))
+    assert near.kept.precision == "double"
+    assert near.runs[-1].precision == "long double"
+    assert beyond.kept.precision == "long double"
+    assert all(run.precision != "quadruple" for run in beyond.runs)
+
+
+def test_the_round_off_that_two_runs_share_is_in_the_error(monkeypatch):
+    """Two runs that are equal by chance, or by symmetry, still have the round-off of their sums."""
+    monkeypatch.setattr(measure, "difference", lambda first, second: np.zeros(len(TIMES)))
+    found = measured(HARD["reference"], 1e-9)
+    assert 2e-16 < found.errors[0] < 1e-14
+    assert 1e-13 < found.errors[-1] < 1e-11
+    assert np.all(np.diff(found.errors) >= 0)
+
+
+def test_the_first_pair_selects_the_order(monkeypatch):
+    """A growth above the assumed one leads to a higher order at once, not step by step."""
+    monkeypatch.setattr(measure, "_GROWTH", 1.0)
+    found = measured(HARD["reference"], 1e-7)
+    assert len(found.runs) <= 4
+    assert found.worst <= 1e-7
+
+
+@pytest.mark.parametrize("error", [1e-3, 1e-9, 1e-15, 1e-30])
+def test_an_order_is_the_lowest_odd_one(error):
+    order = order_for(error)
+    assert order % 2 == 1
+    assert order == measure._LOWEST_ORDER or truncation(order) <= error < truncation(order - 2)
