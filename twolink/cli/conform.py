@@ -42,7 +42,7 @@ def conform(
     suite: Annotated[
         list[str] | None,
         typer.Option(
-            help="Only this suite; may be given often. Default: all but hardcases, the hard cases."
+            help="Only this suite (repeatable). Default: all but hardcases, the hard cases."
         ),
     ] = None,
     seconds: Annotated[

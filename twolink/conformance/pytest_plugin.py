@@ -28,7 +28,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--twolink-suite",
         action="append",
         metavar="SUITE",
-        help="Only this suite; may be given often. Default: all.",
+        help="Only this suite (repeatable). Default: all.",
     )
     group.addoption("--twolink-expect", metavar="FILE", help="A TOML file of known failures.")
     group.addoption(
