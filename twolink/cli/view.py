@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import signal
 from typing import TYPE_CHECKING, Annotated
 
@@ -51,6 +50,9 @@ def view(
     """
     if not 0 <= port <= 65535:
         refuse(f"--port must be 0 to 65535; got {port}")
+    # It takes a tenth of the start of every command.
+    import asyncio
+
     film = film_of(
         motion, ghosts=ghost or [], nearby=nearby, urdf=urdf, fps=_FPS, speed=speed,
         theme=theme, force=force,
@@ -60,6 +62,8 @@ def view(
 
 async def _served(film: Film, host: str, port: int, *, opened: bool, follows: bool) -> None:
     """Serve a film until Ctrl-C or SIGTERM."""
+    import asyncio
+
     from viz.live import LiveView
 
     live = LiveView(film, host=host, port=port, follows=follows)
