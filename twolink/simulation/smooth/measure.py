@@ -45,9 +45,9 @@ _MORE = 4
 MARGIN_OF_LIKE_PRECISIONS = 3.0
 _MARGIN = 1.1
 
-# The growth of the truncation error of a step over a run, before the first measurement: the median
-# of random chains over 10 s.
-_GROWTH = 1e5
+# The growth of the truncation error of a step over a run, before the first measurement: that of one
+# in four random chains over 10 s, since a judge that is too coarse is the next run to be judged.
+_GROWTH = 5e3
 
 # The part of the accuracy for the error of a judge of a longer precision, and for the truncation
 # error of a run that it judges.
@@ -126,7 +126,7 @@ class _Search:
         highest = PRECISIONS[precision].truncated_order
         wanted = self.accuracy / MARGIN_OF_LIKE_PRECISIONS
         known = math.isfinite(self.growth)
-        order = order_for(wanted / (self.growth if known else _GROWTH))
+        order = _rung(order_for(wanted / (self.growth if known else _GROWTH)))
         if not known:
             # The first pair measures the growth, whatever the accuracy.
             order = min(order, highest)
@@ -137,7 +137,7 @@ class _Search:
             )
             self.growth = found.worst / MARGIN_OF_LIKE_PRECISIONS / truncation(kept.order)
             yield found
-            order = max(order_for(wanted / self.growth), kept.order + 2)
+            order = _rung(max(order_for(wanted / self.growth), kept.order + 1))
 
     def _judged_by_precision(self, precision: PrecisionName, longer: PrecisionName) -> Measured:
         """Return a run without truncation error, judged by one of a longer precision."""
@@ -214,3 +214,8 @@ def truncation(order: int) -> float:
 def order_for(error: float) -> int:
     """Return the lowest order whose `truncation` is below an error."""
     return max(_LOWEST_ORDER, 2 * math.ceil((-math.log(error) / 2 - 2) / 2) + 1)
+
+
+def _rung(order: int) -> int:
+    """Return the next order at which a judge is the next run to be judged."""
+    return _LOWEST_ORDER + _MORE * math.ceil((order - _LOWEST_ORDER) / _MORE)
