@@ -214,3 +214,8 @@ def test_a_urdf_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
     with pytest.raises(TwolinkError, match=r"arm\.urdf: cannot be written \(full\)"):
         Chain.uniform_bars().to_urdf(file)
     assert [path.read_text() for path in tmp_path.iterdir()] == ["before"]
+
+
+def test_counts_of_numpy_are_whole_numbers_of_python():
+    """Those of 8 bits would overflow in the memory that is estimated from them."""
+    assert len(simulate(FALL, samples=np.uint8(200)).t) == 200

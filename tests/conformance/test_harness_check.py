@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.conformance.arm import Arm
-from tests.conformance.test_process import ROGUE, answers, start  # noqa: F401
+from tests.conformance.test_process import PYTHON, ROGUE, answers  # noqa: F401
 from twolink.conformance.harness_check import check_harness
 from twolink.conformance.in_process import InProcess
 from twolink.conformance.process import ProcessTransport
@@ -121,7 +121,8 @@ def test_a_known_quantity_for_every_name():
     ],
 )
 def test_faults_of_a_child(mode, name, words, answers):  # noqa: F811
-    assert words in failed(start(mode, answers))[name]
+    command = [*PYTHON, str(ROGUE), mode, str(answers)]
+    assert words in failed(lambda: ProcessTransport(command))[name]
 
 
 def test_a_child_that_does_not_stop(answers):  # noqa: F811

@@ -142,6 +142,18 @@ def test_a_start_on_a_stiff_surface_is_placed_on_it_in_every_precision():
         assert abs(float(gap)) <= 4 * system.rounding
 
 
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+def test_a_start_on_a_surface_that_recedes_is_placed_on_it_too(precision):
+    """Its gap is zero, and so it is where it comes back."""
+    surface = cushion(0.0, stiffness=1e12)
+    state = state_of(system := system_of(surface, precision=precision), Q, (-1.0, 0.0))
+    assert state.touching == frozenset()
+    element = system.elements[0]
+    gap = element.normal.coordinate(system.chain, state.q) - element.bound
+    assert state.gaps[0] == 0
+    assert abs(float(gap)) <= 4 * system.rounding
+
+
 @pytest.mark.parametrize(("speed", "slack"), [(0.4, False), (0.6, True)])
 def test_a_start_in_a_hunt_crossley_surface_never_pulls(speed, slack):
     """The force k δ (1 + a dδ/dt) is zero at 1/a = 0.5 m/s, and there is none beyond."""

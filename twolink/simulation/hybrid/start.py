@@ -117,7 +117,8 @@ def _touched(system: HybridSystem, state: HybridState, pose: Pose, index: int) -
     state = state._replace(gaps=put(state.gaps, index, system.number(0)))
     recedes = not still and speed_along(row, state.u) > 0
     if recedes:
-        return state
+        # Its gap is zero exactly, and the pose must agree: a stiff surface is met again later.
+        return state._replace(q=place(system, pose, index, state).q)
     if not element.rigid:
         # Round-off of the position would cause a force of a stiff surface.
         pose = place(system, pose, index, state)
