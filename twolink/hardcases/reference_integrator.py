@@ -17,6 +17,7 @@ import numpy as np
 from twolink.chain import Chain
 from twolink.errors import SimulationError
 from twolink.optional import heyoka
+from twolink.simulation.pool import IntegratorPool
 from twolink.verification.states import Array
 
 Numbers = tuple[float, float]
@@ -56,7 +57,9 @@ class ReferenceMotion:
     presses: float = 0.0
     floor: float = 0.0
     cubic: Numbers = (0.0, 0.0)
-    _made: dict[tuple[Any, ...], Any] = field(default_factory=dict, repr=False, compare=False)
+    _made: dict[tuple[Any, ...], IntegratorPool] = field(
+        default_factory=dict, repr=False, compare=False
+    )
 
     def states(self, times: Sequence[float] | Array) -> ReferenceStates:
         """Return the motion at increasing times (s), the first of them 0."""
@@ -100,7 +103,13 @@ class ReferenceMotion:
         self, state: list[Any], now: Any, grid: list[Any], pressing: bool
     ) -> tuple[list[Any], Any, list[Any]]:
         """Integrate along a grid of times, to its end or until contact with the floor changes."""
-        integrator = self._integrator(pressing)
+        with self._pool(pressing).lend() as integrator:
+            return self._integrated(integrator, state, now, grid)
+
+    def _integrated(
+        self, integrator: Any, state: list[Any], now: Any, grid: list[Any]
+    ) -> tuple[list[Any], Any, list[Any]]:
+        """Return the state and the time at the end, and the states on the grid."""
         integrator.state[:] = state
         integrator.time = now
         if self.presses:
@@ -121,7 +130,7 @@ class ReferenceMotion:
         start, values, rates = begun[-1] if begun else (0.0, (0.0, 0.0), (0.0, 0.0))
         return (start, *values, *rates)
 
-    def _integrator(self, pressing: bool) -> Any:
+    def _pool(self, pressing: bool) -> IntegratorPool:
         key = (pressing,)
         if key not in self._made:
             hy = heyoka()
@@ -141,8 +150,10 @@ class ReferenceMotion:
                 more["pars"] = np.array([self._number(0)] * 5)
             zeros = np.array([self._number(0)] * 4)
             # Loops of library calls compile fifty times as fast as unrolled code.
-            self._made[key] = hy.taylor_adaptive(
-                system, zeros, fp_type=kind, opt_level=0, compact_mode=True, **more
+            self._made[key] = IntegratorPool(
+                hy.taylor_adaptive(
+                    system, zeros, fp_type=kind, opt_level=0, compact_mode=True, **more
+                )
             )
         return self._made[key]
 
