@@ -1,17 +1,15 @@
-"""axe-core, the accessibility checker from npm, run in a page of the tests' browser.
+"""axe-core, the accessibility checker, run in a page of the tests' browser.
 
-It is not installed with the project: `npm pack` fetches it once into a cache folder. Without npm or
-a network the tests are skipped with the reason; with TWOLINK_REQUIRE_TOOLS=1, which the full build
-sets, they fail.
+It is not installed with the project: uv fetches a Python package that carries it, once, into a
+cache folder. Without uv or a network the tests are skipped with the reason; with
+TWOLINK_REQUIRE_TOOLS=1, which the full build sets, they fail.
 """
 
 from __future__ import annotations
 
-import io
 import os
 import shutil
 import subprocess
-import tarfile
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -21,7 +19,8 @@ import pytest
 from twolink.files import atomic_write
 from viz.browser import Page
 
-AXE = "4.10.3"
+AXE = "4.12.1"
+PACKAGE = "axe-playwright-python==0.1.8"
 REQUIRED = "TWOLINK_REQUIRE_TOOLS"
 
 
@@ -48,25 +47,19 @@ def _script() -> str:
 
 
 def _packed() -> bytes:
-    """Return the script from npm's package."""
-    npm = shutil.which("npm")
-    if npm is None:
-        raise OSError("npm is not installed")
+    """Return the script, from a Python package that carries it."""
+    uv = shutil.which("uv")
+    if uv is None:
+        raise OSError("uv is not installed")
     with tempfile.TemporaryDirectory(prefix="twolink-") as folder:
-        command = (npm, "pack", f"axe-core@{AXE}", "--silent", "--pack-destination", folder)
+        command = (uv, "pip", "install", "--quiet", "--no-deps", "--target", folder, PACKAGE)
         try:
-            done = subprocess.run(
-                command, check=False, capture_output=True, timeout=120, cwd=folder
-            )
+            done = subprocess.run(command, check=False, capture_output=True, timeout=120)
         except subprocess.TimeoutExpired as error:
-            raise OSError("npm pack gave no answer for 120 s") from error
-        packages = list(Path(folder).glob("*.tgz"))
-        if not packages:
-            raise OSError(f"npm pack: {done.stderr.decode(errors='replace').strip()[-200:]}")
-        with tarfile.open(fileobj=io.BytesIO(packages[0].read_bytes())) as package:
-            member = package.extractfile("package/axe.min.js")
-            assert member is not None
-            return member.read()
+            raise OSError("uv gave no answer for 120 s") from error
+        if done.returncode:
+            raise OSError(f"uv: {done.stderr.decode(errors='replace').strip()[-200:]}")
+        return (Path(folder) / "axe_playwright_python" / "axe.min.js").read_bytes()
 
 
 def violations(page: Page) -> list[str]:
