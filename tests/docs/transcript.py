@@ -28,10 +28,12 @@ _FENCE = re.compile(r"^```(\{?[\w-]*\}?)[^\n]*\n(.*?)^```$", re.MULTILINE | re.D
 _FILE = re.compile(r"^(?:#|//) ([\w.-]+\.\w+)(?:; run by: (.+))?$")
 _UV = re.compile(r"\buv run (?:--(?:extra|group) \w+ )*")
 _NUMBER = re.compile(r"[-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-# What differs from run to run and between machines: times, sizes of files, units in the last place.
+# What differs from run to run and between machines: times, sizes of files, units in the last place,
+# and numbers of steps, which the vector instructions of a processor may change by one.
 _VARIES = re.compile(
     r"\d[\d.e+-]* (?:ms|µs|ns|kB|MB|min)\b"
     r"|<?\d[\d.]*/\d+\b"
+    r"|\d+ kept\b"
     r"|× ?\d[\d.]*"
     r"|\d[\d.]*% of its tolerance \([^)]*\)"
 )
