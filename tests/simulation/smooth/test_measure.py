@@ -102,6 +102,30 @@ def test_the_round_off_that_two_runs_share_is_in_the_error(monkeypatch):
     assert np.all(np.diff(found.errors) >= 0)
 
 
+def test_the_growth_bounds_round_off_that_two_runs_share(monkeypatch):
+    """The growth is that of a lower order: two runs that are equal say nothing."""
+    search = measure._Search(
+        HARD["reference"], TIMES, 1e-8, "momenta", lambda name: lambda share: None
+    )
+    next(search._judged_by_order("double"))
+    monkeypatch.setattr(measure, "difference", lambda first, second: np.zeros(len(TIMES)))
+    equal = search._measured(search._run("double", 15), search._run("double", 19), 3.0)
+    monkeypatch.undo()
+    exact = taylor_run(HARD["reference"], TIMES, formulation="kane", precision="long double")
+    assert np.all(true_errors(search._run("double", 19), exact) <= equal.errors)
+
+
+def test_the_error_of_a_longer_judge_is_part_of_the_error(monkeypatch):
+    """Two runs may be equal by chance: the accuracy has room for a hundredth, three times."""
+    search = measure._Search(
+        HARD["reference"], TIMES, 1e-8, "momenta", lambda name: lambda share: None
+    )
+    list(search._judged_by_order("double"))
+    monkeypatch.setattr(measure, "difference", lambda first, second: np.zeros(len(TIMES)))
+    found = search._judged_by_precision("double", "long double")
+    assert 1e-14 < found.worst < 3.1e-10
+
+
 def test_the_first_pair_selects_the_order(monkeypatch):
     """A growth above the assumed one leads to a higher order at once, not step by step."""
     monkeypatch.setattr(measure, "_GROWTH", 1.0)
