@@ -75,7 +75,7 @@ def test_known_failures_and_models_that_are_not_read(folder):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--twolink-engine", "pinnochio"), "did you mean 'pinocchio'"),
+        (("--twolink-engine", "pinnochio"), "did you mean 'Pinocchio'"),
         (("--twolink-engine", "mine:Arm", "--twolink-suite", "x"), "suite must be one of"),
     ],
 )

@@ -164,13 +164,15 @@ class PinocchioEngine(Engine):
 
     def _understood(self) -> Understood:
         bodies = [(self.inertia(link), self._axis(link)) for link in (0, 1)]
-        return Understood(
-            mass=_pair(body.mass for body, _ in bodies),
-            reach=_pair(np.linalg.norm(np.cross(axis, body.lever)) for body, axis in bodies),
-            inertia=_pair(axis @ body.inertia @ axis for body, axis in bodies),
-            damping=_pair(self.robot.damping),
-            friction=_pair(self.robot.friction),
-        )
+        # A file may have inertias whose sums overflow; they differ from any expected number.
+        with np.errstate(over="ignore", invalid="ignore"):
+            return Understood(
+                mass=_pair(body.mass for body, _ in bodies),
+                reach=_pair(np.linalg.norm(np.cross(axis, body.lever)) for body, axis in bodies),
+                inertia=_pair(axis @ body.inertia @ axis for body, axis in bodies),
+                damping=_pair(self.robot.damping),
+                friction=_pair(self.robot.friction),
+            )
 
     def _axis(self, link: int) -> Array:
         """Return the joint's axis in its own frame, from the motion of a unit speed."""
