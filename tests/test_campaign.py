@@ -8,7 +8,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.campaign import judge as campaign_judge
 from tests.campaign.checks import CHECKS, violations
 from tests.campaign.draw import draw_scene
 from tests.campaign.judge import CRASH, HANG, OK, REFUSED, VIOLATION, Judged
@@ -249,10 +248,13 @@ def test_a_report_names_what_is_wrong_and_how_to_repeat_it():
     assert not is_good([Judged(0, REFUSED, 0.0)] * 6 + [good])
 
 
+def _sleep(seed, index, *, reference, report):
+    report("simulate", Judged(index, HANG, 0.0))
+    time.sleep(60)
+
+
 @pytest.mark.slow
-def test_a_scene_that_takes_too_long_is_ended(monkeypatch):
-    # The workers are forks of this process.
-    monkeypatch.setattr(campaign_judge, "simulate", lambda scene: time.sleep(60))
-    campaign = Campaign(seed=7, limit=0.5, reference_share=0.0)
+def test_a_scene_that_takes_too_long_is_ended():
+    campaign = Campaign(seed=7, limit=0.5, judge=_sleep)
     (judged,) = judged_scenes(campaign, [0], 1, lambda text: None)
     assert judged.outcome == HANG

@@ -18,6 +18,7 @@ import tempfile
 import time
 import traceback
 import warnings
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -77,7 +78,7 @@ class Model:
     parameters: dict[str, Any] | None = None
 
 
-class Engine:
+class Engine(ABC):
     """An engine: its capabilities, and methods for arrays with a row for each state."""
 
     name = ""
@@ -89,9 +90,9 @@ class Engine:
     methods: tuple[dict[str, Any], ...] = ()
     issues = ""
 
+    @abstractmethod
     def load(self, model: Model) -> dict[str, Any] | None:
-        """Load a model; return what was understood of it, if the engine tells."""
-        raise NotImplementedError
+        """Load a model; return its parameters as the engine reports them, or None."""
 
     def move(
         self, angles: Array, speeds: Array, method: str, parameter: float, times: list[float]

@@ -22,12 +22,16 @@ _CHECKS = 120.0
 
 @dataclass(frozen=True)
 class Campaign:
-    """A seed, time limits (s) and the share of scenes that are compared with a reference."""
+    """A seed, time limits (s) and the share of scenes that are compared with a reference.
+
+    `judge` judges one scene in a worker process, so it must be picklable.
+    """
 
     seed: int
     limit: float = 60.0
     reference_share: float = 0.1
     reference_limit: float = 120.0
+    judge: Callable[..., Judged] = judge
 
     def has_reference(self, index: int) -> bool:
         """Return whether a scene is compared: always the same ones of a seed."""
@@ -119,7 +123,7 @@ def _work(campaign: Campaign, pipe: Connection) -> None:
         except EOFError:
             return
         reference = campaign.has_reference(index)
-        report("done", judge(campaign.seed, index, reference=reference, report=report))
+        report("done", campaign.judge(campaign.seed, index, reference=reference, report=report))
 
 
 def judged_scenes(

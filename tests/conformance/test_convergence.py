@@ -72,6 +72,15 @@ def test_precision_decides_what_is_rounding():
     assert convergence(off, TRUTH, 2.0**-23).limit is Limit.TRUTH
 
 
+def test_growing_differences_below_half_of_all_digits_are_no_order():
+    # As in binary32, where the round-off of the finer steps adds up.
+    off = [TRUTH + 0.01 * SLOPE + 1e-5 * 2.0**k * SLOPE for k in range(5)]
+    found = convergence(off, TRUTH, 2.0**-23)
+    assert found.limit is Limit.ANOTHER
+    assert math.isnan(found.order)
+    assert "order" not in found.sentence
+
+
 def uneven(order, limit=TRUTH, count=9):
     """Errors with the step on average, times a factor from 0.5 to 1.5 that jumps."""
     shares = [0.5 + (7 * k % 5) / 4 for k in range(count)]

@@ -88,9 +88,10 @@ def convergence(
     if errors[-1] <= same:
         return Convergence(Limit.TRUTH, order, errors[-1], errors[-1])
     if not order > _LEAST_ORDER:
-        # Motions that agree with each other to half of all digits have a limit without an order.
-        limit = Limit.ANOTHER if differences[-1] <= same else Limit.NONE
-        return Convergence(limit, order, errors[-1], errors[-1])
+        if differences[-1] <= same:
+            # Motions that agree with each other to half of all digits have a limit, and no order.
+            return Convergence(Limit.ANOTHER, math.nan, errors[-1], errors[-1])
+        return Convergence(Limit.NONE, order, errors[-1], errors[-1])
     if smooth:
         shrinking = math.log(errors[-2] / errors[-1], ratio)
         extrapolated = motions[-1] + (motions[-1] - motions[-2]) / (ratio**order - 1)

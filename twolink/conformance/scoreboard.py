@@ -54,20 +54,8 @@ class _Test(_Part):
 
     def result(self) -> TestResult:
         """Return the outcome of the test."""
-        return TestResult(
-            id=self.id,
-            suite=self.suite,
-            group=self.id.rpartition("/")[0],
-            quantity=self.quantity,
-            flags=self.flags,
-            mark=Mark(self.mark),
-            factor=self.factor,
-            digits=self.digits,
-            cause=self.cause,
-            said=self.said,
-            expected=self.expected,
-            unexpected=self.unexpected,
-        )
+        own = {name: getattr(self, name) for name in type(self).model_fields}
+        return TestResult(**{**own, "group": self.id.rpartition("/")[0], "mark": Mark(self.mark)})
 
 
 class _Limits(_Part):
@@ -78,7 +66,7 @@ class _Limits(_Part):
 
 
 class _Document(_Part):
-    """What `twolink.conformance.report.document` writes."""
+    """The document of `twolink.conformance.report.document`."""
 
     protocol: int
     vectors: str
