@@ -94,7 +94,7 @@ ROWS = {
         "trajectory",
         "effects_cost simulate",
     ],
-    "twolink.simulation.smooth": ["equations", "numeric taylor", "measure"],
+    "twolink.simulation.smooth": ["equations", "numeric taylor", "defect", "measure"],
     "twolink.simulation.hybrid": [
         "jet mode tolerances",
         "compliant_state constraint roots",

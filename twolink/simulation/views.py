@@ -79,7 +79,7 @@ class Views(_Motion):
             "simulated": f"{scene.duration:g} s with {', '.join(self.effects) or 'no effects'}",
             "method": f"{self.method} on {self.formulation}, {self.precision}",
             "global error": f"{self.error:.1e} measured, {self.accuracy:.1e} allowed",
-            "steps": f"{statistics.steps} kept, in {statistics.runs} runs",
+            "steps": f"{statistics.steps} kept, in {statistics.runs} run{'s' * (statistics.runs > 1)}",
             "time": f"{statistics.run_seconds * 1e3:.1f} ms to run, "
             f"{statistics.compile_seconds * 1e3:.0f} ms to compile",
             "energy T + V": f"{energy[0]:.9g} J at the start, {energy[-1]:.9g} J at the end",

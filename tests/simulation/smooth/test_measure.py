@@ -84,13 +84,22 @@ def test_a_run_well_above_round_off_is_judged_in_its_own_precision():
     assert found.runs[1].order == found.kept.order + measure._MORE
 
 
-def test_near_round_off_a_longer_precision_judges():
-    """Double precision ends at 3e-10 here: it does for 1e-8, and no longer for 2e-10."""
-    near, beyond = (measured(HARD["reference"], accuracy) for accuracy in (1e-8, 2e-10))
+def test_near_round_off_a_run_is_judged_by_its_own_defect():
+    """Double precision ends near 1e-9 here: it does for 1e-8, and no longer for 1e-11."""
+    near, beyond = (measured(HARD["reference"], accuracy) for accuracy in (1e-8, 1e-11))
     assert near.kept.precision == "double"
-    assert near.runs[-1].precision == "long double"
+    assert [run.precision for run in near.runs] == ["double"] * len(near.runs)
     assert beyond.kept.precision == "long double"
+    assert [run.precision for run in beyond.runs].count("long double") == 1
     assert all(run.precision != "quadruple" for run in beyond.runs)
+
+
+def test_round_off_ends_the_runs_of_a_precision():
+    """A higher order does not help where round-off makes the error: a longer precision does."""
+    found = measured(HARD["chaotic"], 1e-11)
+    doubles = [run for run in found.runs if run.precision == "double"]
+    assert len(doubles) <= 1
+    assert found.worst <= 1e-11
 
 
 def test_the_round_off_that_two_runs_share_is_in_the_error(monkeypatch):
@@ -109,21 +118,10 @@ def test_the_growth_bounds_round_off_that_two_runs_share(monkeypatch):
     )
     next(search._judged_by_order("double"))
     monkeypatch.setattr(measure, "difference", lambda first, second: np.zeros(len(TIMES)))
-    equal = search._measured(search._run("double", 15), search._run("double", 19), 3.0)
+    equal = search._measured(search._run("double", 15), search._run("double", 19))
     monkeypatch.undo()
     exact = taylor_run(HARD["reference"], TIMES, formulation="kane", precision="long double")
     assert np.all(true_errors(search._run("double", 19), exact) <= equal.errors)
-
-
-def test_the_error_of_a_longer_judge_is_part_of_the_error(monkeypatch):
-    """Two runs may be equal by chance: the accuracy has room for a hundredth, three times."""
-    search = measure._Search(
-        HARD["reference"], TIMES, 1e-8, "momenta", lambda name: lambda share: None
-    )
-    list(search._judged_by_order("double"))
-    monkeypatch.setattr(measure, "difference", lambda first, second: np.zeros(len(TIMES)))
-    found = search._judged_by_precision("double", "long double")
-    assert 1e-14 < found.worst < 3.1e-10
 
 
 def test_the_first_pair_selects_the_order(monkeypatch):

@@ -14,9 +14,8 @@ happen to be smaller, the round-off counts: that of as many sums as steps, and e
 the growth of errors, which a pair of a lower order has measured. Without the latter one motion in
 1500, whose truncation errors cancelled, had ten times the reported error.
 
-*In a longer precision.* Nearer to round-off the judge has longer numbers, a higher order (runs of
-equal order have equal truncation errors), and the lowest one with a hundredth of the accuracy as
-its error. That error, as predicted, is added with a margin: the two may happen to be equal.
+*By its own defect.* Nearer to round-off no second run is needed: the defect of the run's own steps
+gives its error, and that of the estimate (`defect`).
 
 The growth of errors over the run, |e| / exp(−2 (p + 1)), also selects the orders and the precision
 of all further runs, so that few are in vain; every result is measured.
@@ -26,8 +25,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -36,31 +34,38 @@ from twolink.formulations import EquationsName
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
-from twolink.simulation.smooth.taylor import TaylorRun, default_longest_step, taylor_run
+from twolink.simulation.smooth.defect import StepErrors
+from twolink.simulation.smooth.taylor import (
+    Observer,
+    TaylorRun,
+    default_longest_step,
+    taylor_run,
+)
 
 _LOWEST_ORDER = 7
 
 # Orders of a judge above that of the run, in the same precision: an error e⁻⁸ times as large.
 _MORE = 4
 
-# Factors on the difference from a judge of the same precision, and of a longer one.
 MARGIN_OF_LIKE_PRECISIONS = 3.0
-_MARGIN = 1.1
+"""Factor on the difference from a judge of the same precision."""
 
 # The growth of the truncation error of a step over a run, before the first measurement: that of one
 # in four random chains over 10 s, since a judge that is too coarse is the next run to be judged.
 _GROWTH = 5e3
 
-# The part of the accuracy for the error of a judge of a longer precision, and for the truncation
-# error of a run that it judges.
-_OF_THE_JUDGE, _OF_TRUNCATION = 1e-2, 0.2
+# The part of the accuracy for the truncation error of a run near round-off.
+_OF_TRUNCATION = 0.2
 
 # The error that round-off leaves, in roundings times the growth, of motions where it is small (the
-# median is 0.4). An attempt in vain costs the judge, which may be the next run.
+# median is 0.4).
 _ROUND_OFF = 0.1
 
 # The same of motions where it is large.
 _MOST_ROUND_OFF = 8
+
+# Allowance for the growth of truncation errors, where only that of round-off is known.
+_PESSIMISM = 10.0
 
 # Roundings of a speed that is computed from momenta.
 _A_VALUE = 4
@@ -113,17 +118,16 @@ class _Search:
 
     def attempts(self) -> Iterator[Measured]:
         """Yield measured runs, the cheapest first: the caller stops at one that suffices."""
-        for precision, longer in pairwise(PRECISIONS):
-            yield from self._judged_by_order(precision)
-            if self._left_by_round_off(precision) <= self.accuracy:
-                yield self._judged_by_precision(precision, longer)
-        last = tuple(PRECISIONS)[-1]
-        yield from self._judged_by_order(last)
+        first, *_, last = PRECISIONS
+        for precision in PRECISIONS:
+            if precision in (first, last):
+                yield from self._judged_by_order(precision)
+            if precision != last and self._left_by_round_off(precision) <= self.accuracy:
+                yield from self._judged_by_defect(precision)
         # The finest run: the difference is the error of the coarser one, which is larger.
         yield self._measured(
             self._run(last, PRECISIONS[last].full_order),
             self._run(last, PRECISIONS[last].truncated_order),
-            MARGIN_OF_LIKE_PRECISIONS,
         )
 
     @property
@@ -135,69 +139,85 @@ class _Search:
         """Yield runs that are judged by a higher order of their precision, until that is vain."""
         highest = PRECISIONS[precision].truncated_order
         wanted = self.accuracy / MARGIN_OF_LIKE_PRECISIONS
-        order = _rung(order_for(wanted / self.growth))
-        if self.grown is None:
-            # The first pair measures the growth, whatever the accuracy, far above round-off.
+        order = order_for(wanted / self.growth)
+        if self.grown is None and order <= highest:
+            # The growth of errors must be known where round-off is a part of them.
             order = min(order, highest - _MORE)
         while order <= highest:
-            kept = self._run(precision, self._ready(precision, order, highest))
-            judge = self._run(precision, kept.order + _MORE)
-            found = self._measured(kept, judge, MARGIN_OF_LIKE_PRECISIONS)
-            self._learn(found)
+            order = self._cheapest_pair(precision, order, highest)
+            kept = self._run(precision, order)
+            found = self._measured(kept, self._run(precision, order + _MORE))
+            self._learn(found.errors / MARGIN_OF_LIKE_PRECISIONS / truncation(order))
             yield found
-            order = _rung(max(order_for(wanted / self.growth), kept.order + 1))
+            order = max(order_for(wanted / self.growth), order + 2)
 
-    def _judged_by_precision(self, precision: PrecisionName, longer: PrecisionName) -> Measured:
-        """Return a run without truncation error, judged by one of a longer precision."""
-        full, most = PRECISIONS[precision].full_order, PRECISIONS[longer].full_order
-        order = min(full, order_for(_OF_TRUNCATION * self.accuracy / self.growth))
-        kept = self._run(precision, self._ready(precision, order, full))
-        judging = order_for(_OF_THE_JUDGE * self.accuracy / self.growth)
-        # Runs of equal order have equal truncation errors.
-        judging = min(max(judging, kept.order + 2), most)
-        judge = self._run(longer, self._ready(longer, judging, most))
-        found = self._measured(kept, judge, _MARGIN)
-        assert self.grown is not None
-        own = truncation(judging) + PRECISIONS[longer].rounding
-        errors = found.errors + MARGIN_OF_LIKE_PRECISIONS * own * self.grown
-        return replace(found, errors=errors)
+    def _cheapest_pair(self, precision: PrecisionName, order: int, highest: int) -> int:
+        """Return the order from a lowest to a highest one that costs least with its judge.
+
+        Runs that are there cost nothing, others the square of their order.
+        """
+
+        def cost(kept: int) -> int:
+            pair = kept, kept + _MORE
+            return sum(own * own for own in pair if (precision, own) not in self.runs)
+
+        there = [own for kind, own in self.runs if kind == precision and order < own <= highest]
+        return min([order, *there], key=cost)
+
+    def _judged_by_defect(self, precision: PrecisionName) -> Iterator[Measured]:
+        """Yield runs near round-off with their own defects, until a higher order is vain."""
+        own = PRECISIONS[precision]
+        order = 0
+        while order < own.full_order:
+            needed = order_for(_OF_TRUNCATION * self.accuracy / self.growth)
+            order = min(max(needed, order + 2), own.full_order)
+            errors = StepErrors(self.scene, self.formulation, precision)
+            kept = self._taylor(precision, order, errors)
+            self.runs[precision, order] = kept
+            found = errors.at(self.times) + _conversions(kept)
+            round_off = errors.round_off_at(self.times)
+            self._learn(_PESSIMISM * round_off / own.rounding)
+            yield Measured(kept, found, tuple(self.runs.values()))
+            if round_off.max() > _OF_TRUNCATION * self.accuracy:
+                return
+            self._learn(found / truncation(order))
 
     def _left_by_round_off(self, precision: PrecisionName) -> float:
         """Return the expected error (rad, rad/s) of a run without truncation error."""
         return _ROUND_OFF * self.growth * PRECISIONS[precision].rounding
 
-    def _ready(self, precision: PrecisionName, order: int, highest: int) -> int:
-        """Return the lowest order of a run that is there, from an order on, or that order."""
-        there = [own for kind, own in self.runs if kind == precision and order <= own <= highest]
-        return min(there, default=order)
-
     def _run(self, precision: PrecisionName, order: int) -> TaylorRun:
         """Return the run of a precision and an order."""
         key = precision, order
         if key not in self.runs:
-            self.runs[key] = taylor_run(
-                self.scene,
-                self.times,
-                formulation=self.formulation,
-                precision=precision,
-                order=order,
-                longest_step=default_longest_step(self.scene),
-                progress=self.progress(f"order {order}, {precision}"),
-            )
+            self.runs[key] = self._taylor(precision, order)
         return self.runs[key]
 
-    def _learn(self, found: Measured) -> None:
-        """Note the growth of errors that a pair of runs showed."""
-        grown = found.errors / MARGIN_OF_LIKE_PRECISIONS / truncation(found.kept.order)
+    def _taylor(
+        self, precision: PrecisionName, order: int, observe: Observer | None = None
+    ) -> TaylorRun:
+        """Return a new run of a precision and an order."""
+        return taylor_run(
+            self.scene,
+            self.times,
+            formulation=self.formulation,
+            precision=precision,
+            order=order,
+            longest_step=default_longest_step(self.scene),
+            progress=self.progress(f"order {order}, {precision}"),
+            observe=observe,
+        )
+
+    def _learn(self, grown: Array) -> None:
+        """Note the growth of errors that a measured run showed."""
+        grown = np.where(np.isfinite(grown), grown, 0.0)
         self.grown = grown if self.grown is None else np.maximum(self.grown, grown)
 
-    def _measured(self, kept: TaylorRun, judge: TaylorRun, margin: float) -> Measured:
-        """Return a run with its difference from a judge, times a margin."""
-        errors = margin * difference(kept, judge)
-        if kept.precision == judge.precision:
-            errors = errors + _sums(kept, self.times)
-            if self.grown is not None:
-                errors = errors + _MOST_ROUND_OFF * PRECISIONS[kept.precision].rounding * self.grown
+    def _measured(self, kept: TaylorRun, judge: TaylorRun) -> Measured:
+        """Return a run with the error that its difference from a judge of like precision bounds."""
+        errors = MARGIN_OF_LIKE_PRECISIONS * difference(kept, judge) + _sums(kept, self.times)
+        if self.grown is not None:
+            errors = errors + _MOST_ROUND_OFF * PRECISIONS[kept.precision].rounding * self.grown
         return Measured(kept, errors, tuple(self.runs.values()))
 
 
@@ -213,16 +233,22 @@ def difference(first: Any, second: Any) -> Array:
     return np.asarray(np.maximum.accumulate(np.abs(later - earlier).max(axis=0).astype(float)))
 
 
-def _sums(run: TaylorRun, times: Array) -> Array:
-    """Return the round-off (rad, rad/s) of as many sums as the steps up to each time.
-
-    The error at the start is that of the conversion to momenta and back.
-    """
+def _conversions(run: TaylorRun) -> Array:
+    """Return the round-off (rad, rad/s) of values, which are converted from momenta and back."""
     states = np.concatenate([run.q, run.u]).astype(float)
-    sizes = np.maximum.accumulate(np.abs(states).max(axis=0))
     converted = np.abs(states[:, 0] - [*run.scene.q, *run.scene.u]).max()
-    steps = run.steps * times / float(times[-1])
-    return np.asarray(converted + PRECISIONS[run.precision].rounding * sizes * (_A_VALUE + steps))
+    return np.asarray(converted + _A_VALUE * _rounding(run))
+
+
+def _sums(run: TaylorRun, times: Array) -> Array:
+    """Return the round-off (rad, rad/s) of as many sums as the steps up to each time."""
+    return np.asarray(_conversions(run) + _rounding(run) * run.steps * times / float(times[-1]))
+
+
+def _rounding(run: TaylorRun) -> Array:
+    """Return a rounding of the largest value (rad, rad/s) up to each time."""
+    sizes = np.abs(np.concatenate([run.q, run.u]).astype(float)).max(axis=0)
+    return np.asarray(PRECISIONS[run.precision].rounding * np.maximum.accumulate(sizes))
 
 
 def truncation(order: int) -> float:
@@ -233,8 +259,3 @@ def truncation(order: int) -> float:
 def order_for(error: float) -> int:
     """Return the lowest order whose `truncation` is below an error."""
     return max(_LOWEST_ORDER, 2 * math.ceil((-math.log(error) / 2 - 2) / 2) + 1)
-
-
-def _rung(order: int) -> int:
-    """Return the next order at which a judge is the next run to be judged."""
-    return _LOWEST_ORDER + _MORE * math.ceil((order - _LOWEST_ORDER) / _MORE)

@@ -93,13 +93,14 @@ def taylor_run(
     longest_step: float | None = None,
     optimised: bool = False,
     progress: Callable[[float], None] | None = None,
+    observe: Observer | None = None,
 ) -> TaylorRun:
     """Return the motion of a scene by Taylor series at increasing times (s), the first of them 0.
 
     Truncation errors are at round-off, unless a lower `order` is given; `longest_step` (s) caps the
     step. With `optimised` the integrator is compiled with optimization at once. Raises
     `SimulationError` if the motion cannot be integrated to the last time. `progress` receives the
-    completed share.
+    completed share, and `observe` the steps.
     """
     cap = longest_step or default_longest_step(scene)
     own = PRECISIONS[precision]
@@ -113,7 +114,7 @@ def taylor_run(
         compile_seconds += perf_counter() - start
         most = math.inf if optimised or not gains else _WORTH_OPTIMISING
         start = perf_counter()
-        found = compiled.follow(scene, grid, cap, progress, most)
+        found = compiled.follow(scene, grid, cap, progress, most, observe)
         run_seconds = perf_counter() - start
         optimised = optimised or found is None
     return TaylorRun(
@@ -156,6 +157,23 @@ def default_longest_step(scene: Scene) -> float:
     return min(scene.duration, 1 / fastest)
 
 
+class Steps(NamedTuple):
+    """Consecutive steps: starts and lengths (s), coefficients (n, 4, p + 1), and the last state.
+
+    The starts are in float64, all other numbers in the precision of the run. The variables are
+    those of the equations, q and u or q and p.
+    """
+
+    starts: Any
+    lengths: Any
+    coefficients: Any
+    end: Any
+
+
+Observer = Callable[[Steps], None]
+"""A function that takes the steps of a run, some at a time; steps from 0 s begin a new run."""
+
+
 class _Followed(NamedTuple):
     """q and u at the requested times, each of shape (2, n), and the number of steps."""
 
@@ -181,6 +199,7 @@ class _Compiled:
         cap: float,
         progress: Callable[[float], None] | None,
         most: float = math.inf,
+        observe: Observer | None = None,
     ) -> _Followed | None:
         """Return the motion at the times of a grid (s), or None if it takes `most` steps.
 
@@ -193,10 +212,16 @@ class _Compiled:
         steps, ahead = 0, grid
         with self.pool.lend() as integrator:
             self._start(integrator, scene)
+            recorder = None if observe is None else _Recorder(integrator)
             while True:
                 outcome, _, _, taken, _, found = integrator.propagate_grid(
-                    ahead, max_delta_t=kind(cap), max_steps=PRECISIONS[self.precision].steps_at_once
+                    ahead,
+                    max_delta_t=kind(cap),
+                    max_steps=PRECISIONS[self.precision].steps_at_once,
+                    callback=recorder,
                 )
+                if observe is not None and recorder is not None and taken:
+                    observe(recorder.steps())
                 # After the first check, the first time is the end of the last part.
                 known = np.array(found)[1 if rows else 0 :]
                 ahead = ahead[1 if rows else 0 :][len(known) :]
@@ -241,6 +266,36 @@ class _Compiled:
         second = EQUATIONS[self.formulation].from_speeds(self.chain, q, u)
         integrator.state[:] = [*q, *second]
         integrator.time = kind(0)
+
+
+class _Recorder:
+    """A callback of heyoka's integrators that keeps the steps until they are fetched."""
+
+    def __init__(self, integrator: Any) -> None:
+        """Store an integrator at the start of its run."""
+        # A view of the integrator's own memory.
+        self._integrator, self._coefficients = integrator, integrator.tc
+        self._begin()
+
+    def _begin(self) -> None:
+        self._from = float(self._integrator.time)
+        self._lengths: list[Any] = []
+        self._taken: list[Any] = []
+
+    def __call__(self, integrator: Any) -> bool:
+        """Keep a step, and let the integrator continue."""
+        self._lengths.append(integrator.last_h)
+        self._taken.append(self._coefficients.copy())
+        return True
+
+    def steps(self) -> Steps:
+        """Return the steps since the last call."""
+        end = self._integrator.state.copy()
+        lengths = np.array(self._lengths, end.dtype)
+        starts = self._from + np.concatenate([[0.0], np.cumsum(lengths.astype(float))])[:-1]
+        found = Steps(starts, lengths, np.array(self._taken), end)
+        self._begin()
+        return found
 
 
 def _ready(
