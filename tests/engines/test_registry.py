@@ -46,8 +46,8 @@ SCENES = {
 }
 # heyoka, as it comes, goes to the end in one step where its order is a multiple of four.
 OVERSTEPS = {("heyoka", "taylor", "free fall")}
-# Drake solves the stages to a tolerance that does not follow the accuracy asked for.
-STALLS = {("Drake", "radau3")}
+# Drake solves the steps to a tolerance that does not follow the accuracy asked for.
+STALLS = {("Drake", "radau3"), ("Drake", "cenic")}
 # No engine has more operations than this on a path from a state to its acceleration.
 ROUNDINGS = 256
 

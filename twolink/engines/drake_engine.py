@@ -32,12 +32,16 @@ _REASONS = {
 }
 _EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "samples"})
 
+# It integrates the plant named "plant", and asks for contacts in each step.
+_CENIC = "cenic"
+
 # Its longest step with error control stays at the default of 0.1 s.
 _ERROR_CONTROLLED = (
     ("runge_kutta3", 3),
     ("runge_kutta5", 5),
     ("bogacki_shampine3", 3),
     ("radau3", 3),
+    (_CENIC, 1),
 )
 _FIXED = (
     ("runge_kutta2", 2),
@@ -48,6 +52,7 @@ _FIXED = (
     ("radau1", 1),
     ("implicit_euler", 1),
     ("semi_explicit_euler", 1),
+    (_CENIC, 1),
 )
 
 
@@ -55,7 +60,8 @@ class Drake(SimulationEngine):
     """Drake; see `SimulationEngine`.
 
     The parameter of a method with error control is Drake's `accuracy`; a method named "…, fixed
-    step" takes equal steps.
+    step" takes equal steps. `cenic` is Convex Error-controlled Numerical Integration for Contact
+    (V. Kurtz and A. Castro, arXiv 2511.08771, 2025), of order 1.
     """
 
     name = "Drake"
@@ -78,9 +84,9 @@ class Drake(SimulationEngine):
         chosen = next(each for each in self.methods if each.name == method)
         begin = perf_counter()
         model = joint_model(scene)
-        built = _built(model)
         controlled = chosen.parameter == "tolerance"
         scheme = method.partition(",")[0]
+        built = _built(model, queries=scheme == _CENIC)
         setup = perf_counter() - begin
 
         def run(parameter: float, times: Array) -> EngineRun:
@@ -136,8 +142,12 @@ class _Built:
     plant: Any
 
 
-def _built(model: JointModel) -> _Built:
-    """Return the plant of a model, in a diagram with torque sources if torques vary with time."""
+def _built(model: JointModel, *, queries: bool = False) -> _Built:
+    """Return the plant of a model, in a diagram with torque sources if torques vary with time.
+
+    With `queries`, an empty scene graph answers that there are no contacts.
+    """
+    from pydrake.geometry import SceneGraph
     from pydrake.systems.framework import DiagramBuilder
 
     builder = DiagramBuilder()
@@ -147,6 +157,9 @@ def _built(model: JointModel) -> _Built:
         raise EngineError(f"Drake rejects the chain: {error}") from error
     if model.uses & {"torque", "waves", "samples"}:
         _add_torques(builder, plant, model)
+    if queries:
+        empty = builder.AddSystem(SceneGraph())
+        builder.Connect(empty.get_query_output_port(), plant.get_geometry_query_input_port())
     return _Built(builder.Build(), plant)
 
 
@@ -157,6 +170,7 @@ def _plant(model: JointModel) -> Any:
     from pydrake.multibody.tree import RevoluteSpring
 
     plant = MultibodyPlant(0.0)
+    plant.set_name("plant")
     Parser(plant).AddModelsFromString(model.chain.to_urdf(), "urdf")
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("ground"))
     plant.mutable_gravity_field().set_gravity_vector(model.gravity_in_space)
