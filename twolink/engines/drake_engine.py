@@ -152,13 +152,13 @@ def _built(model: JointModel, *, queries: bool = False) -> _Built:
 
     builder = DiagramBuilder()
     try:
-        plant = builder.AddSystem(_plant(model))
+        plant: Any = builder.AddSystem(_plant(model))
     except RuntimeError as error:
         raise EngineError(f"Drake rejects the chain: {error}") from error
     if model.uses & {"torque", "waves", "samples"}:
         _add_torques(builder, plant, model)
     if queries:
-        empty = builder.AddSystem(SceneGraph())
+        empty: Any = builder.AddSystem(SceneGraph())
         builder.Connect(empty.get_query_output_port(), plant.get_geometry_query_input_port())
     return _Built(builder.Build(), plant)
 
