@@ -37,7 +37,9 @@ _GIGABYTE = 2**30
 def conform(
     engine: Annotated[
         str,
-        typer.Argument(help="A registered name, 'module:object', or 'cmd: COMMAND' of a program."),
+        typer.Argument(
+            help="A registered name, 'module:object', 'cmd: COMMAND' of a program, or fmu:FILE."
+        ),
     ],
     suite: Annotated[
         list[str] | None,

@@ -1,4 +1,7 @@
-"""From the name of an engine to a transport: `cmd: …`, `module:object`, or a registered name."""
+"""From the name of an engine to a transport.
+
+`cmd: …` is a program, `fmu:FILE` an FMU, `module:object` or a registered name a Python engine.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +11,14 @@ import os
 import shlex
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from twolink.conformance.contract import Engine
 from twolink.conformance.in_process import InProcess
 from twolink.conformance.process import ProcessTransport
 from twolink.conformance.transport import Transport
+from twolink.engines.fmu_engine import FmuEngine
 from twolink.engines.registry import ENGINES, by_name
 from twolink.errors import EngineError
 from twolink.text import one_line, quoted
@@ -22,6 +27,7 @@ GROUP = "twolink.engines"
 """The group of entry points by which packages register engines."""
 
 _COMMAND = "cmd:"
+_FMU = "fmu:"
 
 
 def attach(
@@ -29,13 +35,17 @@ def attach(
 ) -> Callable[[], Transport]:
     """Return a function that starts an engine.
 
-    A Python engine runs in a child process with a limit on memory (bytes), unless `in_process`.
-    Raises `EngineError` for a name that is not known, or a command that cannot be found.
+    A Python engine and an FMU run in a child process with a limit on memory (bytes), unless
+    `in_process`. Raises `EngineError` for a name that is not known, a command that cannot be found,
+    or a file that is no FMU of a chain.
     """
     if engine.startswith(_COMMAND):
         command = _command(engine.removeprefix(_COMMAND))
         return lambda: ProcessTransport(command, memory)
     path = _path_of(engine)
+    if path.startswith(_FMU):
+        # The file is read here, so that a wrong one is refused; its binary is not loaded.
+        python_engine(path)
     if in_process:
         return lambda: InProcess(python_engine(path))
     served = [sys.executable, "-m", "twolink.conformance.serve", path]
@@ -43,7 +53,12 @@ def attach(
 
 
 def python_engine(path: str) -> Engine:
-    """Return the engine `module:object`, a class of engines or one itself. Raises `EngineError`."""
+    """Return the engine `module:object`, a class of engines or one itself, or that of `fmu:FILE`.
+
+    Raises `EngineError`.
+    """
+    if path.startswith(_FMU):
+        return FmuEngine(Path(path.removeprefix(_FMU).strip()))
     module, _, name = path.partition(":")
     try:
         found: Any = importlib.import_module(module)
@@ -71,12 +86,14 @@ def registered() -> dict[str, str]:
 
 
 def _path_of(engine: str) -> str:
+    if engine.startswith(_FMU):
+        return engine
     if ":" in engine and all(part.isidentifier() for part in engine.replace(":", ".").split(".")):
         return engine
     try:
         return by_name(engine, registered())
     except EngineError as error:
-        also = "or 'module:object', or 'cmd: COMMAND' for a program"
+        also = "or 'module:object', or 'cmd: COMMAND' for a program, or fmu:FILE"
         raise EngineError(f"{error}; {also}") from error
 
 

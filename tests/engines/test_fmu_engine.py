@@ -1,0 +1,135 @@
+"""FMUs as engines: the example agrees, a wrong sign is named, and a crash ends only the FMU."""
+
+import pytest
+
+from tests.engines.fmus import DESCRIPTION, SOURCE, built
+from twolink.conformance.attach import attach
+from twolink.conformance.harness_check import check_harness
+from twolink.conformance.runner import conform
+from twolink.conformance.suites import suite
+from twolink.engines.fmu_engine import FmuEngine
+from twolink.errors import EngineError
+from twolink.hardcases import Mark
+
+pytestmark = pytest.mark.engines
+
+EVALUATION = {"evaluation": suite("evaluation")}
+ONE_MOTION = {"motion": suite("motion")[1:2]}
+
+
+def report(path, suites, *, in_process=True):
+    name = f"fmu:{path}"
+    return conform(name, attach(name, in_process=in_process), suites, seconds=60.0)
+
+
+def wrong(old, new, source=SOURCE):
+    assert old in source
+    return source.replace(old, new)
+
+
+def without(name, description=DESCRIPTION):
+    """The description with a variable under a name that nothing knows."""
+    return wrong(f'name="{name}"', f'name="other.{name}"', description)
+
+
+@pytest.fixture(scope="module", params=["FMI 2.0", "FMI 3.0"])
+def example(request, tmp_path_factory):
+    return built(tmp_path_factory.mktemp("fmu"), fmi3=request.param == "FMI 3.0")
+
+
+def test_it_agrees(example):
+    found = report(example, EVALUATION | ONE_MOTION, in_process=False)
+    assert found.agrees, [(result.id, result.said) for result in found.failed]
+    asked = {result.quantity for result in found.compared}
+    assert asked >= {"forward_dynamics", "kinetic_energy", "position", "motion: co-simulation"}
+    (motion,) = (result for result in found.results if result.quantity.startswith("motion: "))
+    assert "converges to the truth, order 4" in motion.said
+
+
+def test_it_keeps_to_the_protocol(example):
+    checks = check_harness(attach(f"fmu:{example}"), 30.0)
+    assert [(check.name, check.said) for check in checks if not check.passed] == []
+
+
+def test_a_wrong_sign_of_gravity_is_named(tmp_path):
+    path = built(tmp_path, wrong("-v[GRAVITY]", "v[GRAVITY]"))
+    found = report(path, EVALUATION | ONE_MOTION)
+    assert set(found.causes()) == {"gravity-sign"}
+    rates = [each for each in found.failed if each.quantity == "forward_dynamics"]
+    assert len(rates) > 5
+    assert {each.cause for each in rates} == {"gravity-sign"}
+    (motion,) = (each for each in found.results if each.quantity.startswith("motion: "))
+    assert motion.mark is Mark.SILENT
+    assert "converges to another model" in motion.said
+
+
+def test_a_chain_that_it_cannot_express_is_skipped_with_the_reason(tmp_path):
+    path = built(tmp_path, description=without("centre_across2", without("centre_across1")))
+    found = report(path, EVALUATION)
+    assert found.agrees
+    said = {each.said for each in found.results if each.quantity == "forward_dynamics"}
+    assert any(
+        "closed form in an FMU has no centre_across1; the chain's is" in each for each in said
+    )
+
+
+def test_an_fmu_without_torques_answers_where_there_are_none(tmp_path):
+    engine = FmuEngine(built(tmp_path, description=without("torque1")))
+    found = conform_in_process(engine)
+    assert {each.said for each in found if each.quantity == "forward_dynamics"} >= {
+        "closed form in an FMU has no inputs torque1 and torque2"
+    }
+
+
+def conform_in_process(engine):
+    from twolink.conformance.in_process import InProcess
+
+    return conform("fmu", lambda: InProcess(engine), EVALUATION).results
+
+
+def test_an_effect_is_there_with_all_of_its_parameters(tmp_path):
+    engine = FmuEngine(built(tmp_path, description=without("damping2")))
+    assert engine.effects == ("armature",)
+
+
+@pytest.mark.parametrize(
+    ("kind", "answers", "methods"),
+    [("ModelExchange", 5, 0), ("CoSimulation", 0, 1)],
+)
+def test_capabilities_are_those_of_the_kind(tmp_path, kind, answers, methods):
+    other = {"ModelExchange": "CoSimulation", "CoSimulation": "ModelExchange"}[kind]
+    engine = FmuEngine(built(tmp_path, description=wrong(f"<{other} ", "<Absent ", DESCRIPTION)))
+    assert (len(engine.answers), len(engine.methods)) == (answers, methods)
+
+
+def test_steps_of_one_size_for_an_fmu_that_has_one(tmp_path):
+    text = wrong(' canHandleVariableCommunicationStepSize="true"', "", DESCRIPTION)
+    found = report(built(tmp_path, description=text), {"motion": suite("motion")[:2]})
+    assert found.agrees
+
+
+def test_a_crash_ends_only_the_fmu(tmp_path):
+    source = wrong(
+        "static void step(double *v, double h) {",
+        "static void step(double *v, double h) {\n    abort();",
+    )
+    found = report(built(tmp_path, source), EVALUATION | ONE_MOTION, in_process=False)
+    marks = {each.mark for each in found.results if each.quantity == "forward_dynamics"}
+    assert marks == {Mark.PASS, Mark.CANNOT}
+    (motion,) = (each for each in found.results if each.quantity.startswith("motion: "))
+    assert motion.mark is Mark.CRASH
+    assert "SIGABRT" in motion.said
+
+
+def test_a_model_that_the_fmu_rejects_is_refused(tmp_path):
+    source = wrong("m[0] > 0 && m[1] > 0 ? OK : ERROR", "m[0] < 0 ? OK : ERROR")
+    found = report(built(tmp_path, source), EVALUATION)
+    (said,) = {each.said for each in found.failed}
+    assert "closed form in an FMU does not start: fmi2ExitInitializationMode failed" in said
+    assert {each.mark for each in found.failed} == {Mark.REFUSED}
+
+
+def test_a_missing_package_is_named_with_the_extra(tmp_path, monkeypatch):
+    monkeypatch.setattr(FmuEngine, "packages", (("FMPy", "no_such_package"),))
+    with pytest.raises(EngineError, match=r"needs FMPy, .*pip install 'twolink\[fmi\]'"):
+        attach(f"fmu:{tmp_path}/chain.fmu")
