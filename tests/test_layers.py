@@ -75,7 +75,9 @@ ROWS = {
     "twolink.effects": ["effect", OTHERS, "__init__", "of_urdf"],
     "twolink.scene": ["chain_table names text", "model reading writing", "scene"],
     "twolink.engines": [
-        "messages quantities sandbox sympy_derivation",
+        "faults messages quantities sympy_derivation",
+        "child",
+        "sandbox",
         "contract",
         "chain_engine joint_model pinocchio_engine scenes",
         "approximation pinocchio_chain",

@@ -116,6 +116,16 @@ def test_a_result_that_cannot_be_sent_is_refused():
     assert "pickle" in outcome.said
 
 
+def test_a_task_that_cannot_be_imported_is_refused():
+    class Hidden:
+        def __reduce__(self):
+            return (__import__, ("no_such_module",))
+
+    outcome = run_sandboxed(add, Hidden(), 3, seconds=SECONDS)
+    said = "ModuleNotFoundError: No module named 'no_such_module'"
+    assert (outcome.kind, outcome.said) == ("refused", said)
+
+
 @pytest.mark.parametrize(
     ("task", "said"),
     [(read_address_zero, "SIGSEGV"), (abort, "SIGABRT"), (leave, "exit code 3")],

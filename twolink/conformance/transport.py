@@ -1,36 +1,13 @@
-"""The way of messages to an engine and back, and the faults that end it."""
+"""The way of messages to an engine and back."""
 
 from __future__ import annotations
 
-from enum import StrEnum
 from typing import Protocol
 
+from twolink.engines.faults import EngineFault, FaultKind
 from twolink.engines.messages import Answer, Request
 
-
-class FaultKind(StrEnum):
-    """How an engine fails to answer."""
-
-    CRASH = "crash"
-    CUT = "death in mid-line"
-    HANG = "hang"
-    FLOOD = "flood"
-    UNASKED = "output that was not asked for"
-    NO_MESSAGE = "no message of the protocol"
-    OTHER_QUESTION = "answer to another question"
-    WRONG_LENGTH = "wrong length"
-
-
-class EngineFault(Exception):  # noqa: N818 - a fault of the engine, not of this program
-    """An engine gave no answer that can be judged.
-
-    `said` describes the fault, `output` is the end of the engine's standard error.
-    """
-
-    def __init__(self, kind: FaultKind, said: str, output: str = "") -> None:
-        """Record a fault."""
-        super().__init__(f"{kind.value}: {said}")
-        self.kind, self.said, self.output = kind, said, output
+__all__ = ["EngineFault", "FaultKind", "Transport", "check_sequence"]
 
 
 class Transport(Protocol):

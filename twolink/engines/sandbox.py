@@ -3,15 +3,16 @@
     outcome = run_sandboxed(task, argument, seconds=10.0)
     outcome.kind     # "finished", "refused", "crash", "hang" or "out of memory"
 
-Engines crash, hang and exhaust memory on hard cases. The process is spawned, so it shares no state
-with the caller; it and its children have ended when the result is returned.
+Engines crash, hang and exhaust memory on hard cases. The process shares no state with the caller;
+it and its children have ended when the result is returned.
 """
 
 from __future__ import annotations
 
+import base64
 import contextlib
 import dataclasses
-import faulthandler
+import json
 import multiprocessing
 import os
 import pickle
@@ -21,21 +22,22 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from multiprocessing.connection import Connection, wait
 from time import perf_counter
 from typing import Any, Literal
 
-from twolink.files import scratch_folder
+from twolink.engines.child import GIGABYTE, Child
+from twolink.engines.faults import EngineFault, FaultKind
 
 Kind = Literal["finished", "refused", "crash", "hang", "out of memory"]
-
-_GIGABYTE = 2**30
 
 # Time limit (s) for starting an interpreter, including the imports of the task's module.
 _START_UP = 120.0
 
-# Number of characters kept from the end of a task's output.
-_KEPT = 20_000
+_PROGRAM = (
+    "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
+    "from twolink.engines.sandbox import main; main()"
+)
+_BEGUN = b"begun"
 
 
 @dataclass(frozen=True)
@@ -60,120 +62,72 @@ def run_sandboxed(
     task: Callable[..., Any],
     *arguments: Any,
     seconds: float,
-    memory: int = 4 * _GIGABYTE,
+    memory: int = 4 * GIGABYTE,
 ) -> TaskResult:
     """Run a task in a new process, with limits on time (s) and memory (bytes).
 
-    The task is a module-level function; its arguments and result must be picklable. Exceptions of
-    the task are reported, not raised. The memory limit applies on systems that support a limit on
-    private memory (Linux).
+    The task is a function of a module that can be imported; its arguments and result must be
+    picklable. Exceptions of the task are reported, not raised. The memory limit applies on systems
+    that support a limit on private memory (Linux).
     """
-    context = multiprocessing.get_context("spawn")
-    ours, theirs = context.Pipe(duplex=False)
-    order = pickle.dumps((task, arguments))
-    with scratch_folder("engine") as folder:
-        output = folder / "output"
-        output.touch()
-        process = context.Process(target=_child, args=(order, theirs, str(output), memory))
-        process.start()
-        theirs.close()
-        try:
-            outcome = _followed(process, ours, seconds)
-        finally:
-            _end(process)
-            ours.close()
-        text = output.read_bytes()[-_KEPT:].decode("utf-8", errors="replace")
-    outcome = dataclasses.replace(outcome, output=text)
-    if outcome.kind == "crash" and "bad_alloc" in text:
+    program = [sys.executable, "-X", "faulthandler", "-c", _PROGRAM, json.dumps(sys.path)]
+    with contextlib.closing(Child(program, memory)) as child:
+        outcome = _followed(child, _line((task, arguments)), seconds)
+    outcome = dataclasses.replace(outcome, output=child.output)
+    if outcome.kind == "crash" and "bad_alloc" in outcome.output:
         return dataclasses.replace(outcome, kind="out of memory")
     return outcome
 
 
-def _followed(process: Any, pipe: Connection, seconds: float) -> TaskResult:
-    """Return the result of a started process, without its output."""
-    wait([pipe, process.sentinel], _START_UP)
-    if not _has_begun(pipe):
-        said = _exit(process) if wait([process.sentinel], 0) else "the task did not start"
-        return TaskResult("crash" if wait([process.sentinel], 0) else "hang", 0.0, said=said)
-    begin = perf_counter()
-    ended = wait([pipe, process.sentinel], seconds)
-    taken = perf_counter() - begin
-    if not ended:
-        return TaskResult("hang", taken, said=f"stopped after {seconds:g} s")
-    # A process that ended may have left a message in the pipe.
+def _followed(child: Child, order: bytes, seconds: float) -> TaskResult:
+    """Return the result of a task in a child, without its output."""
+    begin, limit = perf_counter(), _START_UP
     try:
-        answer: TaskResult = pipe.recv()
-    except EOFError:
-        return TaskResult("crash", taken, said=_exit(process))
-    return answer
+        answer = child.exchanged(order, limit)
+        if answer == _BEGUN:
+            begin, limit = perf_counter(), seconds
+            answer = child.exchanged(b"", limit)
+    except EngineFault as fault:
+        taken = perf_counter() - begin
+        if fault.kind is FaultKind.HANG:
+            return TaskResult("hang", taken, said=f"stopped after {limit:g} s")
+        return TaskResult("crash", taken, said=child.ended)
+    found: TaskResult = pickle.loads(base64.b64decode(answer))
+    return found
 
 
-def _has_begun(pipe: Connection) -> bool:
-    try:
-        return pipe.poll() and pipe.recv() == "begun"
-    except EOFError:
-        return False
+def _line(value: Any) -> bytes:
+    return base64.b64encode(pickle.dumps(value)) + b"\n"
 
 
-def _exit(process: Any) -> str:
-    """Return a description of how a process ended by itself."""
-    process.join(5)
-    code = process.exitcode
-    if code is not None and code < 0:
-        return signal.Signals(-code).name
-    return f"exit code {code}"
-
-
-def _end(process: Any) -> None:
-    """Kill a process and all of its children."""
-    # The child creates its own process group; until then only the child itself exists.
-    with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, signal.SIGKILL)
-    process.kill()
-    process.join()
-    process.close()
-
-
-def _child(order: bytes, pipe: Connection, output: str, memory: int) -> None:
-    """Run the task and send its result; runs in the new process."""
-    _keep_to_oneself(output, memory)
+def main() -> None:
+    """Run the task of the standard input and send its result; runs in the new process."""
+    # What the task prints must not come between the messages.
+    answers = os.dup(1)
+    os.dup2(2, 1)
     captured: list[Any] = []
     try:
-        task, arguments = pickle.loads(order)
-        pipe.send("begun")
+        task, arguments = pickle.loads(base64.b64decode(sys.stdin.buffer.readline()))
+        os.write(answers, _BEGUN + b"\n")
         begin = perf_counter()
         with warnings.catch_warnings(record=True) as captured:
             warnings.simplefilter("always")
             result = task(*arguments)
         outcome = TaskResult("finished", perf_counter() - begin, result, "", each_once(captured))
-        answer = pickle.dumps(outcome)
+        answer = _line(outcome)
     except MemoryError as error:
         said = f"MemoryError: {error}".removesuffix(": ")
-        answer = pickle.dumps(TaskResult("out of memory", 0.0, None, said, each_once(captured)))
+        answer = _line(TaskResult("out of memory", 0.0, None, said, each_once(captured)))
     except BaseException as error:
         traceback.print_exc()
         said = traceback.format_exception_only(error)[-1].strip()
-        answer = pickle.dumps(TaskResult("refused", 0.0, None, said, each_once(captured)))
+        answer = _line(TaskResult("refused", 0.0, None, said, each_once(captured)))
     sys.stdout.flush()
     sys.stderr.flush()
-    pipe.send_bytes(answer)
-    pipe.close()
+    with os.fdopen(answers, "wb") as stream:
+        stream.write(answer)
     # Exit at once, without waiting for the engine's own clean-up.
     os._exit(0)
-
-
-def _keep_to_oneself(output: str, memory: int) -> None:
-    """Create a process group, redirect all output to a file, and set limits."""
-    import resource
-
-    os.setsid()
-    end_with_caller()
-    file = os.open(output, os.O_WRONLY | os.O_APPEND)
-    os.dup2(file, 1)
-    os.dup2(file, 2)
-    faulthandler.enable(file=2)
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
 
 
 def end_with_caller() -> None:
