@@ -5,6 +5,7 @@ import math
 import pytest
 
 from twolink.hardcases.record import Mark, Outcome, Result
+from twolink.tables import Tone
 
 
 @pytest.mark.parametrize(
@@ -33,3 +34,10 @@ def test_the_call_and_its_output_are_kept_where_it_failed():
     assert (failed.said, failed.call, failed.output) == ("far off", "call()", "output")
     passed = Outcome.of(Result(0.5, said="near"), 0.1, "call()", "output")
     assert (passed.said, passed.call, passed.output) == ("near", "", "")
+
+
+def test_marks_of_failures_are_in_one_tone():
+    bad = {mark for mark in Mark if mark.tone is Tone.BAD}
+    assert bad == {Mark.SILENT, Mark.CRASH, Mark.HANG, Mark.INVALID}
+    assert Mark.PASS.tone is Tone.GOOD
+    assert Mark.CANNOT.tone is Tone.SOFT

@@ -24,7 +24,7 @@ from twolink.engines.messages import (
     Skipped,
     Values,
 )
-from twolink.hardcases import Case, Mark
+from twolink.hardcases import Case, Mark, Result
 
 Progress = Callable[[float], None]
 
@@ -117,14 +117,11 @@ def _reading(read: TestResult, group: Group, answer: Answer, engine: About) -> T
         return replace(read, mark=mark, said=answer.refused)
     assert isinstance(answer, Loaded)
     if group.expect == "refuse":
-        wanted = f"it must be refused: {group.comment}"
-        mark = Mark.MISSED if answer.warnings else Mark.SILENT
-        return replace(read, mark=mark, said=wanted, warnings=answer.warnings)
-    wrong = misunderstood(answer.understood, group.understood, engine.precision)
-    if wrong:
-        mark = Mark.MISSED if answer.warnings else Mark.SILENT
-        return replace(read, mark=mark, said="; ".join(wrong), warnings=answer.warnings)
-    return replace(read, warnings=answer.warnings)
+        wrong = f"it must be refused: {group.comment}"
+    else:
+        wrong = "; ".join(misunderstood(answer.understood, group.understood, engine.precision))
+    mark = Result(math.inf if wrong else 0.0, warned=bool(answer.warnings)).mark
+    return replace(read, mark=mark, said=wrong, warnings=answer.warnings)
 
 
 def _questions(

@@ -13,8 +13,6 @@ from twolink.tables import Cell, Column, Table, Tone, table
 
 _MOTION = "motion: "
 
-_TONES = {Mark.PASS: Tone.GOOD, Mark.MISSED: Tone.WARN, Mark.CANNOT: Tone.SOFT}
-
 _GIGABYTE = 2**30
 
 
@@ -102,12 +100,9 @@ def counted(found: Tally) -> Cell:
     if not found.put:
         return Cell("–", Tone.SOFT)
     digits = "" if found.digits is None else f"\n{found.digits:.1f}"
-    marks = {mark for mark, _ in found.others}
-    if not marks:
-        tone = Tone.GOOD
-    else:
-        tone = Tone.WARN if marks <= {Mark.MISSED, Mark.REFUSED} else Tone.BAD
-    return Cell(f"{found.passed}/{found.put}{digits}", tone)
+    tones = {mark.tone for mark, _ in found.others}
+    worst = (tone for tone in (Tone.BAD, Tone.WARN, Tone.GOOD) if tone in tones)
+    return Cell(f"{found.passed}/{found.put}{digits}", next(worst, Tone.GOOD))
 
 
 def marks_in_words(results: Iterable[TestResult]) -> str:
@@ -138,7 +133,7 @@ def _scene(result: TestResult) -> str:
 def _convergence(result: TestResult | None) -> Cell:
     if result is None or result.mark is Mark.CANNOT:
         return Cell("–", Tone.SOFT)
-    return Cell(result.said.replace("; ", "\n"), _TONES.get(result.mark, Tone.BAD))
+    return Cell(result.said.replace("; ", "\n"), result.mark.tone)
 
 
 def _method(method: Method) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from twolink.errors import TwolinkError
 from twolink.formulations import EquationsName
+from twolink.tables import Tone
 
 if TYPE_CHECKING:
     from twolink.chain import Chain
@@ -54,6 +55,11 @@ class Mark(Enum):
         """The explanation of the mark."""
         return _MEANS[self]
 
+    @property
+    def tone(self) -> Tone:
+        """The tone of the mark in tables."""
+        return _TONES.get(self, Tone.BAD)
+
 
 _MEANS = {
     Mark.PASS: "within the bound",
@@ -64,6 +70,14 @@ _MEANS = {
     Mark.HANG: "no answer within the time limit",
     Mark.INVALID: "the answer breaks the protocol: another shape, format or length",
     Mark.CANNOT: "unsupported effect or file format; not tried",
+}
+
+
+_TONES = {
+    Mark.PASS: Tone.GOOD,
+    Mark.MISSED: Tone.WARN,
+    Mark.REFUSED: Tone.WARN,
+    Mark.CANNOT: Tone.SOFT,
 }
 
 

@@ -6,20 +6,10 @@ from collections.abc import Sequence
 
 from twolink.hardcases.record import Case, Column, Mark, Outcome
 from twolink.hardcases.run import counts
-from twolink.tables import Cell, Table, Tone, table
+from twolink.tables import Cell, Table, table
 from twolink.tables import Column as TableColumn
 
 Board = dict[str, dict[str, Outcome]]
-
-_TONES = {
-    Mark.PASS: Tone.GOOD,
-    Mark.MISSED: Tone.WARN,
-    Mark.SILENT: Tone.BAD,
-    Mark.CRASH: Tone.BAD,
-    Mark.HANG: Tone.BAD,
-    Mark.REFUSED: Tone.SOFT,
-    Mark.CANNOT: Tone.SOFT,
-}
 
 
 def group_table(
@@ -47,4 +37,4 @@ def counts_table(columns: Sequence[Column], board: Board) -> Table:
 
 
 def _cell(outcome: Outcome) -> Cell:
-    return Cell(outcome.short, _TONES.get(outcome.mark, Tone.PLAIN))
+    return Cell(outcome.short, outcome.mark.tone)
