@@ -43,6 +43,7 @@ def test_objects_that_are_no_engines(path, words):
         ("cmd: 'x", "must be words"),
         ("cmd: /no/such/engine", "/no/such/engine: there is no such command"),
         ("a b:c", "engine must be one of"),
+        ("fmu:", "fmu: must be followed by the name of a file; got none"),
     ],
 )
 def test_names_that_are_not_known(name, words):

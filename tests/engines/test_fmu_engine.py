@@ -121,6 +121,22 @@ def test_a_crash_ends_only_the_fmu(tmp_path):
     assert "SIGABRT" in motion.said
 
 
+@pytest.mark.parametrize("in_process", [True, False])
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        (wrong("NOT_OFFERED(fmi2GetInteger)", ""), "undefined symbol: fmi2GetInteger"),
+        (wrong("kind == 0;", "kind == 0;\n    free(c), c = NULL;"), "Failed to instantiate model"),
+    ],
+)
+def test_a_binary_that_cannot_be_used_does_not_start(tmp_path, source, words, in_process):
+    path = built(tmp_path, source)
+    with pytest.raises(EngineError) as error:
+        report(path, EVALUATION, in_process=in_process)
+    assert f"{path}: its binary must load, and make an instance; " in str(error.value)
+    assert words in str(error.value)
+
+
 def test_a_model_that_the_fmu_rejects_is_refused(tmp_path):
     source = wrong("m[0] > 0 && m[1] > 0 ? OK : ERROR", "m[0] < 0 ? OK : ERROR")
     found = report(built(tmp_path, source), EVALUATION)

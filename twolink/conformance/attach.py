@@ -58,7 +58,10 @@ def python_engine(path: str) -> Engine:
     Raises `EngineError`.
     """
     if path.startswith(_FMU):
-        return FmuEngine(Path(path.removeprefix(_FMU).strip()))
+        file = path.removeprefix(_FMU).strip()
+        if not file:
+            raise EngineError("fmu: must be followed by the name of a file; got none")
+        return FmuEngine(Path(file))
     module, _, name = path.partition(":")
     try:
         found: Any = importlib.import_module(module)

@@ -51,8 +51,12 @@ def about(engine: Engine) -> About:
 
 
 def answer(engine: Engine, request: Request) -> Answer:
-    """Return an engine's answer to a request; exceptions of the engine become answers."""
+    """Return an engine's answer to a request; exceptions of the engine become answers.
+
+    Raises `EngineError` for an engine that does not start.
+    """
     if isinstance(request, Start):
+        engine.start()
         return Started(version=PROTOCOL, engine=about(engine))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

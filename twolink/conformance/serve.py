@@ -30,7 +30,8 @@ def main() -> None:
     try:
         (path,) = sys.argv[1:]
         engine = python_engine(path)
-        with os.fdopen(kept, "w", encoding="utf-8") as answers:
+        # It is left open: its end would come before that of the process, and look like a crash.
+        with os.fdopen(kept, "w", encoding="utf-8", closefd=False) as answers:
             serve(engine, sys.stdin, answers)
     except (TwolinkError, ProtocolError) as error:
         sys.exit(str(error))

@@ -95,6 +95,9 @@ class Engine(ABC):
         if sentence:
             raise EngineError(sentence)
 
+    def start(self) -> None:  # noqa: B027 - most engines have nothing to do
+        """Get ready to answer, in the process that answers. Raises `EngineError`."""
+
     @abstractmethod
     def load(self, model: Model) -> Understood | None:
         """Load a model, and return what was understood of it.

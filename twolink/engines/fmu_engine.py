@@ -15,10 +15,11 @@ import numpy as np
 
 from twolink.engines.contract import Array, CannotError, Engine, ModelRefusedError
 from twolink.engines.fmu_file import OUTPUTS, PARAMETERS, STATES, TORQUES, read_fmu
-from twolink.engines.fmu_instance import Exchange, Simulation, exchange, simulation
+from twolink.engines.fmu_instance import Exchange, Simulation, exchange, made, simulation
 from twolink.engines.messages import Method, Model, Move, Moved
 from twolink.engines.simulation_engine import stretches
 from twolink.files import scratch_folder
+from twolink.text import one_line
 
 # The relative tolerance asked of an FMU's own solver: only communication steps shall count.
 _TOLERANCE = 1e-12
@@ -53,6 +54,16 @@ class FmuEngine(Engine):
     def answers(self) -> tuple[str, ...]:
         """Forward dynamics and the outputs of an FMU for Model Exchange."""
         return ("forward_dynamics", *self._file.quantities) if self._file.exchanges else ()
+
+    def start(self) -> None:
+        """Load the binary. Raises `EngineError` for one that cannot be loaded."""
+        kind = "ModelExchange" if self._file.exchanges else "CoSimulation"
+        try:
+            with made(self._file, self._folder, kind):
+                pass
+        except Exception as error:
+            got = one_line(str(error).replace(f"{self._folder}/", ""), 200)
+            raise self._file.fault(f"its binary must load, and make an instance; {got}") from error
 
     def load(self, model: Model) -> None:
         """Keep the parameters, and let the FMU judge them in an instance.

@@ -97,7 +97,7 @@ class Simulation(Instance):
 @contextmanager
 def exchange(file: FmuFile, folder: Path, values: Mapping[str, float]) -> Iterator[Exchange]:
     """Yield an instance for Model Exchange of a file that is unpacked in a folder."""
-    with _made(file, folder, "ModelExchange") as instance:
+    with made(file, folder, "ModelExchange") as instance:
         yield Exchange(file, instance, values)
 
 
@@ -106,12 +106,13 @@ def simulation(
     file: FmuFile, folder: Path, values: Mapping[str, float], tolerance: float
 ) -> Iterator[Simulation]:
     """Yield an instance for Co-Simulation of a file that is unpacked in a folder."""
-    with _made(file, folder, "CoSimulation") as instance:
+    with made(file, folder, "CoSimulation") as instance:
         yield Simulation(file, instance, values, tolerance)
 
 
 @contextmanager
-def _made(file: FmuFile, folder: Path, kind: str) -> Iterator[Any]:
+def made(file: FmuFile, folder: Path, kind: str) -> Iterator[Any]:
+    """Yield FMPy's instance, for "ModelExchange" or "CoSimulation", before its initialization."""
     from fmpy.simulation import instantiate_fmu
 
     instance = instantiate_fmu(str(folder), file.description, kind)
