@@ -63,7 +63,8 @@ def player_body(
 
     With `dark` it follows the reader's colour scheme.
     """
-    packed = base64.b64encode(zlib.compress(archive(film, dark, progress), 9)).decode()
+    # The highest level takes seven times as long, for 5 % less.
+    packed = base64.b64encode(zlib.compress(archive(film, dark, progress), 6)).decode()
     return (
         f'<div class="{f"twolink-player {kind}".strip()}" data-theme="{film.theme.name}">'
         f'<script type="application/x-twolink-film">{packed}</script>{still(film)}</div>\n'

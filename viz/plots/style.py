@@ -6,6 +6,7 @@ Lines also differ in dashes, so that they are distinguishable in grey.
 
 from __future__ import annotations
 
+import re
 import warnings
 from dataclasses import dataclass
 from itertools import pairwise
@@ -24,7 +25,7 @@ from twolink.errors import ParameterError
 from twolink.files import atomic_write
 from twolink.suffixes import PLOTS
 from twolink.text import one_line
-from viz.themes import DARK, LIGHT, theme_named
+from viz.themes import DARK, LIGHT, recoloured, theme_named
 
 """File suffixes of plots."""
 
@@ -51,6 +52,8 @@ _DASHES: tuple[Any, ...] = (
 _ACROSS, _FREE = 16.0, 3.0
 # A line that ends beyond this part of the axes' width counts as ending at their edge.
 _EDGE = 0.97
+# A tag of an SVG, and a colour in it.
+_TAG, _COLOUR = re.compile(r"<[^>]*>"), re.compile("#[0-9a-f]{6}(?![0-9a-f])")
 # Height of a label relative to its letters.
 _LEADING = 1.12
 
@@ -285,6 +288,27 @@ def write_to(made: Figure, target: Path | IO[bytes], suffix: str) -> None:
         # A letter that the font lacks is drawn as a box; matplotlib's warning adds nothing.
         warnings.filterwarnings("ignore", r"Glyph \d+", UserWarning)
         made.savefig(target, format=suffix[1:], metadata=metadata, dpi=_DPI)
+
+
+def svg_into(svg: str, theme: str, other: str) -> str:
+    """Return a figure (SVG) of a theme with the colours of another one.
+
+    It is what the figure drawn in the other theme would be, except for its internal ids.
+    """
+    colours = _recoloured(theme, other)
+    # Only inside tags: a title may contain the name of a colour.
+    return _TAG.sub(lambda tag: _COLOUR.sub(lambda c: colours.get(c[0], c[0]), tag[0]), svg)
+
+
+def _recoloured(theme: str, other: str) -> dict[str, str]:
+    """Return the mapping of all colours of a theme's figures to those of another theme."""
+    one, two = palette_of(theme), palette_of(other)
+    pairs = {
+        **recoloured(theme_named(theme), theme_named(other)),
+        **dict(zip((one.paper, one.ink, one.faint), (two.paper, two.ink, two.faint), strict=True)),
+        **dict(zip(one.bands + one.lines, two.bands + two.lines, strict=True)),
+    }
+    return {old.lower(): new.lower() for old, new in pairs.items()}
 
 
 def plain(text: str) -> str:

@@ -6,7 +6,6 @@ import json
 import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -206,16 +205,16 @@ def _entry(entry: LogEntry) -> str:
 def _curves(trajectory: Trajectory) -> str:
     limits, shown = time_limits(trajectory), moments(trajectory)
     found = [
-        picture(partial(angles, trajectory), _angles_in_words(shown), limits),
-        picture(partial(energy, trajectory), _energy_in_words(trajectory, shown), limits),
-        picture(partial(path, trajectory), _path_in_words(trajectory.chain, shown)),
+        picture(angles(trajectory), _angles_in_words(shown), limits),
+        picture(energy(trajectory), _energy_in_words(trajectory, shown), limits),
+        picture(path(trajectory), _path_in_words(trajectory.chain, shown)),
     ]
     if trajectory.events:
         kinds = dict.fromkeys(
             element for event in trajectory.events for element in event.mode.names
         )
         words = f"Forces and impulses of {', '.join(kinds)}, with the modes shaded."
-        found.insert(2, picture(partial(contact, trajectory), words, limits))
+        found.insert(2, picture(contact(trajectory), words, limits))
     return "\n".join(found)
 
 
@@ -261,7 +260,7 @@ def _accuracy(study: Study) -> str:
         _verdict(study.recommendation)
         + paragraph(judge)
         + picture(
-            partial(work_precision_plot, study),
+            work_precision_plot(study),
             "Time against error of each configuration; shaded band: the fastest at each error",
         )
         + folded("Every configuration", tables)

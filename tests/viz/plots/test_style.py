@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
+from tests.viz.plots.svg import as_svg
 from twolink.errors import ParameterError, PictureError
 from viz.plots.style import (
     PALETTES,
@@ -17,6 +18,7 @@ from viz.plots.style import (
     save,
     spread,
     stroke,
+    svg_into,
 )
 from viz.themes import DARK, LIGHT
 
@@ -148,3 +150,13 @@ def test_text_in_svg_is_text_and_a_pdf_is_a_pdf(tmp_path):
 def test_links_have_the_colours_of_the_films():
     assert PALETTES["light"].lines[:2] == LIGHT.links
     assert PALETTES["dark"].lines[:2] == DARK.links
+
+
+def test_only_the_colours_of_a_picture_are_replaced_and_not_its_words():
+    made, (axes,) = figure(palette_of("light"), "Painted #ffffff")
+    axes.plot([0, 1], [0, 1], **stroke(palette_of("light"), 0))
+    svg = svg_into(as_svg(made), "light", "dark")
+    assert "Painted #ffffff" in svg
+    assert LIGHT.links[0] not in svg
+    assert DARK.links[0] in svg
+    assert "fill: #14171c" in svg

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from tests.viz.plots.svg import as_svg, without_ids
 from twolink.accuracy.study import study
 from twolink.cli import app
 from twolink.data import data_path
 from twolink.scene import Scene
-from viz.plots.style import save
+from viz.plots.style import save, svg_into
 from viz.plots.work_precision import work_precision_plot
 
 SCENE = data_path("scenes") / "general.toml"
@@ -17,6 +18,12 @@ SCENE = data_path("scenes") / "general.toml"
 @pytest.fixture(scope="module")
 def found():
     return study(Scene.load(SCENE), methods=("taylor", "DOP853"), budget=3.0)
+
+
+@pytest.mark.slow
+def test_a_light_plot_with_replaced_colours_is_the_dark_plot(found):
+    light, dark = (as_svg(work_precision_plot(found, theme)) for theme in ("light", "dark"))
+    assert without_ids(svg_into(light, "light", "dark")) == without_ids(dark)
 
 
 @pytest.mark.slow
