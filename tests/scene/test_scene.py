@@ -451,10 +451,20 @@ DOTS = ".".join(["a"] * 100_000)
         (f"{DOTS} = 1", "tables must not be nested deeper"),
         (f"[{DOTS}]", "tables must not be nested deeper"),
         ("x = " + "9" * 5000, "a scene file must be TOML; got another text (Exceeds the limit"),
+        ('<?xml version="1.0"?>\n<robot name="r">\n</robot>', "got a URDF, which has no motion"),
         (TEXT.replace("9.81", "0x" + "f" * 9000), "an integer of thousands of digits"),
         (TEXT.replace("9.81", "[" + "1, " * 9000 + "]"), "must be a valid number; got (1, 1, 1"),
     ],
-    ids=["lists", "fifty lists", "dots", "dots of a table", "digits", "hexadecimal", "entries"],
+    ids=[
+        "lists",
+        "fifty lists",
+        "dots",
+        "dots of a table",
+        "digits",
+        "urdf",
+        "hexadecimal",
+        "entries",
+    ],
 )
 def test_hostile_text_is_refused_in_one_short_sentence(text, words):
     with pytest.raises(SceneError) as caught:

@@ -108,7 +108,7 @@ def test_a_scene_s_own_urdf_is_shown(tmp_path):
     [
         (["none.toml"], "none.toml: there is no file"),
         (["none.npz"], "none.npz: there is no file"),
-        (["robot.urdf"], "got a URDF, which has no motion"),
+        ([data_path("twolink.urdf")], "got a URDF, which has no motion: name it in a scene file"),
         ([SCENES / "drop.toml", "--size", "wide"], "--size must be width x height in pixels"),
         ([SCENES / "drop.toml", "--size", "9x9"], "must be 160 to 7680 pixels"),
         ([SCENES / "drop.toml", "--fps", "0"], "fps must be 0.01 to 240; got 0.0"),

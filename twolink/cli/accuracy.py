@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from twolink.cli.limits import Force, limits_of
-from twolink.cli.studies import bar_of, names_in, write_study
-from twolink.cli.terminal import check_folder, console, print_table, refuse, styled
+from twolink.cli.studies import bar_of, check_budget, names_in, write_study
+from twolink.cli.terminal import check_folder, console, print_table, styled
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -46,8 +46,7 @@ def accuracy(
 
     if budget is None:
         budget = 75.0 if engines else 15.0
-    if not 0 < budget < math.inf:
-        refuse(f"--budget must be a positive number of seconds; got {budget:g}")
+    check_budget(budget)
     check_folder("--out", out)
     loaded = Scene.load(scene)
     with bar_of("measuring") as progress:

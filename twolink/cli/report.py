@@ -12,6 +12,7 @@ import typer
 
 from twolink.cli.limits import Force, limits_of
 from twolink.cli.showing import BYTES_OF_A_FRAME, check_frames
+from twolink.cli.studies import check_budget
 from twolink.cli.terminal import FAILED, check_folder, console, progress_bar, refuse, say
 from twolink.files import new_folder
 
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from twolink.simulation import Trajectory
     from viz.report.page import Section
     from viz.report.sections import Card
-
-# Time limit (s) of the measurements of accuracy and cost, for all scenes together.
-_BUDGET = 14.0
 
 # Frames a second of the films in the page.
 _FPS = 30.0
@@ -39,6 +37,10 @@ def report(
     ] = None,
     out: Annotated[Path, typer.Option(help="The folder for index.html.")] = Path("report"),
     states: Annotated[int, typer.Option(help="How many random states to verify at.")] = 10_000,
+    budget: Annotated[
+        float,
+        typer.Option(help="Time (s) for the measurements of accuracy of all scenes together."),
+    ] = 14.0,
     full: Annotated[
         bool,
         typer.Option(
@@ -55,7 +57,8 @@ def report(
     check_folder("--out", out)
     if states < 1:
         refuse(f"--states must be a positive whole number; got {states}")
-    verdicts = _made(scenes or [], out, states, full, limits_of(force))
+    check_budget(budget)
+    verdicts = _made(scenes or [], out, states, budget, full, limits_of(force))
     page = console()
     for passed, sentence in verdicts:
         page.print(sentence, style="bold green" if passed else "bold red", soft_wrap=True)
@@ -65,7 +68,7 @@ def report(
 
 
 def _made(
-    files: list[Path], out: Path, states: int, full: bool, limits: Limits
+    files: list[Path], out: Path, states: int, budget: float, full: bool, limits: Limits
 ) -> list[tuple[bool, str]]:
     """Write the page; return each verdict: whether the check passed, and its sentence."""
     from datetime import UTC, datetime
@@ -85,6 +88,8 @@ def _made(
     ]
     for scene in loaded:
         check_frames(scene.duration, _FPS, 1.0, BYTES_OF_A_FRAME, limits)
+    share = budget / len(loaded)
+    limits.check_time("a measurement with this budget", share)
     stages = 2 + len(loaded) + full
     with progress_bar() as bar:
         stage = _Stages(bar, stages)
@@ -99,7 +104,7 @@ def _made(
         trajectories = []
         for scene in loaded:
             with stage(f"simulating, filming, measuring: {scene.title}") as report:
-                trajectory, section = _scene(scene, _BUDGET / len(loaded), report, limits)
+                trajectory, section = _scene(scene, share, report, limits)
                 trajectories.append(trajectory)
                 parts.append(section)
         cards = [

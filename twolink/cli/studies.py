@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from twolink.cli.terminal import progress_bar, write_json
+from twolink.cli.terminal import progress_bar, refuse, write_json
 from twolink.files import atomic_write, new_folder
 
 if TYPE_CHECKING:
@@ -22,6 +23,12 @@ class Study(Protocol):
 
     def csv(self) -> str:
         """Return it as comma-separated values."""
+
+
+def check_budget(budget: float) -> None:
+    """Refuse a budget that is no positive number of seconds."""
+    if not 0 < budget < math.inf:
+        refuse(f"--budget must be a positive number of seconds; got {budget:g}")
 
 
 def names_in(words: str) -> tuple[str, ...]:

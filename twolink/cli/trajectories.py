@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from twolink.errors import SceneError
 from twolink.suffixes import TRAJECTORIES
 
 if TYPE_CHECKING:
@@ -39,9 +38,4 @@ def trajectory_of(file: Path, options: RunOptions, bar: Progress) -> Trajectory:
 
     if file.suffix in TRAJECTORIES:
         return Trajectory.load(file)
-    if file.suffix == ".urdf":
-        raise SceneError(
-            f"{file}: must be a scene or a trajectory; got a URDF, which has no motion (a scene "
-            'file takes it as urdf = "…" in [chain])'
-        )
     return simulated(Scene.load(file), options, bar, f"simulating {file.stem}")

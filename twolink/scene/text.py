@@ -20,6 +20,13 @@ _DEEPEST = 10
 # A key of fifty names with dots between; tomllib takes memory by the square of their number.
 _LONG_KEY = re.compile(r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')\s*+\.\s*+){50}""")
 
+# The root of a URDF.
+_URDF = re.compile(r"<robot[\s>]")
+_FOR_A_URDF = (
+    "which has no motion: name it in a scene file as urdf in [chain], or use twolink verify --urdf "
+    "or twolink urdf show"
+)
+
 _TOO_DEEP = "tables must not be nested deeper than those of a scene file"
 
 
@@ -47,6 +54,10 @@ def tables(text: str, source: str) -> dict[str, Any]:
     except RecursionError as error:
         raise SceneError(f"{source}: {_TOO_DEEP}") from error
     except ValueError as error:
+        if _URDF.search(text):
+            raise SceneError(
+                f"{source}: a scene file must be TOML; got a URDF, {_FOR_A_URDF}"
+            ) from (error)
         # Python's int() refuses thousands of digits with an error that is not TOML's.
         reason = " ".join(str(error).split())
         raise SceneError(

@@ -1,6 +1,7 @@
 import re
 
 import pytest
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from tests.test_readme import CONSOLE, masked
@@ -54,6 +55,18 @@ def test_it_has_all_sections(made):
 
 
 @pytest.mark.slow
+def test_every_option_that_it_names_is_an_option_of_report(made):
+    document = (made[1] / "index.html").read_text(encoding="utf-8")
+    words = re.sub(
+        r"<(script|style).*?</\1>|<pre>.*?</pre>|<[^>]*>", " ", document, flags=re.DOTALL
+    )
+    known = {option for each in get_command(app).commands["report"].params for option in each.opts}
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", words))
+    assert "--full" in named
+    assert named <= known
+
+
+@pytest.mark.slow
 def test_nothing_in_it_is_fetched(made):
     document = (made[1] / "index.html").read_text(encoding="utf-8")
     reader = read(re.sub(r"<script.*?</script>", "", document, flags=re.DOTALL))
@@ -81,6 +94,8 @@ def test_a_disagreement_exits_with_1_and_is_on_the_page(tmp_path, monkeypatch):
     [
         (["nowhere.toml"], "nowhere.toml"),
         (["--states", "0"], "--states must be a positive whole number; got 0"),
+        (["--budget", "0"], "--budget must be a positive number of seconds; got 0"),
+        (["--budget", "1e9"], "a measurement with this budget would take"),
         (
             ["--out", "README.md"],
             "--out must be a folder that can be written to or made; got README.md",
