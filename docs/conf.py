@@ -44,6 +44,7 @@ html_static_path = ["_static"]
 # Pages that play the films of the gallery.
 html_extra_path = ["generated/site"]
 html_css_files = ["twolink.css"]
+html_js_files = ["accessible.js"]
 html_copy_source = False
 html_show_sphinx = False
 # Highlighting with a contrast of at least 4.5 to 1.
