@@ -1,6 +1,6 @@
 import pytest
 
-from twolink.text import choice, either, one_line, printable, quoted
+from twolink.text import as_sentence, choice, either, one_line, printable, quoted
 
 
 @pytest.mark.parametrize(
@@ -49,3 +49,8 @@ def test_words_are_enumerated():
     assert either((".svg",)) == ".svg"
     assert either((".svg", ".png")) == ".svg or .png"
     assert either((".svg", ".png", ".pdf")) == ".svg, .png or .pdf"
+
+
+def test_a_sentence_has_one_capital_and_one_full_stop():
+    assert as_sentence("a wall, after Potra et al.") == "A wall, after Potra et al."
+    assert as_sentence("a drop") == "A drop."

@@ -47,6 +47,11 @@ def quoted(value: object) -> str:
         return f"an object of type {type(value).__name__}"
 
 
+def as_sentence(words: str) -> str:
+    """Return words as a sentence: a capital first, and one full stop at the end."""
+    return f"{words[:1].upper()}{words[1:]}{'' if words.endswith('.') else '.'}"
+
+
 def either(words: Sequence[str]) -> str:
     """Return words as an enumeration: "a, b or c"."""
     *first, last = words

@@ -1,6 +1,6 @@
 // What the theme leaves to be said to a keyboard and a screen reader.
 
-const WIDE = "pre, .table-wrapper, .formula";
+const WIDE = "pre, .table-wrapper, .formula, .strip";
 
 function describe() {
   for (const caption of document.querySelectorAll(".caption[role=heading]")) {

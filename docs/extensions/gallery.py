@@ -9,6 +9,7 @@ from pathlib import Path
 import twolink
 from twolink.scene import Scene, scene_names
 from twolink.simulation import simulate
+from twolink.text import as_sentence
 
 FILMS = Path("site", "films")
 """Pages that play films, in the folder whose content is copied into the site as it is."""
@@ -16,7 +17,8 @@ FILMS = Path("site", "films")
 _HEAD = """# Gallery
 
 Every scene that comes with twolink, simulated when this page was built. Each strip has the chain at
-five times and the path of the free end D. The films play offline in the browser.
+five times and the path of the free end D. Only the point that a surface names, D in most scenes,
+touches it: links pass through. The films play offline in the browser.
 `twolink simulate NAME` computes a motion, `twolink view NAME` shows it live.
 """
 
@@ -41,8 +43,9 @@ def _section(name: str, file: Path, folder: Path) -> str:
     return f"""
 ## {scene.title}
 
-{scene.shows[:1].upper()}{scene.shows[1:]}. {scene.duration:g} s with {effects}.
+{as_sentence(scene.shows)} {scene.duration:g} s with {effects}.
 
+````{{container}} strip
 ```{{image}} {stem}-light.svg
 :alt: {alternative}
 :class: only-light scene
@@ -51,6 +54,7 @@ def _section(name: str, file: Path, folder: Path) -> str:
 :alt: {alternative}
 :class: only-dark scene
 ```
+````
 
 <a href="../films/{stem}.html">Play the film</a> · {{download}}`scene file <{name}.toml>` · `{name}`
 """

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import viz.browser
 from tests.viz.films import need_browser, trajectory_of
 from tests.viz.surroundings import surround
 from viz.animation import animation
@@ -69,6 +70,27 @@ def test_it_moves_and_stands_still_where_this_is_preferred():
             page.call("Page.navigate", {"url": SHOWN.as_uri()})
             page.wait_until("document.documentElement.tagName === 'svg'")
             assert page.value(running) == count
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("flags", "moves"), [((), True), (("--force-prefers-reduced-motion",), False)]
+)
+def test_it_does_so_as_an_image_of_a_page(monkeypatch, tmp_path, flags, moves):
+    """A browser's own setting reaches images; the emulation of a page does not."""
+    need_browser()
+    monkeypatch.setattr(viz.browser, "_FLAGS", (*viz.browser._FLAGS, *flags))
+    file = tmp_path / "page.html"
+    file.write_text(f'<title>page</title><img alt="the drop" src="{SHOWN.as_uri()}">')
+    with Browser() as browser:
+        page = browser.page(640, 480)
+        page.call("Page.navigate", {"url": file.as_uri()})
+        page.wait_until("document.title === 'page' && document.readyState === 'complete'")
+        shots = []
+        for _ in range(3):
+            shots.append(page.call("Page.captureScreenshot")["data"])
+            page.value("new Promise((done) => setTimeout(done, 300))")
+    assert len(set(shots)) == (3 if moves else 1)
 
 
 @pytest.mark.slow

@@ -21,6 +21,7 @@ from twolink.simulation.effects_cost import EffectsCost
 from twolink.simulation.hybrid.mode import with_minus
 from twolink.simulation.log import LogEntry
 from twolink.tables import table as described
+from twolink.text import as_sentence
 from twolink.verification import Verdict
 from twolink.verification.verdict import KEY
 from viz.plots.angles import angles
@@ -155,7 +156,7 @@ def scene(trajectory: Trajectory, player: str, cost: EffectsCost, study: Study) 
         + _log(trajectory)
     )
     body = (
-        (paragraph(f"{shows[:1].upper()}{shows[1:]}.") if shows else "")
+        (paragraph(as_sentence(shows)) if shows else "")
         + f'<div class="side"><div class="film">{film}</div>'
         + f"<div>{heading('Curves')}{_curves(trajectory)}</div></div>"
         + heading("Cost of accuracy")
