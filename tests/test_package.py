@@ -19,6 +19,7 @@ VERSION = importlib.metadata.version("twolink")
 
 def test_dir_lists_the_public_names_and_each_of_them_is_there():
     assert set(twolink.__all__) <= set(dir(twolink))
+    assert not {"Any", "TYPE_CHECKING", "importlib", "sys"} & set(dir(twolink))
     for name in twolink.__all__:
         assert getattr(twolink, name) is not None
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):

@@ -5,6 +5,7 @@ Parameters are in `twolink.chain`, the equations of motion in `twolink.kane` and
 """
 
 import importlib
+import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -77,5 +78,6 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """Return the public names, with those that are not imported yet."""
-    return sorted({*globals(), *__all__})
+    """Return the public names, with those that are not imported yet, and imported modules."""
+    modules = (name for name in globals() if f"{__name__}.{name}" in sys.modules)
+    return sorted({*modules, *__all__})

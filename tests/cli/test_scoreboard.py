@@ -6,7 +6,11 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.conformance.board import WRONG, verdict_file
+from tests.viz.accessibility import violations
+from tests.viz.films import need_browser
+from tests.viz.surroundings import surround
 from twolink.cli import app
+from viz.browser import Browser
 
 
 def run(*words):
@@ -59,3 +63,24 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
     result = run(verdict_file(tmp_path), "--out", tmp_path / "file" / "board")
     assert result.exit_code == 2
     assert "--out must be a folder" in result.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [390, 1280])
+def test_the_page_is_accessible(tmp_path, width):
+    need_browser()
+    files = [verdict_file(tmp_path), verdict_file(tmp_path, "wrong", WRONG)]
+    assert run(*files, "--out", tmp_path / "board").exit_code == 0
+    with Browser() as browser:
+        page = browser.page(width, 900)
+        for scheme in ("light", "dark"):
+            surround(page, prefers_color_scheme=scheme)
+            page.value("window.before = true")
+            address = (tmp_path / "board" / "index.html").as_uri()
+            page.call("Page.navigate", {"url": address})
+            page.wait_until("!window.before && document.readyState === 'complete'")
+            page.value(
+                "document.querySelectorAll('details').forEach((each) => { each.open = true; })"
+            )
+            assert violations(page) == []
+            assert page.value("document.documentElement.scrollWidth") <= width

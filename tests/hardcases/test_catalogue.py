@@ -46,6 +46,7 @@ def test_a_case_is_fully_described(case):
         assert "\n" not in text
     page = explained(case)
     assert page.startswith(f"# {case.name}\n")
+    assert "***" not in page
     for heading in ("**Difficulty.**", "**Expected.**", "**Reference.**", "**Bound.**"):
         assert page.count(heading) == 1
     assert case.hard[1:] in page

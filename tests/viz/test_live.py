@@ -1,6 +1,8 @@
 import asyncio
 import json
 import socket
+import subprocess
+import sys
 from contextlib import asynccontextmanager
 from pathlib import Path
 
@@ -8,9 +10,12 @@ import pytest
 from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
-from tests.viz.films import film_of
+from tests.viz.accessibility import violations
+from tests.viz.films import film_of, need_browser
+from tests.viz.surroundings import surround
 from tests.viz.test_page import unpacked
 from twolink.errors import PictureError
+from viz.browser import Browser
 from viz.live import Clock, LiveView
 
 
@@ -261,3 +266,29 @@ def test_while_nobody_looks_nothing_moves():
             return live.clock.frame
 
     assert asyncio.run(check()) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("preferred", "moves"), [("no-preference", True), ("reduce", False)])
+def test_a_page_of_a_reader_who_prefers_no_motion_stands_still(preferred, moves):
+    """The page is accessible, too."""
+    need_browser()
+    command = [sys.executable, "-u", "-m", "twolink", "view", "small_swings", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as program:
+        try:
+            address = next(
+                word for line in program.stdout for word in line.split() if "://" in word
+            )
+            with Browser() as browser:
+                page = browser.page(640, 480)
+                surround(page, prefers_reduced_motion=preferred)
+                page.open(address)
+                playing = "document.querySelector('.twolink-player').dataset.playing"
+                page.wait_until(f"{playing} === '{str(moves).lower()}'")
+                shown = "document.querySelector('.twolink-player').dataset.time"
+                before = page.value(shown)
+                page.value("new Promise((done) => setTimeout(done, 500))")
+                assert (page.value(shown) != before) == moves
+                assert violations(page) == []
+        finally:
+            program.terminate()

@@ -395,7 +395,7 @@ def test_the_keyboard_alone_reaches_everything_in_order(page):
 
 
 def test_nothing_moves_by_itself_for_readers_who_prefer_so(browser, tmp_path):
-    """A stream that is playing is paused; a film in a page waits in any case."""
+    """A film in a page waits; `test_live` has a stream."""
     file = tmp_path / "film.html"
     file.write_text(player_page(film_of("bounce_to_rest", 1.0)), encoding="utf-8")
     page = browser.page(WIDTH, HEIGHT)

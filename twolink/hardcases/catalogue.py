@@ -31,7 +31,7 @@ def explained(case: Case) -> str:
     return (
         f"# {case.name}\n\n"
         f"Group: {case.group}.\n\n"
-        f"***Difficulty.** {_sentence(case.hard)}\n\n"
+        f"**Difficulty.** {_sentence(case.hard)}\n\n"
         f"**Expected.** {_sentence(case.expected)}\n\n"
         f"**Reference.** {_sentence(case.reference)}\n\n"
         f"**Bound.** {_sentence(case.bound)}\n"

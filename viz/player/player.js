@@ -5,6 +5,7 @@
 (function () {
   "use strict";
 
+  const CALM = matchMedia("(prefers-reduced-motion: reduce)");
   const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
   const SIGN = {
     play: '<svg width="14" height="14" viewBox="0 0 14 14"><path d="M3 1.5v11l9.5-5.5z"/></svg>',
@@ -541,9 +542,6 @@
       this.stage.fit();
       this.scrub.max = about.count - 1;
       if (about.dark) this.follow();
-      // Nothing moves by itself for readers who prefer so.
-      if (matchMedia("(prefers-reduced-motion: reduce)").matches && this.source.state.playing)
-        this.source.play(false);
       this.listen();
       this.run();
     }
@@ -566,6 +564,8 @@
       this.stage.show(frame.commands, frame.words);
       this.stage.viewer.set_dirty();
       const { element } = this;
+      // Nothing moves by itself for readers who prefer so; the first frame tells that it does.
+      if (element.dataset.frame === undefined && state.playing && CALM.matches) this.source.play(false);
       const whole = Math.floor(state.frame + 1e-9);
       element.dataset.frame = whole;
       element.dataset.playing = state.playing;
