@@ -178,7 +178,7 @@ def _csv(trajectory: Trajectory) -> bytes:
 
 def _facts(trajectory: Trajectory) -> str:
     notes = "".join(paragraph(note, "note") for note in trajectory.notes)
-    return table(described("", ("", ""), trajectory.facts.items())) + notes
+    return table(described("Simulation", ("", ""), trajectory.facts.items())) + notes
 
 
 def _log(trajectory: Trajectory) -> str:
@@ -275,5 +275,5 @@ def origin(verdict: Verdict, command: str, more: Iterable[tuple[str, str]] = ())
     rows = [(name, str(value)) for name, value in facts if value not in ("", None)]
     return Section(
         "Reproduce this report",
-        f"<pre>{text(command)}</pre>" + table(described("", ("", ""), rows)),
+        f"<pre>{text(command)}</pre>" + table(described("Versions and machine", ("", ""), rows)),
     )

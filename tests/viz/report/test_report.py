@@ -55,6 +55,13 @@ def test_it_has_all_sections(made):
 
 
 @pytest.mark.slow
+def test_every_table_has_a_caption_and_scopes(made):
+    document = (made[1] / "index.html").read_text(encoding="utf-8")
+    assert document.count("<table") == document.count("<caption>") > 5
+    assert re.findall(r"<th(?: class=\"\w+\")?>", document) == []
+
+
+@pytest.mark.slow
 def test_every_option_that_it_names_is_an_option_of_report(made):
     document = (made[1] / "index.html").read_text(encoding="utf-8")
     words = re.sub(
