@@ -1,8 +1,10 @@
 """Verdicts of pretended engines, as files of `twolink conform --json`."""
 
 import json
+import math
 
 from twolink.cli.terminal import write_json
+from twolink.conformance.convergence import Convergence, Curve, Limit
 from twolink.conformance.report import document
 from twolink.conformance.results import Report, TestResult
 from twolink.engines.messages import About, Method
@@ -19,7 +21,12 @@ RIGHT = (
     result("import/plain/read"),
     result("import/plain/mass-matrix", digits=15.5, factor=0.1),
     result("evaluation/bars/mass-matrix", digits=14.25, factor=0.2),
-    result("motion/general/motion/rk4", quantity="motion: rk4", said="converges to the truth; e"),
+    result(
+        "motion/general/motion/rk4",
+        quantity="motion: rk4",
+        said="converges to the truth; e",
+        curve=Curve("step", (0.01, 0.005), Convergence(Limit.TRUTH, math.nan, (1e-3, 6e-5), 1e-6)),
+    ),
 )
 WRONG = (
     result("import/plain/read", Mark.REFUSED, said="no <b>axis</b>"),

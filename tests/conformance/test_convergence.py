@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from twolink.conformance.convergence import Limit, convergence
+from twolink.conformance.convergence import Curve, Limit, convergence
 
 TRUTH = np.array([[1.0, -2.0, 0.5, 3.0]])
 SLOPE = np.array([[1.0, 0.3, -2.0, 0.7]])
@@ -35,6 +35,16 @@ def test_another_model(order, off):
     assert found.limit_error == pytest.approx(off, rel=1e-3)
     assert found.order == pytest.approx(order, abs=0.1)
     assert "converges to another model" in found.sentence
+
+
+def test_errors_are_kept_from_coarse_to_fine():
+    found = convergence(motions(1, count=4), TRUTH, EPSILON)
+    assert found.errors == pytest.approx([2e-2, 1e-2, 5e-3, 2.5e-3])
+    assert found.error == found.errors[-1]
+    curve = Curve("step", (8.0, 4.0, 2.0, 1.0), found)
+    assert curve.points[0] == (8.0, pytest.approx(2e-2))
+    with pytest.raises(ValueError, match="zip"):
+        _ = Curve("step", (1.0,), found).points
 
 
 def test_a_limit_near_the_finest_error_is_not_told_apart():

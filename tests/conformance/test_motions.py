@@ -18,6 +18,7 @@ from tests.conformance.mover import (
     Unsprung,
     Warning,
 )
+from twolink.conformance.convergence import Limit
 from twolink.conformance.in_process import InProcess
 from twolink.conformance.runner import conform
 from twolink.conformance.suites import suite
@@ -38,6 +39,14 @@ def test_the_right_engine_converges_to_the_truth():
     assert found["motion: euler"].mark is Mark.PASS
     assert found["motion: euler"].said.startswith("converges to the truth, order 1.")
     assert found["motion: euler"].id == "motion/chrono-double-pendulum/motion/euler"
+
+
+def test_a_motion_keeps_its_settings_and_errors():
+    curve = results(Mover)["motion: euler"].curve
+    assert curve.parameter == "step"
+    assert curve.settings == (0.01, 0.005, 0.0025, 0.00125, 0.000625, 0.0003125)
+    assert curve.verdict.errors[0] > 20 * curve.verdict.errors[-1]
+    assert curve.verdict.limit is Limit.TRUTH
 
 
 @pytest.mark.parametrize("name", ["motion/general", "motion/modelica-double-pendulum"])

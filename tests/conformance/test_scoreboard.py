@@ -5,6 +5,7 @@ import json
 import pytest
 
 from tests.conformance.board import RIGHT, WRONG, loaded, result, verdict_file
+from twolink.conformance.convergence import Limit
 from twolink.conformance.scoreboard import document, read_entry, read_scoreboard, tally
 from twolink.errors import ParameterError
 from twolink.hardcases import Mark
@@ -19,6 +20,8 @@ def test_a_verdict_is_read_back_as_it_was(tmp_path):
     assert [each.id for each in entry.results] == [each.id for each in RIGHT]
     assert [each.mark for each in entry.results] == [each.mark for each in RIGHT]
     assert entry.results[1].digits == 15.5
+    assert entry.results[3].curve.points == ((0.01, 1e-3), (0.005, 6e-5))
+    assert entry.results[3].curve.verdict.limit is Limit.TRUTH
     assert entry.failed == ()
     assert "agrees" in entry.verdict
 
@@ -77,6 +80,32 @@ def test_an_unknown_mark_is_refused(tmp_path):
     path.write_text(json.dumps(found))
     with pytest.raises(ParameterError, match=r"right\.json must be a verdict .*splendid"):
         read_scoreboard([path])
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("errors", [1.0], "an error for each setting"),
+        ("limit", "nowhere", "nowhere"),
+        ("parameter", "colour", "parameter"),
+    ],
+)
+def test_a_wrong_convergence_is_refused(key, value, said, tmp_path):
+    path = verdict_file(tmp_path)
+    found = loaded(path)
+    found["results"][3]["convergence"][key] = value
+    path.write_text(json.dumps(found))
+    with pytest.raises(ParameterError, match=rf"must be a verdict .*{said}"):
+        read_scoreboard([path])
+
+
+def test_a_verdict_without_curves_is_read(tmp_path):
+    path = verdict_file(tmp_path)
+    found = loaded(path)
+    for each in found["results"]:
+        del each["convergence"]
+    path.write_text(json.dumps(found))
+    assert {result.curve for result in read_entry(path)[1].results} == {None}
 
 
 def test_a_file_that_is_not_there_is_refused(tmp_path):

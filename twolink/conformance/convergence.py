@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,14 +47,19 @@ class Limit(Enum):
 class Convergence:
     """The verdict on a method: its limit, the measured order, and errors in rad and rad/s.
 
-    `order` is NaN where rounding hides it; `error` is that of the finest motion and `limit_error`
-    that of the extrapolated limit.
+    `order` is NaN where rounding hides it; `errors` are those of all motions, from coarse to fine,
+    and `limit_error` is that of the extrapolated limit.
     """
 
     limit: Limit
     order: float
-    error: float
+    errors: tuple[float, ...]
     limit_error: float
+
+    @property
+    def error(self) -> float:
+        """The error of the finest motion (rad, rad/s)."""
+        return self.errors[-1]
 
     @property
     def sentence(self) -> str:
@@ -63,6 +69,20 @@ class Convergence:
             f"{self.limit.value}{order}; error {self.error:.1e} at the finest setting,"
             f" {self.limit_error:.1e} of its limit"
         )
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A method's errors against its settings: steps (s) or tolerances, from coarse to fine."""
+
+    parameter: Literal["step", "tolerance"]
+    settings: tuple[float, ...]
+    verdict: Convergence
+
+    @property
+    def points(self) -> tuple[tuple[float, float], ...]:
+        """The settings with their errors (rad, rad/s)."""
+        return tuple(zip(self.settings, self.verdict.errors, strict=True))
 
 
 def convergence(
@@ -79,19 +99,19 @@ def convergence(
     precision: errors below the square root of it, relative to the largest value, are half of all
     digits and no difference of models.
     """
-    errors = [float(np.abs(motion - truth).max()) for motion in motions]
+    errors = tuple(float(np.abs(motion - truth).max()) for motion in motions)
     if not all(map(math.isfinite, errors)):
-        return Convergence(Limit.NONE, math.nan, errors[-1], math.inf)
+        return Convergence(Limit.NONE, math.nan, errors, math.inf)
     same = math.sqrt(epsilon) * float(np.abs(truth).max())
     differences = [float(np.abs(one - other).max()) for one, other in pairwise(motions)]
     order = _order(differences, same, ratio) if smooth else _slope(differences, same, ratio)
     if errors[-1] <= same:
-        return Convergence(Limit.TRUTH, order, errors[-1], errors[-1])
+        return Convergence(Limit.TRUTH, order, errors, errors[-1])
     if not order > _LEAST_ORDER:
         if differences[-1] <= same:
             # Motions that agree with each other to half of all digits have a limit, and no order.
-            return Convergence(Limit.ANOTHER, math.nan, errors[-1], errors[-1])
-        return Convergence(Limit.NONE, order, errors[-1], errors[-1])
+            return Convergence(Limit.ANOTHER, math.nan, errors, errors[-1])
+        return Convergence(Limit.NONE, order, errors, errors[-1])
     if smooth:
         shrinking = math.log(errors[-2] / errors[-1], ratio)
         extrapolated = motions[-1] + (motions[-1] - motions[-2]) / (ratio**order - 1)
@@ -99,7 +119,7 @@ def convergence(
     else:
         shrinking, left = _slope(errors[-_UNEVEN:], 0.0, ratio), errors[-1]
     limit = Limit.TRUTH if shrinking >= _SHARE * order else Limit.ANOTHER
-    return Convergence(limit, order, errors[-1], left)
+    return Convergence(limit, order, errors, left)
 
 
 def _order(differences: Sequence[float], same: float, ratio: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.conformance.bounds import EPSILONS
-from twolink.conformance.convergence import Convergence, Limit, convergence
+from twolink.conformance.convergence import Curve, Limit, convergence
 from twolink.conformance.results import TestResult, faulty
 from twolink.conformance.transport import EngineFault, FaultKind
 from twolink.conformance.vectors import Group, Motion
@@ -58,37 +58,40 @@ def _of_method(
 ) -> TestResult:
     epsilon = EPSILONS[engine.precision]
     try:
-        found, warnings = _verdict(motion, method, epsilon, ask)
+        curve, warnings = _curve(motion, method, epsilon, ask)
     except EngineFault as fault:
         return faulty(result, fault)
     except _NotMovedError as error:
         return replace(result, mark=Mark.REFUSED, said=str(error))
+    found = curve.verdict
     mark = _MARKS[found.limit]
     if mark is Mark.SILENT and warnings:
         mark = Mark.MISSED
-    return replace(result, mark=mark, said=found.sentence, warnings=warnings)
+    return replace(result, mark=mark, said=found.sentence, warnings=warnings, curve=curve)
 
 
-def _verdict(
+def _curve(
     motion: Motion, method: Method, epsilon: float, ask: Ask
-) -> tuple[Convergence, tuple[str, ...]]:
-    """Return the verdict on motions from coarse to fine, up to half of all digits, and warnings."""
+) -> tuple[Curve, tuple[str, ...]]:
+    """Return the errors from coarse to fine, up to half of all digits, and warnings."""
     truth = np.array(motion.values, dtype=float)
     value, ratio, count = _SETTINGS[method.parameter]
     if method.parameter == "step" and not motion.smooth:
         count += _MORE_STEPS
     motions: list[Array] = []
+    settings: list[float] = []
     warnings: dict[str, None] = {}
     for _ in range(count):
         rows, said = _moved(motion, method, value, ask)
         motions.append(rows)
+        settings.append(value)
         warnings |= dict.fromkeys(said)
         value /= ratio
         if len(motions) > 2:
             found = convergence(motions, truth, epsilon, ratio, smooth=motion.smooth)
             if found.error <= np.sqrt(epsilon):
                 break
-    return found, tuple(warnings)
+    return Curve(method.parameter, tuple(settings), found), tuple(warnings)
 
 
 def _moved(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 from xml.etree import ElementTree
 
+from twolink.conformance.convergence import Curve
 from twolink.conformance.diagnosis import SENTENCES
 from twolink.conformance.results import Report, TestResult
 from twolink.conformance.vectors import RELEASE
@@ -51,6 +52,20 @@ def _table(result: TestResult) -> dict[str, Any]:
         "issue": result.issue,
         "expected": result.expected,
         "unexpected": result.unexpected,
+        "convergence": None if result.curve is None else curve_table(result.curve),
+    }
+
+
+def curve_table(curve: Curve) -> dict[str, Any]:
+    """Return a method's errors against its settings as JSON-compatible data."""
+    verdict = curve.verdict
+    return {
+        "parameter": curve.parameter,
+        "settings": list(curve.settings),
+        "errors": list(verdict.errors),
+        "limit": verdict.limit.value,
+        "order": verdict.order,
+        "limit_error": verdict.limit_error,
     }
 
 

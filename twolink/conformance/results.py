@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
+from twolink.conformance.convergence import Curve
 from twolink.conformance.diagnosis import SENTENCES
 from twolink.conformance.transport import EngineFault, FaultKind
 from twolink.engines.messages import About
@@ -25,7 +26,7 @@ class TestResult:
     there are none. `cause` is a name of `twolink.conformance.diagnosis.SENTENCES`, or empty; `said`
     is what went wrong, in the kit's words or the engine's. `output` is the end of the engine's
     standard error after a fault, `expected` the reason of a known failure;
-    `unexpected` states that the test passes and is known to fail.
+    `unexpected` states that the test passes and is known to fail. `curve` is that of a motion.
     """
 
     __test__ = False
@@ -45,6 +46,7 @@ class TestResult:
     issue: str = ""
     expected: str = ""
     unexpected: bool = False
+    curve: Curve | None = None
 
     @property
     def passed(self) -> bool:

@@ -8,10 +8,11 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from twolink.conformance.convergence import Convergence, Curve, Limit
 from twolink.conformance.diagnosis import SENTENCES
 from twolink.conformance.results import TestResult, rows
 from twolink.engines.messages import About, Number
@@ -37,6 +38,24 @@ class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, strict=True, extra="ignore")
 
 
+class _Curve(_Part):
+    """A test's `convergence`."""
+
+    parameter: Literal["step", "tolerance"]
+    settings: tuple[Number, ...]
+    errors: tuple[Number, ...]
+    limit: str
+    order: Number
+    limit_error: Number
+
+    def curve(self) -> Curve:
+        """Return the curve. Raises `ValueError` unless each setting has an error."""
+        if not self.settings or len(self.settings) != len(self.errors):
+            raise ValueError("convergence must have an error for each setting")
+        verdict = Convergence(Limit(self.limit), self.order, self.errors, self.limit_error)
+        return Curve(self.parameter, self.settings, verdict)
+
+
 class _Test(_Part):
     """One entry of a document's `results`."""
 
@@ -51,11 +70,14 @@ class _Test(_Part):
     said: str
     expected: str
     unexpected: bool
+    convergence: _Curve | None = None
 
     def result(self) -> TestResult:
         """Return the outcome of the test."""
         own = {name: getattr(self, name) for name in type(self).model_fields}
-        return TestResult(**{**own, "group": self.id.rpartition("/")[0], "mark": Mark(self.mark)})
+        curve = own.pop("convergence")
+        own |= {"group": self.id.rpartition("/")[0], "mark": Mark(self.mark)}
+        return TestResult(**own, curve=None if curve is None else curve.curve())
 
 
 class _Limits(_Part):
