@@ -233,6 +233,17 @@ def child_of(urdf: str, joint: str) -> str:
     raise RefusedError(f"there is no joint {joint}")
 
 
+def springs_of(model: Model) -> Iterator[tuple[str, float, float]]:
+    """Yield the joints with a spring, by name, its stiffness (N m/rad) and its rest angle (rad)."""
+    given = model.parameters or {}
+    rests = given.get("rest", (0.0, 0.0))
+    for name, stiffness, rest in zip(
+        model.joints, given.get("stiffness", (0.0, 0.0)), rests, strict=True
+    ):
+        if stiffness:
+            yield name, stiffness, rest
+
+
 @contextlib.contextmanager
 def as_file(text: str) -> Iterator[str]:
     """Yield the path of a file with a URDF text, for engines that read files alone."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import dartpy
 import numpy as np
-from adapter import Array, Engine, Model, RefusedError, each, serve, stepped
+from adapter import Array, Engine, Model, RefusedError, each, serve, springs_of, stepped
 
 _INSTANT = 1e-18
 
@@ -21,7 +21,7 @@ class Dart(Engine):
     """DART."""
 
     name, package = "DART", "dartpy"
-    effects = ("joint_damping",)
+    effects = ("joint_damping", "joint_spring")
     methods = ({"name": "World.step", "order": 1.0, "parameter": "step"},)
     issues = "https://github.com/dartsim/dart/issues"
 
@@ -39,6 +39,9 @@ class Dart(Engine):
         if self.robot.getNumDofs() != 2 or None in joints:
             raise RefusedError(f"{self.robot.getNumDofs()} degrees of freedom")
         self.order = [joint.getIndexInSkeleton(0) for joint in joints]
+        for name, stiffness, rest in springs_of(model):
+            self.robot.getJoint(name).setSpringStiffness(0, stiffness)
+            self.robot.getJoint(name).setRestPosition(0, rest)
         self.robot.setGravity(model.gravity)
         self.robot.setTimeStep(_INSTANT)
         self.gravity, self.tip = model.gravity, self.robot.getBodyNode(model.tip)

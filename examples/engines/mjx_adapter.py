@@ -21,7 +21,7 @@ import sys
 import jax
 import mujoco
 import numpy as np
-from adapter import Array, Engine, Model, RefusedError, serve, stepped
+from adapter import Array, Engine, Model, RefusedError, serve, springs_of, stepped
 
 # MJX prints at import.
 with contextlib.redirect_stdout(sys.stderr):
@@ -58,7 +58,7 @@ class Mjx(Engine):
     """MJX."""
 
     name, package = "MJX", "mujoco-mjx"
-    effects = ("joint_damping", "armature")
+    effects = ("joint_damping", "joint_spring", "armature")
     methods = (
         {"name": "Euler", "order": 1.0, "parameter": "step"},
         {"name": "RK4", "order": 4.0, "parameter": "step"},
@@ -82,6 +82,9 @@ class Mjx(Engine):
         }
         compiled.dof_frictionloss[:] = 0.0
         compiled.dof_armature[self.order] += model.armature
+        for name, stiffness, rest in springs_of(model):
+            compiled.jnt_stiffness[compiled.joint(name).id] = stiffness
+            compiled.qpos_spring[compiled.joint(name).qposadr[0]] = rest
         self.compiled = compiled
         self.tip = compiled.body(model.tip).id
         self.device = mjx.put_model(compiled)

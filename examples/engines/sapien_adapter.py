@@ -4,7 +4,8 @@ Traps: all numbers are binary32. The loader reads files alone, and wants a rende
 visuals, which the adapter leaves out. A link without `<inertial>`, or with a zero mass or inertia,
 weighs 1e-6 kg. Joints have friction (0.05) unless it is set to zero, as here, and links are damped
 (`linear_damping`, `angular_damping`; 0 here) and sleep when they are slow (threshold 0 here). The
-angles of continuous joints are wrapped; `revolute_unwrapped` keeps them.
+angles of continuous joints are wrapped; `revolute_unwrapped` keeps them. A spring is a joint's
+drive, with its target at rest.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import re
 
 import numpy as np
 import sapien
-from adapter import Array, Engine, Model, RefusedError, as_file, each, serve, stepped
+from adapter import Array, Engine, Model, RefusedError, as_file, each, serve, springs_of, stepped
 from sapien import physx
 from sapien.wrapper.urdf_loader import URDFLoader
 
@@ -24,7 +25,7 @@ class Physx(Engine):
     """PhysX."""
 
     name, package, precision = "PhysX (SAPIEN)", "sapien", "binary32"
-    effects = ("joint_damping",)
+    effects = ("joint_damping", "joint_spring")
     methods = ({"name": "step", "order": 1.0, "parameter": "step"},)
     issues = "https://github.com/haosulab/SAPIEN/issues"
 
@@ -55,6 +56,10 @@ class Physx(Engine):
             joint = active[names.index(name)]
             joint.set_friction(0.0)
             joint.set_armature(np.array([model.armature[number]], dtype=np.float32))
+        for name, stiffness, rest in springs_of(model):
+            joint = active[names.index(name)]
+            joint.set_drive_properties(stiffness, joint.damping)
+            joint.set_drive_target(rest)
         joints = [active[index] for index in self.order]
         limits = [np.array(joint.get_limits()[0], dtype=float) for joint in joints]
         return {

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 import opensim
-from adapter import Array, Engine, Model, each, parameters_of, serve
+from adapter import Array, Engine, Model, each, parameters_of, serve, springs_of
 
 opensim.Logger.setLevelString("Error")
 
@@ -29,7 +29,7 @@ class Simbody(Engine):
     name = "Simbody (OpenSim)"
     package = "opensim"
     reads = ("parameters",)
-    effects = ("joint_damping",)
+    effects = ("joint_damping", "joint_spring")
     methods = tuple(
         {"name": name, "parameter": "tolerance", **({"order": order} if order else {})}
         for name, order in _METHODS.items()
@@ -57,13 +57,16 @@ class Simbody(Engine):
             self.model.addJoint(joint)
             parent, place = body, vector(given["length"][number], 0, 0)
         self.tip = place
+        springs = {name: spring for name, *spring in springs_of(model)}
         for number, name in enumerate(("shoulder", "elbow")):
             coordinate = self.model.getJointSet().get(number).get_coordinates(0)
             coordinate.setName(f"{name}_angle")
+            stiffness, rest = springs.get(name, (0.0, 0.0))
             damping = given["damping"][number]
-            if damping:
+            if damping or stiffness:
                 force = opensim.SpringGeneralizedForce(f"{name}_angle")
-                force.setStiffness(0.0)
+                force.setStiffness(stiffness)
+                force.setRestLength(-rest)
                 force.setViscosity(damping)
                 self.model.addForce(force)
         self.state = self.model.initSystem()
