@@ -145,7 +145,7 @@ ROWS = {
         "answer_mistakes golden model_mistakes",
         "diagnosis serve session",
         "results",
-        "hard_cases motions",
+        "curves hard_cases motions",
         "expectations report runner scoreboard",
         "scoreboard_tables",
         "harness_check",

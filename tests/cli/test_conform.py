@@ -80,3 +80,27 @@ def test_golden_refuses_a_folder_that_it_cannot_make(tmp_path):
     found = run("golden", "--out", str(tmp_path / "file" / "golden"))
     assert found.exit_code == 2
     assert "--out must be a folder" in found.output
+
+
+def test_the_convergence_of_motions_is_plotted(tmp_path):
+    file = tmp_path / "motions.svg"
+    found = run(
+        *("conform", "tests.conformance.mover:Mover", "--suite", "motion"), "--plot", str(file)
+    )
+    assert file.exists(), found.output
+    text = file.read_text(encoding="utf-8")
+    assert "general, fixed steps" in text
+    assert "largest error (rad, rad/s)" in text
+
+
+def test_an_engine_without_motions_has_no_plot(tmp_path):
+    file = tmp_path / "motions.svg"
+    found = run("conform", "tests.conformance.arm:Arm", "--suite", "motion", "--plot", str(file))
+    assert not file.exists()
+    assert "is not written: there is no motion to plot." in " ".join(found.output.split())
+
+
+def test_a_plot_of_another_kind_is_refused(tmp_path):
+    found = run("conform", "pinocchio", "--plot", str(tmp_path / "motions.gif"))
+    assert found.exit_code == 2
+    assert "--plot must be a .svg or .png or .pdf file" in found.output

@@ -104,5 +104,9 @@ def test_uneven_errors_of_motions_with_events():
     limit = TRUTH + np.array([[1e-2, 0.0, -1e-2, 0.0]])
     found = convergence(uneven(1, limit), TRUTH, EPSILON, smooth=False)
     assert found.limit is Limit.ANOTHER
+    # One motion comes near the truth, and the finest one does not.
+    sizes = [3.0, 1.2, 1.7, 0.8, 0.5, 0.35, 0.15, 0.015, 0.32]
+    passing = [TRUTH + SLOPE * size for size in sizes]
+    assert convergence(passing, TRUTH, EPSILON, smooth=False).limit is not Limit.TRUTH
     away = [TRUTH + SLOPE * 0.1 * (-1) ** k for k in range(9)]
     assert convergence(away, TRUTH, EPSILON, smooth=False).limit is Limit.NONE

@@ -56,10 +56,23 @@ def test_a_suite_has_a_column_for_each_quantity(board):
     assert suite_table(board, "motion") is None
 
 
+def test_engines_that_a_suite_does_not_ask_have_no_row_in_it(tmp_path):
+    reads = [verdict_file(tmp_path), verdict_file(tmp_path, "other", RIGHT[2:3])]
+    found = suite_table(read_scoreboard(reads), "import")
+    assert [row[0] for row in texts(found)] == ["right"]
+
+
+def test_a_method_without_motions_has_its_mark(tmp_path):
+    refused = result("motion/general/motion/rk4", Mark.REFUSED, quantity="motion: rk4")
+    found = motion_table(read_scoreboard([verdict_file(tmp_path, "a", [refused])]))
+    assert texts(found) == [["a", "rk4", "refused"]]
+    assert found.rows[0][2].tone is Tone.WARN
+
+
 def test_motions_have_a_row_for_each_method(board):
     found = motion_table(board)
     assert [column.name for column in found.columns] == ["engine", "method", "general"]
-    assert texts(found) == [["right", "rk4", "converges to the truth\ne"]]
+    assert texts(found) == [["right", "rk4", "truth\n6.0e-05"]]
     assert found.rows[0][2].tone is Tone.GOOD
 
 

@@ -18,7 +18,8 @@ from twolink.cli.terminal import (
     styled,
     write_json,
 )
-from twolink.text import one_line
+from twolink.suffixes import PLOTS
+from twolink.text import either, one_line
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -67,6 +68,13 @@ def conform(
     junit_file: Annotated[
         Path | None, typer.Option("--junit", help="Write the report to this file as JUnit XML.")
     ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            help="Plot the errors of motions against steps and tolerances into this"
+            f" {either(PLOTS)} file."
+        ),
+    ] = None,
 ) -> None:
     """Check a dynamics engine, and say what is wrong.
 
@@ -76,12 +84,15 @@ def conform(
     _check_limits(seconds, memory)
     check_target("--json", json_file)
     check_target("--junit", junit_file)
+    check_target("--plot", plot, PLOTS)
     if check:
         _check_harness(engine, seconds, int(memory * _GIGABYTE))
         return
     report = _report(engine, suite, seconds, int(memory * _GIGABYTE), expect)
     _print_report(report)
     _write(report, json_file, junit_file)
+    if plot is not None:
+        _plot(report, plot)
     if not report.agrees:
         raise typer.Exit(FAILED)
 
@@ -143,6 +154,21 @@ def _write(report: Report, json_file: Path | None, junit_file: Path | None) -> N
     if junit_file is not None:
         with atomic_write(junit_file) as temporary:
             temporary.write_text(junit(report), encoding="utf-8")
+
+
+def _plot(report: Report, target: Path) -> None:
+    """Plot the convergence of motions, or say that there is none."""
+    from twolink.conformance.curves import curves_by_scene
+
+    about = report.engine
+    scenes = curves_by_scene([(about.name, report.results)])
+    if not scenes:
+        say(f"{target} is not written: there is no motion to plot.")
+        return
+    from viz.plots.convergence import convergence_plot
+    from viz.plots.style import save
+
+    save(convergence_plot(scenes, f"{about.name} {about.version}: errors of motions"), target)
 
 
 def _print_report(report: Report) -> None:

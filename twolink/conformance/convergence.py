@@ -8,7 +8,8 @@ those of other equations another one: then the errors level off while the differ
 that are closer than the finest error are not told apart.
 
 Motions with events have errors that shrink unevenly: their order is the slope of all differences,
-and that of the errors is taken over the last three halvings; they are not extrapolated.
+and that of the errors is taken over the last three halvings, each error being the largest at its
+setting and all finer ones, as a single small error is no limit; they are not extrapolated.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Literal
 
 import numpy as np
@@ -117,7 +118,7 @@ def convergence(
         extrapolated = motions[-1] + (motions[-1] - motions[-2]) / (ratio**order - 1)
         left = float(np.abs(extrapolated - truth).max())
     else:
-        shrinking, left = _slope(errors[-_UNEVEN:], 0.0, ratio), errors[-1]
+        shrinking, left = _slope(_from_here_on(errors)[-_UNEVEN:], 0.0, ratio), errors[-1]
     limit = Limit.TRUTH if shrinking >= _SHARE * order else Limit.ANOTHER
     return Convergence(limit, order, errors, left)
 
@@ -129,6 +130,11 @@ def _order(differences: Sequence[float], same: float, ratio: float) -> float:
     if not pairs or not seen:
         return math.nan
     return math.log(seen[-1][0] / seen[-1][1], ratio)
+
+
+def _from_here_on(errors: Sequence[float]) -> list[float]:
+    """Return, for each error, the largest of it and all finer ones."""
+    return list(accumulate(reversed(errors), max))[::-1]
 
 
 def _slope(differences: Sequence[float], same: float, ratio: float) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from twolink.conformance.bounds import EPSILONS
 from twolink.conformance.convergence import Curve, Limit, convergence
-from twolink.conformance.results import TestResult, faulty
+from twolink.conformance.results import MOTION, TestResult, faulty
 from twolink.conformance.transport import EngineFault, FaultKind
 from twolink.conformance.vectors import Group, Motion
 from twolink.engines.messages import About, Answer, Errored, Method, Move, Moved, Skipped
@@ -49,7 +49,7 @@ def motion_results(
         yield replace(result, said=reason)
         return
     for method in engine.methods:
-        named = replace(result, id=f"{motion.id}/{method.name}", quantity=f"motion: {method.name}")
+        named = replace(result, id=f"{motion.id}/{method.name}", quantity=f"{MOTION}{method.name}")
         yield _of_method(named, motion, method, engine, ask)
 
 

@@ -15,6 +15,9 @@ from twolink.hardcases import Mark
 READ = "read"
 """The quantity of a test of reading: a model is loaded, or refused."""
 
+MOTION = "motion: "
+"""The begin of the quantity of a motion, before the name of the method."""
+
 _FINE = (Mark.PASS, Mark.CANNOT)
 
 

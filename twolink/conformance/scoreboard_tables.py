@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from twolink.conformance.results import TestResult
+from twolink.conformance.convergence import Limit
+from twolink.conformance.curves import scene_of
+from twolink.conformance.results import MOTION, TestResult
 from twolink.conformance.scoreboard import Entry, Scoreboard, Tally, tally
 from twolink.engines.messages import Method
 from twolink.hardcases import Mark
 from twolink.tables import Cell, Column, Table, Tone, table
 
-_MOTION = "motion: "
+_LIMITS = {Limit.TRUTH: "truth", Limit.ANOTHER: "other", Limit.NONE: "none"}
 
 _GIGABYTE = 2**30
 
@@ -31,18 +33,23 @@ def summary_table(board: Scoreboard) -> Table:
 
 
 def suite_table(board: Scoreboard, suite: str) -> Table | None:
-    """Return passed tests and digits of each engine by quantity, or None for motions alone."""
+    """Return passed tests and digits by quantity, or None for motions alone.
+
+    Engines to which no test of the suite was put have no row.
+    """
     names = dict.fromkeys(
         result.quantity
         for entry in board.entries
         for result in entry.of(suite)
-        if not result.quantity.startswith(_MOTION) and result.quantity != _MOTION.strip(": ")
+        if not result.quantity.startswith(MOTION) and result.quantity != MOTION.strip(": ")
     )
     if set(names) <= {"read"}:
         return None
     rows: list[list[str | Cell]] = []
     for number, entry in enumerate(board.entries):
         results = entry.of(suite)
+        if not tally(results).put:
+            continue
         cells = [counted(tally(r for r in results if r.quantity == name)) for name in names]
         rows.append([Cell(entry.engine.name, link=f"#{anchor(number)}"), *cells])
     # Long names break between words.
@@ -51,15 +58,18 @@ def suite_table(board: Scoreboard, suite: str) -> Table | None:
 
 
 def motion_table(board: Scoreboard) -> Table | None:
-    """Return the convergence of each method of each engine on each motion, or None without any."""
+    """Return the convergence of each method of each engine on each motion, or None without any.
+
+    Cells have the limit, the measured order, and the error of the finest motion (rad, rad/s).
+    """
     found: dict[tuple[int, str], dict[str, TestResult]] = {}
     motions: dict[str, None] = {}
     for number, entry in enumerate(board.entries):
         for result in entry.results:
-            if result.quantity.startswith(_MOTION):
-                method = result.quantity.removeprefix(_MOTION)
-                motions[_scene(result)] = None
-                found.setdefault((number, method), {})[_scene(result)] = result
+            if result.quantity.startswith(MOTION):
+                method = result.quantity.removeprefix(MOTION)
+                motions[scene_of(result)] = None
+                found.setdefault((number, method), {})[scene_of(result)] = result
     if not found:
         return None
     rows: list[list[str | Cell]] = [
@@ -70,7 +80,11 @@ def motion_table(board: Scoreboard) -> Table | None:
         ]
         for (number, method), results in found.items()
     ]
-    return table("Convergence of motions", ["engine", "method", *motions], rows)
+    return table(
+        "Convergence of motions",
+        ["engine", "method", *(name.replace("-", "\n") for name in motions)],
+        rows,
+    )
 
 
 def settings_table(board: Scoreboard) -> Table:
@@ -126,14 +140,15 @@ def _reason(result: TestResult) -> str:
     return f"{result.verdict}: {said}"
 
 
-def _scene(result: TestResult) -> str:
-    return result.id.split("/")[1]
-
-
 def _convergence(result: TestResult | None) -> Cell:
     if result is None or result.mark is Mark.CANNOT:
         return Cell("–", Tone.SOFT)
-    return Cell(result.said.replace("; ", "\n"), result.mark.tone)
+    tone = result.mark.tone
+    if result.curve is None:
+        return Cell(result.mark.value, tone)
+    verdict = result.curve.verdict
+    order = [] if math.isnan(verdict.order) else [f"order {verdict.order:.1f}"]
+    return Cell("\n".join([_LIMITS[verdict.limit], *order, f"{verdict.error:.1e}"]), tone)
 
 
 def _method(method: Method) -> str:

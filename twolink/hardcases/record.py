@@ -64,7 +64,7 @@ class Mark(Enum):
 _MEANS = {
     Mark.PASS: "within the bound",
     Mark.MISSED: "error over bound (∞: not finite), at most tenfold or with a warning",
-    Mark.SILENT: "silently wrong: finite, without a warning, error above ten times the bound",
+    Mark.SILENT: "finite, without a warning, error above ten times the bound",
     Mark.REFUSED: "the engine rejects the case",
     Mark.CRASH: "the engine's process ended unexpectedly, or ran out of memory",
     Mark.HANG: "no answer within the time limit",

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
+from twolink.conformance.convergence import Limit
+from twolink.conformance.curves import MethodCurve, curves_by_scene
 from twolink.conformance.results import TestResult
 from twolink.conformance.scoreboard import REFERENCE, Entry, Scoreboard
 from twolink.conformance.scoreboard_tables import (
@@ -14,11 +17,16 @@ from twolink.conformance.scoreboard_tables import (
     suite_table,
     summary_table,
 )
+from twolink.conformance.suites import suite
 from twolink.hardcases import Mark
-from viz.report.page import Section, folded, page, paragraph, table, text
+from viz.plots.convergence import convergence_plot
+from viz.report.page import Section, folded, page, paragraph, picture, table, text
 
 # Tests that are named with a reason before the rest is folded away.
 _SHOWN = 6
+
+# The suites whose groups are scenes.
+_MOTIONS = ("motion", "friction", "impact")
 
 
 def scoreboard_page(board: Scoreboard, command: str) -> str:
@@ -29,14 +37,16 @@ def scoreboard_page(board: Scoreboard, command: str) -> str:
         " conform: certified values of planar two-link chains.",
         "lead",
     ) + paragraph(REFERENCE)
-    suites = [table(found) for name in board.suites if (found := suite_table(board, name))]
+    suites = [
+        table(found, "scores") for name in board.suites if (found := suite_table(board, name))
+    ]
     sections = [
-        Section("Engines", _key() + table(summary_table(board))),
+        Section("Engines", _key() + table(summary_table(board), "scores")),
         Section("Suites", "".join(suites)),
     ]
     motions = motion_table(board)
     if motions is not None:
-        sections.append(Section("Motions", table(motions)))
+        sections.append(Section("Motions", _curves(board) + table(motions, "scores")))
     reasons = "".join(_of_engine(number, entry) for number, entry in enumerate(board.entries))
     sections += [
         Section("Causes", reasons),
@@ -56,6 +66,38 @@ def _key() -> str:
         " can stand high.",
         "note",
     ) + paragraph(f"{marks}.", "note")
+
+
+def _curves(board: Scoreboard) -> str:
+    """Return a picture of each scene: the errors of all methods against their settings."""
+    scenes = curves_by_scene((entry.engine.name, entry.results) for entry in board.entries)
+    pictures = "".join(_picture(scene, curves) for scene, curves in scenes.items())
+    lead = paragraph(
+        "The error of each method, the largest of angles and speeds, as its step or tolerance"
+        " shrinks. A curve that levels off above round-off belongs to another model. A curve ends"
+        " once half of all digits are right. The table below has the limit of each method (the"
+        " truth, another model, or none), its measured order, and its error at the finest setting"
+        " (rad, rad/s).",
+        "note",
+    )
+    return lead + pictures if pictures else ""
+
+
+def _picture(scene: str, curves: Sequence[MethodCurve]) -> str:
+    title = _titled(scene)
+    limits = Counter(each.curve.verdict.limit for each in curves)
+    counts = "; ".join(f"{limit.value}: {limits[limit]}" for limit in Limit if limits[limit])
+    return picture(
+        lambda theme: convergence_plot({scene: curves}, title, theme),
+        f"{title}. Methods by verdict: {counts}.",
+    )
+
+
+def _titled(scene: str) -> str:
+    """Return the name of a scene, with its description where this release has it."""
+    groups = (group for name in _MOTIONS for group in suite(name))
+    found = [group.comment for group in groups if group.id.rpartition("/")[2] == scene]
+    return ": ".join([scene, *found[:1]])
 
 
 def _of_engine(number: int, entry: Entry) -> str:

@@ -45,7 +45,8 @@ def test_the_page_has_versions_marks_digits_causes_settings_and_the_proof(page):
         "evaluation/bars/mass-matrix",
         "cmd: wrong",
         "rk4 (step, order 4)",
-        "converges to the truth",
+        "converges to the truth: 1",
+        "general: two bars under gravity, from a general state",
         "twolink scoreboard a.json b.json",
     ):
         assert words in page
