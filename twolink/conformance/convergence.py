@@ -7,7 +7,8 @@ Equations I, 1993, section II.4). Motions of the right equations have the truth 
 those of other equations another one: then the errors level off while the differences shrink. Limits
 that are closer than the finest error are not told apart.
 
-Motions with events have errors that shrink unevenly: their order is the slope of all differences,
+Motions with events, and those of variable steps with their tolerance, have errors that shrink
+unevenly: their order is the slope of all differences,
 and that of the errors is taken over the last three halvings, each error being the largest at its
 setting and all finer ones, as a single small error is no limit; they are not extrapolated.
 """
@@ -32,8 +33,9 @@ _SHARE = 0.5
 # The number of last errors whose slope is taken if they shrink unevenly.
 _UNEVEN = 4
 
-# A method converges if its measured order is above this.
-_LEAST_ORDER = 0.5
+# A method converges if a finer setting divides differences by more than this: with half the step,
+# the order is above 0.5.
+_LEAST_DIVISOR = math.sqrt(2)
 
 
 class Limit(Enum):
@@ -92,28 +94,28 @@ def convergence(
     epsilon: float,
     ratio: float = 2.0,
     *,
-    smooth: bool = True,
+    even: bool = True,
 ) -> Convergence:
     """Return the verdict on three motions or more, each with its step or tolerance divided by r.
 
-    `ratio` is r; `smooth` states that the motion has no events. `epsilon` is that of the engine's
-    precision: errors below the square root of it, relative to the largest value, are half of all
-    digits and no difference of models.
+    `ratio` is r; `even` states that a smooth motion has fixed steps. `epsilon` is that of the
+    engine's precision: errors below the square root of it, relative to the largest value, are half
+    of all digits and no difference of models.
     """
     errors = tuple(float(np.abs(motion - truth).max()) for motion in motions)
     if not all(map(math.isfinite, errors)):
         return Convergence(Limit.NONE, math.nan, errors, math.inf)
     same = math.sqrt(epsilon) * float(np.abs(truth).max())
     differences = [float(np.abs(one - other).max()) for one, other in pairwise(motions)]
-    order = _order(differences, same, ratio) if smooth else _slope(differences, same, ratio)
+    order = _order(differences, same, ratio) if even else _slope(differences, same, ratio)
     if errors[-1] <= same:
         return Convergence(Limit.TRUTH, order, errors, errors[-1])
-    if not order > _LEAST_ORDER:
+    if not ratio**order > _LEAST_DIVISOR:
         if differences[-1] <= same:
             # Motions that agree with each other to half of all digits have a limit, and no order.
             return Convergence(Limit.ANOTHER, math.nan, errors, errors[-1])
         return Convergence(Limit.NONE, order, errors, errors[-1])
-    if smooth:
+    if even:
         shrinking = math.log(errors[-2] / errors[-1], ratio)
         extrapolated = motions[-1] + (motions[-1] - motions[-2]) / (ratio**order - 1)
         left = float(np.abs(extrapolated - truth).max())

@@ -76,7 +76,8 @@ def _curve(
     """Return the errors from coarse to fine, up to half of all digits, and warnings."""
     truth = np.array(motion.values, dtype=float)
     value, ratio, count = _SETTINGS[method.parameter]
-    if method.parameter == "step" and not motion.smooth:
+    even = method.parameter == "step" and motion.smooth
+    if method.parameter == "step" and not even:
         count += _MORE_STEPS
     motions: list[Array] = []
     settings: list[float] = []
@@ -88,7 +89,7 @@ def _curve(
         warnings |= dict.fromkeys(said)
         value /= ratio
         if len(motions) > 2:
-            found = convergence(motions, truth, epsilon, ratio, smooth=motion.smooth)
+            found = convergence(motions, truth, epsilon, ratio, even=even)
             if found.error <= np.sqrt(epsilon):
                 break
     return Curve(method.parameter, tuple(settings), found), tuple(warnings)
