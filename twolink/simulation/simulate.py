@@ -1,8 +1,8 @@
 """Simulation of a scene, with a measured global error.
 
 Accuracy is the largest error of q (rad) and u (rad/s) over the whole run, not a tolerance for a
-step. It is measured by a second run of a higher order, and near round-off by the defect of the run's
-own steps (`smooth.measure`); with events, by an independent run (`hybrid.measure`). If double
+step. It is measured by a second run of a higher order, and near round-off by the defect of the
+run's own steps (`smooth.measure`); with events, by an independent run (`hybrid.measure`). If double
 precision is insufficient, a longer precision gives the result.
 """
 

@@ -75,11 +75,12 @@ class Views(_Motion):
     def facts(self) -> dict[str, str]:
         """The simulated motion, its cost and its accuracy, as names and texts."""
         scene, statistics, energy = self.scene, self.statistics, self.energy
+        runs = "1 run" if statistics.runs == 1 else f"{statistics.runs} runs"
         found = {
             "simulated": f"{scene.duration:g} s with {', '.join(self.effects) or 'no effects'}",
             "method": f"{self.method} on {self.formulation}, {self.precision}",
             "global error": f"{self.error:.1e} measured, {self.accuracy:.1e} allowed",
-            "steps": f"{statistics.steps} kept, in {statistics.runs} run{'s' * (statistics.runs > 1)}",
+            "steps": f"{statistics.steps} kept, in {runs}",
             "time": f"{statistics.run_seconds * 1e3:.1f} ms to run, "
             f"{statistics.compile_seconds * 1e3:.0f} ms to compile",
             "energy T + V": f"{energy[0]:.9g} J at the start, {energy[-1]:.9g} J at the end",

@@ -88,7 +88,7 @@ def _picture(scene: str, curves: Sequence[MethodCurve]) -> str:
     limits = Counter(each.curve.verdict.limit for each in curves)
     counts = "; ".join(f"{limit.value}: {limits[limit]}" for limit in Limit if limits[limit])
     return picture(
-        lambda theme: convergence_plot({scene: curves}, title, theme),
+        convergence_plot({scene: curves}, title, "light"),
         f"{title}. Methods by verdict: {counts}.",
     )
 
