@@ -37,6 +37,13 @@ def test_a_chain_is_frozen():
         chain.mass = (2.0, 2.0)  # type: ignore[misc]
 
 
+def test_a_chain_of_floats_is_its_own_conversion_to_float():
+    bars = Chain.uniform_bars((1.0, 2.0), (0.5, 0.7))
+    assert bars.convert(float) is bars
+    whole = Chain(mass=(1, 2.0), length=(1.0, 1.0), centre=((0.5, 0.0),) * 2, inertia=(0.1, 0.1))
+    assert [type(m) for m in whole.convert(float).mass] == [float, float]
+
+
 def test_conversion_keeps_floats_exactly_and_bars_as_rationals():
     bars = Chain.uniform_bars((0.1, 1.0), (0.3, 1.0))
     exact = bars.convert(Fraction)

@@ -200,8 +200,11 @@ class Chain:
         """Return the same chain in another scalar type, such as `mpmath.mpf` or `longdouble`.
 
         Each float64 parameter keeps its exact value; a uniform bar's mL²/12 is recomputed from
-        the exact rational values of its mass and length.
+        the exact rational values of its mass and length. A chain of float64 numbers is its own
+        conversion to float64.
         """
+        if number is float and self._is_of_floats:
+            return self
 
         def converted(value: Any) -> Scalar:
             if isinstance(value, Fraction) and number is not float:
@@ -218,6 +221,12 @@ class Chain:
             inertia=pair(self._exact_inertia or self.inertia),
             rotors=tuple(Rotor(converted(j), pair(turning)) for j, turning in self.rotors),
         )
+
+    @cached_property
+    def _is_of_floats(self) -> bool:
+        turning = [entry for rotor in self.rotors for entry in (rotor.inertia, *rotor.turning)]
+        numbers = (*self.mass, *self.length, *self.centre[0], *self.centre[1], *self.inertia)
+        return all(type(number) is float for number in (*numbers, *turning))
 
     # Symbols of the equations.
 

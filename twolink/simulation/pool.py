@@ -7,9 +7,22 @@ runs of similar scenes, in any thread and in callbacks of another run; the state
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
+
+
+class _Loan:
+    """An integrator on loan: a context that puts it back among the idle ones."""
+
+    __slots__ = ("_idle", "_integrator")
+
+    def __init__(self, integrator: Any, idle: list[Any]) -> None:
+        self._integrator, self._idle = integrator, idle
+
+    def __enter__(self) -> Any:
+        return self._integrator
+
+    def __exit__(self, *exception: object) -> None:
+        self._idle.append(self._integrator)
 
 
 class IntegratorPool:
@@ -24,21 +37,18 @@ class IntegratorPool:
         self.original = original
         self._idle: list[Any] = []
 
-    @contextmanager
-    def lend(self) -> Iterator[Any]:
-        """Lend an integrator exclusively; its state and time are those of its last run.
+    def lend(self) -> _Loan:
+        """Lend an integrator exclusively, until the end of a `with` statement.
 
-        The caller sets its state, its time and its parameters before use.
+        Its state and time are those of its last run. The caller sets its state, its time and its
+        parameters before use.
         """
         # No lock is needed; a forked process could inherit a locked one.
         try:
             integrator = self._idle.pop()
         except IndexError:
             integrator = copy.deepcopy(self.original)
-        try:
-            yield integrator
-        finally:
-            self._idle.append(integrator)
+        return _Loan(integrator, self._idle)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return IntegratorPool, (self.original,)

@@ -179,11 +179,12 @@ def test_the_layout_says_where_event_functions_are_found():
     """A gap is a variable; the force of a contact that rests is known by an integral."""
     system = system_of(Gravity(), FLOOR)
     mode = compiled(system, S.OPEN, S.CLOSED)
-    triggers, variables, integral, reverse = mode.layout
+    triggers, variables, integral, reverse, of_gaps = mode.layout
     assert [trigger.kind for trigger in triggers] == [E.HITS, E.LEAVES]
-    assert variables.tolist() == [4, 5]
+    assert variables == slice(4, 6)
     assert integral.tolist() == [False, True]
     assert reverse == frozenset()
+    assert of_gaps == (True, False)
     assert compiled(system, S.OPEN, S.OPEN).layout.integral is None
 
 

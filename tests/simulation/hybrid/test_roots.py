@@ -13,10 +13,10 @@ from numpy.polynomial import Chebyshev, Polynomial
 
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid.roots import (
-    are_positive,
     bernstein_matrix,
     first_fall,
     lowest,
+    margins_of,
     polished,
     product,
     rounding_bound,
@@ -27,6 +27,11 @@ EPSILON = 2.0**-52
 
 def bound_of(coefficients, precision="double"):
     return rounding_bound(coefficients, PRECISIONS[precision].rounding)
+
+
+def are_positive(coefficients):
+    margins, _ = margins_of(coefficients, EPSILON)
+    return margins > 0
 
 
 def fall(coefficients):
@@ -102,21 +107,21 @@ def test_bernstein_coefficients_at_the_ends_are_the_values_there(random):
 def test_no_polynomial_with_a_root_is_proven_positive(root, others):
     exactly = expanded([-Fraction(root), 1], others)
     coefficients = np.array([as_floats(exactly)])
-    assert not are_positive(coefficients, EPSILON)[0]
-    assert not are_positive(-coefficients, EPSILON)[0]
+    assert not are_positive(coefficients)[0]
+    assert not are_positive(-coefficients)[0]
 
 
 def test_polynomials_that_are_well_above_zero_are_proven_positive(random):
     rows = np.array([series_like(random, 20) for _ in range(200)])
     values = np.array([np.polyval(row[::-1], np.linspace(0, 1, 101)) for row in rows])
     rows[:, 0] += 0.5 - values.min(axis=1)
-    assert are_positive(rows, EPSILON).all()
+    assert are_positive(rows).all()
 
 
 def test_each_polynomial_is_judged_for_itself():
     rows = np.array([[1.0, 1.0, 0, 0], [1.0, -2.0, 0, 0], [0.5, -1.5, 1.0, 0]])
     rows = np.hstack([rows, np.zeros((3, 2))])
-    assert are_positive(rows, EPSILON).tolist() == [True, False, False]
+    assert are_positive(rows).tolist() == [True, False, False]
 
 
 def test_the_bound_covers_the_rounding_of_the_values(random):

@@ -17,9 +17,10 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
 from twolink.scene import Scene
-from twolink.simulation.hybrid import flow, impact, painleve, reactions, select, start
+from twolink.simulation.hybrid import certificate, flow, impact, painleve, reactions, select, start
 from twolink.simulation.hybrid.certificate import Certificate
 from twolink.simulation.hybrid.complementarity import Law
+from twolink.simulation.hybrid.roots import margins_of
 from twolink.simulation.hybrid.run import hybrid_run
 
 
@@ -33,9 +34,10 @@ def motion(scene):
 # The event certificate
 
 
-def by_signs_at_ends(self, every, at_start):
-    """Return the event functions that are positive at the ends of steps: no look in between."""
-    return every.sum(axis=2) > 0
+def by_values_at_ends(coefficients, rounding):
+    """Return the values at the ends of steps as margins: no look in between."""
+    _, bernstein = margins_of(coefficients, rounding)
+    return bernstein[:, -1], bernstein
 
 
 @pytest.mark.parametrize("depth", [1e-6, 1e-9])
@@ -52,7 +54,7 @@ def test_a_dip_between_the_ends_of_a_step_is_an_impact(depth, monkeypatch):
     assert q1.max() <= at_floor + 1e-9
     assert q1.max() > at_floor - 0.01
 
-    monkeypatch.setattr(Certificate, "_positive", by_signs_at_ends)
+    monkeypatch.setattr(certificate, "margins_of", by_values_at_ends)
     _, (q1, _), _ = motion(scene)
     assert q1.max() > at_floor + 0.1
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.compile import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, size_of
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
-from twolink.simulation.hybrid.roots import Search, are_positive, first_fall, lowest, rounding_bound
+from twolink.simulation.hybrid.roots import Search, first_fall, lowest, margins_of, rounding_bound
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import CONTACT_GAP, GRAZING, LEADING, LEADING_SHARE
@@ -41,6 +41,11 @@ class Block(NamedTuple):
     starts: Any
     lengths: Any
     coefficients: Any
+
+
+# Event functions that are places, and those that are speeds.
+_PLACES = frozenset((EventKind.HITS, EventKind.CLEARS))
+_SPEEDS = frozenset((EventKind.STOPS, EventKind.TURNS))
 
 
 class StartOfArc:
@@ -66,13 +71,14 @@ class StartOfArc:
 
     def order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
         """Return how many leading coefficients are zero, None if all are."""
-        order = self._known_order(trigger, polynomial, block)
+        order = self._known_order(trigger, polynomial, block) if self._orders else None
         if order is not None:
             return order
         noise, pace = self._noise(trigger, polynomial, block), 1.0
         if self._compiled.clock is None:
             pace = float(block.lengths[0]) / float(self._system.longest_step)
-        if polynomial[0] > noise or polynomial[0] > self._speed_noise(trigger, noise):
+        is_speed = trigger.kind in _SPEEDS
+        if polynomial[0] > (self._speed_noise(trigger, noise) if is_speed else noise):
             return 0
         if polynomial[0] > 0 and trigger.kind in (EventKind.HITS, EventKind.LEAVES):
             # A lower bound, as it omits the contribution of a tiny growing gap.
@@ -81,7 +87,8 @@ class StartOfArc:
         first = 0.0 if trigger.kind is EventKind.HITS else noise
         own = self._system.rounding if trigger.kind is EventKind.HITS else self._system.resolution
         least = LEADING_SHARE * own * _size(polynomial)
-        least += self._speed_of_rounding(trigger, block)
+        if is_speed:
+            least += self._speed_of_rounding(block)
         return _leading_zeros(polynomial, first, noise, pace, least)
 
     def _known_order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
@@ -99,10 +106,10 @@ class StartOfArc:
 
     def _noise(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
         """Return the size below which an event function at the start of an arc is zero."""
-        if trigger.kind in (EventKind.HITS, EventKind.CLEARS):
+        if trigger.kind in _PLACES:
             return self.place_of_rounding
         size = _size(polynomial)
-        if trigger.kind in (EventKind.STOPS, EventKind.TURNS):
+        if trigger.kind in _SPEEDS:
             # The change of speed is due to forces that may nearly cancel.
             rows = block.coefficients[0, 2:4] * powers(block.lengths[:1], len(polynomial))
             changes = float(np.abs(rows).astype(float).sum())
@@ -117,19 +124,17 @@ class StartOfArc:
         Near a singular pose the row of the speed is short, and so is the error of the speed due to
         that of u; the error of the row is round-off of the pose.
         """
+        if self._state is None:
+            return noise
         element = self._system.elements[trigger.index]
         along = element.normal if trigger.kind is EventKind.TURNS else element.tangent
-        is_speed = trigger.kind in (EventKind.STOPS, EventKind.TURNS)
-        if self._state is None or along is None or not is_speed:
-            return noise
+        assert along is not None
         row = size_of(self._system.pose(self._state.q).row(along)) / self.lever
         own = LEADING * self._system.resolution * self.lever * size_of(self._state.u)
         return min(noise, own + row * noise)
 
-    def _speed_of_rounding(self, trigger: Trigger, block: Block) -> float:
+    def _speed_of_rounding(self, block: Block) -> float:
         """Return the speed that round-off of large forces causes in the first step."""
-        if trigger.kind not in (EventKind.STOPS, EventKind.TURNS):
-            return 0.0
         clock, duration = self._compiled.clock, float(block.lengths[0])
         if clock is not None:
             row = (
@@ -156,6 +161,17 @@ class StartOfArc:
         return self._noise(trigger, polynomial, block)
 
 
+class _Suspect(NamedTuple):
+    """An event function that is not proven positive on a step: its number and its coefficients.
+
+    `bernstein` are its Bernstein coefficients, or None if they are known in float64 only.
+    """
+
+    number: int
+    polynomial: list[Any]
+    bernstein: list[Any] | None
+
+
 class Certificate:
     """The event functions of one arc, as polynomials of its steps."""
 
@@ -176,32 +192,36 @@ class Certificate:
         `state` at the start a speed is known better near a singular pose.
         """
         self._system, self._compiled, self._span = system, compiled, span
-        self._triggers, self._variables, self._integral, self._reversed = compiled.layout
+        layout = compiled.layout
+        self._triggers, self._reversed = layout.triggers, layout.reversed
         self._start = StartOfArc(system, compiled, pressing, orders, state)
         self._grazing = self._start.lever * GRAZING * system.rounding
-        self._grazed = [n for n, t in enumerate(self._triggers) if t.kind is EventKind.HITS]
+        # The least margins by which event functions are certified.
+        self._required = [self._grazing if is_gap else 0.0 for is_gap in layout.of_gaps]
         # The event functions that are zero within these sizes since the start of the arc.
         self._zero: dict[int, float] = {}
         self._tails: dict[int, float] = {}
         self._offsets = {
             place: system.number(_offset(system, mode, self._triggers[place]))
-            for place in compiled.layout.reversed
+            for place in layout.reversed
         }
 
     def polynomials(self, block: Block) -> Any:
         """Return the event functions on each step, on [0, 1]: shape (n, m, p + 1)."""
-        rows = block.coefficients[:, self._variables]
+        layout = self._compiled.layout
+        rows = block.coefficients[:, layout.variables]
         order = rows.shape[2]
-        if self._integral is not None:
-            rates = rows[:, self._integral, 1:] * _counting(order, rows.dtype)
-            rows[:, self._integral, :-1] = rates
-            rows[:, self._integral, -1] = 0
+        if layout.integral is not None or self._reversed:
+            rows = rows.copy()
+        if layout.integral is not None:
+            rates = rows[:, layout.integral, 1:] * _counting(order, rows.dtype)
+            rows[:, layout.integral, :-1] = rates
+            rows[:, layout.integral, -1] = 0
         for place in self._reversed:
             rows[:, place] = -rows[:, place]
         for place, offset in self._offsets.items():
             rows[:, place, 0] = rows[:, place, 0] + offset
-        rows *= powers(block.lengths, order)[:, None, :]
-        return rows
+        return rows * powers(block.lengths, order)[:, None, :]
 
     def first_event(self, block: Block, at_start: bool) -> tuple[Finding | None, tuple[Doubt, ...]]:
         """Return the first event on a block of steps, and the touches before it.
@@ -209,13 +229,12 @@ class Certificate:
         `at_start` says that the block begins with the first step of the arc.
         """
         doubts: list[Doubt] = []
-        every, suspects = self._suspects(block, at_start)
+        suspects = self._suspects(block, at_start) if self._triggers else {}
         # The clock can reach its end only on the last step.
         last = len(block.lengths) - 1
         for place in sorted({*suspects, last}):
-            polynomials = [(n, every[place, n].tolist()) for n in suspects.get(place, ())]
             unseen = self._tails if at_start and place == 0 else {}
-            earliest = self._earliest(block, place, polynomials, doubts, unseen)
+            earliest = self._earliest(block, place, suspects.get(place, ()), doubts, unseen)
             at_end = self._clock_root(block, place) if place == last else None
             if at_end is not None and (earliest is None or at_end <= earliest.x):
                 return Finding(place, at_end, None), tuple(doubts)
@@ -223,39 +242,35 @@ class Certificate:
                 return earliest, tuple(doubts)
         return None, tuple(doubts)
 
-    def _suspects(self, block: Block, at_start: bool) -> tuple[Any, dict[int, list[int]]]:
-        """Return the event functions, and the numbers of those not proven positive on a step."""
-        if not self._triggers:
-            return None, {}
+    def _suspects(self, block: Block, at_start: bool) -> dict[int, list[_Suspect]]:
+        """Return the event functions that are not proven positive, by the number of the step."""
         every = self.polynomials(block)
         if at_start:
             self._deflate(every, block)
-        proven = self._positive(every, at_start)
-        for number in list(self._zero):
-            proven[: self._steps_of_zero(number, every[:, number]), number] = True
-        suspects = {
-            place: [number for number, positive in enumerate(row) if not positive]
-            for place, row in enumerate(proven.tolist())
-            if False in row
-        }
-        return every, suspects
-
-    def _positive(self, every: Any, at_start: bool) -> Any:
-        """Return which event functions are proven positive on each step: shape (n, m)."""
-        more = np.zeros(every.shape[:2])
-        more[:, self._grazed] = self._grazing
+        count, functions, length = every.shape
+        margins, bernstein = margins_of(every.reshape(-1, length), self._system.rounding)
+        zeros = {number: self._steps_of_zero(number, every[:, number]) for number in [*self._zero]}
+        required = self._required * count
         if at_start:
             for number, tail in self._tails.items():
-                more[0, number] = tail
-        flat = every.reshape(-1, every.shape[2])
-        proven = are_positive(flat, self._system.rounding, more.ravel())
-        return proven.reshape(every.shape[:2])
+                required[number] = tail
+        pairs = enumerate(zip(margins.tolist(), required, strict=True))
+        # In longer precisions the Bernstein coefficients in float64 do not suffice.
+        known = every.dtype == bernstein.dtype
+        found: dict[int, list[_Suspect]] = {}
+        for row in [row for row, (margin, least) in pairs if not margin > least]:
+            place, number = divmod(row, functions)
+            if place >= zeros.get(number, 0):
+                form = bernstein[row].tolist() if known else None
+                suspect = _Suspect(number, every[place, number].tolist(), form)
+                found.setdefault(place, []).append(suspect)
+        return found
 
     def _earliest(
         self,
         block: Block,
         place: int,
-        polynomials: list[tuple[int, list[Any]]],
+        suspects: Sequence[_Suspect],
         doubts: list[Doubt],
         tails: Mapping[int, float],
     ) -> Finding | None:
@@ -264,19 +279,20 @@ class Certificate:
         `tails` adds to the bounds of those that are deflated.
         """
         earliest: Finding | None = None
-        for number, polynomial in polynomials:
+        for number, polynomial, bernstein in suspects:
             trigger = self._triggers[number]
             if polynomial[0] < 0:
                 # The event function falls at the start of the step.
                 return Finding(place, 0 * block.lengths[place], trigger)
             bound = rounding_bound(polynomial, self._system.rounding) + tails.get(number, 0.0)
-            search = first_fall(polynomial, bound)
-            if number in self._grazed and search.fall is None and search.touch is None:
+            search = first_fall(polynomial, bound, bernstein)
+            fall = search.fall
+            if fall is None and search.touch is None and trigger.kind is EventKind.HITS:
                 bound = self._grazing
                 search = search._replace(touch=lowest(polynomial, bound))
-            doubt = self._doubt(block, place, trigger, polynomial, search, bound)
-            doubts += [doubt] if doubt is not None else []
-            fall = search.fall
+            if search.touch is not None or search.unsure:
+                doubt = self._doubt(block, place, trigger, polynomial, search, bound)
+                doubts += [doubt] if doubt is not None else []
             if fall is not None and (earliest is None or fall < earliest.x):
                 earliest = Finding(place, fall, trigger)
         return earliest
@@ -298,10 +314,11 @@ class Certificate:
             if order is None:
                 self._zero[number] = self._start.zero_size(trigger, polynomial, block)
             elif order:
-                every[0, number, :-order] = polynomial[order:]
-                every[0, number, -order:] = 0
+                row = every[0, number]
+                row[:-order] = row[order:]
+                row[-order:] = 0
                 # The last terms estimate the truncation error of the series.
-                self._tails[number] = abs(float(polynomial[-1])) + abs(float(polynomial[-2]))
+                self._tails[number] = float(abs(polynomial[-1])) + float(abs(polynomial[-2]))
 
     def _steps_of_zero(self, number: int, polynomials: Any) -> int:
         """Return on how many steps of a block an event function is still zero.
@@ -340,10 +357,9 @@ class Certificate:
         element = self._system.elements[trigger.index]
         if search.unsure:
             speed = math.inf
-        elif search.touch is None:
-            return None
         elif trigger.kind is EventKind.HITS:
             x = search.touch
+            assert x is not None
             bend = sum(
                 k * (k - 1) * float(c) * x ** (k - 2) for k, c in enumerate(polynomial) if k > 1
             )
@@ -388,7 +404,7 @@ def _counting(order: int, kind: Any) -> Any:
 def powers(lengths: Any, count: int) -> Any:
     """Return the powers 0 … count − 1 of each length: shape (n, count)."""
     if lengths.dtype == np.float64:
-        return lengths[:, None] ** _exponents(count)
+        return np.power.outer(lengths, _exponents(count))
     factors = np.empty((len(lengths), count), dtype=lengths.dtype)
     factors[:, 0] = 1
     factors[:, 1:] = lengths[:, None]
@@ -397,4 +413,4 @@ def powers(lengths: Any, count: int) -> Any:
 
 @functools.cache
 def _exponents(count: int) -> Any:
-    return np.arange(count)
+    return np.arange(float(count))

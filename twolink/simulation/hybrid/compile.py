@@ -55,14 +55,16 @@ class Watched:
 class Layout(NamedTuple):
     """The event functions of a mode, in order: their triggers and variables.
 
-    `integral` is the mask of those computed from their integrals, or None; `reversed` are those
-    whose sign is opposite to that of their variable.
+    `variables` is a slice or an array of indices; `integral` is the mask of those computed from
+    their integrals, or None; `reversed` are those whose sign is opposite to that of their variable;
+    `of_gaps` says which are gaps.
     """
 
     triggers: tuple[Trigger, ...]
     variables: Any
     integral: Any
     reversed: frozenset[int]
+    of_gaps: tuple[bool, ...]
 
 
 @dataclass(frozen=True)
@@ -93,9 +95,10 @@ class CompiledMode:
         integral = np.array([w.integral for w in watched], dtype=bool)
         return Layout(
             triggers=tuple(w.trigger for w in watched),
-            variables=np.array([w.variable for w in watched], dtype=int),
+            variables=_as_slice([w.variable for w in watched]),
             integral=integral if integral.any() else None,
             reversed=frozenset(place for place, w in enumerate(watched) if w.factor < 0),
+            of_gaps=tuple(w.trigger.kind is EventKind.HITS for w in watched),
         )
 
     @cached_property
@@ -109,6 +112,13 @@ class CompiledMode:
         return 0 < len(self.falling) == len(self.watched)
 
 
+def _as_slice(indices: list[int]) -> Any:
+    """Return indices as a slice, which NumPy need not copy, if they follow each other."""
+    if indices and indices == list(range(indices[0], indices[0] + len(indices))):
+        return slice(indices[0], indices[-1] + 1)
+    return np.array(indices, dtype=int)
+
+
 def compiled_mode(
     system: HybridSystem, mode: Mode, formulation: FormulationName, sunk: tuple[int, ...]
 ) -> CompiledMode:
@@ -116,21 +126,16 @@ def compiled_mode(
 
     `sunk` are the surfaces that are not in contact and have not recovered.
     """
-    return _of_system(system, mode.kind, formulation, sunk)
-
-
-@functools.lru_cache(maxsize=512)
-def _of_system(
-    system: HybridSystem, kind: Mode, formulation: FormulationName, sunk: tuple[int, ...]
-) -> CompiledMode:
-    """Return the integrators of a kind of modes, cached by the identity of the system.
-
-    Systems whose effects differ only in parameters share integrators.
-    """
-    return _compiled(
-        Content((system.scene_chain,)), system.content, kind, formulation, system.precision,
-        system.order, sunk,
-    )  # fmt: skip
+    kind = mode.kind
+    key = kind.states, kind.dents, sunk, formulation
+    found: CompiledMode | None = system.compiled.get(key)
+    if found is None:
+        # Systems whose effects differ only in parameters share integrators.
+        found = system.compiled[key] = _compiled(
+            Content((system.scene_chain,)), system.content, kind, formulation, system.precision,
+            system.order, sunk,
+        )  # fmt: skip
+    return found
 
 
 @functools.lru_cache(maxsize=512)

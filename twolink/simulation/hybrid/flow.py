@@ -189,7 +189,8 @@ def _set_up(course: _Course) -> None:
     surfaces += [compliant[i].sqrt_depth for i in compiled.roots]  # type: ignore[union-attr]
     vector = [*state.q, *state.u, *[state.gaps[i] for i in compiled.gaps], *surfaces]
     values = integrator.state
-    vector += [system.number(0)] * (len(values) - len(vector))
+    if len(vector) < len(values):
+        vector += [system.number(0)] * (len(values) - len(vector))
     values[:] = vector
     integrator.time = system.number(0) if compiled.clock is not None else state.t
     parameters = integrator.pars
@@ -221,9 +222,9 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
     clock, integrals = compiled.clock, compiled.integrals
     (limit, success), longest = _outcomes(), system.number(system.longest_step)
     falling, watches_integrals = compiled.falling, integrals.stop > integrals.start
-    span = until - state.t
+    span, shortest = until - state.t, SHORTEST_STEP if clock is None else 0
     # Views of the integrator's own memory.
-    values, tc = integrator.state, integrator.tc
+    values, tc, step = integrator.state, integrator.tc, integrator.step
     starts: list[Any] = []
     lengths: list[Any] = []
     coefficients = np.empty((ahead, *tc.shape), values.dtype)
@@ -232,9 +233,9 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
         start = integrator.time
         left = until - start if clock is None else None
         if left is None:
-            outcome, length = integrator.step(write_tc=True)
+            outcome, length = step(write_tc=True)
         elif left > 0:
-            outcome, length = integrator.step(left if left < longest else longest, write_tc=True)
+            outcome, length = step(left if left < longest else longest, write_tc=True)
         else:
             over = True
             break
@@ -249,15 +250,22 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
         over = left is not None and length == left
         if over or (clock is not None and values[clock] >= span):
             break
-        if not length > (SHORTEST_STEP * start if clock is None else 0):
+        if not length > shortest * start:
             failure = "its steps become too short"
             break
-        if min(map(values.__getitem__, falling), default=0) < 0:
-            # An event has occurred.
+        if _has_fallen(values, falling):
             break
     count = len(lengths)
     starts_, lengths_ = np.array(starts, values.dtype), np.array(lengths, values.dtype)
     return Block(starts_, lengths_, coefficients[:count]), over, failure
+
+
+def _has_fallen(values: Any, falling: tuple[int, ...]) -> bool:
+    """Return whether an event has occurred: whether a variable that may fall is below zero."""
+    for variable in falling:  # noqa: SIM110
+        if values[variable] < 0:
+            return True
+    return False
 
 
 @functools.cache

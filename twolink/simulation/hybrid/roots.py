@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import functools
 import math
-import operator
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -74,20 +73,17 @@ def rounding_bound(coefficients: Sequence[Any], rounding: float) -> float:
     return POLYNOMIAL * rounding * float(sum(map(abs, coefficients))) + float(cut)
 
 
-def are_positive(
-    coefficients: Any, rounding: float, more: Array | float = 0.0
-) -> NDArray[np.bool_]:
-    """Return which of the polynomials, shape (m, n), are proven positive on [0, 1].
+def margins_of(coefficients: Any, rounding: float) -> tuple[Array, Array]:
+    """Return by how much polynomials, shape (m, n), exceed their error on [0, 1], and their form.
 
-    `more`, of shape (m,), adds to the bounds that follow from the coefficients. Numbers of longer
-    precision are rounded to float64: a polynomial that this leaves undecided goes to `first_fall`.
+    One whose margin is positive is proven positive. The form is that of Bernstein, in float64:
+    numbers of longer precision are rounded, and what this leaves undecided goes to `first_fall`.
     """
     in_floats = np.asarray(coefficients, dtype=float)
     length = in_floats.shape[-1]
-    bounds = np.abs(in_floats) @ _weights(length, max(rounding, _EPSILON)) + more
     bernstein = in_floats @ bernstein_matrix(length)
-    proven: NDArray[np.bool_] = np.minimum.reduce(bernstein, -1) > bounds
-    return proven
+    bounds = np.abs(in_floats) @ _weights(length, max(rounding, _EPSILON))
+    return np.minimum.reduce(bernstein, -1) - bounds, bernstein
 
 
 @functools.lru_cache(maxsize=64)
@@ -98,13 +94,18 @@ def _weights(length: int, rounding: float) -> Array:
     return weights
 
 
-def first_fall(coefficients: Sequence[Any], bound: float) -> Search:
+def first_fall(
+    coefficients: Sequence[Any], bound: float, bernstein: Sequence[Any] | None = None
+) -> Search:
     """Find the first place in [0, 1] at which Σ c_k x^k falls through zero, and a touch before it.
 
-    The polynomial is positive at first. `bound` is that on the error of its values.
+    The polynomial is positive at first. `bound` is that on the error of its values; `bernstein`
+    are its Bernstein coefficients, if they are known in the precision of the coefficients.
     """
     coefficients = list(coefficients)
-    waiting: list[tuple[Any, float, float]] = [(_bernstein(coefficients), 0.0, 1.0)]
+    waiting: list[tuple[Any, float, float]] = [
+        (_bernstein(coefficients) if bernstein is None else bernstein, 0.0, 1.0)
+    ]
     touch: float | None = None
     doubtful: float | None = None
     pieces = 0
@@ -121,10 +122,11 @@ def first_fall(coefficients: Sequence[Any], bound: float) -> Search:
             # To the left the sign is lost to round-off: the computed sign decides.
             start = low if doubtful is None else doubtful
             return Search(polished(coefficients, start, high), touch, tired)
-        if doubtful is None and b[0] > bound and below and _changes(b) == 1:
-            # The end coefficients are the values at both ends.
-            chord = float(b[0] / (b[0] - b[-1]))
-            fall = polished(coefficients, low, high, low + chord * (high - low))
+        # The end coefficients are the values at both ends.
+        falls = doubtful is None and b[0] > bound and below
+        near = _only_fall(b) if falls else None
+        if near is not None:
+            fall = _bracketed(coefficients, low, high, low + near * (high - low))
             return Search(fall, touch, tired)
         in_doubt = high - low < 2.0**-MOST_HALVINGS or tired
         if in_doubt or max(abs(x) for x in b) <= bound:
@@ -167,9 +169,18 @@ def _kind(numbers: Sequence[Any]) -> Any:
     return float if isinstance(numbers[0], float) else type(numbers[0])
 
 
-def _changes(b: Sequence[Any]) -> int:
-    signs = [x > 0 for x in b if x != 0]
-    return sum(map(operator.ne, signs, signs[1:]))
+def _only_fall(b: Sequence[Any]) -> float | None:
+    """Return where in [0, 1] the polygon of Bernstein coefficients falls, None if not just once.
+
+    The first coefficient is positive, and the last negative. The fall of the polygon is near the
+    root of the polynomial, and the nearer the higher the degree.
+    """
+    positive = [x > 0 for x in b]
+    after = positive.index(False)
+    if True in positive[after:]:
+        return None
+    high, low = b[after - 1], b[after]
+    return (after - 1 + float(high / (high - low))) / (len(b) - 1)
 
 
 def _horner(coefficients: Sequence[Any], x: Any) -> Any:
@@ -187,17 +198,24 @@ def polished(
     It starts `near` a place, by default in the middle. Where the polynomial is not positive at the
     lower end, that is the root.
     """
+    at_low = low + 0 * coefficients[-1]
+    if _horner(coefficients, at_low) <= 0:
+        return at_low
+    return _bracketed(coefficients, low, high, (low + high) / 2 if near is None else near)
+
+
+def _bracketed(coefficients: Sequence[Any], low: float, high: float, near: float) -> Any:
+    """Return the only root in an interval at whose lower end the polynomial is positive."""
     if not isinstance(coefficients[0], float):
         # From the root in float64, few iterations in longer precision remain.
-        near = polished([float(c) for c in coefficients], low, high, near)
+        near = _bracketed([float(c) for c in coefficients], low, high, near)
     zero = 0 * coefficients[-1]
     low, high = zero + low, zero + high
-    if _horner(coefficients, low) <= 0:
-        return low
-    x = (low + high) / 2 if near is None or not low < near < high else zero + near
+    x = zero + near if low < near < high else (low + high) / 2
+    from_highest = coefficients[::-1]
     for _ in range(200):
         value, slope = zero, zero
-        for c in reversed(coefficients):
+        for c in from_highest:
             slope = slope * x + value
             value = value * x + c
         if value == 0:

@@ -220,6 +220,7 @@ class _History:
         self._last: dict[int, float] = {}
         self._effort, self._steps = effort, 0
         self._limits, self._bytes = limits, 0
+        self._what = f"the motion over {scene.duration:g} s"
         self._growth = Forecast(_MEMORY_WINDOW)
         self.compile_seconds = 0.0
         self.exhausted = False
@@ -254,9 +255,8 @@ class _History:
                     f"{arc.mode}, then {_event_of(arc)}"
                 )
             self._steps += arc.step_count
-            self._bytes += _BYTES_OF_AN_ARC
-            reached(float(arc.end.t), sum(block.coefficients.nbytes for block in arc.blocks))
-            self._bytes += sum(block.coefficients.nbytes for block in arc.blocks)
+            self._bytes += _BYTES_OF_AN_ARC + sum([b.coefficients.nbytes for b in arc.blocks])
+            reached(float(arc.end.t), 0)
             too_many = len(self.arcs) > self._effort.jumps or self._steps > self._effort.steps
             if too_many or self._is_stuck():
                 self.exhausted = True
@@ -272,8 +272,8 @@ class _History:
 
         `size` (bytes) is that of the motion until t (s).
         """
-        what = f"the motion over {self._scene.duration:g} s"
-        self._limits.check_growth(what, self._growth, t / float(self._end), size)
+        share = t / float(self._end)
+        self._limits.check_growth(self._what, self._growth, share, size)
 
     def _is_stuck(self) -> bool:
         """Return whether modes change without impacts so often that the run would not end."""
@@ -321,6 +321,8 @@ class _History:
 
     def _relaxed(self) -> Any:
         """Return the time (s) of the next recovery of a surface within round-off, else the end."""
+        if not any(self.state.compliant):
+            return self._end
         times = [
             compliant_state.relaxation_time(self.system.elements[index], own, self.system.rounding)
             for index, own in enumerate(self.state.compliant)
@@ -331,6 +333,8 @@ class _History:
     def _sprung_back(self, state: HybridState) -> HybridState:
         """Return the state with surfaces undeformed that have recovered within round-off."""
         compliant = state.compliant
+        if not any(compliant):
+            return state
         for index, own in enumerate(compliant):
             if own is None or own.residual_depth == 0:
                 continue

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -26,8 +25,8 @@ class HybridSystem:
     """The constants of a motion between two discontinuities of the effects.
 
     `chain` has numbers of the type `number`, of the named `precision` whose relative spacing is
-    `rounding`; `scene_chain` is the same in float64. `longest_step` is in s. A system is equal only
-    to itself, so that caches use its identity.
+    `rounding`; `scene_chain` is the same in float64. `longest_step` is in s. `compiled` has the
+    modes that were entered, for `compile`.
     """
 
     scene_chain: Chain
@@ -41,7 +40,9 @@ class HybridSystem:
     rounding: float
     longest_step: float
     own: Own = field(default_factory=Own, repr=False)
+    compiled: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     _last_pose: list[Pose] = field(default_factory=list, init=False, repr=False)
+    _held: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def content(self) -> Content:
@@ -64,7 +65,10 @@ class HybridSystem:
 
     def held(self, states: tuple[ContactState, ...]) -> tuple[ConstraintCoordinate, ...]:
         """Return the coordinates whose speed the elements hold at zero in their states."""
-        return _held(self, states)
+        found: tuple[ConstraintCoordinate, ...] | None = self._held.get(states)
+        if found is None:
+            found = self._held[states] = tuple(held_coordinates(self.elements, states))
+        return found
 
     @cached_property
     def effect_numbers(self) -> tuple[Any, ...]:
@@ -113,10 +117,3 @@ class HybridSystem:
     def with_effects(self, effects: tuple[Effect, ...]) -> HybridSystem:
         """Return the system under other effects that have the same elements."""
         return replace(self, effects=effects, elements=contact_elements(effects, self.chain))
-
-
-@functools.lru_cache(maxsize=512)
-def _held(
-    system: HybridSystem, states: tuple[ContactState, ...]
-) -> tuple[ConstraintCoordinate, ...]:
-    return tuple(held_coordinates(system.elements, states))
