@@ -56,7 +56,9 @@ def collide(
     pressed_on = {i for i in state.touching if not system.elements[i].rigid}
     gaps = state.gaps
     for index in near:
-        gaps = put(gaps, index, system.number(0))
+        # A gap that has just closed is zero.
+        if gaps[index] != 0:
+            gaps = put(gaps, index, system.number(0))
     state = state._replace(
         q=pose.q, u=found.u, gaps=gaps, touching=found.resting | pressed_on,
         sliding=sliding_after(system, pose, state.u, found.u),
@@ -70,6 +72,8 @@ def surfaces_after(system: HybridSystem, state: HybridState, pose: Pose) -> Hybr
     Impulses on other contacts change the speed of penetration: a press that has just begun
     continues, starts at rest, or ends, and compression may turn into restitution, or back.
     """
+    if not any(state.compliant):
+        return state
     for index, own in enumerate(state.compliant):
         if own is None or index not in state.touching:
             continue

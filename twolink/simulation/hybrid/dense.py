@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.simulation.hybrid.certificate import powers
 from twolink.simulation.hybrid.flow import Arc
 from twolink.simulation.hybrid.state import HybridState
 
@@ -45,10 +46,8 @@ class Polynomials:
         on_clock = self.by_clock[index]
         if on_clock.any():
             x[on_clock] = self._on_clock(index[on_clock], x[on_clock])
-        chosen = self.coefficients[index]
-        values = chosen[:, :, -1]
-        for k in range(chosen.shape[2] - 2, -1, -1):
-            values = values * x[:, None] + chosen[:, :, k]
+        by_power = powers(x, self.coefficients.shape[2])
+        values = _sums(self.coefficients[index], by_power)
         return values[:, :2].T, values[:, 2:].T
 
     def _on_clock(self, index: Any, elapsed: Any) -> Any:
@@ -71,6 +70,13 @@ class Polynomials:
             clocks, elapsed, left = clocks[goes_on], elapsed[goes_on], left[goes_on]
             low, high, x = low[goes_on], high[goes_on], following[goes_on]
         return found
+
+
+def _sums(coefficients: Any, by_power: Any) -> Any:
+    """Return the values, shape (n, v), of polynomials (n, v, p + 1) at the powers (n, p + 1)."""
+    if coefficients.dtype == np.float64:
+        return np.einsum("nvk,nk->nv", coefficients, by_power)
+    return np.add.reduce(coefficients * by_power[:, None], -1)
 
 
 def _with_slope(coefficients: Any, x: Any) -> tuple[Any, Any]:

@@ -47,11 +47,12 @@ class Pose:
     def row(self, coordinate: ConstraintCoordinate) -> Pair:
         """Return the Jacobian row of a coordinate: the generalized force of its unit loads."""
         known = self._rows.get(id(coordinate))
-        if known is None:
-            loads = coordinate.unit_loads(self.chain)
-            row: Pair = self.formulation.generalized_active_force(self.chain, self.q, loads)
-            known = self._rows[id(coordinate)] = coordinate, row
-        return known[1]
+        if known is not None:
+            return known[1]
+        loads = coordinate.unit_loads(self.chain)
+        row: Pair = self.formulation.generalized_active_force(self.chain, self.q, loads)
+        self._rows[id(coordinate)] = coordinate, row
+        return row
 
     @property
     def lever(self) -> float:
@@ -61,10 +62,11 @@ class Pose:
     @property
     def inertia(self) -> tuple[Matrix, Scalar]:
         """M (kg m²) and its determinant (kg² m⁴)."""
-        if self._inertia is None:
+        known = self._inertia
+        if known is None:
             M = self.formulation.mass_matrix(self.chain, self.q)
-            self._inertia = M, self.formulation.determinant(self.chain, self.q)
-        return self._inertia
+            known = self._inertia = M, self.formulation.determinant(self.chain, self.q)
+        return known
 
     def response(self, row: Pair, force: Pair) -> Scalar:
         """Return row · M⁻¹ force: the acceleration along a row that a unit of a force gives."""

@@ -295,8 +295,9 @@ def _end_state(course: _Course, last: Block, until: Any) -> HybridState:
     The speeds that the mode holds are exactly zero.
     """
     system, compiled, _, mode, state, *_ = course
-    by_power = powers(last.lengths[-1:], last.coefficients.shape[2])[0]
-    values = product(last.coefficients[-1], by_power).tolist()
+    coefficients = last.coefficients[-1]
+    by_power = powers(last.lengths[-1:], coefficients.shape[1])[0]
+    values = product(coefficients, by_power).tolist()
     t = until
     if t is None and compiled.clock is None:
         (t,) = (last.starts[-1:] + last.lengths[-1:]).tolist()

@@ -142,12 +142,13 @@ class Impacts:
 
     def impact(self, index: int, u: Pair, without_collision: bool = False) -> Strike:
         """Return the impact on a contact at u; without collision the normal speed is zero."""
-        contact, row = self.contact(index), self.row(index)
+        contact = self.contact(index)
+        row = self.pose.row(contact.normal)
         v_n = 0 * u[0] if without_collision else speed_along(row, u)
         G_nn = self.pose.response(row, row)
         tangent = (0, 0) if contact.tangent is None else self.pose.row(contact.tangent)
         # A point that cannot move along the surface in this pose has no friction.
-        if largest(tangent) <= NO_LEVER * largest(row):
+        if contact.tangent is None or largest(tangent) <= NO_LEVER * largest(row):
             impulse = smooth_impulse(v_n, G_nn, contact.restitution)
             return self._strike(index, impulse, u, self._after(u, row, tangent, impulse))
         G_nt = self.pose.response(row, tangent)
@@ -250,14 +251,16 @@ class Impacts:
         return u[0] + du[0], u[1] + du[1]
 
     def _strike(self, index: int, impulse: Impulse, before: Pair, after: Pair) -> Strike:
-        contact, row = self.contact(index), self.row(index)
+        contact, pose = self.contact(index), self.pose
+        row = pose.row(contact.normal)
         sliding: Pair = (0.0, 0.0)
         if contact.tangent is not None:
-            tangent = self.pose.row(contact.tangent)
+            tangent = pose.row(contact.tangent)
             sliding = speed_along(tangent, before), speed_along(tangent, after)
         speeds = speed_along(row, before), speed_along(row, after)
-        q, name = self.pose.q, contact.name
-        return Strike(self.time, index, name, q, (before, after), speeds, sliding, impulse)
+        return Strike(
+            self.time, index, contact.name, pose.q, (before, after), speeds, sliding, impulse
+        )
 
     def energy(self, u: Pair) -> float:
         """Return the kinetic energy (J) at u (rad/s)."""

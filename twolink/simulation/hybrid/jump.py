@@ -85,16 +85,18 @@ def settle(
     for _ in range(_MOST_ROUNDS):
         pose = system.pose(state.q)
         state, pose, found = collide(system, state, pose)
-        struck, strikes = [*struck, *found], [*strikes, *found]
+        struck += found
+        strikes += found
         selection = _selection(system, state, pose, {} if strikes else known)
         if selection is None:
             ended = _without_mode(system, state, pose, past, strikes)
-            struck = ended.strikes
+            struck = list(ended.strikes)
         else:
             mode = Mode(system.names, selection.states, _dents(state))
             rest = left_out(system, state, pose, mode, struck, past, strikes) if struck else None
             if rest is None:
-                notes += _notes(system, state, mode, selection)
+                if selection.others or not selection.confirmed:
+                    notes.append(_note(system, state, mode, selection))
                 return Jump(
                     _tidied(system, state, mode), mode, (*before, *strikes), tuple(notes), delay,
                     selection.orders, tuple(doubts),
@@ -141,22 +143,20 @@ def _dents(state: HybridState) -> tuple[Any, ...]:
     return dents if any(dents) else ()
 
 
-def _notes(system: HybridSystem, state: HybridState, mode: Mode, selection: Selection) -> list[str]:
-    """Return a note if the laws admit several motions, or round-off leaves the choice open."""
+def _note(system: HybridSystem, state: HybridState, mode: Mode, selection: Selection) -> str:
+    """Return a note: the laws admit several motions, or round-off leaves the choice open."""
     if not selection.confirmed:
-        return [
+        return (
             f"At {float(state.t):.9g} s rounding does not let the laws of contact decide: "
             f"{mode} is taken."
-        ]
-    if not selection.others:
-        return []
+        )
     others = "; or ".join(
         dict.fromkeys(str(replace(mode, states=states)) for states in selection.others)
     )
-    return [
+    return (
         f"At {float(state.t):.9g} s the laws of contact leave a choice: "
         f"{mode} is taken; or {others}."
-    ]
+    )
 
 
 def _tidied(system: HybridSystem, state: HybridState, mode: Mode) -> HybridState:

@@ -46,6 +46,7 @@ def resolve(
     for _ in range(MOST_IMPACTS):
         if strikes:
             still |= {i for i, row in rows.items() if is_left_over(row, u, before, rounding)}
+        if strikes and still:
             if _is_lost(impacts, still, u, before):
                 strikes += ended(impacts, sorted(still), u, ())
             normals = [impacts.contact(i).normal for i in sorted(still)]

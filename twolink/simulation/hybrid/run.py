@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import takewhile
+from itertools import islice, takewhile
 from time import perf_counter
 from typing import Any, Literal, NamedTuple
 
@@ -35,7 +35,7 @@ from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.taylor import default_longest_step
 
 # Number of last impacts that suffices to detect too many within the Zeno time.
-_RECENT = 201
+_RECENT = 200
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -217,6 +217,7 @@ class _History:
         self.notes: list[str] = []
         self.doubts: list[Doubt] = []
         self._bounces: Counter[int] = Counter()
+        self._tired: set[int] = set()
         self._last: dict[int, float] = {}
         self._effort, self._steps = effort, 0
         self._limits, self._bytes = limits, 0
@@ -296,12 +297,11 @@ class _History:
         """Return the jump at the end of an arc."""
         state = arc.end
         if arc.event is not None:
-            now, system = float(state.t), self.system
-            limit = tolerances.zeno_time(system.longest_step, system.rounding)
-            late = takewhile(lambda s: s.time >= now - limit, self.strikes[:-_RECENT:-1])
-            recent = tuple(late)[::-1]
-            tired = [i for i, count in self._bounces.items() if count >= self._effort.patience]
-            past = Past(recent, self._last, frozenset(tired), float(self._end - state.t))
+            begins = float(state.t) - self.system.zeno_time
+            last = islice(reversed(self.strikes), _RECENT)
+            recent = [*takewhile(lambda strike: strike.time >= begins, last)]
+            remaining = float(self._end - state.t)
+            past = Past(recent[::-1], self._last, frozenset(self._tired), remaining)
             return jump(self.system, state, arc.mode, arc.event, past)
         if self._breaks and state.t >= self._breaks[0]:
             begins = float(self._breaks.pop(0))
@@ -314,6 +314,8 @@ class _History:
         self.strikes += following.strikes
         for strike in following.strikes:
             self._bounces[strike.number] += 1
+            if self._bounces[strike.number] >= self._effort.patience:
+                self._tired.add(strike.number)
             self._last[strike.number] = strike.time
         self.doubts += following.doubts
         self.exhausted = self.exhausted or bool(following.doubts)

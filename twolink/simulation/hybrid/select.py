@@ -77,12 +77,15 @@ def select(
     If the derivatives contradict every remaining mode, the cause is round-off unless a slide is
     jammed. `known` has the states to which elements are restricted, by number.
     """
+    touching, sliding = state.touching, state.sliding
     options = tuple(
-        known.get(i) or element.options(i in state.touching, state.sliding[i])
-        for i, element in enumerate(system.elements)
+        [
+            known.get(i) or element.options(i in touching, sliding[i])
+            for i, element in enumerate(system.elements)
+        ]
     )
-    if all(len(states) == 1 for states in options):
-        return Selection(tuple(states[0] for states in options))
+    if max(map(len, options), default=1) == 1:
+        return Selection(tuple([states[0] for states in options]))
     problem = problem_at(system, state, pose, options)
     at_rest = bool(state.u[0] == 0 and state.u[1] == 0)
     orders: dict[States, Orders] = {}

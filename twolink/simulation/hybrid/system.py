@@ -15,8 +15,8 @@ from twolink.effects import Effect, ParametricEffect, contact_elements
 from twolink.errors import SimulationError
 from twolink.formulations import EquationsOfMotion
 from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.dynamics import Pose, held_coordinates
-from twolink.simulation.hybrid.tolerances import TRUNCATION
 from twolink.values import Content, Own
 
 
@@ -85,8 +85,14 @@ class HybridSystem:
     def resolution(self) -> float:
         """The relative accuracy of a state at an event: round-off or truncation error."""
         return max(
-            self.rounding, TRUNCATION * PRECISIONS[self.precision].step_tolerance(self.order)
+            self.rounding,
+            tolerances.TRUNCATION * PRECISIONS[self.precision].step_tolerance(self.order),
         )
+
+    @cached_property
+    def zeno_time(self) -> float:
+        """The time (s) below which all further bounces are omitted."""
+        return tolerances.zeno_time(self.longest_step, self.rounding)
 
     @property
     def least_root(self) -> Any:

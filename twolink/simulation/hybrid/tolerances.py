@@ -144,6 +144,6 @@ def zeno_time(longest_step: float, rounding: float) -> float:
 
     The sum of the bounces that remain, T, changes the state by terms of the order of T² once their
     impulses are replaced by those of rest: with T = h √ε for the longest step h, by rounding ε.
-    Read by zeno and run.
+    Read by system.
     """
     return float(longest_step) * rounding**0.5

@@ -87,7 +87,7 @@ def left_out(
     which those in `struck` are the last.
     """
     now = float(state.t)
-    limit = tolerances.zeno_time(float(system.longest_step), system.rounding)
+    limit = system.zeno_time
     flying = [s.number for s in struck if s.number not in state.touching]
     if not flying:
         return None
@@ -97,7 +97,7 @@ def left_out(
     if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
         return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
     # A contact with a very recent impact comes to rest with the others.
-    flying = list(dict.fromkeys([*flying, *[s.number for s in crowd]]))
+    flying = list(dict.fromkeys(flying + [s.number for s in crowd]))
     shortest = min([now - past.last.get(i, now) for i in flying])
     if not past.tired and shortest > tolerances.LONG_FLIGHT * limit:
         # Successive bounces do not shorten by so large a factor.
@@ -131,7 +131,7 @@ def accumulated(
     Where contacts that answer each other die away together, the last speeds are round-off, and may
     admit no motion that the limit, rest, admits.
     """
-    limit = tolerances.zeno_time(float(system.longest_step), system.rounding)
+    limit = system.zeno_time
     strikes = (*past.strikes, *recent)
     crowd = [strike for strike in strikes if strike.time >= float(state.t) - limit]
     if len(crowd) < tolerances.LEAST_IMPACTS_OF_A_BURST:
@@ -143,8 +143,11 @@ def accumulated(
 def _check_energy(
     system: HybridSystem, state: HybridState, pose: Pose, crowd: Sequence[Strike]
 ) -> None:
-    """Raise `IntegrationError` for a burst of impacts that gains energy: it does not die away."""
-    if not crowd:
+    """Raise `IntegrationError` for a burst of impacts that gains energy: it does not die away.
+
+    That of a single impact is limited where it is resolved.
+    """
+    if len(crowd) < 2:
         return
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     first, last = impacts.energy(crowd[0].u[0]), impacts.energy(state.u)
