@@ -14,14 +14,12 @@ from twolink.chain import Chain, Point
 def position(chain: Chain, q: Pair, point: Point) -> Pair:
     """Return the position vector r of a point (m)."""
     q1, q2 = q
-    _, a, b = point
-    if point.link == 1:
-        x = a * cos(q1) - b * sin(q1)
-        y = a * sin(q1) + b * cos(q1)
-    else:
-        x = chain.L1 * cos(q1) + a * cos(q2) - b * sin(q2)
-        y = chain.L1 * sin(q1) + a * sin(q2) + b * cos(q2)
-    return x, y
+    link, a, b = point
+    s1, c1 = sin(q1), cos(q1)
+    if link == 1:
+        return a * c1 - b * s1, a * s1 + b * c1
+    s2, c2 = sin(q2), cos(q2)
+    return chain.L1 * c1 + a * c2 - b * s2, chain.L1 * s1 + a * s2 + b * c2
 
 
 def velocity(chain: Chain, q: Pair, u: Pair, point: Point) -> Pair:

@@ -90,13 +90,12 @@ def energy_gradient(chain: Chain, q: Pair, u: Pair) -> Pair:
 def position_gradients(chain: Chain, q: Pair, point: Point) -> tuple[Pair, Pair]:
     """Return the vectors ∂r/∂q_1 and ∂r/∂q_2 of a point (m)."""
     q1, q2 = q
-    _, a, b = point
-    if point.link == 1:
-        return (-a * sin(q1) - b * cos(q1), a * cos(q1) - b * sin(q1)), (0, 0)
-    return (
-        (-chain.L1 * sin(q1), chain.L1 * cos(q1)),
-        (-a * sin(q2) - b * cos(q2), a * cos(q2) - b * sin(q2)),
-    )
+    link, a, b = point
+    s1, c1 = sin(q1), cos(q1)
+    if link == 1:
+        return (-a * s1 - b * c1, a * c1 - b * s1), (0, 0)
+    s2, c2 = sin(q2), cos(q2)
+    return (-chain.L1 * s1, chain.L1 * c1), (-a * s2 - b * c2, a * c2 - b * s2)
 
 
 def generalized_active_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
@@ -159,13 +158,14 @@ def determinant(chain: Chain, q: Pair) -> Scalar:
     """
     _, a, b = chain.C2
     elbow = q[1] - q[0]
-    h = a * sin(elbow) + b * cos(elbow)
+    s, c = sin(elbow), cos(elbow)
+    h = a * s + b * c
     det = pivot_inertia(chain) * elbow_inertia(chain) + chain.m2 * chain.L1 * chain.L1 * (
         chain.I_C2 + chain.m2 * h * h
     )
     # M + Σ J w wᵀ adds J wᵀ adj(M) w of each rotor, in which m2 L1² w2² − 2 M12 w1 w2 and
     # m2 |c2|² w1² make two squares, and a product of each two rotors.
-    ahead = a * cos(elbow) - b * sin(elbow)
+    ahead = a * c - b * s
     for number, (inertia, (w1, w2)) in enumerate(chain.rotors):
         along, across = chain.L1 * w2 - ahead * w1, h * w1
         squares = chain.m2 * (along * along + across * across)

@@ -111,13 +111,13 @@ def test_a_contact_is_approached_only_by_more_than_rounding():
     ],
 )
 def test_a_joint_is_placed_exactly_at_its_bound(coordinate, expected):
-    assert placed(Pose(BARS, lagrange, (1.0, 2.0)), coordinate, 0.25, EPSILON) == expected
+    assert placed(Pose(BARS, lagrange, (1.0, 2.0)), coordinate, 0.25, EPSILON, EPSILON) == expected
 
 
 @pytest.mark.parametrize("error", [1e-15, 1e-12, -1e-10])
 def test_a_point_is_placed_at_its_bound_by_the_shortest_way(error):
     bound = -math.sin(Q[0]) - math.sin(Q[1]) + error
-    q = placed(Pose(BARS, lagrange, Q), UP, bound, EPSILON)
+    q = placed(Pose(BARS, lagrange, Q), UP, bound, EPSILON, EPSILON)
     assert -math.sin(q[0]) - math.sin(q[1]) == pytest.approx(bound, abs=4 * EPSILON)
     # Along the gradient: no motion across it.
     row = end_rows(Q)[0]
@@ -127,7 +127,7 @@ def test_a_point_is_placed_at_its_bound_by_the_shortest_way(error):
 
 def test_a_point_that_cannot_move_to_its_bound_stays():
     stretched = Pose(BARS, lagrange, (0.0, 0.0))
-    assert placed(stretched, ALONG, 2.0 + 1e-15, EPSILON) == (0.0, 0.0)
+    assert placed(stretched, ALONG, 2.0 + 1e-15, EPSILON, EPSILON) == (0.0, 0.0)
 
 
 def test_speeds_along_coordinates_are_stopped_exactly():
@@ -241,4 +241,4 @@ def test_near_a_dead_point_a_pose_is_not_moved_by_more_than_rounding():
     q = (1e-9, 1e-9)
     nearly = Pose(BARS, lagrange, q)
     bound = ALONG.coordinate(BARS, q)
-    assert placed(nearly, ALONG, bound + 1e-14, EPSILON) == q
+    assert placed(nearly, ALONG, bound + 1e-14, EPSILON, EPSILON) == q

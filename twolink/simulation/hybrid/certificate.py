@@ -404,7 +404,7 @@ def _counting(order: int, kind: Any) -> Any:
 def powers(lengths: Any, count: int) -> Any:
     """Return the powers 0 … count − 1 of each length: shape (n, count)."""
     if lengths.dtype == np.float64:
-        return np.power.outer(lengths, _exponents(count))
+        return lengths[:, None] ** _exponents(count)
     factors = np.empty((len(lengths), count), dtype=lengths.dtype)
     factors[:, 0] = 1
     factors[:, 1:] = lengths[:, None]

@@ -124,7 +124,7 @@ def place(system: HybridSystem, pose: Pose, index: int, state: HybridState) -> P
     known = (
         max(system.resolution, PRECISIONS["double"].rounding) if state.t == 0 else system.resolution
     )
-    q = placed(pose, element.normal, surface, known)
+    q = placed(pose, element.normal, surface, known, system.rounding)
     return pose if q == pose.q else system.pose(q)
 
 

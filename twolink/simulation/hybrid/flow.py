@@ -205,6 +205,8 @@ def _pressing(course: _Course) -> float:
     """Return the sum of the accelerations (rad/s²) that single compliant surfaces give."""
     system, _, _, mode, state, *_ = course
     found = 0.0
+    if not any(state.compliant):
+        return found
     for index, own in enumerate(state.compliant):
         element = system.elements[index]
         if own is None or element.normal is None or mode.states[index] is ContactState.OPEN:

@@ -65,8 +65,13 @@ def approach(row: Pair, u: Pair, rounding: float) -> Scalar:
     return speed if speed < 0 and not at_rest(row, u, rounding) else 0
 
 
-def placed(pose: Pose, coordinate: ConstraintCoordinate, bound: Scalar, rounding: float) -> Pair:
-    """Return q corrected within round-off, so that a coordinate (rad or m) is at its bound."""
+def placed(
+    pose: Pose, coordinate: ConstraintCoordinate, bound: Scalar, rounding: float, finest: float
+) -> Pair:
+    """Return q corrected within round-off, so that a coordinate (rad or m) is at its bound.
+
+    `rounding` is that of q, and `finest` that of its numbers, which may be smaller.
+    """
     q = pose.q
     if isinstance(coordinate, JointCoordinate):
         q1, q2 = q
@@ -81,10 +86,14 @@ def placed(pose: Pose, coordinate: ConstraintCoordinate, bound: Scalar, rounding
             break
         step = gap / long
         moved = q[0] - step * row[0], q[1] - step * row[1]
-        if largest((moved[0] - q[0], moved[1] - q[1])) > UNDECIDED * rounding * max(1, largest(q)):
+        change = largest((moved[0] - q[0], moved[1] - q[1]))
+        if change > UNDECIDED * rounding * max(1, largest(q)):
             # Near a singular pose, where the row vanishes, the gap is more accurate than the pose.
             break
         q = moved
+        if change * change <= finest:
+            # The gap that is left is of second order.
+            break
     return q
 
 

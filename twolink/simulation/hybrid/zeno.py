@@ -91,8 +91,8 @@ def left_out(
     flying = [s.number for s in struck if s.number not in state.touching]
     if not flying:
         return None
-    strikes = [*past.strikes, *recent]
-    crowd = [strike for strike in strikes if strike.time >= now - limit]
+    strikes, begins = [*past.strikes, *recent], now - limit
+    crowd = [strike for strike in strikes if strike.time >= begins]
     _check_energy(system, state, pose, crowd)
     if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
         return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
