@@ -90,18 +90,19 @@ def _with_slope(coefficients: Any, x: Any) -> tuple[Any, Any]:
 
 def polynomials_of(arcs: Sequence[Arc], last: HybridState, precision: PrecisionName) -> Polynomials:
     """Return the steps of arcs as one function; the last state applies from its time on."""
-    blocks = [(number, arc, block) for number, arc in enumerate(arcs) for block in arc.blocks]
-    order = max((block.coefficients.shape[2] for *_, block in blocks), default=1)
+    blocks = [block for arc in arcs for block in arc.blocks]
+    owners = [number for number, arc in enumerate(arcs) for _ in arc.blocks]
+    with_clock = [arcs[number].compiled.clock is not None for number in owners]
+    order = max((block.coefficients.shape[2] for block in blocks), default=1)
     kind = np.array([PRECISIONS[precision].number(0)]).dtype
     final = np.zeros((1, 4, order)).astype(kind)
     final[0, :, 0] = [*last.q, *last.u]
-    counts = [*(len(block.lengths) for *_, block in blocks), 1]
-    firsts = list(accumulate(counts, initial=0))
-    by_clock = np.repeat([*(arc.compiled.clock is not None for _, arc, _ in blocks), False], counts)
-    starts = np.concatenate([*(block.starts for *_, block in blocks), np.array([last.t], kind)])
+    counts = [*(len(block.lengths) for block in blocks), 1]
+    starts = np.concatenate([*(block.starts for block in blocks), np.array([last.t], kind)])
     clocks = np.zeros((len(starts), order)).astype(kind)
-    for place in np.flatnonzero([arc.compiled.clock is not None for _, arc, _ in blocks]).tolist():
-        _, arc, block = blocks[place]
+    firsts = list(accumulate(counts, initial=0))
+    for place in [place for place, on_clock in enumerate(with_clock) if on_clock]:
+        arc, block = arcs[owners[place]], blocks[place]
         rows = slice(firsts[place], firsts[place] + counts[place])
         clocks[rows] = block.coefficients[:, arc.compiled.clock]
         starts[rows] = arc.start.t + clocks[rows, 0]
@@ -110,11 +111,11 @@ def polynomials_of(arcs: Sequence[Arc], last: HybridState, precision: PrecisionN
         Polynomials(
             precision=precision,
             starts=starts,
-            coefficients=np.concatenate([*(b.coefficients[:, :4] for *_, b in blocks), final]),
+            coefficients=np.concatenate([*(b.coefficients[:, :4] for b in blocks), final]),
             clocks=clocks,
-            by_clock=by_clock,
-            ends=np.concatenate([*(b.lengths for *_, b in blocks), final[:, 0, 0] * 0]),
-            arcs=np.repeat([*(number for number, *_ in blocks), len(arcs)], counts),
+            by_clock=np.repeat([*with_clock, False], counts),
+            ends=np.concatenate([*(b.lengths for b in blocks), final[:, 0, 0] * 0]),
+            arcs=np.repeat([*owners, len(arcs)], counts),
         )
     )
 

@@ -35,23 +35,36 @@ class Solution(NamedTuple):
 class Pose:
     """A chain in a pose q: its mass matrix and Jacobian rows, each computed once."""
 
-    __slots__ = ("_inertia", "_rows", "chain", "formulation", "q")
+    __slots__ = ("_inertia", "_loads", "_rows", "chain", "formulation", "q")
 
-    def __init__(self, chain: Chain, formulation: EquationsOfMotion, q: Pair) -> None:
-        """Store a chain and angles of any number type."""
+    def __init__(
+        self,
+        chain: Chain,
+        formulation: EquationsOfMotion,
+        q: Pair,
+        loads: dict[int, tuple[ConstraintCoordinate, Loads]] | None = None,
+    ) -> None:
+        """Store a chain and angles of any number type.
+
+        `loads` has the unit loads of coordinates, which all poses of a chain share.
+        """
         self.chain, self.formulation, self.q = chain, formulation, q
         # By identity: a coordinate takes longer to hash than its row.
-        self._rows: dict[int, tuple[ConstraintCoordinate, Pair]] = {}
+        self._loads = {} if loads is None else loads
+        self._rows: dict[int, Pair] = {}
         self._inertia: tuple[Matrix, Scalar] | None = None
 
     def row(self, coordinate: ConstraintCoordinate) -> Pair:
         """Return the Jacobian row of a coordinate: the generalized force of its unit loads."""
-        known = self._rows.get(id(coordinate))
-        if known is not None:
-            return known[1]
-        loads = coordinate.unit_loads(self.chain)
-        row: Pair = self.formulation.generalized_active_force(self.chain, self.q, loads)
-        self._rows[id(coordinate)] = coordinate, row
+        number = id(coordinate)
+        row = self._rows.get(number)
+        if row is None:
+            if number not in self._loads:
+                # The coordinate is kept, so that no other has its number.
+                self._loads[number] = coordinate, coordinate.unit_loads(self.chain)
+            loads = self._loads[number][1]
+            row = self.formulation.generalized_active_force(self.chain, self.q, loads)
+            self._rows[number] = row
         return row
 
     @property

@@ -259,7 +259,8 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
             break
     count = len(lengths)
     starts_, lengths_ = np.array(starts, values.dtype), np.array(lengths, values.dtype)
-    return Block(starts_, lengths_, coefficients[:count]), over, failure
+    # A copy, as most blocks end early and are kept.
+    return Block(starts_, lengths_, coefficients[:count].copy()), over, failure
 
 
 def _has_fallen(values: Any, falling: tuple[int, ...]) -> bool:

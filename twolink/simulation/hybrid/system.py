@@ -42,6 +42,7 @@ class HybridSystem:
     own: Own = field(default_factory=Own, repr=False)
     compiled: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     _last_pose: list[Pose] = field(default_factory=list, init=False, repr=False)
+    _loads: dict[int, Any] = field(default_factory=dict, init=False, repr=False)
     _held: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
@@ -59,9 +60,10 @@ class HybridSystem:
 
         The last pose is kept with its rows and its inertia: the steps of a jump share it.
         """
-        if not self._last_pose or self._last_pose[0].q is not q:
-            self._last_pose[:] = (Pose(self.chain, self.formulation, q),)
-        return self._last_pose[0]
+        last = self._last_pose
+        if not last or last[0].q is not q:
+            last[:] = (Pose(self.chain, self.formulation, q, self._loads),)
+        return last[0]
 
     def held(self, states: tuple[ContactState, ...]) -> tuple[ConstraintCoordinate, ...]:
         """Return the coordinates whose speed the elements hold at zero in their states."""
