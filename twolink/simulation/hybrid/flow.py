@@ -237,7 +237,7 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
         if left is None:
             outcome, length = step(write_tc=True)
         elif left > 0:
-            outcome, length = step(left if left < longest else longest, write_tc=True)
+            outcome, length = step(left if left < longest else longest, True)
         else:
             over = True
             break

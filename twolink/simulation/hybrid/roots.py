@@ -74,10 +74,10 @@ def rounding_bound(coefficients: Sequence[Any], rounding: float) -> float:
 
 
 def margins_of(coefficients: Any, rounding: float) -> tuple[Array, Array]:
-    """Return by how much polynomials, shape (m, n), exceed their error on [0, 1], and their form.
+    """Return by how much polynomials, shape (m, n), exceed the bounds on their errors on [0, 1].
 
-    One whose margin is positive is proven positive. The form is that of Bernstein, in float64:
-    numbers of longer precision are rounded, and what this leaves undecided goes to `first_fall`.
+    Those with a positive margin are proven positive. The Bernstein coefficients, shape (m, n), are
+    returned as well. Both are computed in float64: `first_fall` decides on what this leaves open.
     """
     in_floats = np.asarray(coefficients, dtype=float)
     length = in_floats.shape[-1]
