@@ -187,6 +187,22 @@ def test_the_first_of_several_falls_is_taken():
     assert fall(c) == (pytest.approx(0.2, rel=1e-14), None, False)
 
 
+def test_known_bernstein_coefficients_give_the_same_fall(random):
+    """One fall, several falls, and none."""
+    for _ in range(50):
+        c = [1.0, *random.normal(size=9)]
+        known = (np.array(c) @ bernstein_matrix(10)).tolist()
+        assert first_fall(c, bound_of(c), known) == fall(c)
+
+
+def test_the_margin_of_a_polynomial_is_a_bound_on_its_minimum(random):
+    rows = np.array([series_like(random, 12) for _ in range(50)])
+    margins, bernstein = margins_of(rows, EPSILON)
+    values = [Polynomial(row)(np.linspace(0, 1, 101)).min() for row in rows]
+    assert (margins <= values).all()
+    assert (margins <= bernstein.min(axis=1)).all()
+
+
 @pytest.mark.parametrize("flight", [1e-3, 1e-7, 1e-11, 1e-15])
 def test_a_flight_of_a_tiny_part_of_the_step_is_found_to_its_last_bits(flight):
     """A gap x (flight − x)(…), divided by x."""

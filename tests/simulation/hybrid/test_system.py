@@ -12,7 +12,7 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 from twolink.errors import SimulationError
-from twolink.simulation.hybrid.dynamics import held_coordinates
+from twolink.simulation.hybrid.dynamics import Pose, held_coordinates
 
 FLOOR = Surface((0.0, 1.0), (0.0, -1.0), on=("B", "D"), name="floor")
 
@@ -34,6 +34,14 @@ def test_frictions_along_different_coordinates_are_accepted():
     system = system_of(JointFriction((1.0, 1.0)), EndForce(1.0, 0.5), JointStop("A", lower=0.0))
     system.check()
     system_of(FLOOR, Surface((2.0, 0.0), (-1.0, 0.0), on=("B", "D"), friction=0.5)).check()
+
+
+def test_each_pose_of_a_system_has_its_own_rows():
+    """Poses share unit loads only."""
+    system = system_of(FLOOR)
+    normal = system.elements[1].normal
+    for q in ((0.3, 1.1), (0.4, -0.2)):
+        assert system.pose(q).row(normal) == Pose(system.chain, system.formulation, q).row(normal)
 
 
 def test_other_effects_bring_their_own_elements():
