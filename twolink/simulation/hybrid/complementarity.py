@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import itertools
 from collections.abc import Iterator, Mapping
 from enum import Enum
 from types import MappingProxyType
@@ -93,29 +95,59 @@ def problem_at(
     return Problem(system, state, equations, state.sliding, options, size)
 
 
-def is_solvable(problem: Problem, states: States) -> bool:
-    """Return whether the constraints of a mode are independent and leave its slides free."""
-    elements = problem.system.elements
-    held = held_coordinates(elements, states)
+def conceivable(problem: Problem, with_pressed: bool) -> tuple[States, ...]:
+    """Return the modes that the options allow in some pose, with or without saturated friction."""
+    return _conceivable(problem.system, problem.options, problem.directions)[with_pressed]
+
+
+@functools.lru_cache(maxsize=256)
+def _conceivable(
+    system: HybridSystem, options: tuple[States, ...], directions: tuple[int, ...]
+) -> tuple[tuple[States, ...], tuple[States, ...]]:
+    """Return the conceivable modes without saturated friction, and those with it."""
+    found = [s for s in itertools.product(*options) if _is_conceivable(system, s, directions)]
+    pressed = [any(state.pressed for state in states) for states in found]
+    return (
+        tuple(states for states, is_pressed in zip(found, pressed, strict=True) if not is_pressed),
+        tuple(states for states, is_pressed in zip(found, pressed, strict=True) if is_pressed),
+    )
+
+
+def _is_conceivable(system: HybridSystem, states: States, directions: tuple[int, ...]) -> bool:
+    """Return whether a mode has no more constraints than the chain takes, and its slides are free.
+
+    This does not depend on the pose.
+    """
+    held = held_coordinates(system.elements, states)
     if len(held) > MOST_CONSTRAINTS:
         return False
-    groups = constraints_of(problem.equations, elements, states)
-    rows = [constraint.row for group in groups for constraint in group]
-    if any(vanishes(problem.system, row) for row in rows):
-        return False
-    if len(rows) == MOST_CONSTRAINTS and parallel(rows[0], rows[1], problem.system.lever):
-        return False
-    for index, (element, state) in enumerate(zip(elements, states, strict=True)):
+    for index, (element, state) in enumerate(zip(system.elements, states, strict=True)):
         if element.tangent is None or state in (ContactState.STICKS, ContactState.OPEN):
             continue
-        still = len(rows) == MOST_CONSTRAINTS or any(
-            same_line(element.tangent, coordinate, problem.system.scene_chain)
-            for coordinate in held
+        still = len(held) == MOST_CONSTRAINTS or any(
+            same_line(element.tangent, coordinate, system.scene_chain) for coordinate in held
         )
-        begins = state.slips and not problem.directions[index]
+        begins = state.slips and not directions[index]
         if (begins and still) or (not state.slips and not still):
             return False
     return True
+
+
+def is_solvable(problem: Problem, states: States) -> bool:
+    """Return whether the constraints of a mode are independent and leave its slides free."""
+    return _is_conceivable(problem.system, states, problem.directions) and is_independent(
+        problem, states
+    )
+
+
+def is_independent(problem: Problem, states: States) -> bool:
+    """Return whether the constraints of a conceivable mode are independent in this pose."""
+    groups = constraints_of(problem.equations, problem.system.elements, states)
+    rows = [constraint.row for group in groups for constraint in group]
+    if any(vanishes(problem.system, row) for row in rows):
+        return False
+    lever = problem.system.lever
+    return len(rows) < MOST_CONSTRAINTS or not parallel(rows[0], rows[1], lever)
 
 
 def conditions(problem: Problem, states: States) -> Iterator[Condition]:

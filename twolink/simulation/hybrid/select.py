@@ -25,7 +25,6 @@ Then friction carries as much as it can, and contacts have the least total norma
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from itertools import product
 from typing import NamedTuple
 
 from twolink.contact.states import ContactState
@@ -38,7 +37,9 @@ from twolink.simulation.hybrid.complementarity import (
     Orders,
     Problem,
     States,
+    conceivable,
     conditions,
+    is_independent,
     is_solvable,
     noise_of,
     problem_at,
@@ -124,10 +125,8 @@ def _candidates(
 
     Rule 1 applies if sticking comes first.
     """
-    for states in product(*problem.options):
-        if any(state.pressed for state in states) != with_pressed:
-            continue
-        if not is_solvable(problem, states):
+    for states in conceivable(problem, with_pressed):
+        if not is_independent(problem, states):
             continue
         solution = solve(problem.equations, problem.system.elements, states)
         decided: list[Condition] = []
