@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -206,36 +206,21 @@ class _Compiled:
         No step is longer than `cap` (s). Raises `IntegrationError` if the motion cannot be
         integrated to the last time.
         """
-        equations, kind = EQUATIONS[self.formulation], PRECISIONS[self.precision].number
         outcomes = heyoka().taylor_outcome
         rows: list[Any] = []
-        steps, ahead = 0, grid
+        steps = 0
         with self.pool.lend() as integrator:
             self._start(integrator, scene)
             recorder = None if observe is None else _Recorder(integrator)
-            while True:
-                outcome, _, _, taken, _, found = integrator.propagate_grid(
-                    ahead,
-                    max_delta_t=kind(cap),
-                    max_steps=PRECISIONS[self.precision].steps_at_once,
-                    callback=recorder,
-                )
-                if observe is not None and recorder is not None and taken:
-                    observe(recorder.steps())
-                # After the first check, the first time is the end of the last part.
-                known = np.array(found)[1 if rows else 0 :]
-                ahead = ahead[1 if rows else 0 :][len(known) :]
+            for outcome, taken, known in self._parts(integrator, grid, cap, recorder):
                 rows.append(known)
                 steps += taken
-                if outcome != outcomes.step_limit:
-                    break
-                if steps >= most:
+                if observe is not None and recorder is not None and taken:
+                    observe(recorder.steps())
+                if outcome == outcomes.step_limit and steps >= most:
                     return None
-                if progress is not None:
+                if outcome == outcomes.step_limit and progress is not None:
                     progress(float(integrator.time) / scene.duration)
-                # The grid continues at exactly the time of the integrator.
-                integrator.time = kind(integrator.time)
-                ahead = np.concatenate([PRECISIONS[self.precision].array([integrator.time]), ahead])
             reached = float(integrator.time)
         if outcome != outcomes.time_limit:
             raise IntegrationError(
@@ -243,8 +228,29 @@ class _Compiled:
                 f" must stay finite until {scene.duration:.6g} s"
             )
         variables = np.concatenate(rows).T
-        speeds = np.array(equations.to_speeds(self.chain, variables[:2], variables[2:]))
+        to_speeds = EQUATIONS[self.formulation].to_speeds
+        speeds = np.array(to_speeds(self.chain, variables[:2], variables[2:]))
         return _Followed(variables[:2], speeds, steps)
+
+    def _parts(
+        self, integrator: Any, grid: Any, cap: float, recorder: _Recorder | None
+    ) -> Iterator[tuple[Any, int, Any]]:
+        """Yield the outcome, the number of steps and the states at times of each part of a run."""
+        own = PRECISIONS[self.precision]
+        ahead, begun = grid, 0
+        while True:
+            outcome, _, _, taken, _, found = integrator.propagate_grid(
+                ahead, max_delta_t=own.number(cap), max_steps=own.steps_at_once, callback=recorder
+            )
+            # After the first part, the first time is the end of the last part.
+            known = np.array(found)[begun:]
+            ahead = ahead[begun:][len(known) :]
+            yield outcome, taken, known
+            if outcome != heyoka().taylor_outcome.step_limit:
+                return
+            # The grid continues at exactly the time of the integrator.
+            integrator.time = own.number(integrator.time)
+            ahead, begun = np.concatenate([own.array([integrator.time]), ahead]), 1
 
     def step_times(self, scene: Scene, cap: float) -> Any:
         """Return the boundaries (s) of the steps of a motion, none longer than `cap` (s)."""
