@@ -25,6 +25,9 @@ from viz.themes import DARK, LIGHT, Theme
 # Keyframes per second, the pause at the end (s), and pixels per metre.
 _RATE, _PAUSE, _SCALE = 30, 1.0, 200
 
+# Points of the path from one keyframe to the next, so that it is smooth.
+_FINER = 4
+
 # Impulses below this part of the largest are not marked; a mark fades in this time (s).
 _SEEN, _FADES = 0.02, 0.7
 
@@ -39,7 +42,10 @@ def animation(trajectory: Trajectory) -> str:
     """
     chain = trajectory.chain
     times = _times(trajectory)
-    q, _ = trajectory.at(times)
+    fine = np.interp(
+        np.arange(_FINER * (len(times) - 1) + 1) / _FINER, np.arange(len(times)), times
+    )
+    q, _ = trajectory.at(fine)
     L1, L2 = (float(length) for length in chain.length)
     B, D = (
         np.column_stack(kinematics.position(chain, (q[0], q[1]), point))
@@ -62,7 +68,8 @@ def animation(trajectory: Trajectory) -> str:
         f'viewBox="{box.left:.3f} {box.top:.3f} {width:.3f} {height:.3f}" '
         f'width="{_SCALE * width:.0f}" height="{_SCALE * height:.0f}">\n<title>{title}</title>\n'
         f"<style>\n{_style(whole, bar)}"
-        f"{_turning('link1', share, q[0])}{_turning('link2', share, q[1] - q[0])}"
+        f"{_turning('link1', share, q[0, ::_FINER])}"
+        f"{_turning('link2', share, (q[1] - q[0])[::_FINER])}"
         f"{_drawn(share, D)}{mark_frames}</style>\n"
         f'<rect class="paper" x="{box.left:.3f}" y="{box.top:.3f}" width="{width:.3f}" '
         f'height="{height:.3f}"/>\n{floors}{_path(D)}\n{marks}'
@@ -126,8 +133,8 @@ def _turning(name: str, share: Array, angles: Array) -> str:
 
 
 def _drawn(share: Array, D: Array) -> str:
-    """Return the keyframes that draw the path of D up to its place."""
-    length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(D, axis=0).T))])
+    """Return the keyframes that draw the path of D, finer than they are, up to its place."""
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(D, axis=0).T))])[::_FINER]
     frames = "".join(
         f"{at:.2f}%{{stroke-dashoffset:{1 - part:.4f}}}"
         for at, part in zip(share, length / length[-1], strict=True)
