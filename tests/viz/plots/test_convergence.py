@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import pytest
 
+from tests.viz.plots.svg import as_svg, without_ids
 from twolink.conformance.convergence import Convergence, Curve, Limit
 from twolink.conformance.curves import MethodCurve
 from viz.plots.convergence import convergence_plot
-from viz.plots.style import PALETTES
+from viz.plots.style import PALETTES, svg_into
 
 
 def curve(name, number=0, parameter="step", errors=(1e-1, 5e-2, 2.5e-2)):
@@ -32,6 +33,13 @@ def test_every_method_is_a_line_with_its_name():
     line = labelled(steps)["one, euler"]
     assert list(line.get_xdata()) == [0.01, 0.005, 0.0025]
     assert list(line.get_ydata()) == [1e-1, 5e-2, 2.5e-2]
+
+
+def test_a_light_plot_with_replaced_colours_is_the_dark_plot():
+    light, dark = (
+        as_svg(convergence_plot({"general": CURVES}, theme=theme)) for theme in ("light", "dark")
+    )
+    assert without_ids(svg_into(light, "light", "dark")) == without_ids(dark)
 
 
 def test_the_axes_have_units_and_become_finer_to_the_right():
