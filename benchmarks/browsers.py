@@ -1,4 +1,4 @@
-"""A recording by `viz.browser` and by Playwright on the same Chromium.
+"""A recording by `twolink.viz.browser` and by Playwright on the same Chromium.
 
 `uv run --with playwright python -m benchmarks.browsers`, without `playwright install`.
 """
@@ -15,17 +15,17 @@ from pathlib import Path
 from time import perf_counter
 
 from twolink import Scene, simulate
-from viz.browser import Browser, browser_program
-from viz.film import Film
-from viz.page import player_page
-from viz.run import Run
+from twolink.viz.browser import Browser, browser_program
+from twolink.viz.film import Film
+from twolink.viz.page import player_page
+from twolink.viz.run import Run
 
 SIZE, FRAMES = (1280, 720), 91
 ASK = "document.querySelector('.twolink-player').twolink.picture({})"
 
 
 def ours(address: str) -> Iterator[str]:
-    """Yield the pictures by `viz.browser`."""
+    """Yield the pictures by `twolink.viz.browser`."""
     with Browser() as browser:
         page = browser.page(*SIZE, scale=2)
         page.open(address)
@@ -71,7 +71,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "film.html"
         file.write_text(player_page(film, bare=True), encoding="utf-8")
-        for name, pictures in (("viz.browser", ours), ("Playwright", playwrights)):
+        for name, pictures in (("twolink.viz.browser", ours), ("Playwright", playwrights)):
             measured(name, pictures, file.as_uri())
     package = distribution("playwright")
     size = sum(

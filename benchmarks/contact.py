@@ -31,8 +31,8 @@ from twolink.effects.surface import Surface
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.motion import motion_run
-from viz.plots.rigid_limit import Limit, Restitution, contact_plot
-from viz.plots.style import save
+from twolink.viz.plots.rigid_limit import Limit, Restitution, contact_plot
+from twolink.viz.plots.style import save
 
 ROUNDS = 15
 TIMES = np.linspace(0.0, 10.0, 501)

@@ -19,9 +19,9 @@ from twolink.data import data_path
 from twolink.errors import PictureError
 from twolink.scene import Scene
 from twolink.simulation import simulate
-from viz.film import Film
-from viz.recording import record
-from viz.run import Run
+from twolink.viz.film import Film
+from twolink.viz.recording import record
+from twolink.viz.run import Run
 
 AIM = 0.1
 SIZES = ((640, 480), (1280, 720), (1920, 1080))

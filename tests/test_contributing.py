@@ -14,7 +14,7 @@ GUIDE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 @pytest.mark.parametrize("page", PAGES)
 def test_files_that_are_named_are_there(page):
     text = (ROOT / page).read_text(encoding="utf-8")
-    for name in re.findall(r"`((?:twolink|tests|docs|viz|models)/[\w./]*)`", text):
+    for name in re.findall(r"`((?:twolink|tests|docs|models)/[\w./]*)`", text):
         if not re.search(r"/a/(test_)?b\.py$", name):
             assert (ROOT / name).exists(), name
     for link in re.findall(r"\]\(([\w./]+)\)", text):
@@ -31,7 +31,7 @@ def test_files_that_are_named_are_there(page):
         ("twolink/integration/methods.py", ["NUMERIC_METHODS", "NumericName"]),
         ("twolink/engines/registry.py", ["ENGINES"]),
         ("twolink/cli/plot.py", ["OF_MOTION"]),
-        ("viz/plots/kinds.py", ["OF_ONE", "OF_SEVERAL"]),
+        ("twolink/viz/plots/kinds.py", ["OF_ONE", "OF_SEVERAL"]),
         ("twolink/conformance/model_mistakes.py", ["MODEL_MISTAKES"]),
         ("twolink/conformance/answer_mistakes.py", ["ANSWER_MISTAKES"]),
         ("twolink/conformance/suites/__init__.py", ["_SUITES"]),

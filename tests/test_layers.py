@@ -46,7 +46,7 @@ LAYERS = [
     "twolink.hardcases",
     "twolink.conformance",
     "twolink.testing",
-    "viz",
+    "twolink.viz",
     "twolink.cli",
     "twolink.__main__",
 ]
@@ -152,7 +152,7 @@ ROWS = {
         "pytest_plugin",
     ],
     "twolink.conformance.suites": ["building motion", "evaluation imports", "__init__"],
-    "viz": [
+    "twolink.viz": [
         "browser encoding shapes themes",
         "commands framing labels motion plots schematic",
         "animation run urdf_bodies",
@@ -164,8 +164,8 @@ ROWS = {
         "live recording report",
         "display",
     ],
-    "viz.plots": ["style", "moments", "curves", OTHERS, "path", "kinds strip"],
-    "viz.report": ["page", "conformance scoreboard sections"],
+    "twolink.viz.plots": ["style", "moments", "curves", OTHERS, "path", "kinds strip"],
+    "twolink.viz.report": ["page", "conformance scoreboard sections"],
     "twolink.cli": [
         "limits terminal",
         "program studies trajectories",
@@ -184,7 +184,7 @@ FORBIDDEN = {
 }
 
 # Proofs and 50 digits belong to the tests; drawing does not belong to the library.
-NEVER_IN_THE_LIBRARY = {"sympy", "mpmath", "matplotlib", "meshcat", "viz", "hypothesis", "pytest"}
+NEVER_IN_THE_LIBRARY = {"sympy", "mpmath", "matplotlib", "meshcat", "hypothesis", "pytest"}
 
 # An engine generates code by SymPy. The file that does runs in a process of its own.
 # The plugin for pytest is imported by pytest alone.
@@ -193,7 +193,7 @@ ALLOWED = {
     "twolink.conformance.pytest_plugin": {"pytest"},
 }
 
-FILES = sorted([*ROOT.glob("twolink/**/*.py"), *ROOT.glob("viz/**/*.py")])
+FILES = sorted(ROOT.glob("twolink/**/*.py"))
 
 
 def module_name(path: Path) -> str:
@@ -258,7 +258,7 @@ def against_rows(module: str, name: str) -> list[str]:
 
 def violations(module: str, source: str) -> list[str]:
     """Return the imports of a module that break the rules."""
-    own = [name for name in imports(ast.parse(source)) if name.split(".")[0] in ("twolink", "viz")]
+    own = [name for name in imports(ast.parse(source)) if name.split(".")[0] == "twolink"]
     foreign = {name.split(".")[0] for name in imports(ast.parse(source))}
     found = [
         f"{module} imports {name}, which stands below it"
@@ -275,7 +275,7 @@ def violations(module: str, source: str) -> list[str]:
         for name in own
         if name in FORBIDDEN.get(module, set())
     ]
-    if module.startswith("twolink") and not module.startswith("twolink.cli"):
+    if not module.startswith(("twolink.cli", "twolink.viz")):
         never = NEVER_IN_THE_LIBRARY - ALLOWED.get(module, set())
         found += [f"{module} imports {name}" for name in foreign & never]
     return found
@@ -284,7 +284,7 @@ def violations(module: str, source: str) -> list[str]:
 @pytest.mark.parametrize("path", FILES, ids=module_name)
 def test_imports_go_in_one_direction(path):
     module = module_name(path)
-    if module in ("twolink", "viz"):
+    if module == "twolink":
         return
     assert violations(module, path.read_text()) == []
 
@@ -300,7 +300,7 @@ def test_imports_go_in_one_direction(path):
         ("twolink.verification.verify", "import sympy"),
         ("twolink.engines.sympy_code", "import sympy"),
         ("twolink.engines.sympy_derivation", "import mpmath"),
-        ("twolink.chain", "import viz"),
+        ("twolink.chain", "import twolink.viz"),
         ("twolink.urdf.reading", "def late():\n    from twolink.chain import Chain"),
         ("twolink.urdf.reading", "from twolink.urdf.planar import PlanarUrdf"),
         ("twolink.urdf.reading", "from twolink.urdf import PlanarUrdf"),

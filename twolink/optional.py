@@ -73,18 +73,14 @@ def xarray() -> Any:
 def display() -> Any:
     """Return the module that draws, films and shows results.
 
-    It is above this library, which does not depend on it: it is found by name, when a result is to
-    be shown. Raises `SimulationError` if it is not installed.
+    It is above all that it shows, and is imported when a result is to be shown.
     """
-    return _extra("viz.display", "viz", "viz")
+    return importlib.import_module("twolink.viz.display")
 
 
 def drawing(thing: Any) -> str:
-    """Return a drawing (SVG) of a scene or chain, or nothing if the drawing package is missing."""
-    try:
-        return str(display().drawing(thing))
-    except SimulationError:
-        return ""
+    """Return a drawing (SVG) of a scene or chain."""
+    return str(display().drawing(thing))
 
 
 def _extra(module: str, package: str, extra: str) -> Any:

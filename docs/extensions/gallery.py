@@ -64,7 +64,7 @@ def _key(file: Path) -> str:
     """Return a word that changes with the scene and with the code that simulates and draws it."""
     root = Path(twolink.__file__).parent
     digest = hashlib.sha256(file.read_bytes())
-    for package in (root / "simulation", root.parent / "viz"):
+    for package in (root / "simulation", root / "viz"):
         for source in sorted(package.rglob("*.py")):
             digest.update(source.read_bytes())
     return digest.hexdigest()[:8]
@@ -72,9 +72,9 @@ def _key(file: Path) -> str:
 
 def _draw(scene: Scene, folder: Path, stem: str) -> None:
     """Write the strip of a scene in both themes and the page that plays it, unless they exist."""
-    from viz.display import page
-    from viz.plots.strip import strip
-    from viz.plots.style import save
+    from twolink.viz.display import page
+    from twolink.viz.plots.strip import strip
+    from twolink.viz.plots.style import save
 
     name = stem.rpartition("-")[0]
     films = folder / FILMS

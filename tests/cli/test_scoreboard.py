@@ -10,7 +10,7 @@ from tests.viz.accessibility import violations
 from tests.viz.films import need_browser
 from tests.viz.surroundings import surround
 from twolink.cli import app
-from viz.browser import Browser
+from twolink.viz.browser import Browser
 
 
 def run(*words):

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tests.viz.accessibility import violations
 from tests.viz.surroundings import surround
-from viz.browser import Browser, Page
+from twolink.viz.browser import Browser, Page
 
 _WIDTHS, _SCHEMES = (390, 1280), ("light", "dark")
 # Films are tested with the player; theme files are parts of pages.

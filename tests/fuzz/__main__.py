@@ -52,9 +52,9 @@ def main() -> None:
     # Imported once, so that forks need not.
     for name in (
         "twolink.cli",
-        "viz.recording",
-        "viz.plots.phase",
-        "viz.plots.angles",
+        "twolink.viz.recording",
+        "twolink.viz.plots.phase",
+        "twolink.viz.plots.angles",
         "pinocchio",
     ):
         import_module(name)

@@ -1,6 +1,5 @@
 import json
 import math
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -506,10 +505,3 @@ def test_the_text_of_a_scene_is_one_line():
         "<Scene 'The drop onto a floor': q=(0, 0) rad, u=(0, 0) rad/s, 5.0 s with Gravity, Surface>"
     )
     assert Scene.load("free_fall").title in repr(Scene.load("free_fall"))
-
-
-def test_without_the_drawing_package_a_notebook_has_the_table(monkeypatch):
-    monkeypatch.setitem(sys.modules, "viz.display", None)
-    page = Scene.load("drop")._repr_html_()
-    assert page.startswith("<table><caption>The drop onto a floor</caption>")
-    assert "Surface(" in page

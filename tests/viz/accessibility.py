@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from twolink.files import atomic_write
-from viz.browser import Page
+from twolink.viz.browser import Page
 
 AXE = "4.12.1"
 PACKAGE = "axe-playwright-python==0.1.8"

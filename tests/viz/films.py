@@ -14,10 +14,10 @@ import pytest
 from twolink.data import data_path
 from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
-from viz.browser import find_browser
-from viz.film import Film
-from viz.run import Run
-from viz.themes import theme_named
+from twolink.viz.browser import find_browser
+from twolink.viz.film import Film
+from twolink.viz.run import Run
+from twolink.viz.themes import theme_named
 
 REQUIRED = "TWOLINK_REQUIRE_BROWSER"
 

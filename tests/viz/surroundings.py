@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from viz.browser import Page
+from twolink.viz.browser import Page
 
 
 def surround(page: Page, *, media: str = "", **features: str) -> None:

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import viz.browser
+import twolink.viz.browser
 from tests.viz.films import need_browser, trajectory_of
 from tests.viz.surroundings import surround
-from viz.animation import animation
-from viz.browser import Browser
+from twolink.viz.animation import animation
+from twolink.viz.browser import Browser
 
 ROOT = Path(__file__).parent.parent.parent
 SHOWN = ROOT / "docs" / "drop.svg"
@@ -79,7 +79,7 @@ def test_it_moves_and_stands_still_where_this_is_preferred():
 def test_it_does_so_as_an_image_of_a_page(monkeypatch, tmp_path, flags, moves):
     """A browser's own setting reaches images; the emulation of a page does not."""
     need_browser()
-    monkeypatch.setattr(viz.browser, "_FLAGS", (*viz.browser._FLAGS, *flags))
+    monkeypatch.setattr(twolink.viz.browser, "_FLAGS", (*twolink.viz.browser._FLAGS, *flags))
     file = tmp_path / "page.html"
     file.write_text(f'<title>page</title><img alt="the drop" src="{SHOWN.as_uri()}">')
     with Browser() as browser:
@@ -96,6 +96,6 @@ def test_it_does_so_as_an_image_of_a_page(monkeypatch, tmp_path, flags, moves):
 @pytest.mark.slow
 def test_it_is_written_from_the_command_line(tmp_path):
     file = tmp_path / "drop.svg"
-    command = [sys.executable, "-m", "viz.animation", "drop", str(file)]
+    command = [sys.executable, "-m", "twolink.viz.animation", "drop", str(file)]
     subprocess.run(command, check=True, cwd=ROOT)
     assert file.read_text(encoding="utf-8") == animation(trajectory_of("drop", samples=201))

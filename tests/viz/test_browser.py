@@ -10,7 +10,7 @@ import pytest
 
 from tests.viz.films import need_browser, processes_with
 from twolink.errors import BrowserError, PictureError
-from viz.browser import BROWSER, Browser, find_browser
+from twolink.viz.browser import BROWSER, Browser, find_browser
 
 
 @pytest.fixture

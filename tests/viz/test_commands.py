@@ -19,7 +19,7 @@ from tests.viz.test_live import listening
 from twolink.cli import app
 from twolink.cli.showing import film_of as film_asked_for
 from twolink.data import data_path
-from viz.browser import BROWSER, Browser
+from twolink.viz.browser import BROWSER, Browser
 
 SCENES = data_path("scenes")
 

@@ -11,7 +11,7 @@ from twolink.chain import Chain
 from twolink.errors import PictureError
 from twolink.scene import Scene
 from twolink.simulation import simulate
-from viz import display
+from twolink.viz import display
 
 
 @pytest.fixture(scope="module")

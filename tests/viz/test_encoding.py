@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from twolink.errors import BrowserError, PictureError
-from viz.encoding import Decoded, check_decoded, check_film, decoded, encoder
+from twolink.viz.encoding import Decoded, check_decoded, check_film, decoded, encoder
 
 COUNT = 7
 

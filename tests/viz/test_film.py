@@ -6,10 +6,10 @@ import pytest
 from tests.viz.films import film_of, trajectory_of
 from twolink import kinematics
 from twolink.errors import PictureError
-from viz.commands import decoded
-from viz.film import Film, metres
-from viz.run import Run
-from viz.themes import recoloured, theme_named
+from twolink.viz.commands import decoded
+from twolink.viz.film import Film, metres
+from twolink.viz.run import Run
+from twolink.viz.themes import recoloured, theme_named
 
 
 def commands(sequence):

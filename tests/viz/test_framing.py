@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from viz.framing import Box, Framing, box_of, grid_spacing
+from twolink.viz.framing import Box, Framing, box_of, grid_spacing
 
 
 def test_the_box_holds_all_points_with_room():

@@ -1,4 +1,4 @@
-from viz.labels import line_mark, round_mark
+from twolink.viz.labels import line_mark, round_mark
 
 
 def test_a_round_mark_is_a_line_without_length():

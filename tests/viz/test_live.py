@@ -15,8 +15,8 @@ from tests.viz.films import film_of, need_browser
 from tests.viz.surroundings import surround
 from tests.viz.test_page import unpacked
 from twolink.errors import PictureError
-from viz.browser import Browser
-from viz.live import Clock, LiveView
+from twolink.viz.browser import Browser
+from twolink.viz.live import Clock, LiveView
 
 
 def test_the_clock_follows_the_wall_at_its_speed():

@@ -6,8 +6,8 @@ import pytest
 from tests.viz.films import trajectory_of
 from twolink.errors import PictureError
 from twolink.simulation import Trajectory
-from viz.motion import resolution, states_of
-from viz.run import Run
+from twolink.viz.motion import resolution, states_of
+from twolink.viz.run import Run
 
 
 def kept(trajectory, tmp_path):

@@ -9,10 +9,10 @@ import pytest
 
 from tests.viz.films import film_of, scene_named
 from twolink.simulation import simulate
-from viz.film import Film
-from viz.page import archive, frame_message, licences, player_body, player_head, player_page
-from viz.run import Run
-from viz.themes import DARK, LIGHT
+from twolink.viz.film import Film
+from twolink.viz.page import archive, frame_message, licences, player_body, player_head, player_page
+from twolink.viz.run import Run
+from twolink.viz.themes import DARK, LIGHT
 
 
 def unpacked(message):

@@ -13,8 +13,8 @@ from tests.viz.accessibility import violations
 from tests.viz.films import film_of, need_browser, trajectory_of
 from tests.viz.surroundings import press, surround, tabbed
 from twolink import kinematics
-from viz.browser import Browser
-from viz.page import player_body, player_head, player_page
+from twolink.viz.browser import Browser
+from twolink.viz.page import player_body, player_head, player_page
 
 pytestmark = pytest.mark.slow
 

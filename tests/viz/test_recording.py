@@ -18,10 +18,10 @@ from PIL import Image
 
 from tests.viz.films import film_of, need_browser, pretended_browser, processes_with
 from twolink.errors import BrowserError, PictureError
-from viz import recording
-from viz.browser import BROWSER
-from viz.encoding import decoded
-from viz.recording import check_recording, record
+from twolink.viz import recording
+from twolink.viz.browser import BROWSER
+from twolink.viz.encoding import decoded
+from twolink.viz.recording import check_recording, record
 
 SIZE = (320, 240)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.verification.chains import GENERAL
-from viz.schematic import schematic
+from twolink.viz.schematic import schematic
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -31,5 +31,5 @@ def test_it_draws_any_chain_where_its_points_are():
 @pytest.mark.parametrize("kind", ["svg", "png"])
 def test_it_is_written_from_the_command_line(tmp_path, kind):
     file = tmp_path / f"chain.{kind}"
-    subprocess.run([sys.executable, "-m", "viz.schematic", str(file)], check=True, cwd=ROOT)
+    subprocess.run([sys.executable, "-m", "twolink.viz.schematic", str(file)], check=True, cwd=ROOT)
     assert file.stat().st_size > 5000

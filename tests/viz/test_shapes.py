@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from viz.shapes import arrow, bar, disc, hatched_edge, joined, ribbon, ring, stroke
+from twolink.viz.shapes import arrow, bar, disc, hatched_edge, joined, ribbon, ring, stroke
 
 
 def area(shape):

@@ -17,9 +17,9 @@ from twolink.errors import PictureError, UrdfError
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.urdf import read_planar_urdf
-from viz.film import Film
-from viz.run import Run
-from viz.urdf_bodies import urdf_bodies
+from twolink.viz.film import Film
+from twolink.viz.run import Run
+from twolink.viz.urdf_bodies import urdf_bodies
 
 # A robot that stands away from the origin, moves in the y-z plane about axes of both signs, has
 # meshes on links and on a part that is fixed to one, and one on its base.

@@ -60,7 +60,7 @@ def accuracy(
         )
     _print(console(), found)
     if out is not None:
-        from viz.plots.work_precision import work_precision_plot
+        from twolink.viz.plots.work_precision import work_precision_plot
 
         write_study(out, "accuracy", found, work_precision_plot(found))
 

@@ -165,8 +165,8 @@ def _plot(report: Report, target: Path) -> None:
     if not scenes:
         say(f"{target} is not written: there is no motion to plot.")
         return
-    from viz.plots.convergence import convergence_plot
-    from viz.plots.style import save
+    from twolink.viz.plots.convergence import convergence_plot
+    from twolink.viz.plots.style import save
 
     save(convergence_plot(scenes, f"{about.name} {about.version}: errors of motions"), target)
 

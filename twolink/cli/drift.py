@@ -55,7 +55,7 @@ def drift(
         )
     _print(console(), found)
     if out is not None:
-        from viz.plots.drift import drift_plot
+        from twolink.viz.plots.drift import drift_plot
 
         write_study(out, "drift", found, drift_plot(found))
 

@@ -118,7 +118,7 @@ def _plotted(asked: _Asked) -> tuple[Trajectory | None, dict[str, Figure], list[
 
 def _check(asked: _Asked) -> None:
     """Refuse invalid options before any work is done."""
-    from viz.themes import THEMES
+    from twolink.viz.themes import THEMES
 
     if asked.kind not in KINDS:
         refuse(choice("--kind", asked.kind, KINDS))
@@ -155,7 +155,7 @@ def _drawn(
     """Return the figures of a kind, or of all that there are, by the names of their kinds."""
     found: dict[str, Figure] = {}
     if trajectory is not None:
-        from viz.plots.kinds import plot_of
+        from twolink.viz.plots.kinds import plot_of
 
         wanted = OF_MOTION if asked.kind == "all" else (asked.kind,)
         task = bar.add_task("drawing", total=float(len(wanted)))
@@ -184,7 +184,7 @@ def _urdf(source: Path) -> PlanarUrdf:
 def _verification(asked: _Asked, bar: Progress) -> Figure:
     """Return the plot of the differences on a URDF."""
     from twolink.verification.differences import differences
-    from viz.plots.verification import verification
+    from twolink.viz.plots.verification import verification
 
     task = bar.add_task(f"comparing at {asked.states} states", total=1.0)
     found = differences(
@@ -199,7 +199,7 @@ def _verification(asked: _Asked, bar: Progress) -> Figure:
 
 def _write(drawn: dict[str, Figure], out: Path, kind: str) -> list[Path]:
     """Write figures to a file, or each to one of its own, and return which."""
-    from viz.plots.style import save
+    from twolink.viz.plots.style import save
 
     paths = []
     for name, made in drawn.items():

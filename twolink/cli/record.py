@@ -44,8 +44,8 @@ def record(
     none. A film is decoded again and checked. Exit code 0: the file was written. 1: browser or
     encoder failed. 2: the input was refused.
     """
-    from viz.recording import KINDS, STAGES, check_recording
-    from viz.recording import record as recorded
+    from twolink.viz.recording import KINDS, STAGES, check_recording
+    from twolink.viz.recording import record as recorded
 
     check_target("--out", out, KINDS)
     rate = (25.0 if out.suffix == ".gif" else 30.0) if fps is None else fps

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from twolink.limits import Limits
     from twolink.scene import Scene
     from twolink.simulation import Trajectory
-    from viz.report.page import Section
-    from viz.report.sections import Card
+    from twolink.viz.report.page import Section
+    from twolink.viz.report.sections import Card
 
 # Frames a second of the films in the page.
 _FPS = 30.0
@@ -78,9 +78,9 @@ def _made(
     from twolink.scene import Scene
     from twolink.urdf import read_planar_urdf
     from twolink.verification import verify
-    from viz.page import player_head
-    from viz.report import page
-    from viz.report import sections as made
+    from twolink.viz.page import player_head
+    from twolink.viz.report import page
+    from twolink.viz.report import sections as made
 
     # All is read before any work is done.
     loaded = [
@@ -136,9 +136,9 @@ def _made(
 def _lead(cards: list[Card]) -> str:
     """Return the top of the page: one sentence, the verdicts, and the chain with its symbols."""
     from twolink.chain import Chain
-    from viz.display import drawing
-    from viz.report import page
-    from viz.report import sections as made
+    from twolink.viz.display import drawing
+    from twolink.viz.report import page
+    from twolink.viz.report import sections as made
 
     sentence = (
         "The planar two-link chain (double pendulum): its equations of motion checked against "
@@ -175,10 +175,10 @@ def _scene(
     from twolink.accuracy.study import study
     from twolink.simulation import simulate
     from twolink.simulation.effects_cost import effects_cost
-    from viz.film import Film
-    from viz.page import player_body
-    from viz.report import sections as made
-    from viz.run import Run
+    from twolink.viz.film import Film
+    from twolink.viz.page import player_body
+    from twolink.viz.report import sections as made
+    from twolink.viz.run import Run
 
     trajectory = simulate(scene, limits=limits)
     player = player_body(Film((Run(scene.title, trajectory),), fps=_FPS), dark=True)
@@ -191,7 +191,7 @@ def _hard_cases(progress: Callable[[float, str], None]) -> tuple[Section, tuple[
     from twolink.hardcases.catalogue import CASES
     from twolink.hardcases.parallel import parallel_scoreboard
     from twolink.hardcases.run import columns, verdict
-    from viz.report.scoreboard import hard_cases
+    from twolink.viz.report.scoreboard import hard_cases
 
     def update(done: int, running: tuple[str, ...]) -> None:
         progress(done / len(CASES), ", ".join(running))

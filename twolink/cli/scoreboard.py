@@ -38,8 +38,8 @@ def scoreboard(
 
 def _write(board: Scoreboard, out: Path) -> None:
     from twolink.conformance.scoreboard import document
-    from viz.report.conformance import scoreboard_page
-    from viz.report.page import write
+    from twolink.viz.report.conformance import scoreboard_page
+    from twolink.viz.report.page import write
 
     command = " ".join(["twolink", *sys.argv[1:]])
     page = scoreboard_page(board, command)

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from twolink.limits import Limits
     from twolink.simulation import RunOptions, Trajectory
-    from viz.film import Film
-    from viz.run import Run
+    from twolink.viz.film import Film
+    from twolink.viz.run import Run
 
 Motion = Annotated[
     Path,
@@ -92,10 +92,10 @@ def film_of(
     """
     from twolink.scene import scene_file
     from twolink.simulation import RunOptions
-    from viz.film import Film, check_rates
-    from viz.run import Run
-    from viz.themes import theme_named
-    from viz.urdf_bodies import urdf_bodies
+    from twolink.viz.film import Film, check_rates
+    from twolink.viz.run import Run
+    from twolink.viz.themes import theme_named
+    from twolink.viz.urdf_bodies import urdf_bodies
 
     motion = scene_file(motion)
     colours = theme_named(theme or ThemeName.light)
@@ -130,7 +130,7 @@ def _ghost(ghost: str, first: Trajectory, step: float, bar: Progress, options: R
     """Return the run that a word or a file names."""
     from twolink.scene import scene_file
     from twolink.simulation.smooth.equations import EQUATIONS, equations_named
-    from viz.run import Run
+    from twolink.viz.run import Run
 
     if ghost in EQUATIONS:
         own = replace(options, formulation=equations_named(ghost))

@@ -48,7 +48,7 @@ def bar_of(doing: str) -> Iterator[Callable[[str, float], None]]:
 
 def write_study(folder: Path, name: str, found: Study, figure: Figure) -> None:
     """Write a result into a folder: as JSON, as CSV, and its picture as SVG and PNG."""
-    from viz.plots.style import save
+    from twolink.viz.plots.style import save
 
     with new_folder(folder):
         write_json(folder / f"{name}.json", found.document())

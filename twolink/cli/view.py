@@ -19,7 +19,7 @@ from twolink.cli.showing import (
 from twolink.cli.terminal import flush, refuse, say, warn
 
 if TYPE_CHECKING:
-    from viz.film import Film
+    from twolink.viz.film import Film
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
@@ -64,7 +64,7 @@ async def _served(film: Film, host: str, port: int, *, opened: bool, follows: bo
     """Serve a film until Ctrl-C or SIGTERM."""
     import asyncio
 
-    from viz.live import LiveView
+    from twolink.viz.live import LiveView
 
     live = LiveView(film, host=host, port=port, follows=follows)
     await live.start()

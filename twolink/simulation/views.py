@@ -122,7 +122,7 @@ class Views(_Motion):
         try:
             player = optional.display().player(self)
         except TwolinkError as error:
-            # A motion that cannot be filmed, or no package that films it, still has its facts.
+            # A motion that cannot be filmed still has its facts.
             player = f"<p>{html.escape(str(error))}</p>"
         log = table(
             "Modes and impacts",
@@ -142,8 +142,8 @@ class Views(_Motion):
     def record(self, path: str | PathLike[str], **options: Any) -> None:
         """Record the film to a .mp4, .webm, .gif, .png or .html file.
 
-        `options` are those of `viz.display.record`, such as `at`, `size`, `fps`, `speed` and
-        `theme`. Raises `PictureError` for options out of range.
+        `options` are those of `twolink.viz.display.record`, such as `at`, `size`, `fps`, `speed`
+        and `theme`. Raises `PictureError` for options out of range.
         """
         optional.display().record(self, path, **options)
 
@@ -151,7 +151,8 @@ class Views(_Motion):
         """Return a plot of this motion, and of `others` with it, as a matplotlib figure.
 
         `kind` is "angles", "phase", "path", "energy", "contact", "reactions" or "difference";
-        `options` are those of `viz.display.plot`. Raises `PictureError` for an unknown kind.
+        `options` are those of `twolink.viz.display.plot`. Raises `PictureError` for an unknown
+        kind.
         """
         return optional.display().plot(kind, (self, *others), **options)
 

@@ -3,7 +3,7 @@
 import io
 import re
 
-from viz.plots.style import write_to
+from twolink.viz.plots.style import write_to
 
 
 def as_svg(figure):

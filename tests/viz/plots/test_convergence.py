@@ -8,8 +8,8 @@ import pytest
 from tests.viz.plots.svg import as_svg, without_ids
 from twolink.conformance.convergence import Convergence, Curve, Limit
 from twolink.conformance.curves import MethodCurve
-from viz.plots.convergence import convergence_plot
-from viz.plots.style import PALETTES, svg_into
+from twolink.viz.plots.convergence import convergence_plot
+from twolink.viz.plots.style import PALETTES, svg_into
 
 
 def curve(name, number=0, parameter="step", errors=(1e-1, 5e-2, 2.5e-2)):

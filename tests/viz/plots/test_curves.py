@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from viz.plots.angles import angles
-from viz.plots.curves import flat, line_style
-from viz.plots.energy import energy
-from viz.plots.style import PALETTES
+from twolink.viz.plots.angles import angles
+from twolink.viz.plots.curves import flat, line_style
+from twolink.viz.plots.energy import energy
+from twolink.viz.plots.style import PALETTES
 
 
 def test_flat_curves_are_found():

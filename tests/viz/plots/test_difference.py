@@ -7,7 +7,7 @@ import pytest
 
 from twolink.errors import PictureError
 from twolink.simulation import simulate
-from viz.plots.difference import difference
+from twolink.viz.plots.difference import difference
 
 
 def test_the_difference_of_neighbours_grows_from_their_start(run):

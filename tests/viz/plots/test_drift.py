@@ -11,8 +11,8 @@ from twolink.accuracy.drift import energy_drift
 from twolink.cli import app
 from twolink.data import data_path
 from twolink.scene import Scene
-from viz.plots.drift import drift_plot
-from viz.plots.style import save
+from twolink.viz.plots.drift import drift_plot
+from twolink.viz.plots.style import save
 
 SCENE = data_path("scenes") / "small_swings.toml"
 

@@ -4,8 +4,8 @@ import pytest
 
 from tests.viz.plots.svg import as_svg, without_ids
 from twolink.errors import PictureError
-from viz.plots.kinds import KINDS, OF_SEVERAL, plot_of
-from viz.plots.style import svg_into
+from twolink.viz.plots.kinds import KINDS, OF_SEVERAL, plot_of
+from twolink.viz.plots.style import svg_into
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from viz.plots.angles import angles
-from viz.plots.contact import contact
-from viz.plots.moments import at_rest_from, time_limits
+from twolink.viz.plots.angles import angles
+from twolink.viz.plots.contact import contact
+from twolink.viz.plots.moments import at_rest_from, time_limits
 
 
 def test_a_long_rest_is_not_drawn_and_the_axis_says_so(run):

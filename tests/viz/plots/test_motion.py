@@ -11,14 +11,14 @@ from twolink import kinematics
 from twolink.contact.states import ContactState
 from twolink.errors import ParameterError, PictureError
 from twolink.simulation import Trajectory
-from viz.plots.angles import angles
-from viz.plots.contact import contact, phases
-from viz.plots.energy import energy, in_words
-from viz.plots.moments import moments, spans
-from viz.plots.path import path, path_moments
-from viz.plots.phase import phase
-from viz.plots.style import save
-from viz.themes import THEMES
+from twolink.viz.plots.angles import angles
+from twolink.viz.plots.contact import contact, phases
+from twolink.viz.plots.energy import energy, in_words
+from twolink.viz.plots.moments import moments, spans
+from twolink.viz.plots.path import path, path_moments
+from twolink.viz.plots.phase import phase
+from twolink.viz.plots.style import save
+from twolink.viz.themes import THEMES
 
 PLOTS = {"angles": angles, "phase": phase, "path": path, "energy": energy, "contact": contact}
 SCENES = (

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from viz.plots.reactions import reactions
+from twolink.viz.plots.reactions import reactions
 
 
 def test_reactions_are_the_trajectorys(run):

@@ -3,8 +3,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from viz.plots.rigid_limit import Limit, Restitution, contact_plot
-from viz.plots.style import save
+from twolink.viz.plots.rigid_limit import Limit, Restitution, contact_plot
+from twolink.viz.plots.style import save
 
 LIMITS = (
     Limit("Kelvin-Voigt", "N/m", (1e5, 1e7, 1e9), (1e-1, 1e-2, 1e-3), 0.5, Fraction(1, 2)),

@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 
 from tests.viz.plots.svg import as_svg
 from twolink.errors import ParameterError, PictureError
-from viz.plots.style import (
+from twolink.viz.plots.style import (
     PALETTES,
     figure,
     label_lines,
@@ -20,7 +20,7 @@ from viz.plots.style import (
     stroke,
     svg_into,
 )
-from viz.themes import DARK, LIGHT
+from twolink.viz.themes import DARK, LIGHT
 
 palettes = pytest.mark.parametrize("palette", PALETTES.values(), ids=list(PALETTES))
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from twolink.verification.differences import Differences
-from viz.plots.style import save
-from viz.plots.verification import bins, histogram, in_rows, verification
+from twolink.viz.plots.style import save
+from twolink.viz.plots.verification import bins, histogram, in_rows, verification
 
 STATES = 400
 

@@ -9,8 +9,8 @@ from twolink.accuracy.study import study
 from twolink.cli import app
 from twolink.data import data_path
 from twolink.scene import Scene
-from viz.plots.style import save, svg_into
-from viz.plots.work_precision import work_precision_plot
+from twolink.viz.plots.style import save, svg_into
+from twolink.viz.plots.work_precision import work_precision_plot
 
 SCENE = data_path("scenes") / "general.toml"
 

@@ -6,7 +6,7 @@ import pytest
 
 from tests.conformance.board import RIGHT, WRONG, verdict_file
 from twolink.conformance.scoreboard import read_scoreboard
-from viz.report.conformance import scoreboard_page
+from twolink.viz.report.conformance import scoreboard_page
 
 
 class Targets(HTMLParser):

@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 from matplotlib.figure import Figure
 
 from twolink import tables
-from viz.report.page import (
+from twolink.viz.report.page import (
     Section,
     download,
     folded,

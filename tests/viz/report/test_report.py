@@ -11,7 +11,7 @@ from tests.viz.report.test_page import read
 from tests.viz.surroundings import surround, tabbed
 from twolink.cli import app
 from twolink.data import data_path
-from viz.browser import Browser
+from twolink.viz.browser import Browser
 
 SCENES = data_path("scenes")
 

@@ -9,8 +9,8 @@ from tests.viz.report.test_page import read
 from twolink.cli import app
 from twolink.data import data_path
 from twolink.hardcases import Case, Column, Mark, Outcome, catalogue, run
-from viz.report.page import page
-from viz.report.scoreboard import hard_cases
+from twolink.viz.report.page import page
+from twolink.viz.report.scoreboard import hard_cases
 
 COLUMNS = (Column("kane"), Column("A < B"))
 
