@@ -50,7 +50,7 @@ def scoreboard_page(board: Scoreboard, command: str) -> str:
     reasons = "".join(_of_engine(number, entry) for number, entry in enumerate(board.entries))
     sections += [
         Section("Causes", reasons),
-        Section("Settings", table(settings_table(board))),
+        Section("Settings", table(settings_table(board), "settings")),
         Section("Reproduce", f"<pre>{text(command)}</pre>"),
     ]
     return page("twolink scoreboard", lead, sections)
