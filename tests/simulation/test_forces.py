@@ -12,6 +12,8 @@ from twolink.chain import Chain
 from twolink.data import data_path
 from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.sampled_torque import SampledTorque
 from twolink.kinematics import velocity
 from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
@@ -143,6 +145,20 @@ def test_a_file_knows_them_at_its_samples(run, tmp_path):
         read.contact_forces(between), trajectory.contact_forces(between), strict=True
     ):
         assert np.array_equal(ours.normal, theirs.normal)
+
+
+def test_a_load_that_jumps_at_the_end_acts_afterwards():
+    """At the last sample the torque still presses the link against its stop."""
+    presses = SampledTorque(
+        (0.0, 1.0, 1.5), A=(5.0, -5.0, -5.0), B=(0.0, 0.0, 0.0), interpolation="hold"
+    )
+    scene = Scene(
+        chain=GENERAL, q=(0.0, 0.0), u=(0.0, 0.0), duration=1.0,
+        effects=(presses, JointStop("A", upper=0.0), JointStop("B", lower=0.0)),
+    )  # fmt: skip
+    pressed = simulate(scene, samples=11)
+    force = pressed.contact_forces()[0].normal
+    assert force == pytest.approx(np.full(11, 5.0))
 
 
 def test_a_hanging_chain_is_held_by_its_weight():

@@ -13,7 +13,7 @@ from twolink import kinematics, lagrange
 from twolink.chain import Chain
 from twolink.contact.coordinates import JointCoordinate
 from twolink.contact.elements import ContactElement
-from twolink.effects import contact_elements, smooth_loads
+from twolink.effects import contact_elements, discontinuities, smooth_loads
 from twolink.loads import Force, Loads
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Mode
@@ -66,6 +66,7 @@ class ModeForces:
 
     def by_mode(self, states: States) -> Iterator[tuple[NDArray[np.intp], Loads, Array]]:
         """Return, for each mode, the places of its times, all loads, and du/dt."""
+        states = self._before_the_end(states)
         times, q, u = states
         if not self.events:
             loads = smooth_loads(self.scene.effects, self.chain, tuple(q), tuple(u), times)
@@ -83,7 +84,7 @@ class ModeForces:
 
     def solutions(self, states: States) -> Iterator[tuple[NDArray[np.intp], Solution]]:
         """Return, for each mode, the places of its times, and its solution there."""
-        times, q, u = states
+        times, q, u = self._before_the_end(states)
         if not self.events:
             return
         from twolink.simulation.hybrid.dynamics import Pose, mode_solution
@@ -95,6 +96,13 @@ class ModeForces:
             pose = Pose(self.chain, lagrange, pair)
             dents = [mode.dent(index) for index in range(len(elements))]
             yield now, mode_solution(pose, effects, elements, mode.states, dents, speeds, t)
+
+    def _before_the_end(self, states: States) -> States:
+        """Return states whose loads are those of the modes: no mode begins at the end."""
+        end = self.scene.duration
+        if end not in discontinuities(self.scene.effects):
+            return states
+        return states._replace(t=np.minimum(states.t, np.nextafter(end, 0.0)))
 
     def modes_at(self, times: Array) -> Iterator[tuple[NDArray[np.intp], Mode]]:
         """Return the mode of each event, and the indices of the times (s) in it."""
