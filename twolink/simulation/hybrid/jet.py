@@ -6,6 +6,7 @@ formulas of the library accept jets as any number, by `twolink.arithmetic`.
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 from twolink import arithmetic
@@ -32,15 +33,17 @@ class Jet:
 
     def __add__(self, other: Any) -> Jet:
         if isinstance(other, Jet):
-            return Jet(tuple(a + b for a, b in zip(self.terms, other.terms, strict=True)))
+            return Jet(tuple(map(operator.add, self.terms, other.terms)))
         return Jet((self.terms[0] + other, *self.terms[1:]))
 
     __radd__ = __add__
 
     def __neg__(self) -> Jet:
-        return Jet(tuple(-a for a in self.terms))
+        return Jet(tuple(map(operator.neg, self.terms)))
 
     def __sub__(self, other: Any) -> Jet:
+        if isinstance(other, Jet):
+            return Jet(tuple(map(operator.sub, self.terms, other.terms)))
         return self + (-other)
 
     def __rsub__(self, other: Any) -> Jet:
@@ -48,9 +51,9 @@ class Jet:
 
     def __mul__(self, other: Any) -> Jet:
         if not isinstance(other, Jet):
-            return Jet(tuple(a * other for a in self.terms))
+            return Jet(tuple([a * other for a in self.terms]))
         a, b = self.terms, other.terms
-        return Jet(tuple(_sum(a[j] * b[k - j] for j in range(k + 1)) for k in range(len(a))))
+        return Jet(tuple([sum(map(operator.mul, a[: k + 1], b[k::-1])) for k in range(len(a))]))
 
     __rmul__ = __mul__
 
