@@ -584,7 +584,7 @@ def unused(function: str, line: str, change: str) -> bool:
     [
         (kane, "partial_velocities", lagrange, 0),
         # ∂x/∂q of C1, and of C2 off its axis: weights act along y, and D is on its axis.
-        (lagrange, "position_gradients", kane, 12),
+        (lagrange, "position_gradients", kane, 6),
     ],
     ids=["kane", "lagrange"],
 )

@@ -4,8 +4,9 @@ On each step the polynomial y(t) leaves a defect, y(0) + ∫ f(y) dt − y(h) wi
 next step: truncation and round-off together. The errors of all steps add up as the linearized
 motion carries them: e_{i+1} = Φ_i e_i + l_i (Hairer, Nørsett and Wanner, Solving Ordinary
 Differential Equations I, 1993, section II.8). The integral is Gauss's rule, whose error is far
-below that of the series. Φ is the exponential of Magnus's series of fourth order (Blanes, Casas,
-Oteo and Ros, The Magnus expansion and some of its applications, 2009, section 5.1).
+below that of the series. Φ is the exponential of Magnus's series of sixth order (Blanes, Casas,
+Oteo and Ros, The Magnus expansion and some of its applications, 2009, section 5.4): over many steps
+an error of Φ would grow like an instability.
 
 The rates f have round-off too, of the size that a rounding of the state and of f itself gives.
 Vectors of random signs times this size on each step, propagated like the defect, are samples of the
@@ -40,11 +41,16 @@ _SAMPLES, _DEVIATIONS = 16, 3.5
 # Allowance for the linearization and for the place on a step where its defect arises.
 _MARGIN = 1.25
 
-# The largest error for which the motion is linearized.
+# The largest errors for which the motion is linearized: of angles (rad), and of speeds as a part of
+# the largest speed, or of 1 rad/s.
 _LINEAR = 1e-5
 
-# Relative difference of the arguments by which rates are differentiated.
-_DIFFERENCE = 1e-7
+# The difference of arguments by which rates are differentiated: of angles in rad, of the other two
+# variables relative to their size; and the least, in units in the last place.
+_DIFFERENCE, _APART = 1e-7, 16
+
+# The norm up to which the sixth power ends the series of an exponential at 1e-8.
+_NORM = 0.25
 
 
 class Defects(NamedTuple):
@@ -82,15 +88,15 @@ class StepErrors:
             self._carried = self._start(steps)
         with np.errstate(all="ignore"):
             # A motion that diverges has no bound.
-            flows, sources, jacobians = self._linearized(steps)
+            flows, sources, jacobians, fastest = self._linearized(steps)
             errors = _accumulated(flows, sources, self._carried)
             self._carried = errors[-1]
             # The rates of q are u, whose error may have its peak within a step.
-            speeds = jacobians[:, :, :2] @ np.stack([errors[:-1], errors[1:]])
-            self._note(steps, np.concatenate([errors[1:, :2], *speeds], axis=1))
+            speeds = jacobians[[0, 2], :, :2] @ np.stack([errors[:-1], errors[1:]])
+            self._note(steps, np.concatenate([errors[1:, :2], *speeds], axis=1), fastest)
 
-    def _linearized(self, steps: Steps) -> tuple[Array, Array, Array]:
-        """Return Φ, the errors that steps add, and the Jacobians at two nodes.
+    def _linearized(self, steps: Steps) -> tuple[Array, Array, Array, float]:
+        """Return Φ, the errors that steps add, the Jacobians at three nodes, and the largest speed.
 
         The errors have shape (n, 4, 1 + samples): the defect, and samples of its round-off.
         """
@@ -98,9 +104,10 @@ class StepErrors:
         scaled = scaled * _powers(steps.lengths, scaled.shape[2])[:, None]
         found = self._defects(steps, scaled)
         jacobians = self._jacobians(steps, scaled.astype(float))
-        first, second = jacobians * steps.lengths.astype(float)[:, None, None]
-        mean = (first + second) / 2
-        flows = _exponentials(mean + math.sqrt(3) / 12 * (second @ first - first @ second))
+        lengths = steps.lengths.astype(float)
+        scaled_jacobians = jacobians * lengths[:, None, None]
+        mean = scaled_jacobians[1]
+        flows = _exponentials(_magnus(*scaled_jacobians))
         states = np.abs(scaled[:, :, 0].astype(float))
         roundings = (np.abs(mean) @ states[:, :, None])[:, :, 0] + found.rates
         sizes = self._rounding / math.sqrt(self._nodes) * roundings
@@ -108,7 +115,8 @@ class StepErrors:
         # The defect of a step grows over the rest of the step.
         once, twice = found.moments
         defects = found.defects[:, :, None] + mean @ (once + mean @ twice)
-        return flows, np.concatenate([defects, samples], axis=2), jacobians
+        fastest = float((found.rates[:, :2] / lengths[:, None]).max())
+        return flows, np.concatenate([defects, samples], axis=2), jacobians, fastest
 
     def at(self, times: Array) -> Array:
         """Return the bound on the error (rad, rad/s) up to each time (s)."""
@@ -136,12 +144,17 @@ class StepErrors:
         """Return signs of shape (count, 4, samples)."""
         return self._signs.integers(0, 2, (count, 4, _SAMPLES), np.int8) * 2.0 - 1.0
 
-    def _note(self, steps: Steps, errors: Array) -> None:
-        """Store the bounds of steps from errors of q and u, shape (n, m, 1 + samples)."""
+    def _note(self, steps: Steps, errors: Array, fastest: float) -> None:
+        """Store the bounds of steps from errors of q and u, shape (n, 6, 1 + samples).
+
+        `fastest` (rad/s) is the largest speed; those of u are at two places of each step.
+        """
         estimated, samples = np.abs(errors[:, :, 0]), errors[:, :, 1:]
         noise = np.sqrt(np.einsum("ijk,ijk->ij", samples, samples) / _SAMPLES)
-        bounds = (_MARGIN * estimated + _DEVIATIONS * noise).max(axis=1)
-        bounds[~(bounds <= _LINEAR)] = np.inf
+        every = _MARGIN * estimated + _DEVIATIONS * noise
+        bounds, speeds = every.max(axis=1), every[:, 2:].max(axis=1)
+        small = (every[:, :2].max(axis=1) <= _LINEAR) & (speeds <= _LINEAR * max(1.0, fastest))
+        bounds[~small] = np.inf
         self._ends.append(steps.starts + steps.lengths.astype(float))
         self._errors.append(bounds)
         self._noise.append(noise.max(axis=1))
@@ -167,17 +180,20 @@ class StepErrors:
         )
 
     def _jacobians(self, steps: Steps, scaled: Array) -> Array:
-        """Return the derivatives of the rates at two nodes of each step, shape (2, n, 4, 4)."""
-        nodes, _ = _gauss(2)
+        """Return the derivatives of the rates at three nodes of each step, shape (3, n, 4, 4)."""
+        nodes, _ = _gauss(3)
         states = _values(scaled, nodes)
         largest = np.abs(states).max(axis=(1, 2))
-        nudges = _DIFFERENCE * np.where(largest > 0, largest, 1.0)
+        sizes = np.where((largest > 0) & (np.arange(4) > 1), largest, 1.0)
+        nudges = np.maximum(_DIFFERENCE * sizes, _APART * np.spacing(largest))
         every = np.repeat(states[:, None], 5, axis=1)
+        taken = np.empty_like(states)
         for k in range(4):
             every[k, k + 1] += nudges[k]
+            taken[k] = every[k, k + 1] - states[k]
         t = steps.starts[:, None] + steps.lengths[:, None].astype(float) * nodes
         rates = self._rates(self._chain, every, t)
-        slopes = (rates[:, 1:] - rates[:, :1]) / nudges[:, None, None]
+        slopes = (rates[:, 1:] - rates[:, :1]) / taken
         return slopes.transpose(3, 2, 0, 1)
 
     def _rates(self, chain: Chain, states: Any, t: Array) -> Any:
@@ -226,10 +242,23 @@ def _gauss(count: int, kind: Any = np.float64) -> tuple[Any, Any]:
     return ((x + 1) / 2).astype(kind), weights.astype(kind)
 
 
+def _magnus(first: Array, second: Array, third: Array) -> Array:
+    """Return Ω, whose exponential is the flow of steps, from h J at Gauss's three nodes."""
+    slope = math.sqrt(15) / 3 * (third - first)
+    bend = 10 / 3 * (third - 2 * second + first)
+    inner = _commutator(second, slope)
+    outer = _commutator(second, 2 * bend + inner) / 60
+    return second + bend / 12 + _commutator(inner - 20 * second - bend, slope - outer) / 240
+
+
+def _commutator(one: Array, other: Array) -> Array:
+    return one @ other - other @ one
+
+
 def _exponentials(matrices: Array) -> Array:
     """Return the exponentials of matrices of shape (n, 4, 4), by scaling and squaring."""
     largest = float(np.abs(matrices).sum(axis=2).max())
-    halvings = max(0, math.ceil(math.log2(largest))) if 0 < largest < math.inf else 0
+    halvings = max(0, math.ceil(math.log2(largest / _NORM))) if 0 < largest < math.inf else 0
     # The series to the sixth power, in three products.
     first, one = matrices / 2**halvings, np.eye(4)
     second = first @ first
