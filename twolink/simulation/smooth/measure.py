@@ -9,7 +9,7 @@ and grows with the motion like any other error. Four orders more divide it by eâ
 run may happen to vanish there, and r reached 3 in 500 runs; with four it stayed below 0.03 up to
 order 13. Round-off is no smaller in the judge, and two runs of one formulation share some of it
 (the momenta of the start, the constants of the chain). So this pair serves only up to the order
-whose truncation is some fifty roundings; the margin of 3 admits r = 2/3. Where truncation errors
+whose truncation is some fifty roundings; the margin of 2 admits r = 1/2. Where truncation errors
 happen to be smaller, the round-off counts: that of as many sums as steps, and eight roundings times
 the growth of errors, which a pair of a lower order has measured. Without the latter one motion in
 1500, whose truncation errors cancelled, had ten times the reported error.
@@ -48,7 +48,10 @@ _LOWEST_ORDER = 7
 _MORE = 4
 
 MARGIN_OF_LIKE_PRECISIONS = 3.0
-"""Factor on the difference from a judge of the same precision."""
+"""Factor on the difference from a judge of the same precision, whose error may be as large."""
+
+# Factor on the difference from a judge of four more orders.
+_MARGIN_OF_ORDERS = 2.0
 
 # The growth of the truncation error of a step over a run, before the first measurement: that of one
 # in four random chains over 10 s, since a judge that is too coarse is the next run to be judged.
@@ -128,6 +131,7 @@ class _Search:
         yield self._measured(
             self._run(last, PRECISIONS[last].full_order),
             self._run(last, PRECISIONS[last].truncated_order),
+            MARGIN_OF_LIKE_PRECISIONS,
         )
 
     @property
@@ -138,7 +142,7 @@ class _Search:
     def _judged_by_order(self, precision: PrecisionName) -> Iterator[Measured]:
         """Yield runs that are judged by a higher order of their precision, until that is vain."""
         highest = PRECISIONS[precision].truncated_order
-        wanted = self.accuracy / MARGIN_OF_LIKE_PRECISIONS
+        wanted = self.accuracy / _MARGIN_OF_ORDERS
         order = order_for(wanted / self.growth)
         if self.grown is None and order <= highest:
             # The growth of errors must be known where round-off is a part of them.
@@ -146,8 +150,8 @@ class _Search:
         while order <= highest:
             order = self._cheapest_pair(precision, order, highest)
             kept = self._run(precision, order)
-            found = self._measured(kept, self._run(precision, order + _MORE))
-            self._learn(found.errors / MARGIN_OF_LIKE_PRECISIONS / truncation(order))
+            found = self._measured(kept, self._run(precision, order + _MORE), _MARGIN_OF_ORDERS)
+            self._learn(found.errors / _MARGIN_OF_ORDERS / truncation(order))
             yield found
             order = max(order_for(wanted / self.growth), order + 2)
 
@@ -213,9 +217,9 @@ class _Search:
         grown = np.where(np.isfinite(grown), grown, 0.0)
         self.grown = grown if self.grown is None else np.maximum(self.grown, grown)
 
-    def _measured(self, kept: TaylorRun, judge: TaylorRun) -> Measured:
+    def _measured(self, kept: TaylorRun, judge: TaylorRun, margin: float) -> Measured:
         """Return a run with the error that its difference from a judge of like precision bounds."""
-        errors = MARGIN_OF_LIKE_PRECISIONS * difference(kept, judge) + _sums(kept, self.times)
+        errors = margin * difference(kept, judge) + _sums(kept, self.times)
         if self.grown is not None:
             errors = errors + _MOST_ROUND_OFF * PRECISIONS[kept.precision].rounding * self.grown
         return Measured(kept, errors, tuple(self.runs.values()))
