@@ -341,7 +341,7 @@ coefficient = [0.1, 0.0]
     [
         replace(Chain.uniform_bars(), mass=(2.0, 2.0)),
         replace(Chain.uniform_bars(), length=(1.0, 0.0)),
-        Chain.uniform_bars().convert(float),
+        Chain.uniform_bars((1, 2)).convert(float),
     ],
 )
 def test_what_was_made_of_uniform_bars_is_written_in_full(chain):
