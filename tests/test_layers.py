@@ -88,7 +88,7 @@ ROWS = {
         "registry",
     ],
     "twolink.simulation": [
-        "hybrid.mode pool",
+        "hybrid.mode pool series",
         "run",
         "formats smooth",
         "storage",

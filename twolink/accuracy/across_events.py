@@ -8,6 +8,7 @@ from typing import Any
 
 from twolink.accuracy.method_configurations import MeasuredRun
 from twolink.accuracy.reference_trajectory import ReferenceTrajectory
+from twolink.simulation.hybrid.mode import Impact
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ def event_errors(exact: ReferenceTrajectory, result: MeasuredRun) -> EventErrors
     pairs = list(_pairs(exact, result))
     times = [abs(theirs.time - ours.time) for ours, theirs in pairs]
     speeds = [
-        abs(theirs.speeds[0] - ours.speeds[0]) for ours, theirs in pairs if hasattr(ours, "speeds")
+        abs(theirs.speeds[0] - ours.speeds[0]) for ours, theirs in pairs if isinstance(ours, Impact)
     ]
     return EventErrors(
         time=float(max(times, default=0.0)),

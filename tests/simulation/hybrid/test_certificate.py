@@ -12,7 +12,7 @@ from twolink.contact.elements import CompliantContact, DryFriction, RigidContact
 from twolink.contact.force_laws import Hertz, Phase, PlasticState
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
-from twolink.simulation.hybrid.certificate import Block, Certificate, powers
+from twolink.simulation.hybrid.certificate import Block, Certificate
 from twolink.simulation.hybrid.compile import CompiledMode, Watched
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.pool import IntegratorPool
@@ -239,12 +239,6 @@ def test_events_are_found_to_the_digits_of_the_precision(precision):
     finding, _ = certificate_of(HITS, system=system).first_event(block, True)
     miss = finding.x * number(0.5) - number(1) / number(3)
     assert abs(miss) < 4 * system.rounding
-
-
-@pytest.mark.parametrize("kind", [float, np.longdouble])
-def test_powers_start_with_one(kind):
-    found = powers(np.array([2, 0.5], dtype=kind), 4)
-    assert found.tolist() == [[1, 2, 4, 8], [1, 0.5, 0.25, 0.125]]
 
 
 STOPS = Trigger(E.STOPS, 0, 1)

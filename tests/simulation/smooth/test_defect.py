@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from tests.simulation.smooth.test_measure import HARD, TIMES, scene, true_errors
@@ -128,6 +129,39 @@ def test_gauss_integrates_polynomials(kind, rounding):
         nodes, weights = defect._gauss(count, kind)
         for k in range(2 * count):
             assert abs((weights * nodes**k).sum() - 1 / kind(k + 1)) <= 4 * rounding
+
+
+def test_a_rule_that_does_not_suffice_adds_its_own_error(monkeypatch):
+    """With two nodes Gauss's error is a thousand times the defect, and is in the bound."""
+    hard = HARD["reference"]
+    run, enough = observed(hard, 21)
+    monkeypatch.setattr(defect, "_OF_A_ROUNDING", 1e12)
+    run, errors = observed(hard, 21)
+    assert errors._nodes == 2
+    true, bound = missed(hard, run, errors)
+    assert np.all(true <= bound)
+    assert bound[1] > 100 * enough.at(TIMES)[1]
+
+
+def test_the_flow_of_a_step_is_of_sixth_order():
+    """Half a step divides the error of its flow by 2⁷: the matrices do not commute."""
+
+    def slope(t):
+        return np.array(
+            [[0.1, 1, 0.3 * t, 0], [t, -0.2, 0, 1], [math.sin(t), 0, 0.3, t * t], [0, 0.5, 1, 0]]
+        )
+
+    def rates(t, x):
+        return (slope(t) @ x.reshape(4, 4)).ravel()
+
+    nodes, _ = defect._gauss(3)
+    missed = []
+    for h in (0.4, 0.2):
+        exact = solve_ivp(rates, (0, h), np.eye(4).ravel(), method="DOP853", rtol=1e-13, atol=1e-14)
+        found = expm(defect._magnus(*(h * slope(h * node) for node in nodes)))
+        missed.append(np.abs(found - exact.y[:, -1].reshape(4, 4)).max())
+    assert missed[1] < missed[0] / 2**6.5
+    assert missed[0] < 1e-5
 
 
 @pytest.mark.parametrize("size", [1e-9, 0.3, 3.0, 40.0])

@@ -22,6 +22,7 @@ from twolink.simulation.hybrid.roots import Search, first_fall, lowest, margins_
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import CONTACT_GAP, GRAZING, LEADING, LEADING_SHARE
+from twolink.simulation.series import powers
 
 
 class Finding(NamedTuple):
@@ -399,18 +400,3 @@ def _offset(system: HybridSystem, mode: Mode, trigger: Trigger) -> Any:
 @functools.cache
 def _counting(order: int, kind: Any) -> Any:
     return np.arange(1.0, order).astype(kind)
-
-
-def powers(lengths: Any, count: int) -> Any:
-    """Return the powers 0 … count − 1 of each length: shape (n, count)."""
-    if lengths.dtype == np.float64:
-        return lengths[:, None] ** _exponents(count)
-    factors = np.empty((len(lengths), count), dtype=lengths.dtype)
-    factors[:, 0] = 1
-    factors[:, 1:] = lengths[:, None]
-    return np.multiply.accumulate(factors, axis=1)
-
-
-@functools.cache
-def _exponents(count: int) -> Any:
-    return np.arange(float(count))

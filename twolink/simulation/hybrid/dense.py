@@ -10,9 +10,9 @@ from typing import Any, Literal
 import numpy as np
 
 from twolink.integration.precisions import PRECISIONS, PrecisionName
-from twolink.simulation.hybrid.certificate import powers
 from twolink.simulation.hybrid.flow import Arc
 from twolink.simulation.hybrid.state import HybridState
+from twolink.simulation.series import powers
 
 # Newton iterations that invert the clock on a step whose variable is not time. They converge
 # quadratically from within the step; converged values are not iterated further.

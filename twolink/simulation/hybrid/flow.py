@@ -20,7 +20,7 @@ from twolink.formulations import FormulationName
 from twolink.integration.precisions import PrecisionName
 from twolink.optional import heyoka
 from twolink.simulation.hybrid import tolerances
-from twolink.simulation.hybrid.certificate import Block, Certificate, Finding, powers
+from twolink.simulation.hybrid.certificate import Block, Certificate, Finding
 from twolink.simulation.hybrid.compile import CompiledMode, compiled_mode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.dynamics import push_of
@@ -31,6 +31,7 @@ from twolink.simulation.hybrid.roots import product
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
+from twolink.simulation.series import powers
 
 # Initial and largest number of steps between certificates. A step in a long precision costs more
 # than its certificate.

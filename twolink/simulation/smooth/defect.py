@@ -10,7 +10,8 @@ an error of Φ would grow like an instability.
 
 The rates f have round-off too, of the size that a rounding of the state and of f itself gives.
 Vectors of random signs times this size on each step, propagated like the defect, are samples of the
-round-off of the estimate.
+round-off of the estimate. Where Gauss's rule should not suffice, its error is seen on the slopes of
+the polynomials themselves, whose integrals are known, and takes the place of the round-off.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from twolink.formulations import EquationsName
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
+from twolink.simulation.series import powers
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.taylor import Steps
 
@@ -56,12 +58,14 @@ _NORM = 0.25
 class Defects(NamedTuple):
     """Defects of steps, shape (n, 4), their moments, (2, n, 4, 1), and the sizes of h f, (n, 4).
 
-    The moments are those with the rest of the step, and with half its square.
+    The moments are those with the rest of the step, and with half its square. `quadrature`, shape
+    (n, 4), is the error of Gauss's rule on the slopes of the polynomials, whose integral is known.
     """
 
     defects: Array
     moments: Array
     rates: Array
+    quadrature: Array
 
 
 class StepErrors:
@@ -101,7 +105,7 @@ class StepErrors:
         The errors have shape (n, 4, 1 + samples): the defect, and samples of its round-off.
         """
         scaled = steps.coefficients
-        scaled = scaled * _powers(steps.lengths, scaled.shape[2])[:, None]
+        scaled = scaled * powers(steps.lengths, scaled.shape[2])[:, None]
         found = self._defects(steps, scaled)
         jacobians = self._jacobians(steps, scaled.astype(float))
         lengths = steps.lengths.astype(float)
@@ -110,7 +114,7 @@ class StepErrors:
         flows = _exponentials(_magnus(*scaled_jacobians))
         states = np.abs(scaled[:, :, 0].astype(float))
         roundings = (np.abs(mean) @ states[:, :, None])[:, :, 0] + found.rates
-        sizes = self._rounding / math.sqrt(self._nodes) * roundings
+        sizes = np.maximum(self._rounding / math.sqrt(self._nodes) * roundings, found.quadrature)
         samples = sizes[:, :, None] * self._random_signs(len(sizes))
         # The defect of a step grows over the rest of the step.
         once, twice = found.moments
@@ -123,7 +127,7 @@ class StepErrors:
         return self._largest(self._errors, times)
 
     def round_off_at(self, times: Array) -> Array:
-        """Return the mean square root of the round-off error (rad, rad/s) up to each time (s)."""
+        """Return the root mean square of round-off errors (rad, rad/s) up to each time (s)."""
         return self._largest(self._noise, times)
 
     def _largest(self, values: list[Array], times: Array) -> Array:
@@ -177,6 +181,7 @@ class StepErrors:
             ((scaled[:, :, 0].T - following) + integrals).astype(float).T,
             within,
             np.abs(mean).astype(float).T,
+            np.abs(slopes @ weights - scaled[:, :, 1:].sum(axis=2).T).astype(float).T,
         )
 
     def _jacobians(self, steps: Steps, scaled: Array) -> Array:
@@ -205,14 +210,6 @@ class StepErrors:
         for place, rate in enumerate(every):
             found[place] = rate
         return found
-
-
-def _powers(lengths: Any, count: int) -> Any:
-    """Return the powers 0 … count − 1 of each length: shape (n, count)."""
-    factors = np.empty((len(lengths), count), dtype=lengths.dtype)
-    factors[:, 0] = 1
-    factors[:, 1:] = lengths[:, None]
-    return np.multiply.accumulate(factors, axis=1)
 
 
 def _values(scaled: Any, nodes: Array) -> Any:

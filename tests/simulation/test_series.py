@@ -1,0 +1,13 @@
+"""Powers of the lengths of steps, in any precision."""
+
+import numpy as np
+import pytest
+
+from twolink.simulation.series import powers
+
+
+@pytest.mark.parametrize("kind", [float, np.longdouble])
+def test_powers_start_with_one(kind):
+    found = powers(np.array([2, 0.5], dtype=kind), 4)
+    assert found.dtype == np.dtype(kind)
+    assert found.tolist() == [[1, 2, 4, 8], [1, 0.5, 0.25, 0.125]]
