@@ -3,6 +3,7 @@
 import itertools
 import math
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
 from typing import Literal
 
@@ -25,6 +26,9 @@ from twolink.text import quoted
         (np.int8(3), 3),
         (np.array(2.0), 2.0),
         (Fraction(1, 3), Fraction(1, 3)),
+        (Decimal("0.1"), Fraction(1, 10)),
+        (Decimal("0e-999999"), Fraction(0)),
+        (Decimal("-Infinity"), -math.inf),
         (np.longdouble(2), np.longdouble(2)),
         (sympy.Symbol("x"), sympy.Symbol("x")),
     ],
@@ -44,8 +48,23 @@ def test_what_is_no_number_is_refused(given):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("given", [10**400, -(10**400)])
-def test_an_integer_beyond_float64_is_refused(given):
+@pytest.mark.parametrize("given", ["NaN", "sNaN", "-NaN123"])
+def test_decimals_that_are_no_number_are_nan(given):
+    assert math.isnan(inputs.as_number("x", Decimal(given)))
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        10**400,
+        -(10**400),
+        Decimal("1e400"),
+        Decimal("-1e-999999"),
+        Decimal("1e999999"),
+        Fraction(10**400),
+    ],
+)
+def test_a_number_beyond_float64_is_refused(given):
     with pytest.raises(ParameterError, match="x must be a number that float64 can hold; got"):
         inputs.as_number("x", given)
 

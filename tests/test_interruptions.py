@@ -116,8 +116,21 @@ def in_folder(words, out):
     return [str(word).replace("{out}", str(out)) for word in words]
 
 
+_STARTED = []
+
+
+@pytest.fixture(autouse=True)
+def _no_process_is_left():
+    """End the processes of a test that failed: the next test must not meet them."""
+    yield
+    while _STARTED:
+        process = _STARTED.pop()
+        process.kill()
+        process.communicate()
+
+
 def started(words, out, *, program=("-m", "twolink.cli"), **options):
-    return subprocess.Popen(
+    process = subprocess.Popen(
         [sys.executable, *program, *in_folder(words, out)],
         stdout=options.pop("stdout", subprocess.DEVNULL),
         stderr=subprocess.PIPE,
@@ -131,6 +144,8 @@ def started(words, out, *, program=("-m", "twolink.cli"), **options):
         },
         **options,
     )
+    _STARTED.append(process)
+    return process
 
 
 def wait_until(process, condition):
@@ -218,7 +233,9 @@ from twolink.cli import app
 
 def hold(file):
     print("written", flush=True)
-    time.sleep(60)
+    # A signal between a check of Python for signals and one long sleep would wait for its end.
+    for _ in range(1200):
+        time.sleep(0.05)
 
 files._sync = hold
 app(sys.argv[1:])

@@ -13,6 +13,8 @@ import types
 from collections.abc import Callable, Iterable, Mapping, Set
 from dataclasses import fields
 from datetime import timedelta
+from decimal import Decimal
+from fractions import Fraction
 from itertools import islice
 from numbers import Real
 from os import PathLike
@@ -36,21 +38,37 @@ def refuse(name: str, value: Any, wanted: str) -> NoReturn:
 
 
 def as_number(name: str, value: Any) -> Any:
-    """Return a number of any kind; those of NumPy that float64 holds as Python's."""
+    """Return a number of any kind; those of NumPy that float64 holds as Python's.
+
+    Decimal numbers become fractions, which have their value and compute with floats.
+    """
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
-    if isinstance(value, (np.bool_, bool)) or not _counts(value):
+    if isinstance(value, (np.bool_, bool)) or not is_number(value):
         refuse(name, value, "a number")
     if isinstance(value, np.integer):
         return int(value)
     if isinstance(value, (np.float64, np.float32, np.float16)):
         return float(value)
-    if isinstance(value, int) and abs(value) > _LARGEST:
+    if isinstance(value, Decimal):
+        return _as_fraction(name, value)
+    if isinstance(value, (int, Fraction)) and not -_LARGEST <= value <= _LARGEST:
         refuse(name, value, "a number that float64 can hold")
     return value
 
 
 _LARGEST = int(np.finfo(float).max)
+# A decimal number with exponents beyond these has a fraction of that many digits.
+_LEAST_EXPONENT, _GREATEST_EXPONENT = -400, 307
+
+
+def _as_fraction(name: str, value: Decimal) -> Fraction | float:
+    """Return the value of a decimal number; infinity and NaN as floats."""
+    if not value.is_finite():
+        return math.nan if value.is_nan() else float(value)
+    if value and not _LEAST_EXPONENT <= value.adjusted() <= _GREATEST_EXPONENT:
+        refuse(name, value, "a number that float64 can hold")
+    return Fraction(value) if value else Fraction(0)
 
 
 def as_scalar(name: str, value: Any) -> Any:
@@ -68,17 +86,27 @@ _NO_NUMBERS = (
 )
 
 
-def _counts(value: Any) -> bool:
+def is_number(value: Any) -> bool:
     """Return whether an object can be computed with, and is no collection, complex or a time."""
     if isinstance(value, _NO_NUMBERS):
         return False
     return hasattr(type(value), "__mul__") and hasattr(type(value), "__sub__")
 
 
+def nearest_float(number: Any) -> float:
+    """Return a real number in float64; infinity beyond its range, NaN for any other object."""
+    if not isinstance(number, Real):
+        return math.nan
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf
+
+
 def as_real(name: str, value: Any) -> Any:
     """Return a finite real number."""
     number = as_number(name, value)
-    if not isinstance(number, Real) or not math.isfinite(number):
+    if not math.isfinite(nearest_float(number)):
         refuse(name, value, "a finite real number")
     return number
 
@@ -86,7 +114,7 @@ def as_real(name: str, value: Any) -> Any:
 def as_positive(name: str, value: Any) -> Any:
     """Return a positive and finite real number."""
     number = as_number(name, value)
-    if not isinstance(number, Real) or not 0 < float(number) < math.inf:
+    if not 0 < nearest_float(number) < math.inf:
         refuse(name, value, "a positive number")
     return number
 

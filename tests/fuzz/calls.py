@@ -13,7 +13,9 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import mpmath
 import numpy as np
+import sympy
 
 from tests.effects.test_inputs_of_effects import GOOD
 from tests.fuzz.dice import Dice, Input
@@ -23,7 +25,7 @@ from twolink.accuracy.enclosure import enclosure
 from twolink.accuracy.reference import reference
 from twolink.accuracy.study import study
 from twolink.chain import Chain
-from twolink.effects import Effect, EndForce, Gravity, JointStop, effect_class
+from twolink.effects import Effect, EndForce, Gravity, JointDamping, JointStop, effect_class
 from twolink.errors import TwolinkError
 from twolink.limits import Limits
 from twolink.loads import Force, Torque
@@ -79,6 +81,7 @@ NUMBERS = (
     10**308, 10**400, True, 1j, Decimal("0.5"), Decimal("NaN"), Fraction(1, 3), np.float32(0.5),
     np.float64("nan"), np.longdouble("1e4000"), np.int64(3), np.uint8(200), np.True_, np.array(0.5),
     np.datetime64("2020"), np.timedelta64(1), "1", "0.5", b"1",
+    mpmath.mpf("0.3"), mpmath.nan, sympy.Symbol("x"), sympy.Rational(1, 3), sympy.oo,
 )  # fmt: skip
 THINGS = (
     None, "", "D", "taylor", "a\nb", "\x00", "\udcff", "x" * 5000, (), [], {}, set(), {1: 2}, [1],
@@ -112,6 +115,15 @@ def something(dice: Dice, folder: Path) -> object:
 def trajectories() -> tuple[Trajectory, ...]:
     """Return trajectories, smooth and with events."""
     return tuple(simulate(scene, samples=11) for scene in (SMOOTH, EVENTS))
+
+
+def _simulated(numbers: dict[str, Any]) -> Trajectory:
+    """Simulate a scene whose numbers are those given, wherever a scene can have one."""
+    mass, q, u = ((numbers[name], 1.0) for name in ("mass", "q", "u"))
+    effects = (Gravity(numbers["g"]), JointDamping((numbers["damping"], 0.1)))
+    chain = Chain.uniform_bars(mass)
+    made = Scene(chain, q, u, numbers["duration"], effects, numbers["accuracy"])
+    return simulate(made, samples=3, limits=Limits(seconds=5.0))
 
 
 def _mutated(scene: Scene, function: Callable[..., Any]) -> Trajectory:
@@ -164,6 +176,8 @@ def _right(dice: Dice, folder: Path, out: Path) -> tuple[Callable[..., object], 
         (Scene.parse, {"text": (folder / "good.toml").read_text(), "source": "x"}),
         (read_planar_urdf, {"path": folder / "good.urdf"}),
         (parse_planar_urdf, {"text": urdf}),
+        (_simulated, {"numbers": {"mass": 1, "q": 0.1, "u": 0.0, "g": 9.8, "damping": 0.1,
+                                  "duration": 0.1, "accuracy": 1e-4}}),
         (_mutated, {"scene": scene, "function": dice.choice(LOADS)}),
     )  # fmt: skip
     return dice.choice(rights)

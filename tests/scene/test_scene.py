@@ -1,10 +1,14 @@
 import json
 import math
 from dataclasses import dataclass, replace
+from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
 
+import mpmath
 import numpy as np
 import pytest
+import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
@@ -26,6 +30,7 @@ from twolink.effects.pd_control import PdControl
 from twolink.errors import ParameterError, SceneError
 from twolink.integration.methods import METHODS
 from twolink.scene import LARGEST_FILE, Scene, scene_model
+from twolink.simulation import simulate
 
 TEXT = """
 title = "A test"
@@ -378,7 +383,7 @@ class Heavier(Gravity):
             {"effects": (Gravity(np.longdouble(9)),)},
             "must be a number, a word, true, false, or a tuple; got np.longdouble(",
         ),
-        ({"duration": 2**60 + 1}, "must be held by float64 and its words by UTF-8"),
+        ({"effects": (Gravity(2**60 + 1),)}, "must be held by float64 and its words by UTF-8"),
         ({"title": "\ud800"}, "must be held by float64 and its words by UTF-8"),
         (
             {"chain": replace(GENERAL, rotors=(Rotor(0.1, (1.0, 0.0)),))},
@@ -492,11 +497,48 @@ def test_files_without_end_or_too_large_are_refused(tmp_path):
     assert len(str(caught.value)) < 500
 
 
-@pytest.mark.parametrize("many", [np.array([1.0, 2.0]), 1 + 0j])
-def test_chains_of_arrays_or_complex_numbers_are_for_single_evaluations_only(many):
-    chain = Chain.uniform_bars().convert(lambda x: x * many)
-    with pytest.raises(ParameterError, match="chain must be made of real numbers"):
+@pytest.mark.parametrize(
+    "number", [np.array([1.0, 2.0]), 1 + 0j, mpmath.mpf(1), sympy.Symbol("x", positive=True)]
+)
+def test_chains_and_effects_that_do_not_compute_with_float64_are_for_formulas_only(number):
+    words = "must be made of floats, whole numbers or fractions; got "
+    chain = Chain.uniform_bars().convert(lambda x: x * number)
+    with pytest.raises(ParameterError, match=f"^chain {words}"):
         Scene(chain, q=(0.0, 0.0), u=(0.0, 0.0), duration=1.0)
+    if not isinstance(number, (complex, np.ndarray)):
+        effects = (JointDamping((0.0, number)),)
+        with pytest.raises(ParameterError, match=f"^JointDamping {words}"):
+            Scene(Chain.uniform_bars(), (0.0, 0.0), (0.0, 0.0), 1.0, effects)
+
+
+@pytest.mark.parametrize(
+    "kind", [Fraction, Decimal, mpmath.mpf, sympy.Rational, sympy.Float, np.float32, np.longdouble]
+)
+def test_start_duration_and_accuracy_are_float64(kind):
+    number = kind("0.25")
+    scene = Scene(Chain.uniform_bars(), (number, 1), (0, number), number, (), number)
+    assert repr((scene.q, scene.u)) == "((0.25, 1.0), (0.0, 0.25))"
+    assert repr((scene.duration, scene.accuracy)) == "(0.25, 0.25)"
+    assert np.isfinite(simulate(scene, samples=3).q).all()
+
+
+@pytest.mark.parametrize(
+    "number",
+    [
+        sympy.Symbol("x"),
+        sympy.nan,
+        sympy.I,
+        sympy.Integer(10) ** 400,
+        Decimal("NaN"),
+        Fraction(10**400),
+    ],
+)
+@pytest.mark.parametrize("name", ["q", "u", "duration", "accuracy"])
+def test_a_number_that_float64_has_not_is_refused(name, number):
+    kept = {"q": (0.0, 0.0), "u": (0.0, 0.0), "duration": 1.0}
+    given = {name: (0.0, number) if name in ("q", "u") else number}
+    with pytest.raises(ParameterError, match=rf"{name}.* must be .*finite|float64 can hold"):
+        Scene(Chain.uniform_bars(), **{**kept, **given})
 
 
 def test_the_text_of_a_scene_is_one_line():

@@ -2,8 +2,10 @@
 
 import inspect
 from dataclasses import fields
+from decimal import Decimal
 
 import pytest
+import sympy
 
 from twolink.chain import Chain
 from twolink.errors import ParameterError, SimulationError
@@ -31,6 +33,8 @@ def test_options_as_one_value_give_the_same_trajectory():
     ("given", "error", "words"),
     [
         ({"accuracy": 0.0}, SimulationError, "accuracy must be positive and finite; got 0.0"),
+        ({"accuracy": Decimal("NaN")}, SimulationError, "positive and finite; got nan"),
+        ({"accuracy": sympy.Symbol("x")}, SimulationError, "positive and finite; got x"),
         ({"accuracy": "fine"}, ParameterError, "accuracy must be a number; got 'fine'"),
         ({"method": "rk5"}, SimulationError, "got 'rk5' (did you mean 'rk4'"),
         ({"formulation": "kanes"}, SimulationError, "got 'kanes' (did you mean 'kane'?)"),

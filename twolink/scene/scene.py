@@ -6,11 +6,16 @@ evaluated or compiled.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, is_dataclass
+from fractions import Fraction
 from numbers import Real
 from os import PathLike
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from twolink import optional
 from twolink.arithmetic import Pair
@@ -18,7 +23,17 @@ from twolink.chain import Chain
 from twolink.coordinates import JointConvention
 from twolink.effects import EFFECTS, Effect, is_registered, names_of, with_rotors
 from twolink.errors import ParameterError, SceneError, TwolinkError
-from twolink.inputs import as_choice, as_number, as_pair, as_path, as_tuple, as_word, refuse
+from twolink.inputs import (
+    as_choice,
+    as_number,
+    as_pair,
+    as_path,
+    as_tuple,
+    as_word,
+    is_number,
+    nearest_float,
+    refuse,
+)
 from twolink.integration.methods import METHODS, MethodName
 from twolink.scene.model import checked, scene_model
 from twolink.scene.names import scene_file
@@ -26,7 +41,6 @@ from twolink.scene.reading import chain_of, effects_of, start_of
 from twolink.scene.text import check_tables, read_text, tables
 from twolink.scene.writing import written
 from twolink.tables import table
-from twolink.validation import check_finite
 from twolink.values import is_value
 
 
@@ -40,6 +54,9 @@ class Scene:
     copied. `joints` ties joint angles to q, for a chain that has them, such as that of a URDF.
     `notes` has a sentence for each property of a URDF that is assumed or not simulated. Raises
     `ParameterError` for an argument of the wrong kind or value.
+
+    Start, duration and accuracy become float64. Chain and effects have floats, whole numbers and
+    fractions; mpmath's and SymPy's are for formulas.
     """
 
     chain: Chain
@@ -58,12 +75,9 @@ class Scene:
         """Copy mutable values; require a finite start, and positive duration and accuracy."""
         if not isinstance(self.chain, Chain):
             refuse("chain", self.chain, "a Chain")
-        kept: dict[str, Any] = {name: as_pair(name, getattr(self, name)) for name in ("q", "u")}
-        check_finite("start", **kept)
+        kept: dict[str, Any] = {name: _start(name, getattr(self, name)) for name in ("q", "u")}
         for name in ("duration", "accuracy"):
-            kept[name] = as_number(name, getattr(self, name))
-            if isinstance(kept[name], Real) and not 0 < float(kept[name]) < float("inf"):
-                raise ParameterError(f"run: {name} must be positive and finite; got {kept[name]!r}")
+            kept[name] = _positive(name, getattr(self, name))
         kept["method"] = as_choice("method", self.method, METHODS)
         for name in ("title", "shows"):
             kept[name] = as_word(name, getattr(self, name))
@@ -72,8 +86,9 @@ class Scene:
         for name, value in kept.items():
             object.__setattr__(self, name, value)
         own = tuple(e if is_registered(e) else self._checked(e) for e in self.effects)
-        if not _is_hashable(self.chain) or _has_complex(self.chain):
-            refuse("chain", self.chain, "made of real numbers, not of arrays or complex numbers")
+        for name, thing in (("chain", self.chain), *zip(names_of(own), own, strict=True)):
+            for number in _unfit(thing):
+                refuse(name, number, "made of floats, whole numbers or fractions")
         object.__setattr__(self, "effects", own)
 
     def _checked(self, effect: Any) -> Effect:
@@ -173,22 +188,37 @@ class Scene:
         return text
 
 
-def _is_hashable(value: Any) -> bool:
-    """Return whether an object can be the key of a cache: arrays cannot."""
-    try:
-        hash(value)
-    except TypeError:
-        return False
-    return True
+def _start(name: str, value: Any) -> Pair:
+    """Return a pair of finite numbers in float64."""
+    pair = as_pair(name, value)
+    first, second = (nearest_float(number) for number in pair)
+    if not math.isfinite(first) or not math.isfinite(second):
+        raise ParameterError(f"start: {name} must be finite numbers; got {pair!r}")
+    return first, second
 
 
-def _has_complex(value: Any) -> bool:
-    """Return whether a data class or a sequence has a complex number in it."""
+def _positive(name: str, value: Any) -> float:
+    """Return a positive and finite number in float64."""
+    given = as_number(name, value)
+    number = nearest_float(given)
+    if not 0 < number < math.inf:
+        raise ParameterError(f"run: {name} must be positive and finite; got {given!r}")
+    return number
+
+
+def _unfit(value: Any) -> Iterator[Any]:
+    """Yield each array, and each number that does not compute with float64, of a data class."""
     if is_dataclass(value):
-        return any(_has_complex(getattr(value, field.name)) for field in fields(value))
-    if isinstance(value, tuple):
-        return any(_has_complex(entry) for entry in value)
-    return isinstance(value, complex)
+        for part in fields(value):
+            if part.init:
+                yield from _unfit(getattr(value, part.name))
+    elif isinstance(value, tuple):
+        for entry in value:
+            yield from _unfit(entry)
+    elif isinstance(value, (complex, np.ndarray, np.complexfloating)) or (
+        is_number(value) and not isinstance(value, (bool, int, float, Fraction, np.floating))
+    ):
+        yield value
 
 
 def _short(pair: Pair) -> str:

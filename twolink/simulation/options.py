@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from twolink.errors import SimulationError
 from twolink.formulations import EquationsName
-from twolink.inputs import as_count, as_number, as_word, check_callback, check_instance
+from twolink.inputs import (
+    as_count,
+    as_number,
+    as_word,
+    check_callback,
+    check_instance,
+    nearest_float,
+)
 from twolink.integration.methods import MethodName, method_named
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.simulation.smooth.equations import equations_named
@@ -34,10 +42,12 @@ class RunOptions:
         """Require values of the right kind."""
         check_callback("progress", self.progress, ("name", "share"))
         check_instance("limits", self.limits, Limits)
-        if self.accuracy is not None and not 0 < as_number("accuracy", self.accuracy) < float(
-            "inf"
-        ):
-            raise SimulationError(f"accuracy must be positive and finite; got {self.accuracy!r}")
+        if self.accuracy is not None:
+            given = as_number("accuracy", self.accuracy)
+            accuracy = nearest_float(given)
+            if not 0 < accuracy < math.inf:
+                raise SimulationError(f"accuracy must be positive and finite; got {given!r}")
+            object.__setattr__(self, "accuracy", accuracy)
         if self.method is not None:
             method_named(as_word("method", self.method))
         equations_named(as_word("formulation", self.formulation))
