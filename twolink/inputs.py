@@ -249,15 +249,17 @@ def _is_masked(value: Any) -> bool:
     return any(isinstance(entry, np.ma.MaskedArray) for entry in (value, *entries))
 
 
-def take_fields(owner: Any, where: str) -> None:
+def take_fields(owner: Any, where: str, *, real: bool = False) -> None:
     """Set the fields of a frozen data class to the values of its arguments.
 
     The annotations give the type of each: a number, a pair or a tuple of numbers, a truth value, a
-    string, or a tuple of strings. Raises `ParameterError` for anything else.
+    string, or a tuple of strings. With `real`, numbers must be real, as those that are compared.
+    Raises `ParameterError` for anything else.
     """
     kind: Any = type(owner)
+    number = _as_ordered if real else as_number
     for name, annotation in _annotations(kind).items():
-        value = _taken(f"{where}: {name}", getattr(owner, name), annotation)
+        value = _taken(f"{where}: {name}", getattr(owner, name), annotation, number)
         object.__setattr__(owner, name, value)
 
 
@@ -267,7 +269,15 @@ def _annotations(kind: type) -> dict[str, Any]:
     return {field.name: hints[field.name] for field in fields(kind) if field.init}
 
 
-def _taken(name: str, value: Any, annotation: Any) -> Any:
+def _as_ordered(name: str, value: Any) -> Any:
+    """Return a real number, which may be infinite or NaN."""
+    number = as_number(name, value)
+    if not isinstance(number, Real):
+        refuse(name, value, "a real number")
+    return number
+
+
+def _taken(name: str, value: Any, annotation: Any, as_number: Callable[[str, Any], Any]) -> Any:
     """Return an argument as a value of its annotation."""
     if get_origin(annotation) in (Union, types.UnionType):
         if value is None:
@@ -283,7 +293,7 @@ def _taken(name: str, value: Any, annotation: Any) -> Any:
         return as_number(name, value)
     kind, *rest = get_args(annotation)
     if rest == [kind]:
-        return as_pair(name, value)
+        return tuple(as_number(f"{name}[{k}]", x) for k, x in enumerate(as_pair(name, value)))
     word = get_origin(kind) is Literal
     entries = as_tuple(name, value, "a sequence of strings" if word else "a sequence of numbers")
-    return tuple(_taken(f"{name}[{k}]", entry, kind) for k, entry in enumerate(entries))
+    return tuple(_taken(f"{name}[{k}]", entry, kind, as_number) for k, entry in enumerate(entries))

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+import sympy
 
 from twolink.effects import EFFECTS, effect_class
 from twolink.effects.gravity import Gravity
@@ -46,6 +47,21 @@ WRONG = [None, "ab", object(), float, [None, None], ("a", "b"), np.eye(2), {"x":
 
 def test_every_effect_is_here():
     assert set(GOOD) == set(EFFECTS)
+
+
+@pytest.mark.parametrize(
+    ("name", "field"),
+    [
+        ("end_force", "friction"),
+        ("end_force", "static"),
+        ("joint_stop", "lower"),
+        ("surface", "restitution"),
+        ("compliant_surface", "stiffness"),
+    ],
+)
+def test_numbers_of_contacts_are_real(name, field):
+    with pytest.raises(ParameterError, match=f": {field} must be a real number; got x"):
+        effect_class(name)(**{**GOOD[name], field: sympy.Symbol("x")})
 
 
 @pytest.mark.parametrize(("name", "field"), FIELDS)

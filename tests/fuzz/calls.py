@@ -117,12 +117,12 @@ def trajectories() -> tuple[Trajectory, ...]:
     return tuple(simulate(scene, samples=11) for scene in (SMOOTH, EVENTS))
 
 
-def _simulated(numbers: dict[str, Any]) -> Trajectory:
+def _simulated(
+    *, mass: Any, q: Any, u: Any, g: Any, damping: Any, duration: Any, accuracy: Any
+) -> Trajectory:
     """Simulate a scene whose numbers are those given, wherever a scene can have one."""
-    mass, q, u = ((numbers[name], 1.0) for name in ("mass", "q", "u"))
-    effects = (Gravity(numbers["g"]), JointDamping((numbers["damping"], 0.1)))
-    chain = Chain.uniform_bars(mass)
-    made = Scene(chain, q, u, numbers["duration"], effects, numbers["accuracy"])
+    effects = (Gravity(g), JointDamping((damping, 0.1)))
+    made = Scene(Chain.uniform_bars((mass, 1.0)), (q, 0.2), (0.0, u), duration, effects, accuracy)
     return simulate(made, samples=3, limits=Limits(seconds=5.0))
 
 
@@ -176,8 +176,8 @@ def _right(dice: Dice, folder: Path, out: Path) -> tuple[Callable[..., object], 
         (Scene.parse, {"text": (folder / "good.toml").read_text(), "source": "x"}),
         (read_planar_urdf, {"path": folder / "good.urdf"}),
         (parse_planar_urdf, {"text": urdf}),
-        (_simulated, {"numbers": {"mass": 1, "q": 0.1, "u": 0.0, "g": 9.8, "damping": 0.1,
-                                  "duration": 0.1, "accuracy": 1e-4}}),
+        (_simulated, {"mass": 1, "q": 0.1, "u": 0.0, "g": 9.8, "damping": 0.1, "duration": 0.1,
+                      "accuracy": 1e-4}),
         (_mutated, {"scene": scene, "function": dice.choice(LOADS)}),
     )  # fmt: skip
     return dice.choice(rights)

@@ -60,7 +60,9 @@ class CompliantSurface(ContactEffect):
 
     def __post_init__(self) -> None:
         """Require a non-zero normal, points, valid coefficients and a complete material."""
-        take_fields(self, self.name if isinstance(self.name, str) else "compliant surface")
+        take_fields(
+            self, self.name if isinstance(self.name, str) else "compliant surface", real=True
+        )
         if not all(math.isfinite(x) for x in (*self.point, *self.normal)):
             self._refuse("point and normal", (self.point, self.normal), "finite numbers")
         if math.hypot(*self.normal) == 0:

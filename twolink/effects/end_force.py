@@ -38,9 +38,9 @@ class EndForce(ContactEffect):
 
     def __post_init__(self) -> None:
         """Require 0 ≤ μ ≤ static μ, and a valid sliding direction."""
-        take_fields(self, "end force")
+        take_fields(self, "end force", real=True)
         check_finite("end force", normal=self.normal)
-        if isinstance(self.friction, (int, float)) and not 0 <= self.friction < float("inf"):
+        if not 0 <= self.friction < float("inf"):
             raise ParameterError(
                 f"end force: friction must be zero or positive and finite; got {self.friction!r}"
             )

@@ -30,7 +30,7 @@ class JointStop(ContactEffect):
 
     def __post_init__(self) -> None:
         """Require at least one angle, lower < upper, and 0 ≤ e ≤ 1."""
-        take_fields(self, "joint stop")
+        take_fields(self, "joint stop", real=True)
         if self.joint not in ("A", "B"):
             raise ParameterError(f"joint stop: joint must be 'A' or 'B'; got {self.joint!r}")
         where = f"joint stop at {self.joint}"

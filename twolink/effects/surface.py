@@ -41,7 +41,7 @@ class Surface(ContactEffect):
 
     def __post_init__(self) -> None:
         """Require a non-zero normal, 0 ≤ e ≤ 1 and 0 ≤ μ ≤ static μ."""
-        take_fields(self, self.name if isinstance(self.name, str) else "surface")
+        take_fields(self, self.name if isinstance(self.name, str) else "surface", real=True)
         if not all(math.isfinite(x) for x in (*self.point, *self.normal)):
             raise ParameterError(
                 f"{self.name}: point and normal must be finite numbers; got point {self.point!r}"
