@@ -69,6 +69,12 @@ def test_a_number_beyond_float64_is_refused(given):
         inputs.as_number("x", given)
 
 
+@pytest.mark.parametrize("kind", [Fraction, Decimal, np.float32, sympy.Rational, int])
+def test_real_numbers_are_float64(kind):
+    for found in (inputs.as_real("x", kind("3")), inputs.as_positive("x", kind("3"))):
+        assert (type(found), found) == (float, 3.0)
+
+
 @pytest.mark.parametrize("given", [0.0, -1.0, math.nan, math.inf])
 def test_what_is_not_positive_is_refused(given):
     with pytest.raises(ParameterError, match="x must be a positive number; got"):

@@ -103,18 +103,18 @@ def nearest_float(number: Any) -> float:
         return math.inf
 
 
-def as_real(name: str, value: Any) -> Any:
-    """Return a finite real number."""
-    number = as_number(name, value)
-    if not math.isfinite(nearest_float(number)):
+def as_real(name: str, value: Any) -> float:
+    """Return a finite real number in float64."""
+    number = nearest_float(as_number(name, value))
+    if not math.isfinite(number):
         refuse(name, value, "a finite real number")
     return number
 
 
-def as_positive(name: str, value: Any) -> Any:
-    """Return a positive and finite real number."""
-    number = as_number(name, value)
-    if not 0 < nearest_float(number) < math.inf:
+def as_positive(name: str, value: Any) -> float:
+    """Return a positive and finite real number in float64."""
+    number = nearest_float(as_number(name, value))
+    if not 0 < number < math.inf:
         refuse(name, value, "a positive number")
     return number
 

@@ -199,7 +199,7 @@ def study(
     budget or the reference run would exceed the `limits`; other runs that would are left out.
     """
     check_run(scene, progress, limits)
-    methods, budget = as_words("methods", methods), float(as_positive("budget", budget))
+    methods, budget = as_words("methods", methods), as_positive("budget", budget)
     engines = as_flag("engines", engines)
     limits.check_time("a measurement with this budget", budget)
     configurations = own_configurations(scene, limits)

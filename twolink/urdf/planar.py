@@ -210,7 +210,7 @@ def _gravity(value: Any) -> Vector3:
     entries = as_tuple("gravity", value, wanted)
     if len(entries) != 3:
         refuse("gravity", value, wanted)
-    gx, gy, gz = (float(as_real(f"gravity[{k}]", entry)) for k, entry in enumerate(entries))
+    gx, gy, gz = (as_real(f"gravity[{k}]", entry) for k, entry in enumerate(entries))
     return gx, gy, gz
 
 
