@@ -3,6 +3,7 @@ import math
 from fractions import Fraction
 
 import mpmath
+import numpy as np
 import pytest
 
 from twolink.chain import Chain, Point
@@ -128,6 +129,20 @@ def test_a_chain_that_float64_cannot_hold_is_refused(size):
     with pytest.raises(ParameterError, match=r"determinant must be 1e-290 to .*; got"):
         Chain.uniform_bars((size, size))
     assert Chain.uniform_bars((1e140, 1e140)).m1 == 1e140
+
+
+@pytest.mark.parametrize("make", [Chain.uniform_bars, Chain.point_masses])
+@pytest.mark.parametrize("size", [10**155, 10**300, Fraction(10) ** 300, Fraction(1, 10**160)])
+def test_exact_numbers_have_the_range_of_float64(make, size):
+    """Products of exact numbers and floats do not overflow to infinity: they raise an error."""
+    for mass, length in (((size, size), (size, size)), ((0.5, 1), (0.5, size))):
+        with pytest.raises(ParameterError, match=r"determinant must be 1e-290 to |got (inf|0\.0)"):
+            make(mass, length)
+
+
+def test_an_array_of_objects_has_numbers_in_it():
+    with pytest.raises(ParameterError, match="link 2: mass must be a number; got None"):
+        Chain.uniform_bars((1.0, np.array([None, 1])), (1.0, 1.0))
 
 
 def test_a_determinant_that_hardly_varies_is_held_by_float64_all_the_same():

@@ -22,7 +22,7 @@ from twolink import optional
 from twolink.arithmetic import Pair, Scalar
 from twolink.errors import ParameterError
 from twolink.files import atomic_write
-from twolink.inputs import as_path, as_scalar, as_tuple, refuse
+from twolink.inputs import as_path, as_scalar, as_tuple, nearest_float, refuse
 from twolink.tables import table
 from twolink.urdf import LinkParameters, read_planar_urdf, write_planar_urdf
 from twolink.urdf.planar import STANDARD_GRAVITY
@@ -93,8 +93,9 @@ class Chain:
 
     def _check_positive_definite(self) -> None:
         """Raise `ParameterError` if the mass matrix is singular in some pose."""
-        (m1, m2), (I_C1, I_C2) = self.mass, self.inertia
-        (a1, b1), (a2, b2) = self.centre
+        # Products of floats overflow to infinity, and those of exact numbers raise an error.
+        (m1, m2), (I_C1, I_C2) = map(_in_floats, (self.mass, self.inertia))
+        (a1, b1), (a2, b2) = map(_in_floats, self.centre)
         _positive(2, "inertia about B", I_C2 + m2 * (a2 * a2 + b2 * b2), "kg m²")
         # det M, at its smallest, is I_A I_B + m2 L1² I_C2.
         if _is_real(I_C2) and I_C2 == 0:
@@ -103,12 +104,12 @@ class Chain:
 
     def _check_float_range(self) -> None:
         """Raise `ParameterError` if det M of float64 parameters leaves their range in some pose."""
-        numbers = (*self.mass, *self.length, *self.centre[0], *self.centre[1], *self.inertia)
-        if not all(isinstance(number, (float, int)) for number in numbers):
+        given = (self.mass, self.inertia, *self.centre, self.length)
+        (m1, m2), (I_C1, I_C2), C1, C2, (L1, _) = map(_in_floats, given)
+        if not all(isinstance(number, float) for number in (m1, m2, I_C1, I_C2, *C1, *C2, L1)):
             return
-        (m1, m2), (I_C1, I_C2) = self.mass, self.inertia
-        reach1, reach2 = (math.hypot(*centre) for centre in self.centre)
-        carried = m2 * self.L1 * self.L1
+        reach1, reach2 = math.hypot(*C1), math.hypot(*C2)
+        carried = m2 * L1 * L1
         I_A, I_B = I_C1 + m1 * reach1 * reach1, I_C2 + m2 * reach2 * reach2
         least, most = I_A * I_B + carried * I_C2, (I_A + carried) * I_B
         # If both bounds are nearly equal, rounding may exchange their order.
@@ -285,6 +286,12 @@ def _is_real(value: Any) -> bool:
     return isinstance(value, Real)
 
 
+def _in_floats(pair: Pair) -> Pair:
+    """Return exact numbers as floats, and any other type unchanged."""
+    first, second = (nearest_float(x) if isinstance(x, (int, Fraction)) else x for x in pair)
+    return first, second
+
+
 def _exact(value: Any) -> Any:
     """Return a float as an exact rational, and any other type unchanged."""
     return Fraction(value) if isinstance(value, (int, float)) else value
@@ -292,7 +299,7 @@ def _exact(value: Any) -> Any:
 
 def _rounded(value: Any) -> Any:
     """Return the float nearest to an exact rational, and any other type unchanged."""
-    return float(value) if isinstance(value, Fraction) else value
+    return nearest_float(value) if isinstance(value, Fraction) else value
 
 
 def _positive(link: int, name: str, value: Any, unit: str) -> None:

@@ -74,6 +74,9 @@ def _as_fraction(name: str, value: Decimal) -> Fraction | float:
 def as_scalar(name: str, value: Any) -> Any:
     """Return a number of any kind, complex too, or a copy of an array of numbers."""
     if isinstance(value, np.ndarray) and value.ndim and value.dtype.kind in "iufcO":
+        if value.dtype.kind == "O":
+            for entry in value.flat:
+                as_number(name, entry)
         return value.copy()
     if isinstance(value, (complex, np.complexfloating)):
         return value
