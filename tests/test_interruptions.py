@@ -116,6 +116,14 @@ def in_folder(words, out):
     return [str(word).replace("{out}", str(out)) for word in words]
 
 
+@pytest.fixture(autouse=True, scope="module")
+def _signals_are_heard():
+    """Let processes hear SIGHUP, also where the tests run under `nohup`, which they inherit."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 _STARTED = []
 
 
