@@ -9,12 +9,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from twolink.data import data_path
 from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
 from twolink.viz.browser import find_browser
+from twolink.viz.commands import decoded
 from twolink.viz.film import Film
 from twolink.viz.run import Run
 from twolink.viz.themes import theme_named
@@ -97,3 +99,28 @@ def pretended_browser(folder: Path, pause: float) -> Path:
     file.write_text(PRETENDER.format(python=sys.executable, pause=pause))
     file.chmod(0o755)
     return file
+
+
+def commands(sequence):
+    """The commands by path and kind; of several the last, as the viewer would have it."""
+    return {(c["path"], c["type"], c.get("property", "")): c for c in map(decoded, sequence)}
+
+
+def matrix(found, path):
+    """A path's 4 × 4 matrix, as it is written down."""
+    return np.array(found[path, "set_transform", ""]["matrix"]).reshape(4, 4).T
+
+
+def corners(found, path):
+    """The corners of the object at a path, in the plane of motion."""
+    geometry = found[path, "set_object", ""]["object"]["geometries"][0]
+    points = geometry["data"]["attributes"]["position"]["array"].reshape(-1, 3)
+    assert (points[:, 1] == 0).all()
+    return np.column_stack([points[:, 0], -points[:, 2]])
+
+
+def in_plane(pose, along):
+    """Where a point along a link's own x-axis is, in the plane of motion."""
+    x, y, z, _ = pose @ [along, 0, 0, 1]
+    assert y == 0
+    return np.array([x, -z])

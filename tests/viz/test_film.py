@@ -3,59 +3,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.viz.films import film_of, trajectory_of
+from tests.viz.films import commands, corners, film_of, in_plane, matrix, trajectory_of
 from twolink import kinematics
 from twolink.errors import PictureError
-from twolink.viz.commands import decoded
 from twolink.viz.film import Film, metres
 from twolink.viz.run import Run
 from twolink.viz.themes import recoloured, theme_named
-
-
-def commands(sequence):
-    """The commands by path and kind; of several the last, as the viewer would have it."""
-    return {(c["path"], c["type"], c.get("property", "")): c for c in map(decoded, sequence)}
-
-
-def matrix(found, path):
-    """A path's 4 × 4 matrix, as it is written down."""
-    return np.array(found[path, "set_transform", ""]["matrix"]).reshape(4, 4).T
-
-
-def corners(found, path):
-    """The corners of the object at a path, in the plane of motion."""
-    geometry = found[path, "set_object", ""]["object"]["geometries"][0]
-    points = geometry["data"]["attributes"]["position"]["array"].reshape(-1, 3)
-    assert (points[:, 1] == 0).all()
-    return np.column_stack([points[:, 0], -points[:, 2]])
-
-
-def in_plane(pose, along):
-    """Where a point along a link's own x-axis is, in the plane of motion."""
-    x, y, z, _ = pose @ [along, 0, 0, 1]
-    assert y == 0
-    return np.array([x, -z])
-
-
-@pytest.mark.parametrize(("fps", "speed"), [(30, 1.0), (25, 0.5), (60, 3.0)])
-def test_links_are_where_the_kinematics_puts_them_at_exact_times(fps, speed):
-    trajectory = trajectory_of("free_fall", 2.0)
-    film = film_of("free_fall", 2.0, fps=fps, speed=speed)
-    assert len(film.times) == int(2.0 * fps / speed + 1e-9) + 1
-    chain = trajectory.chain
-    for k in range(0, len(film.times), 7):
-        frame = film.frame(k)
-        assert frame.time == pytest.approx(k * speed / fps, abs=1e-15)
-        q, _ = trajectory.at([frame.time])
-        B, D = (np.array(kinematics.position(chain, tuple(q[:, 0]), p)) for p in (chain.B, chain.D))
-        found = commands(frame.commands)
-        first, second = (matrix(found, f"/twolink/run0/link{link}") for link in (1, 2))
-        assert in_plane(first, 0) == pytest.approx([0, 0], abs=1e-15)
-        assert in_plane(first, float(chain.L1)) == pytest.approx(B, abs=1e-13)
-        assert in_plane(second, 0) == pytest.approx(B, abs=1e-13)
-        assert in_plane(second, float(chain.L2)) == pytest.approx(D, abs=1e-13)
-        # Rotations about meshcat's y, which is the chain's z.
-        assert np.linalg.det(first[:3, :3]) == pytest.approx(1)
 
 
 def test_gravity_points_down_on_the_screen():
@@ -65,42 +18,6 @@ def test_gravity_points_down_on_the_screen():
     assert later[2, 3] < start[2, 3]
     a, b = film.framing(640, 480).pixel(np.array([[0.0, 0.0], [0.0, 1.0]]))
     assert b[1] > a[1]
-
-
-def test_the_trail_follows_d_and_tapers():
-    trajectory = trajectory_of("free_fall", 2.0)
-    film = film_of("free_fall", 2.0)
-    found = commands(film.frame(45).commands)
-    points = corners(found, "/twolink/trail0")
-    half = len(points) // 2
-    middle, width = (
-        (points[:half] + points[half:]) / 2,
-        np.hypot(*(points[:half] - points[half:]).T),
-    )
-    times = 1.5 - 1 + np.arange(91) / 90
-    chain = trajectory.chain
-    D = np.array(kinematics.position(chain, tuple(trajectory.at(times)[0]), chain.D)).T
-    # Rounded to a part of 2^14 of the reach, 0.12 mm.
-    assert np.abs(middle - D[-half:]).max() < 1.3e-4
-    assert width[-1] == pytest.approx(0.03 * film._length, rel=0.01)
-    assert (np.diff(width) > 0).all()
-    drawn = found["/twolink/trail0", "set_object", ""]["object"]
-    colours = drawn["geometries"][0]["data"]["attributes"]["color"]["array"].reshape(-1, 4)
-    # White, by which the viewer multiplies the material's colour.
-    assert (colours[:, :3] == 1).all()
-    assert drawn["materials"][0]["color"] == int(film.theme.end[1:], 16)
-    opacity = colours[:half, 3]
-    assert opacity[0] < 0.02
-    assert opacity[-1] == pytest.approx(0.75)
-
-
-def test_the_trail_touches_the_floor_where_the_end_did():
-    """Impacts are points of it: a trail of even times alone would cut the corner."""
-    film = film_of("bounce_to_rest", 1.0)
-    found = commands(film.frame(14).commands)
-    points = corners(found, "/twolink/trail0")
-    half = len(points) // 2
-    assert ((points[:half] + points[half:]) / 2)[:, 1].max() == pytest.approx(1.2, abs=2e-4)
 
 
 def test_a_frame_does_not_depend_on_previous_frames():
@@ -324,17 +241,6 @@ def test_a_still_is_a_frame_at_exactly_its_time():
     assert film.about["still"] == 0.44
     with pytest.raises(PictureError, match=r"at must be 0 to 1 s; got 1\.5 s"):
         replace(film, still=1.5)
-
-
-def test_a_trail_is_smooth_where_the_chain_is_fast():
-    trajectory = trajectory_of("free_fall", 10.0)
-    film = film_of("free_fall", 10.0)
-    (moments,) = film.moments
-    turned = np.abs(np.diff(moments.q)).max()
-    assert turned < 0.15
-    # At a constant rate it would turn more between two points.
-    every = np.linspace(0, 10, len(film.times) * 3)
-    assert np.abs(np.diff(trajectory.at(every)[0])).max() > 0.15
 
 
 def test_the_letter_of_D_does_not_lie_on_the_arrow_of_friction():

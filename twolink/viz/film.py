@@ -15,41 +15,26 @@ import numpy as np
 from twolink.errors import PictureError
 from twolink.text import printable
 from twolink.viz.commands import (
-    ROOT,
     background,
     background_parts,
-    flat_mesh,
     frontal_camera,
-    in_the_plane,
-    line_segments,
-    transform,
     visible,
 )
 from twolink.viz.contacts import contact_marks, contact_setup, joint_labels, mode_at
 from twolink.viz.framing import Box, Framing, box_of, grid_spacing
+from twolink.viz.grid import grid
 from twolink.viz.impacts import Impacts
 from twolink.viz.labels import Label, Mark
+from twolink.viz.links import TRAIL_RATE, Pen, poses
 from twolink.viz.run import Moments, Run
-from twolink.viz.shapes import Array, Shape, bar, disc, ribbon, ring
+from twolink.viz.shapes import Array
 from twolink.viz.surfaces import (
     elbow_marks,
-    stops_of_elbow,
     surface_marks,
     surface_names,
     surfaces,
 )
 from twolink.viz.themes import LIGHT, Theme
-
-# Widths relative to the reach.
-_BAR, _GHOST_BAR, _TRAIL = 0.042, 0.026, 0.03
-
-# Duration of D's trail on the screen (s), and its samples per frame.
-_TRAIL_SECONDS, _TRAIL_RATE = 1.0, 90
-
-# Points of a trail are rounded to this part of the reach, which is invisible and keeps films small.
-_FINE = 2.0**-14
-
-_GRID_ORDER, _TRAIL_ORDER, _GHOST_ORDER, _LINK_ORDER = -2, 20, 30, 40
 
 
 @dataclass(frozen=True)
@@ -117,7 +102,7 @@ class Film:
     @cached_property
     def moments(self) -> tuple[Moments, ...]:
         """Each run at the times of frames and some in between."""
-        finer = max(1, round(_TRAIL_RATE / self.fps))
+        finer = max(1, round(TRAIL_RATE / self.fps))
         return tuple(run.moments(self.times, finer) for run in self.runs)
 
     @property
@@ -149,11 +134,11 @@ class Film:
             visible("/Grid", False),
             visible("/Axes", False),
             *frontal_camera(50 * self.reach),
-            *self._grid(),
+            *grid(self.box, self.theme),
             *surfaces(first, self.box, self._hatch, self.theme),
         ]
         for number, run in enumerate(self.runs):
-            found += self._links(number, run)
+            found += self._pen(number).links(run, self._hatch, behind=bool(self.bodies))
         return (*found, *contact_setup(first, self._width / 2, self.theme), *self.bodies)
 
     @cached_property
@@ -191,7 +176,7 @@ class Film:
     def colours(self) -> dict[str, Any]:
         """The colours of the theme for the page."""
         theme = self.theme
-        ghosts = (self._ghost_colour(k) for k in range(1, len(self.runs)))
+        ghosts = (theme.ghost(k) for k in range(1, len(self.runs)))
         return {
             "theme": asdict(theme),
             "background": background_parts(theme.background),
@@ -207,8 +192,8 @@ class Film:
         now = [moments.at(time) for moments in self.moments]
         commands: list[bytes] = []
         for number, (moment, moments) in enumerate(zip(now, self.moments, strict=True)):
-            commands += _poses(number, moment)
-            commands.append(self._trail(number, moment, moments))
+            commands += poses(number, moment)
+            commands.append(self._pen(number).trail(moment, moments, self.speed))
         contacts = contact_marks(now[0], self.speed, self._width / 2)
         impacts = self._impacts.marks(now[0], self.speed, self._width / 2, self.theme)
         labels = [*joint_labels(now[0]).values(), *contacts.labels, *impacts.labels]
@@ -241,98 +226,14 @@ class Film:
     @property
     def _width(self) -> float:
         """The width of a bar (m)."""
-        return _BAR * self._length
+        return self._pen(0).width
+
+    def _pen(self, number: int) -> Pen:
+        return Pen(number, self._length, self.theme)
 
     @property
     def _hatch(self) -> float:
         return 0.045 * self.box.size
-
-    def _grid(self) -> list[bytes]:
-        """Return the grid in the plane of motion, far beyond the box, with highlighted axes."""
-        spacing, box = grid_spacing(self.box), self.box
-        far = 3 * box.size
-        x0, x1 = np.floor((box.left - far) / spacing), np.ceil((box.right + far) / spacing)
-        y0, y1 = np.floor((box.top - far) / spacing), np.ceil((box.bottom + far) / spacing)
-        ends = [[(x, y0), (x, y1)] for x in np.arange(x0, x1 + 1) if x]
-        ends += [[(x0, y), (x1, y)] for y in np.arange(y0, y1 + 1) if y]
-        axes = [[(0, y0), (0, y1)], [(x0, 0), (x1, 0)]]
-        return [
-            line_segments(
-                f"{ROOT}/{name}", spacing * np.array(lines).reshape(-1, 2), colour, order=order
-            )
-            for name, lines, colour, order in (
-                ("grid", ends, self.theme.grid, _GRID_ORDER),
-                ("axes", axes, self.theme.axis, _GRID_ORDER + 1),
-            )
-        ]
-
-    def _ghost_colour(self, number: int) -> str:
-        return self.theme.ghosts[(number - 1) % len(self.theme.ghosts)]
-
-    def _links(self, number: int, run: Run) -> list[bytes]:
-        """Return the commands that draw a run's links in their frames, with joints and D."""
-        theme, path = self.theme, f"{ROOT}/run{number}"
-        L1, L2 = (float(length) for length in run.chain.length)
-        if number:
-            width, colour = _GHOST_BAR * self._length, self._ghost_colour(number)
-            order = _GHOST_ORDER - number
-            return [
-                flat_mesh(f"{path}/link1/bar", bar(L1, width), colour, order=order, opacity=0.55),
-                flat_mesh(f"{path}/link2/bar", bar(L2, width), colour, order=order, opacity=0.55),
-                flat_mesh(f"{path}/link2/end", disc((L2, 0), 0.8 * width), colour, order=order),
-            ]
-        width = self._width
-        found = []
-        for link, length, below in ((1, L1, 0), (2, L2, 4)):
-            order, place = _LINK_ORDER + below, f"{path}/link{link}"
-            # A URDF's bodies remain visible behind the links.
-            shape = bar(length, 0.4 * width if self.bodies else width)
-            found += [
-                flat_mesh(f"{place}/bar", shape, theme.links[link - 1], order=order),
-                flat_mesh(f"{place}/pin", disc((0, 0), 0.3 * width), theme.pin, order=order + 6),
-                flat_mesh(
-                    f"{place}/rim", ring((0, 0), 0.26 * width, 0.36 * width), theme.ink,
-                    order=order + 7,
-                ),
-            ]  # fmt: skip
-        found += stops_of_elbow(run, self._hatch, theme, f"{path}/link1/stops")
-        end = disc((L2, 0), 0.62 * width)
-        return [*found, flat_mesh(f"{path}/link2/end", end, theme.end, order=_LINK_ORDER + 14)]
-
-    def _trail(self, number: int, now: Moments, moments: Moments) -> bytes:
-        """Return the trail of D during the last moments, tapered and fading."""
-        theme, path = self.theme, f"{ROOT}/trail{number}"
-        time = float(now.times[0])
-        length = _TRAIL_SECONDS * self.speed
-        past = moments.between(time - length, time)
-        times = np.concatenate([past.times, now.times])
-        if len(times) < 2:
-            return visible(f"{path}/<object>", False)
-        line = np.concatenate([past.end, now.end])
-        age = (time - times) / length
-        width = (_TRAIL if number == 0 else 0.6 * _TRAIL) * self._length
-        shape = ribbon(line, width * (1 - age))
-        fine = _FINE * self.reach
-        corners = np.round(shape.corners / fine) * fine
-        colour = theme.end if number == 0 else self._ghost_colour(number)
-        opacity = np.round(0.75 * (1 - age), 3)
-        return flat_mesh(
-            path,
-            Shape(corners, shape.faces),
-            colour,
-            order=_TRAIL_ORDER - number,
-            opacities=np.concatenate([opacity, opacity]),
-        )
-
-
-def _poses(number: int, now: Moments) -> list[bytes]:
-    """Return the commands that set the poses of a run's links."""
-    q1, q2 = float(now.q[0, 0]), float(now.q[1, 0])
-    path = f"{ROOT}/run{number}"
-    return [
-        transform(f"{path}/link1", in_the_plane((0.0, 0.0), q1)),
-        transform(f"{path}/link2", in_the_plane(now.point("B")[0], q2)),
-    ]
 
 
 def _apart(now: Moments, ghost: Moments) -> str:

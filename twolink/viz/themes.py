@@ -28,6 +28,10 @@ class Theme:
     potential: str
     ghosts: tuple[str, ...]
 
+    def ghost(self, number: int) -> str:
+        """Return the colour of a ghost by its number, from 1."""
+        return self.ghosts[(number - 1) % len(self.ghosts)]
+
 
 LIGHT = Theme(
     name="light",
