@@ -79,7 +79,7 @@ class Chain:
         # L1 defines the elbow and the direction of link 1; L2 only defines D.
         _positive(1, "length", self.length[0], "m")
         _not_negative(2, "length", self.length[1], "m")
-        self._check_positive_definite()
+        _check_positive_definite(self)
 
     def _repr_html_(self) -> str:
         """Return the drawing and a table of the parameters, for notebooks."""
@@ -90,34 +90,6 @@ class Chain:
             ("inertia about the mass centre (kg m²)", *map(repr, self.inertia)),
         ]
         return optional.drawing(self) + table("Chain", ("", "link 1", "link 2"), rows).html()
-
-    def _check_positive_definite(self) -> None:
-        """Raise `ParameterError` if the mass matrix is singular in some pose."""
-        # Products of floats overflow to infinity, and those of exact numbers raise an error.
-        (m1, m2), (I_C1, I_C2) = map(_in_floats, (self.mass, self.inertia))
-        (a1, b1), (a2, b2) = map(_in_floats, self.centre)
-        _positive(2, "inertia about B", I_C2 + m2 * (a2 * a2 + b2 * b2), "kg m²")
-        # det M, at its smallest, is I_A I_B + m2 L1² I_C2.
-        if _is_real(I_C2) and I_C2 == 0:
-            _positive(1, "inertia about A", I_C1 + m1 * (a1 * a1 + b1 * b1), "kg m²")
-        self._check_float_range()
-
-    def _check_float_range(self) -> None:
-        """Raise `ParameterError` if det M of float64 parameters leaves their range in some pose."""
-        given = (self.mass, self.inertia, *self.centre, self.length)
-        (m1, m2), (I_C1, I_C2), C1, C2, (L1, _) = map(_in_floats, given)
-        if not all(isinstance(number, float) for number in (m1, m2, I_C1, I_C2, *C1, *C2, L1)):
-            return
-        reach1, reach2 = math.hypot(*C1), math.hypot(*C2)
-        carried = m2 * L1 * L1
-        I_A, I_B = I_C1 + m1 * reach1 * reach1, I_C2 + m2 * reach2 * reach2
-        least, most = I_A * I_B + carried * I_C2, (I_A + carried) * I_B
-        # If both bounds are nearly equal, rounding may exchange their order.
-        if not (least >= _SMALLEST and most <= _LARGEST):
-            raise ParameterError(
-                f"the mass matrix's determinant must be {_SMALLEST:.0e} to {_LARGEST:.0e} kg² m⁴, "
-                f"the range of float64 with all digits; got {least:.3g} to {most:.3g}"
-            )
 
     @classmethod
     def uniform_bars(cls, mass: Pair = (1.0, 1.0), length: Pair = (1.0, 1.0)) -> Chain:
@@ -280,6 +252,36 @@ class Chain:
     def D(self) -> Point:
         """The free end of link 2."""
         return Point(2, self.L2, self.L2 * 0)
+
+
+def _check_positive_definite(chain: Chain) -> None:
+    """Raise `ParameterError` if the mass matrix is singular in some pose."""
+    # Products of floats overflow to infinity, and those of exact numbers raise an error.
+    (m1, m2), (I_C1, I_C2) = map(_in_floats, (chain.mass, chain.inertia))
+    (a1, b1), (a2, b2) = map(_in_floats, chain.centre)
+    _positive(2, "inertia about B", I_C2 + m2 * (a2 * a2 + b2 * b2), "kg m²")
+    # det M, at its smallest, is I_A I_B + m2 L1² I_C2.
+    if _is_real(I_C2) and I_C2 == 0:
+        _positive(1, "inertia about A", I_C1 + m1 * (a1 * a1 + b1 * b1), "kg m²")
+    _check_float_range(chain)
+
+
+def _check_float_range(chain: Chain) -> None:
+    """Raise `ParameterError` if det M of float64 parameters leaves their range in some pose."""
+    given = (chain.mass, chain.inertia, *chain.centre, chain.length)
+    (m1, m2), (I_C1, I_C2), C1, C2, (L1, _) = map(_in_floats, given)
+    if not all(isinstance(number, float) for number in (m1, m2, I_C1, I_C2, *C1, *C2, L1)):
+        return
+    reach1, reach2 = math.hypot(*C1), math.hypot(*C2)
+    carried = m2 * L1 * L1
+    I_A, I_B = I_C1 + m1 * reach1 * reach1, I_C2 + m2 * reach2 * reach2
+    least, most = I_A * I_B + carried * I_C2, (I_A + carried) * I_B
+    # If both bounds are nearly equal, rounding may exchange their order.
+    if not (least >= _SMALLEST and most <= _LARGEST):
+        raise ParameterError(
+            f"the mass matrix's determinant must be {_SMALLEST:.0e} to {_LARGEST:.0e} kg² m⁴, "
+            f"the range of float64 with all digits; got {least:.3g} to {most:.3g}"
+        )
 
 
 def _is_real(value: Any) -> bool:

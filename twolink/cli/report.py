@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from twolink.limits import Limits
     from twolink.scene import Scene
     from twolink.simulation import Trajectory
+    from twolink.verification import Verdict
     from twolink.viz.report.page import Section
     from twolink.viz.report.sections import Card
 
@@ -71,35 +72,18 @@ def _made(
     files: list[Path], out: Path, states: int, budget: float, full: bool, limits: Limits
 ) -> list[tuple[bool, str]]:
     """Write the page; return each verdict: whether the check passed, and its sentence."""
-    from datetime import UTC, datetime
-
-    from twolink.data import data_path
-    from twolink.environment import this_commit
-    from twolink.scene import Scene
-    from twolink.urdf import read_planar_urdf
-    from twolink.verification import verify
     from twolink.viz.page import player_head
     from twolink.viz.report import page
     from twolink.viz.report import sections as made
 
     # All is read before any work is done.
-    loaded = [
-        Scene.load(file) for file in files or [data_path("scenes") / name for name in _DEFAULT]
-    ]
-    for scene in loaded:
-        check_frames(scene.duration, _FPS, 1.0, BYTES_OF_A_FRAME, limits)
+    loaded = _loaded(files, limits)
     share = budget / len(loaded)
     limits.check_time("a measurement with this budget", share)
-    stages = 2 + len(loaded) + full
     with progress_bar() as bar:
-        stage = _Stages(bar, stages)
+        stage = _Stages(bar, 2 + len(loaded) + full)
         with stage("verifying the shipped URDF") as report:
-            verdict = verify(
-                read_planar_urdf(data_path("twolink.urdf")),
-                states=states,
-                progress=report,
-                limits=limits,
-            )
+            verdict = _verified(states, report, limits)
         parts: list[Section] = []
         trajectories = []
         for scene in loaded:
@@ -121,16 +105,45 @@ def _made(
             command = "twolink report --full"
             cards.append(made.Card("Hard cases", None, left_out, command=command))
         with stage("writing the page"):
-            command = " ".join(["twolink", *sys.argv[1:]])
-            now = datetime.now(UTC).isoformat(timespec="seconds")
-            parts += [
-                made.verification(verdict),
-                made.origin(verdict, command, [("date", now), ("commit", this_commit())]),
-            ]
+            parts += [made.verification(verdict), _origin(verdict)]
             whole = page.page("twolink report", _lead(cards), parts, player_head())
             with new_folder(out):
                 page.write(out / "index.html", whole)
     return [(card.passed, card.sentence) for card in cards if card.passed is not None]
+
+
+def _loaded(files: list[Path], limits: Limits) -> list[Scene]:
+    """Return the scenes of files, or the default ones, whose films keep to the limits."""
+    from twolink.data import data_path
+    from twolink.scene import Scene
+
+    chosen = files or [data_path("scenes") / name for name in _DEFAULT]
+    loaded = [Scene.load(file) for file in chosen]
+    for scene in loaded:
+        check_frames(scene.duration, _FPS, 1.0, BYTES_OF_A_FRAME, limits)
+    return loaded
+
+
+def _verified(states: int, report: Callable[[float], None], limits: Limits) -> Verdict:
+    """Return the verdict on the shipped URDF."""
+    from twolink.data import data_path
+    from twolink.urdf import read_planar_urdf
+    from twolink.verification import verify
+
+    urdf = read_planar_urdf(data_path("twolink.urdf"))
+    return verify(urdf, states=states, progress=report, limits=limits)
+
+
+def _origin(verdict: Verdict) -> Section:
+    """Return the section that says how, when and from which code the page was made."""
+    from datetime import UTC, datetime
+
+    from twolink.environment import this_commit
+    from twolink.viz.report import sections as made
+
+    command = " ".join(["twolink", *sys.argv[1:]])
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    return made.origin(verdict, command, [("date", now), ("commit", this_commit())])
 
 
 def _lead(cards: list[Card]) -> str:

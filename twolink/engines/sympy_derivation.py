@@ -5,6 +5,7 @@ SymPy is imported only here, and only in a separate process (`twolink.engines.sy
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 
@@ -26,22 +27,7 @@ def derived_code(present: frozenset[str]) -> str:
         return values.get(name, sp.Integer(0))
 
     ground = me.ReferenceFrame("N")
-    A = me.Point("A")
-    A.set_vel(ground, 0)
-    bodies, frames, start = [], [], A
-    for link, angle in enumerate(q, start=1):
-        frame = ground.orientnew(f"link{link}", "Axis", (angle, ground.z))
-        place = value(f"a{link}") * frame.x + value(f"b{link}") * frame.y
-        centre = start.locatenew(f"C{link}", place)
-        centre.v2pt_theory(start, ground, frame)
-        inertia = (me.inertia(frame, 0, 0, value(f"I{link}")), centre)
-        body = me.RigidBody(f"body{link}", centre, frame, value(f"m{link}"), inertia)
-        pull = value("gx") * ground.x + value("gy") * ground.y
-        body.potential_energy = -body.mass * pull.dot(centre.pos_from(A))
-        bodies.append(body)
-        frames.append(frame)
-        start = start.locatenew("B", value("L1") * frame.x)
-        start.v2pt_theory(A, ground, frames[0])
+    bodies, frames = _bodies(me, ground, q, value)
     # Rotors and springs of the joints enter by their energies, everything else by torques.
     energy, torques = me.Lagrangian(ground, *bodies), []
     carriers = (ground, *frames)
@@ -61,6 +47,29 @@ def derived_code(present: frozenset[str]) -> str:
     state = dict(zip((u1, u2, q1, q2, t), (*names[2:4], *names[:2], names[4]), strict=True))
     plain = [expression.subs(state) for expression in solved]
     return _printed(sp, plain, [*(str(name) for name in names), *sorted(present)])
+
+
+def _bodies(
+    me: Any, ground: Any, q: tuple[Any, ...], value: Callable[[str], Any]
+) -> tuple[list[Any], list[Any]]:
+    """Return the links as rigid bodies in uniform gravity, and their frames."""
+    A = me.Point("A")
+    A.set_vel(ground, 0)
+    bodies, frames, start = [], [], A
+    for link, angle in enumerate(q, start=1):
+        frame = ground.orientnew(f"link{link}", "Axis", (angle, ground.z))
+        place = value(f"a{link}") * frame.x + value(f"b{link}") * frame.y
+        centre = start.locatenew(f"C{link}", place)
+        centre.v2pt_theory(start, ground, frame)
+        inertia = (me.inertia(frame, 0, 0, value(f"I{link}")), centre)
+        body = me.RigidBody(f"body{link}", centre, frame, value(f"m{link}"), inertia)
+        pull = value("gx") * ground.x + value("gy") * ground.y
+        body.potential_energy = -body.mass * pull.dot(centre.pos_from(A))
+        bodies.append(body)
+        frames.append(frame)
+        start = start.locatenew("B", value("L1") * frame.x)
+        start.v2pt_theory(A, ground, frames[0])
+    return bodies, frames
 
 
 def _waves(sp: Any, values: dict[str, Any], joint: int, t: Any) -> Any:

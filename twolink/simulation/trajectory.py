@@ -135,12 +135,7 @@ class Trajectory(Views):
         """
         if not isinstance(side, str) or side not in ("left", "right"):
             refuse("side", side, "'left' or 'right'")
-        moments = as_times(times)
-        if not (np.all(moments >= self.t[0]) and np.all(moments <= self.t[-1])):
-            raise SimulationError(
-                f"times must be {self.t[0]:.6g} to {self.t[-1]:.6g} s; got times from"
-                f" {moments.min():.6g} to {moments.max():.6g} s"
-            )
+        moments = _within(self.t, times)
         if self._dense is None:
             raise SimulationError(
                 "values between samples must be those of a trajectory just simulated with method"
@@ -287,3 +282,14 @@ class _Repeated:
                 f"a difference of {off:.1e}: values between samples are unknown"
             )
         return run
+
+
+def _within(t: Array, times: Any) -> Array:
+    """Return times (s) as an array. Raises `SimulationError` for times outside of a run."""
+    moments = as_times(times)
+    if not (np.all(moments >= t[0]) and np.all(moments <= t[-1])):
+        raise SimulationError(
+            f"times must be {t[0]:.6g} to {t[-1]:.6g} s; got times from"
+            f" {moments.min():.6g} to {moments.max():.6g} s"
+        )
+    return moments

@@ -114,19 +114,30 @@ def contact_marks(now: Moments, speed: float, size: float) -> Drawn:
             marks.append(round_mark(place, size * ring_now[1]))
         if tangent is not None and state.direction:
             way = -state.direction * np.array(tangent)
-            # Beside the arrow, inside the surface, and away from the letter of the point.
-            aside = way - np.array(_away(element))
-            words = _friction_in_words(now, number)
             tail, head = (place + part * size * way for part in _ARROW)
             marks.append(line_mark(tail, head, _ARROW_HEAD * size))
-            labels.append([words, *(place + _ARROW_MIDDLE * size * way), *aside, "friction"])
+            labels.append(_friction_label(now, number, element, place, way, size))
         if word is not None:
-            at_joint = joint_labels(now).get(getattr(element.principal, "joint", ""))
-            if at_joint is not None:
-                labels.append([word, *at_joint[1:5], "contact", 1])
-            else:
-                labels.append([word, *place.tolist(), *_away(element), "contact"])
+            labels.append(_contact_label(now, element, place, word))
     return Drawn(commands, labels, marks)
+
+
+def _friction_label(
+    now: Moments, number: int, element: ContactElement, place: Array, way: Array, size: float
+) -> Label:
+    """Return the size of a friction beside its arrow, which goes one way from a place."""
+    # Inside the surface, and away from the letter of the point.
+    aside = way - np.array(_away(element))
+    words = _friction_in_words(now, number)
+    return [words, *(place + _ARROW_MIDDLE * size * way), *aside, "friction"]
+
+
+def _contact_label(now: Moments, element: ContactElement, place: Array, word: str) -> Label:
+    """Return the state of a contact in a word, beside its place or the letter of its joint."""
+    at_joint = joint_labels(now).get(getattr(element.principal, "joint", ""))
+    if at_joint is not None:
+        return [word, *at_joint[1:5], "contact", 1]
+    return [word, *place.tolist(), *_away(element), "contact"]
 
 
 def _sliding(element: ContactElement, direction: int) -> str:
