@@ -120,8 +120,8 @@ ROWS = {
         "contact differences",
     ],
     "twolink.accuracy": [
-        "divergence error_growth method_configurations multiprecision reference_trajectory series "
-        "step_maps",
+        "divergence dual error_growth frames method_configurations multiprecision "
+        "reference_trajectory series step_maps",
         "across_events defect_bound engine_configurations long_runs reference roundoff_floor",
         "drift enclosure work_precision",
         "pareto",

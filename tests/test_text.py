@@ -1,6 +1,6 @@
 import pytest
 
-from twolink.text import as_sentence, choice, either, one_line, printable, quoted
+from twolink.text import as_sentence, choice, either, name_of_source, one_line, printable, quoted
 
 
 @pytest.mark.parametrize(
@@ -54,3 +54,9 @@ def test_words_are_enumerated():
 def test_a_sentence_has_one_capital_and_one_full_stop():
     assert as_sentence("a wall, after Potra et al.") == "A wall, after Potra et al."
     assert as_sentence("a drop") == "A drop."
+
+
+def test_the_name_of_a_text_is_shortened_only_if_it_is_too_long_for_a_path():
+    assert name_of_source("a/long/path/" * 20) == "a/long/path/" * 20
+    assert "\n" not in name_of_source("a\nb")
+    assert len(name_of_source("x" * 5000)) < 210

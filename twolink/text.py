@@ -14,7 +14,7 @@ _UNFIT = re.compile(
 )
 _UNFIT_IN_A_LINE = re.compile(_UNFIT.pattern[:-1] + "\t\n]")
 
-_LONGEST_SENTENCE = 600
+_LONGEST_SENTENCE, _LONGEST_NAME = 600, 400
 _MOST_NAMES = 12
 
 _SHORT = reprlib.Repr()
@@ -45,6 +45,11 @@ def quoted(value: object) -> str:
         return "an integer of thousands of digits"
     except Exception:
         return f"an object of type {type(value).__name__}"
+
+
+def name_of_source(source: str) -> str:
+    """Return the name of a text in messages; one that no file system would hold is shortened."""
+    return one_line(source) if len(source) <= _LONGEST_NAME else quoted(source)
 
 
 def as_sentence(words: str) -> str:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from tests.fuzz.calls import trajectories
 from tests.fuzz.draw import drawn
-from tests.fuzz.files import prepare
+from tests.fuzz.files import prepare, restore
 from tests.fuzz.run import faults, run
 
 
@@ -29,6 +29,7 @@ def campaign(inputs: int, seed: int, first: int = 0) -> tuple[list[str], Counter
         prepare(folder)
         for number in range(first, first + inputs):
             out.mkdir()
+            restore(folder)
             given = drawn(seed, number, folder, out)
             ended = run(given, Path(place))
             codes[ended.code] += 1

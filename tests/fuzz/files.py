@@ -17,6 +17,9 @@ from twolink.simulation import simulate
 KINDS = (".npz", ".csv", ".parquet")
 
 
+_HUGE = 2**31
+
+
 def prepare(folder: Path) -> None:
     """Write the good files, from which bad ones are made, and paths that are no files."""
     text = (data_path("scenes") / "free_fall.toml").read_text(encoding="utf-8")
@@ -28,13 +31,25 @@ def prepare(folder: Path) -> None:
     trajectory = simulate(Scene.load(folder / "good.toml"), samples=11)
     for kind in KINDS:
         trajectory.save(folder / f"good{kind}")
-    os.mkfifo(folder / "fifo.toml")
+    restore(folder)
+
+
+def restore(folder: Path) -> None:
+    """Make the files that are no regular ones, where an input has put another in their place."""
+    if not (folder / "fifo.toml").is_fifo():
+        (folder / "fifo.toml").unlink(missing_ok=True)
+        os.mkfifo(folder / "fifo.toml")
     for suffix in (".toml", ".urdf", *KINDS):
-        (folder / f"loop{suffix}").symlink_to(f"loop{suffix}")
-        (folder / f"folder{suffix}").mkdir()
-        (folder / f"device{suffix}").symlink_to("/dev/zero")
-        with (folder / f"huge{suffix}").open("wb") as stream:
-            stream.truncate(2**31)
+        for name, target in (("loop", f"loop{suffix}"), ("device", "/dev/zero")):
+            link = folder / f"{name}{suffix}"
+            if not link.is_symlink():
+                link.unlink(missing_ok=True)
+                link.symlink_to(target)
+        (folder / f"folder{suffix}").mkdir(exist_ok=True)
+        huge = folder / f"huge{suffix}"
+        if not huge.exists() or huge.stat().st_size != _HUGE:
+            with huge.open("wb") as stream:
+                stream.truncate(_HUGE)
 
 
 def bad_file(dice: Dice, folder: Path, suffix: str) -> Path:

@@ -541,6 +541,18 @@ def test_a_number_that_float64_has_not_is_refused(name, number):
         Scene(Chain.uniform_bars(), **{**kept, **given})
 
 
+@pytest.mark.parametrize(
+    "make",
+    [lambda name: Scene.parse("1", source=name), lambda name: Scene.from_dict({}, source=name)],
+)
+def test_a_long_name_of_a_text_is_shortened_in_messages(make):
+    with pytest.raises(SceneError) as caught:
+        make("x" * 5000)
+    assert len(str(caught.value)) < 600
+    with pytest.raises(ParameterError, match="source must be a string; got 3"):
+        make(3)
+
+
 def test_the_text_of_a_scene_is_one_line():
     text = repr(Scene.load("drop"))
     assert text == (

@@ -7,13 +7,14 @@ all others, so that |D| ≤ `defect` is proven for the whole step.
 
 With x = (q, u) exact, y = (q̂, q̂′) and e = x − y, e′ = A(t) e − (0, M⁻¹ D), where A(t) is a mean of
 the Jacobian of the equations of motion over the line from y(t) to x(t) (mean value theorem in
-integral form). While no |e_i| exceeds the `tube`, that line lies in a box around the polynomial,
-over which the same formulas, with two terms, give balls that contain every entry of the Jacobian.
-Hence a_ii ≤ B_ii and |a_ij| ≤ B_ij for a constant matrix B on each piece of the step, and the
-solution of v′ = B v + d with v(0) ≥ |e(0)| bounds |e|, entry by entry (the comparison theorem for
-quasimonotone systems: B has no negative off-diagonal entry). The bound also proves that |e| stays
-in the tube: at the first exit time the bound would still hold and be less than the tube. For the
-same reason the exact motion exists during the whole step.
+integral form). While no |e_i| exceeds the `tube`, that line lies within the tube of y(t). The same
+formulas, on dual numbers of series whose first coefficients are balls of the tube's width, give a
+polynomial P(t) and a bound E on |A(t) − P(t)| during the step. With the transition matrix Φ of
+e′ = P(t) e, e(h) = Φ e(0) + ∫ Φ(h, s) ((A − P) e − (0, M⁻¹ D)) ds: the first part moves a frame
+(`twolink.accuracy.frames`), and the second is bounded by norms. A bound on |e| during the step, by
+Gronwall's inequality, also proves that it stays in the tube: at the first exit time the bound would
+still hold and be less than the tube. For the same reason the exact motion exists during the whole
+step.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from twolink import lagrange
+from twolink.accuracy.dual import Dual
+from twolink.accuracy.frames import Frame, norm, transition
 from twolink.accuracy.series import Series
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
@@ -35,8 +38,8 @@ COARSE_BITS = 64
 # of the polynomial decrease by e².
 DISC = 5
 
-# Number of pieces of a step; more are used if boxes are too wide for a bound.
-_PIECES, _MOST_PIECES = 4, 256
+# Terms of the Jacobian along the motion, and number of pieces on which M⁻¹ is bounded.
+_TERMS, _PIECES = 18, 8
 
 
 @dataclass(frozen=True)
@@ -64,114 +67,136 @@ class Step:
         """Return q1, q2, u1, u2 of the polynomial at a time (s) after the start."""
         return [self.flint.arb_poly(c)(time) for c in (*self.q, *self.u)]
 
-    def after(self, bounds: list[Any], tube: Any) -> list[Any]:
-        """Return bounds on |e| at the end (rad, rad/s), given bounds at the start."""
+    def after(self, frame: Frame, tube: Any) -> Frame:
+        """Return the frame of errors at the end, given that at the start.
+
+        Raises `TubeLeftError` if the errors cannot be proven to stay in the tube.
+        """
         with self.flint.ctx.workprec(self.bits):
             defect = self._defect()
         with self.flint.ctx.workprec(COARSE_BITS):
-            pieces = _PIECES
-            while pieces <= _MOST_PIECES:
-                grown = self._grown(bounds, defect, tube, pieces)
-                if grown is not None:
-                    return grown
-                pieces *= 2
-        raise TubeLeftError("the proven bounds became too wide to continue")
+            d = self._accelerations(defect, tube)
+            P, spread = self._jacobian(tube)
+            bounds = frame.bounds()
+            # Norms of (e_q, e_u/ω), in which angles and speeds weigh alike.
+            weights = _weights(self.flint, P[0])
+            size = sum(norm(part, weights) * self.length**i for i, part in enumerate(P))
+            apart = norm(spread, weights)
+            growth = ((size + apart) * self.length).exp()
+            start = _largest_of([x / w for x, w in zip(bounds, weights, strict=True)])
+            highest = growth * (start + self.length * d / weights[-1])
+            if not highest * _largest_of(weights) < tube:
+                raise TubeLeftError("the proven bounds became too wide to continue")
+            added = growth * self.length * (apart * highest + d / weights[-1])
+            flow = transition(self.flint, P, self.length, weights)
+            return frame.after(self.flint, flow).moved([(added * w).upper() for w in weights])
+
+    def _accelerations(self, defect: Pair, tube: Any) -> Any:
+        """Return a bound on the entries of |M⁻¹ D| during the step (rad/s²)."""
+        found = []
+        for piece in range(_PIECES):
+            within = (self.length * piece / _PIECES).union(self.length * (piece + 1) / _PIECES)
+            q = [x + self.flint.arb(0, tube) for x in self.state(within)[:2]]
+            found += accelerations(self.flint, self.chain, q, defect)
+        return _largest_of(found)
+
+    def _jacobian(self, tube: Any) -> tuple[list[Any], Any]:
+        """Return P, as matrices of exact numbers, and bounds on |A(t) − P(t)|, entry by entry."""
+        P, spread = [self.flint.arb_mat(4, 4) for _ in range(_TERMS)], self.flint.arb_mat(4, 4)
+        P[0][0, 2] = P[0][1, 3] = 1
+        start, ever = self.flint.arb(0), self.flint.arb(0).union(self.length)
+        # The last coefficient at any time of the step gives the remainder (Taylor's theorem).
+        for by, (first, any_time) in enumerate(
+            zip(
+                self._columns(start, tube, _TERMS),
+                self._columns(ever, tube, _TERMS + 1),
+                strict=True,
+            )
+        ):
+            for row in (2, 3):
+                terms = [first[row - 2].terms[i] for i in range(_TERMS)]
+                for i, term in enumerate(terms):
+                    P[i][row, by] = term.mid()
+                last = abs(any_time[row - 2].terms[_TERMS]) * self.length**_TERMS
+                spread[row, by] = last + sum(
+                    term.rad() * self.length**i for i, term in enumerate(terms)
+                )
+        return P, spread
+
+    def _columns(self, time: Any, tube: Any, terms: int) -> list[Pair]:
+        """Return the Jacobian in the tube as series about a time (s), of balls if that is one."""
+        wide = self.flint.arb(0, tube)
+        x = []
+        for coefficients in (*self.q, *self.u):
+            shifted = _shifted(self.flint, coefficients, time, terms)
+            x.append(self._series([shifted[0] + wide, *shifted[1:]], self.length, terms))
+        t = self._series([self.start + time, self.flint.arb(1)], self.length, terms)
+        return jacobian(self.chain, self.effects, x, t)
 
     def _defect(self) -> Pair:
         """Return upper bounds on |D1| and |D2| (N m) over the whole step."""
         radius = DISC * self.length
         q, u = self.q, self.u
         q1, q2, u1, u2, du1, du2 = (
-            self._series(c, radius) for c in (*q, *u, _derivative(u[0]), _derivative(u[1]))
+            self._series(c, radius, self.terms)
+            for c in (*q, *u, _derivative(u[0]), _derivative(u[1]))
         )
-        t = self._series([self.start, self.flint.arb(1)], radius)
+        t = self._series([self.start, self.flint.arb(1)], radius, self.terms)
         loads = smooth_loads(self.effects, self.chain, (q1, q2), (u1, u2), t)
         D1, D2 = lagrange.inverse_dynamics(self.chain, (q1, q2), (u1, u2), (du1, du2), loads)
         return self._largest(D1), self._largest(D2)
 
-    def _series(self, coefficients: list[Any], radius: Any) -> Series:
-        norm = self.flint.arb_poly([abs(c) for c in coefficients])(radius)
-        return Series(self.flint.arb_series(coefficients, self.terms), norm)
+    def _series(self, coefficients: list[Any], radius: Any, terms: int) -> Series:
+        size = self.flint.arb_poly([abs(c) for c in coefficients])(radius)
+        return Series(self.flint.arb_series(coefficients, terms), size)
 
     def _largest(self, D: Series) -> Any:
         """Return an upper bound on a series over the step: Σ |D_i| hⁱ, and the norm's tail."""
         sizes = self.flint.arb_poly([abs(c) for c in D.terms.coeffs()])
         return (sizes(self.length) + D.norm / self.flint.arb(DISC) ** D.terms.prec).upper()
 
-    def _grown(self, bounds: list[Any], defect: Pair, tube: Any, pieces: int) -> list[Any] | None:
-        """Return the bounds at the end, or None if boxes are too wide."""
-        length = self.length / pieces
-        for piece in range(pieces):
-            within = (piece * length).union((piece + 1) * length)
-            box = [x + self.flint.arb(0, tube) for x in self.state(within)]
-            t = self.start + within
-            B = comparison(self.flint, self.chain, self.effects, box, t)
-            d = accelerations(self.flint, self.chain, box, defect)
-            if not all(entry.is_finite() for entry in (*d, *(e for row in B for e in row))):
-                return None
-            # |e| stays below this during the step, even if B has a negative diagonal.
-            steepest = _largest_of([sum(abs(e) for e in row) for row in B])
-            highest = (steepest * length).exp() * (_largest_of(bounds) + length * _largest_of(d))
-            if not highest < tube:
-                return None
-            bounds = grown(self.flint, B, d, bounds, length)
-        return bounds
-
 
 class TubeLeftError(SimulationError):
     """A bound exceeds the tube in which it must be proven."""
 
 
-def comparison(
-    flint: Any, chain: Chain, effects: tuple[Effect, ...], box: list[Any], t: Any
-) -> list[list[Any]]:
-    """Return B: bounds on the Jacobian over a box, of absolute values off the diagonal (1/s, …)."""
-    zero, one = flint.arb(0), flint.arb(1)
-    rows: list[list[Any]] = [[zero, zero, one, zero], [zero, zero, zero, one], [], []]
+def jacobian(chain: Chain, effects: tuple[Effect, ...], state: list[Any], t: Any) -> list[Pair]:
+    """Return the derivatives of u1′ and u2′ by q1, q2, u1 and u2, as scalars like those of x."""
+    columns = []
     for by in range(4):
-        q1, q2, u1, u2 = (
-            Series(flint.arb_series([x, int(index == by)], 2), abs(x))
-            for index, x in enumerate(box)
-        )
-        time = Series(flint.arb_series([t], 2), abs(t))
-        loads = smooth_loads(effects, chain, (q1, q2), (u1, u2), time)
-        for row, du in enumerate(
-            lagrange.forward_dynamics(chain, (q1, q2), (u1, u2), loads), start=2
-        ):
-            slope = du.terms[1]
-            rows[row].append(slope.upper() if row == by else slope.abs_upper())
-    return rows
+        q1, q2, u1, u2 = (Dual(x, x * 0 + int(index == by)) for index, x in enumerate(state))
+        loads = smooth_loads(effects, chain, (q1, q2), (u1, u2), t)
+        du1, du2 = lagrange.forward_dynamics(chain, (q1, q2), (u1, u2), loads)
+        columns.append((du1.slope, du2.slope))
+    return columns
 
 
-def accelerations(flint: Any, chain: Chain, box: list[Any], defect: Pair) -> list[Any]:
-    """Return bounds on |M⁻¹ D| over a box (rad/s²) in the last entries; those of angles are 0."""
-    q1, q2 = (Series(flint.arb_series([x], 1), abs(x)) for x in box[:2])
+def accelerations(flint: Any, chain: Chain, q: list[Any], defect: Pair) -> list[Any]:
+    """Return bounds on |M⁻¹ D| over a box of angles (rad/s²)."""
+    q1, q2 = (Series(flint.arb_series([x], 1), abs(x)) for x in q)
     (M11, M12), (_, M22) = lagrange.mass_matrix(chain, (q1, q2))
     det = _ball(lagrange.determinant(chain, (q1, q2)))
     D1, D2 = defect
     M11, M12, M22 = (abs(_ball(M)) for M in (M11, M12, M22))
-    zero = flint.arb(0)
     if not det > 0:
-        return [zero, zero, *[flint.arb.pos_inf()] * 2]
-    return [
-        zero,
-        zero,
-        ((M22 * D1 + M12 * D2) / det).upper(),
-        ((M11 * D2 + M12 * D1) / det).upper(),
-    ]
+        return [flint.arb.pos_inf()] * 2
+    return [((M22 * D1 + M12 * D2) / det).upper(), ((M11 * D2 + M12 * D1) / det).upper()]
 
 
-def grown(flint: Any, B: list[list[Any]], d: list[Any], bounds: list[Any], length: Any) -> Any:
-    """Return the solution of v′ = B v + d after a time (s), as upper bounds."""
-    # A single exponential, of [[B, d/s], [0, 0]] applied to (v, s). Its error is absolute, so s is
-    # as large as v and d.
-    s = _largest_of([*bounds, *d])
-    if not s > 0:
-        return bounds
-    rows = [[entry * length for entry in (*row, x / s)] for row, x in zip(B, d, strict=True)]
-    matrix = flint.arb_mat([*rows, [0] * 5]).exp()
-    v = flint.arb_mat(5, 1, [*bounds, s])
-    return [entry.upper() for entry in (matrix * v).entries()[:4]]
+def _weights(flint: Any, A: Any) -> list[Any]:
+    """Return the sizes of q and u (1, 1, ω, ω) at which a Jacobian's norm is least, about."""
+    stiffness = max(float(abs(A[row, by]).upper()) for row in (2, 3) for by in (0, 1))
+    one, omega = flint.arb(1), flint.arb(max(1.0, stiffness**0.5))
+    return [one, one, omega, omega]
+
+
+def _shifted(flint: Any, coefficients: list[Any], time: Any, terms: int) -> list[Any]:
+    """Return the first Taylor coefficients of a polynomial about a time."""
+    polynomial, found = flint.arb_poly(coefficients), []
+    for k in range(terms):
+        found.append(polynomial(time))
+        polynomial = polynomial.derivative() * (flint.arb(1) / (k + 1))
+    return found
 
 
 def _derivative(coefficients: list[Any]) -> list[Any]:

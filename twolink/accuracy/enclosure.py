@@ -4,10 +4,10 @@ heyoka computes an approximate motion, and ball arithmetic proves a bound on its
 approximate motion has about a hundred digits, uses the equations in momenta, and gives a polynomial
 for each angle and step. The proof makes no assumption about these polynomials:
 `twolink.accuracy.defect_bound` bounds the defect of each by evaluating the formulas of
-`twolink.lagrange` on balls. The initial bounds of a step are the final bounds on |x − y| of the
-step before plus the jump between both polynomials, computed in balls. The bounds grow with the
-absolute values of the Jacobian's entries, much faster than errors do: by 36 digits in ten seconds
-where errors lose five. The approximate motion is computed with this number of additional digits.
+`twolink.lagrange` on balls. The initial errors of a step are the final errors of the step before
+plus the jump between both polynomials, computed in balls. They are kept in frames that turn with
+the motion (`twolink.accuracy.frames`), so that bounds grow as errors do. The approximate motion is
+computed with as many additional digits as they lose.
 
 The proof relies on the inclusion property of python-flint's balls (Arb's outward rounding) and on
 Python's integers. The equations are the Lagrange formulation with the exact float64 parameters of
@@ -34,9 +34,9 @@ from twolink.accuracy.defect_bound import (
     DISC,
     Step,
     TubeLeftError,
-    comparison,
-    grown,
+    jacobian,
 )
+from twolink.accuracy.frames import Frame
 from twolink.accuracy.multiprecision import PreciseMotion, precise_motion
 from twolink.accuracy.reference import asked_times, exact_inputs, has_events
 from twolink.environment import package_versions
@@ -53,6 +53,9 @@ _TUBE = 2.0**-24
 
 # A larger loss of digits would take hours.
 MOST_LOST = 400
+
+# The bounds lose somewhat more than the estimate, which is that of one error at the start.
+_MORE_LOST = 1.2
 
 # Digits beyond the requested and the lost ones, at first and for each retry.
 _GUARD, _MOST_TRIES = 8, 3
@@ -181,7 +184,7 @@ def enclosure(
             f"the enclosure must lose at most {MOST_LOST} digits; it loses more until "
             f"{asked[-1]:g} s, so use shorter times"
         )
-    own = digits + math.ceil(loss) + _GUARD
+    own = digits + math.ceil(_MORE_LOST * loss) + _GUARD
     for _ in range(_MOST_TRIES):
         try:
             found = _in_a_thread(scene, asked, own, report, limits)
@@ -229,7 +232,7 @@ def _proven(
     with _balls(library, motion.bits + _MORE_BITS, terms):
         chain = scene.moving_chain.convert(arb)
         tube, now = arb(_TUBE), arb(0)
-        bounds = [arb(0)] * 4
+        frame = Frame.around(library, [arb(0)] * 4)
         end = [arb(x) for x in (*scene.q, *scene.u)]
         for target in asked:
             arrived = target == 0
@@ -237,12 +240,12 @@ def _proven(
                 q, length, arrived = _approximation(library, motion, target, now)
                 step = Step(library, chain, scene.effects, q, now, length, library.ctx.prec, terms)
                 jump = [abs(x - y).upper() for x, y in zip(step.state(0), end, strict=True)]
-                bounds = step.after([x + y for x, y in zip(bounds, jump, strict=True)], tube)
+                frame = step.after(frame.moved(jump), tube)
                 end = step.state(length)
                 now = arb(target) if arrived else now + length
                 steps += 1
                 report(float(now.mid()) / asked[-1])
-            states.append(tuple(map(_interval, end, bounds)))
+            states.append(tuple(map(_interval, end, frame.bounds())))
     found: Any = tuple(states)
     return Enclosure(scene, asked, found, motion.bits, motion.integrator.order, steps)
 
@@ -268,16 +271,19 @@ def _expected_loss(scene: Scene, until: float) -> float:
     arb = library.arb
     if until == 0:
         return 0.0
-    times = np.linspace(0.0, until, max(50, math.ceil(20 * until)))
+    times = np.linspace(0.0, until, max(50, math.ceil(50 * until)))
     run = motion_run(scene, times, formulation="momenta")
-    chain = scene.moving_chain.convert(arb)
-    bounds, zero, loss = [arb(1)] * 4, [arb(0)] * 4, 0.0
+    chain, loss = scene.moving_chain, 0.0
     with _ONE_AT_A_TIME, library.ctx.workprec(COARSE_BITS):
+        frame = Frame.around(library, [arb(1)] * 4)
         for time, *state in zip(times[:-1], *run.q, *run.u, strict=False):
-            box = [arb(float(x)) for x in state]
-            B = comparison(library, chain, scene.effects, box, arb(float(time)))
-            bounds = grown(library, B, zero, bounds, arb(times[1]))
-            loss = max(float(bound.log().mid()) / math.log(10) for bound in bounds)
+            point = [float(x) for x in state]
+            A = library.arb_mat(4, 4)
+            A[0, 2] = A[1, 3] = 1
+            for by, column in enumerate(jacobian(chain, scene.effects, point, float(time))):
+                A[2, by], A[3, by] = column
+            frame = frame.after(library, (A * arb(times[1])).exp())
+            loss = max(float(bound.log().mid()) / math.log(10) for bound in frame.bounds())
             if loss > MOST_LOST:
                 break
     return loss

@@ -41,6 +41,7 @@ from twolink.scene.reading import chain_of, effects_of, start_of
 from twolink.scene.text import check_tables, read_text, tables
 from twolink.scene.writing import written
 from twolink.tables import table
+from twolink.text import name_of_source
 from twolink.values import is_value
 
 
@@ -140,6 +141,7 @@ class Scene:
     def parse(cls, text: str, *, source: str = "<string>", folder: Path = Path()) -> Scene:
         """Return the scene in a TOML text; `urdf = "…"` is relative to `folder`."""
         as_word("text", text)
+        source = name_of_source(as_word("source", source))
         return cls.from_dict(tables(text, source), source=source, folder=as_path("folder", folder))
 
     @classmethod
@@ -150,6 +152,7 @@ class Scene:
 
         `table` is left unchanged. Raises `SceneError` as `load` does; `source` begins its sentence.
         """
+        source = name_of_source(as_word("source", source))
         check_tables(table, source)
         named = table.get("effects")
         known = [name for name in named if name in EFFECTS] if isinstance(named, dict) else []

@@ -16,12 +16,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from twolink.errors import UrdfError
-from twolink.text import one_line, quoted
+from twolink.text import name_of_source, quoted
 from twolink.urdf.spatial import Matrix3, Pose, Vector3, rotation_from_rpy, unit
 from twolink.urdf.text import check_size
-
-# Characters of a path, of which the last name has 255 at most.
-_LONGEST_NAME = 400
 
 JOINT_TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
 
@@ -102,8 +99,7 @@ class Tree:
 @contextmanager
 def naming(source: str) -> Iterator[None]:
     """Put the name of the file, if there is one, before the sentence of a `UrdfError`."""
-    # A name that no file system would hold is not repeated.
-    name = one_line(source) if len(source) <= _LONGEST_NAME else quoted(source)
+    name = name_of_source(source)
     try:
         yield
     except UrdfError as error:

@@ -137,3 +137,7 @@ def test_an_order_is_the_lowest_odd_one(error):
     order = order_for(error)
     assert order % 2 == 1
     assert order == measure._LOWEST_ORDER or truncation(order) <= error < truncation(order - 2)
+
+
+def test_an_error_that_has_underflown_has_the_order_of_the_least_number():
+    assert order_for(0.0) == order_for(5e-324) > 300

@@ -261,5 +261,6 @@ def truncation(order: int) -> float:
 
 
 def order_for(error: float) -> int:
-    """Return the lowest order whose `truncation` is below an error."""
-    return max(_LOWEST_ORDER, 2 * math.ceil((-math.log(error) / 2 - 2) / 2) + 1)
+    """Return the lowest order whose `truncation` is below an error, which may have underflown."""
+    exponent = -math.log(max(error, math.ulp(0.0)))
+    return max(_LOWEST_ORDER, 2 * math.ceil((exponent / 2 - 2) / 2) + 1)

@@ -1,0 +1,66 @@
+"""Dual numbers a + b ε with ε² = 0: b is the derivative, by the rules of differentiation.
+
+Their parts are scalars of any type, such as the power series of `twolink.accuracy.series`, so that
+the formulas of this project give the derivative of a formula along a motion.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from twolink import arithmetic
+
+
+class Dual:
+    """A number `value` + `slope` ε."""
+
+    __slots__ = ("slope", "value")
+
+    def __init__(self, value: Any, slope: Any) -> None:
+        """Store both parts."""
+        self.value, self.slope = value, slope
+
+    def __add__(self, other: Any) -> Dual:
+        if isinstance(other, Dual):
+            return Dual(self.value + other.value, self.slope + other.slope)
+        return Dual(self.value + other, self.slope)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Dual:
+        return Dual(-self.value, -self.slope)
+
+    def __sub__(self, other: Any) -> Dual:
+        return self + (-other)
+
+    def __rsub__(self, other: Any) -> Dual:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Dual:
+        if isinstance(other, Dual):
+            return Dual(
+                self.value * other.value, self.slope * other.value + self.value * other.slope
+            )
+        return Dual(self.value * other, self.slope * other)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Dual:
+        if isinstance(other, Dual):
+            quotient = self.value / other.value
+            return Dual(quotient, (self.slope - quotient * other.slope) / other.value)
+        return Dual(self.value / other, self.slope / other)
+
+    def __rtruediv__(self, other: Any) -> Dual:
+        quotient = other / self.value
+        return Dual(quotient, -(quotient * self.slope) / self.value)
+
+
+def sin(x: Dual) -> Dual:
+    """Return the sine of a dual number (rad)."""
+    return Dual(arithmetic.sin(x.value), x.slope * arithmetic.cos(x.value))
+
+
+def cos(x: Dual) -> Dual:
+    """Return the cosine of a dual number (rad)."""
+    return Dual(arithmetic.cos(x.value), -(x.slope * arithmetic.sin(x.value)))
