@@ -3,7 +3,7 @@ import json
 import math
 import random
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
 
@@ -20,11 +20,11 @@ from twolink.accuracy import enclosure as module
 from twolink.accuracy.defect_bound import COARSE_BITS, Step
 from twolink.accuracy.enclosure import Interval, enclosure
 from twolink.accuracy.reference import has_events, reference
-from twolink.arithmetic import Pair
+from twolink.arithmetic import Pair, exp, sin, sqrt
 from twolink.chain import Chain
 from twolink.cli import app
 from twolink.data import data_path
-from twolink.effects import smooth_loads
+from twolink.effects import Effect, smooth_loads
 from twolink.effects.end_drag import EndDrag
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
@@ -33,6 +33,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.effects.motor_inertia import MotorInertia
 from twolink.effects.pd_control import PdControl
 from twolink.errors import SimulationError
+from twolink.loads import Torque
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
 
@@ -173,6 +174,20 @@ def test_other_chains_and_effects(scene):
     verified = reference(scene, 40, times)
     for index in (0, 1):
         assert found.contains(index, verified.states[index])
+
+
+@dataclass(frozen=True)
+class Driven(Effect):
+    """A torque of every function, with the time and the state in one product."""
+
+    def loads(self, chain, q, u, t):
+        return (Torque(1, t * q[0] * exp(-u[0]) - sqrt(2 + sin(t * q[1]))),)
+
+
+def test_an_effect_of_one_s_own_has_an_enclosure():
+    scene = replace(SHORT, duration=0.25, effects=(Gravity(), Driven()))
+    found = enclosure(scene, 15)
+    assert found.contains(0, reference(scene, 40).states[0])
 
 
 def test_the_approximate_motion_is_not_trusted(monkeypatch):

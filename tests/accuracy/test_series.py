@@ -6,7 +6,7 @@ import pytest
 from flint import arb, arb_series
 
 from twolink.accuracy.series import Series
-from twolink.arithmetic import cos, sin
+from twolink.arithmetic import cos, exp, sin, sqrt
 
 RADIUS, TERMS = 0.5, 12
 
@@ -18,6 +18,8 @@ TEXTS = {
     "cosine": lambda x, y: y * cos(x - y) - (-x),
     "quotient": lambda x, y: (x + y) / (x * x + 3) / 2,
     "reciprocal": lambda x, y: 1 / (y + 4),
+    "exponential": lambda x, y: exp(x - 2 * y),
+    "root": lambda x, y: sqrt(x * y + 4),
     "difference": lambda x, y: 1.5 - sin(y) * 4,
 }
 X, Y = [0.3, -1.25, 0.5, 2.0], [1.0, 0.75, -0.125]
@@ -73,3 +75,9 @@ def test_a_divisor_that_may_vanish_on_the_disc_has_no_bound():
     found = 1 / series([1.0, -4.0])
     assert not found.norm.is_finite()
     assert float(found.terms[3]) == 64.0
+
+
+def test_a_root_that_may_vanish_on_the_disc_has_no_bound():
+    found = sqrt(series([1.0, -4.0]))
+    assert not found.norm.is_finite()
+    assert float(found.terms[1]) == -2.0

@@ -162,10 +162,10 @@ class TubeLeftError(SimulationError):
 
 def jacobian(chain: Chain, effects: tuple[Effect, ...], state: list[Any], t: Any) -> list[Pair]:
     """Return the derivatives of u1′ and u2′ by q1, q2, u1 and u2, as scalars like those of x."""
-    columns = []
+    columns, time = [], Dual(t, t * 0)
     for by in range(4):
         q1, q2, u1, u2 = (Dual(x, x * 0 + int(index == by)) for index, x in enumerate(state))
-        loads = smooth_loads(effects, chain, (q1, q2), (u1, u2), t)
+        loads = smooth_loads(effects, chain, (q1, q2), (u1, u2), time)
         du1, du2 = lagrange.forward_dynamics(chain, (q1, q2), (u1, u2), loads)
         columns.append((du1.slope, du2.slope))
     return columns

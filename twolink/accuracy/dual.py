@@ -64,3 +64,15 @@ def sin(x: Dual) -> Dual:
 def cos(x: Dual) -> Dual:
     """Return the cosine of a dual number (rad)."""
     return Dual(arithmetic.cos(x.value), -(x.slope * arithmetic.sin(x.value)))
+
+
+def exp(x: Dual) -> Dual:
+    """Return e to the power of a dual number."""
+    value = arithmetic.exp(x.value)
+    return Dual(value, value * x.slope)
+
+
+def sqrt(x: Dual) -> Dual:
+    """Return the square root of a dual number."""
+    value = arithmetic.sqrt(x.value)
+    return Dual(value, x.slope / (2 * value))

@@ -69,6 +69,17 @@ class Series:
             self._sine_and_cosine = Series(sine, norm), Series(cosine, norm)
         return self._sine_and_cosine
 
+    def exp(self) -> Series:
+        """Return e to the power of the series: ‖exp a‖ ≤ |exp a_0| exp ‖a − a_0‖."""
+        return Series(self.terms.exp(), self.terms[0].exp() * self._beyond_the_first().exp())
+
+    def sqrt(self) -> Series:
+        """Return the square root: with r = ‖a − a_0‖/|a_0|, ‖√a‖ ≤ √|a_0| (2 − √(1 − r))."""
+        first = self.terms[0]
+        ratio = self._beyond_the_first() / _least(first)
+        norm = abs(first).sqrt() * (2 - (1 - ratio).sqrt())
+        return Series(self.terms.sqrt(), norm if ratio < 1 else type(first).pos_inf())
+
     def _beyond_the_first(self) -> Any:
         """Return an upper bound on ‖a − a_0‖."""
         return self.norm - _least(self.terms[0])
@@ -82,6 +93,16 @@ def sin(x: Series) -> Series:
 def cos(x: Series) -> Series:
     """Return the cosine of a series (rad)."""
     return x.sine_and_cosine()[1]
+
+
+def exp(x: Series) -> Series:
+    """Return e to the power of a series."""
+    return x.exp()
+
+
+def sqrt(x: Series) -> Series:
+    """Return the square root of a series."""
+    return x.sqrt()
 
 
 def _parts(other: Any) -> tuple[Any, Any]:
