@@ -1,5 +1,7 @@
 """Engines that simulate by fixed steps, right and wrong, for chains from parameters."""
 
+import warnings
+
 import numpy as np
 
 from tests.conformance.arm import Arm
@@ -170,6 +172,26 @@ class Warning(OtherRestitution):
 
     def move(self, request):
         return super().move(request).model_copy(update={"warnings": ("another law",)})
+
+
+class WarningOnModel(OtherRestitution):
+    """It says that it has another law when it reads the model."""
+
+    def load(self, model):
+        warnings.warn("another law", stacklevel=1)
+        super().load(model)
+
+
+class Stiff(Mover):
+    """Unstable at steps above 4 ms."""
+
+    def step(self, method, t, x, h):
+        return super().step(method, t, x, h) * (1.0 if h < 4e-3 else np.nan)
+
+
+class Stuck(Mover):
+    def move(self, request):
+        raise RuntimeError("stuck")
 
 
 class Unable(Mover):

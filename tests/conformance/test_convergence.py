@@ -69,6 +69,17 @@ def test_values_that_are_not_finite():
     assert math.isnan(found.order)
 
 
+def test_motions_that_are_not_finite_at_coarse_settings_are_left_out():
+    unstable = [TRUTH * math.nan, TRUTH * math.inf]
+    found = convergence([*unstable, *motions(1)], TRUTH, EPSILON)
+    assert found.limit is Limit.TRUTH
+    assert found.order == pytest.approx(1, abs=0.01)
+    assert len(found.errors) == 7
+    found = convergence([*motions(1), *unstable, *motions(2)[:2]], TRUTH, EPSILON)
+    assert found.limit is Limit.NONE
+    assert convergence([*unstable, *uneven(1)], TRUTH, EPSILON, even=False).limit is Limit.TRUTH
+
+
 def test_the_truth_itself_has_no_order():
     found = convergence([TRUTH] * 3, TRUTH, EPSILON)
     assert found.limit is Limit.TRUTH
@@ -111,5 +122,9 @@ def test_uneven_errors_of_motions_with_events():
     sizes = [3.0, 1.2, 1.7, 0.8, 0.5, 0.35, 0.15, 0.015, 0.32]
     passing = [TRUTH + SLOPE * size for size in sizes]
     assert convergence(passing, TRUTH, EPSILON, even=False).limit is not Limit.TRUTH
+    # MuJoCo's Euler method on impact/floor: the finest motions move away from each other.
+    sizes = [3.27, 0.19, 1.94, 0.18, -0.1, 0.18, 0.09, 0.3, 0.73]
+    parting = [TRUTH + SLOPE * size for size in sizes]
+    assert convergence(parting, TRUTH, EPSILON, even=False).limit is Limit.NONE
     away = [TRUTH + SLOPE * 0.1 * (-1) ** k for k in range(9)]
     assert convergence(away, TRUTH, EPSILON, even=False).limit is Limit.NONE

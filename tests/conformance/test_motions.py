@@ -13,10 +13,13 @@ from tests.conformance.mover import (
     OtherRestitution,
     Ours,
     Short,
+    Stiff,
+    Stuck,
     Unable,
     Undamped,
     Unsprung,
     Warning,
+    WarningOnModel,
 )
 from twolink.conformance.convergence import Limit
 from twolink.conformance.in_process import InProcess
@@ -73,7 +76,7 @@ def test_another_model_is_told_apart(engine, name):
         (Noisy, Mark.MISSED, "does not converge"),
         (Exploding, Mark.MISSED, "does not converge"),
         (Short, Mark.INVALID, "wrong length: angles must be 6 rows; got 1"),
-        (Unable, Mark.REFUSED, "only on weekdays"),
+        (Stuck, Mark.REFUSED, "RuntimeError: stuck"),
     ],
 )
 def test_failures(engine, mark, words):
@@ -81,6 +84,20 @@ def test_failures(engine, mark, words):
         found = results(engine)["motion: rk4"]
     assert found.mark is mark
     assert words in found.said
+
+
+def test_a_skipped_motion_is_no_failure():
+    found = results(Unable)["motion: rk4"]
+    assert found.mark is Mark.CANNOT
+    assert found.said == "only on weekdays"
+
+
+def test_instability_at_coarse_steps_is_no_verdict():
+    with np.errstate(all="ignore"):
+        found = results(Stiff)["motion: rk4"]
+    assert not np.isfinite(found.curve.verdict.errors[:2]).any()
+    assert found.mark is Mark.PASS
+    assert found.said.startswith("converges to the truth, order 4.")
 
 
 def test_an_engine_without_methods_is_not_asked():
@@ -133,6 +150,12 @@ def test_a_law_that_the_engine_names_is_not_silent():
     found = results(Warning, "impact/floor")["motion: taylor"]
     assert found.mark is Mark.MISSED
     assert found.warnings == ("another law",)
+
+
+def test_a_warning_on_the_model_keeps_its_motions_from_being_silent():
+    found = results(WarningOnModel, "impact/floor")["motion: taylor"]
+    assert found.mark is Mark.MISSED
+    assert found.warnings == ("UserWarning: another law",)
 
 
 def test_parameters_of_effects_are_sent_only_to_engines_that_have_them():

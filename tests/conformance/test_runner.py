@@ -1,5 +1,7 @@
 """Runs: marks of reading, questions that are not asked, and engines that keep failing."""
 
+import warnings
+
 import pytest
 
 from tests.conformance.arm import Arm
@@ -74,6 +76,25 @@ def test_invalid_models_that_are_accepted():
     assert results["import/nan-mass/read"].mark is Mark.SILENT
     assert results["import/nan-mass/read"].said == "it must be refused: NaN"
     assert results["import/three-joints/read"].mark is Mark.PASS
+
+
+def test_a_warning_on_a_model_keeps_its_wrong_answers_from_being_silent():
+    class Doubled(Arm):
+        def mass_matrix(self, angles):
+            return 2 * super().mass_matrix(angles)
+
+    class Warned(Doubled):
+        def load(self, model):
+            warnings.warn("inertias are corrected", stacklevel=1)
+            return super().load(model)
+
+    _, results = run(Doubled(), "plain")
+    assert results["import/plain/mass-matrix"].mark is Mark.SILENT
+    _, results = run(Warned(), "plain")
+    assert results["import/plain/mass-matrix"].mark is Mark.MISSED
+    assert results["import/plain/mass-matrix"].warnings == ("UserWarning: inertias are corrected",)
+    assert results["import/plain/gravity-terms"].mark is Mark.PASS
+    assert results["import/plain/gravity-terms"].warnings == ()
 
 
 def test_a_misunderstood_model_is_said_so():

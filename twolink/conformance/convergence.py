@@ -10,7 +10,11 @@ that are closer than the finest error are not told apart.
 Motions with events, and those of variable steps with their tolerance, have errors that shrink
 unevenly: their order is the slope of all differences,
 and that of the errors is taken over the last three halvings, each error being the largest at its
-setting and all finer ones, as a single small error is no limit; they are not extrapolated.
+setting and all finer ones, as a single small error is no limit; they are not extrapolated. Their
+limit is another model only if the finest motions still approach each other.
+
+A method may be unstable at coarse settings: the verdict is on the motions behind the last one that
+is not finite.
 """
 
 from __future__ import annotations
@@ -30,8 +34,11 @@ Array = NDArray[np.float64]
 # Errors shrink with this share of the order of the differences, or more, if the limit is the truth.
 _SHARE = 0.5
 
-# The number of last errors whose slope is taken if they shrink unevenly.
+# The number of last errors, or differences, whose slope is taken if they shrink unevenly.
 _UNEVEN = 4
+
+# Differences, and differences of differences, need so many motions.
+_LEAST_MOTIONS = 3
 
 # A method converges if a finer setting divides differences by more than this: with half the step,
 # the order is above 0.5.
@@ -103,8 +110,27 @@ def convergence(
     of all digits and no difference of models.
     """
     errors = tuple(float(np.abs(motion - truth).max()) for motion in motions)
-    if not all(map(math.isfinite, errors)):
+    stable = _behind_last_infinite(errors)
+    if stable > len(motions) - _LEAST_MOTIONS:
         return Convergence(Limit.NONE, math.nan, errors, math.inf)
+    return _of_finite(motions[stable:], truth, epsilon, ratio, errors, even=even)
+
+
+def _behind_last_infinite(errors: Sequence[float]) -> int:
+    """Return the index from which all errors are finite."""
+    return max((k + 1 for k, error in enumerate(errors) if not math.isfinite(error)), default=0)
+
+
+def _of_finite(
+    motions: Sequence[Array],
+    truth: Array,
+    epsilon: float,
+    ratio: float,
+    errors: tuple[float, ...],
+    *,
+    even: bool,
+) -> Convergence:
+    """Return the verdict on finite motions, the last ones of those that have the errors."""
     same = math.sqrt(epsilon) * float(np.abs(truth).max())
     differences = [float(np.abs(one - other).max()) for one, other in pairwise(motions)]
     order = _order(differences, same, ratio) if even else _slope(differences, same, ratio)
@@ -120,8 +146,12 @@ def convergence(
         extrapolated = motions[-1] + (motions[-1] - motions[-2]) / (ratio**order - 1)
         left = float(np.abs(extrapolated - truth).max())
     else:
-        shrinking, left = _slope(_from_here_on(errors)[-_UNEVEN:], 0.0, ratio), errors[-1]
-    limit = Limit.TRUTH if shrinking >= _SHARE * order else Limit.ANOTHER
+        finite = errors[-len(motions) :]
+        shrinking, left = _slope(_from_here_on(finite)[-_UNEVEN:], 0.0, ratio), errors[-1]
+    if shrinking >= _SHARE * order:
+        return Convergence(Limit.TRUTH, order, errors, left)
+    last = math.nan if even else _slope(differences[-_UNEVEN:], same, ratio)
+    limit = Limit.NONE if ratio**last <= _LEAST_DIVISOR else Limit.ANOTHER
     return Convergence(limit, order, errors, left)
 
 

@@ -27,7 +27,11 @@ _MARKS = {Limit.TRUTH: Mark.PASS, Limit.ANOTHER: Mark.SILENT, Limit.NONE: Mark.M
 
 
 class _NotMovedError(Exception):
-    """An engine gave no motion; the message says why."""
+    """An engine skipped a motion, or ended it in an error: the answer that says so."""
+
+    def __init__(self, answer: Skipped | Errored) -> None:
+        super().__init__(answer.message)
+        self.answer = answer
 
 
 def unmoved(motion: Motion, engine: About) -> str:
@@ -39,9 +43,17 @@ def unmoved(motion: Motion, engine: About) -> str:
 
 
 def motion_results(
-    suite: str, group: Group, motion: Motion, engine: About, ask: Ask
+    suite: str,
+    group: Group,
+    motion: Motion,
+    engine: About,
+    ask: Ask,
+    warnings: tuple[str, ...] = (),
 ) -> Iterator[TestResult]:
-    """Yield the result of each method of an engine, or one of an engine without methods."""
+    """Yield the result of each method of an engine, or one of an engine without methods.
+
+    `warnings` are those of the engine on the model.
+    """
     flags = (*group.flags, *motion.flags)
     result = TestResult(motion.id, suite, group.id, "motion", flags, Mark.CANNOT)
     reason = unmoved(motion, engine)
@@ -50,11 +62,16 @@ def motion_results(
         return
     for method in engine.methods:
         named = replace(result, id=f"{motion.id}/{method.name}", quantity=f"{MOTION}{method.name}")
-        yield _of_method(named, motion, method, engine, ask)
+        yield _of_method(named, motion, method, engine, ask, warnings)
 
 
 def _of_method(
-    result: TestResult, motion: Motion, method: Method, engine: About, ask: Ask
+    result: TestResult,
+    motion: Motion,
+    method: Method,
+    engine: About,
+    ask: Ask,
+    of_model: tuple[str, ...],
 ) -> TestResult:
     epsilon = EPSILONS[engine.precision]
     try:
@@ -62,12 +79,21 @@ def _of_method(
     except EngineFault as fault:
         return faulty(result, fault)
     except _NotMovedError as error:
-        return replace(result, mark=Mark.REFUSED, said=str(error))
+        return _not_moved(result, error.answer)
     found = curve.verdict
     mark = _MARKS[found.limit]
+    if mark is not Mark.PASS:
+        warnings = (*of_model, *warnings)
     if mark is Mark.SILENT and warnings:
         mark = Mark.MISSED
     return replace(result, mark=mark, said=found.sentence, warnings=warnings, curve=curve)
+
+
+def _not_moved(result: TestResult, answer: Skipped | Errored) -> TestResult:
+    """Return the result of a motion that an engine skipped, or ended in an error."""
+    if isinstance(answer, Skipped):
+        return replace(result, mark=Mark.CANNOT, said=answer.message, issue=answer.issue_url)
+    return replace(result, mark=Mark.REFUSED, said=answer.message or "no motion")
 
 
 def _curve(
@@ -90,7 +116,7 @@ def _curve(
         value /= ratio
         if len(motions) > 2:
             found = convergence(motions, truth, epsilon, ratio, even=even)
-            if found.error <= np.sqrt(epsilon):
+            if found.limit is Limit.TRUTH and found.error <= np.sqrt(epsilon):
                 break
     return Curve(method.parameter, tuple(settings), found), tuple(warnings)
 
@@ -111,7 +137,7 @@ def _moved(
         )
     )
     if isinstance(answer, Skipped | Errored):
-        raise _NotMovedError(answer.message or "no motion")
+        raise _NotMovedError(answer)
     assert isinstance(answer, Moved)
     count = len(motion.times)
     for name in ("angles", "speeds"):

@@ -100,13 +100,16 @@ def _group(session: Session, suite: str, group: Group) -> Iterator[_Outcome]:
         return
     yield _Outcome(_reading(read, group, answer, engine))
     if isinstance(answer, Loaded):
-        yield from _questions(session, suite, group, from_urdf=request.urdf is not None)
-        yield from _motions(session, suite, group)
+        warnings = answer.warnings
+        yield from _questions(session, suite, group, warnings, from_urdf=request.urdf is not None)
+        yield from _motions(session, suite, group, warnings)
 
 
-def _motions(session: Session, suite: str, group: Group) -> Iterator[_Outcome]:
+def _motions(
+    session: Session, suite: str, group: Group, warnings: tuple[str, ...] = ()
+) -> Iterator[_Outcome]:
     for motion in group.motions:
-        for result in motion_results(suite, group, motion, session.engine, session.move):
+        for result in motion_results(suite, group, motion, session.engine, session.move, warnings):
             yield _Outcome(result)
 
 
@@ -125,8 +128,9 @@ def _reading(read: TestResult, group: Group, answer: Answer, engine: About) -> T
 
 
 def _questions(
-    session: Session, suite: str, group: Group, *, from_urdf: bool
+    session: Session, suite: str, group: Group, warnings: tuple[str, ...], *, from_urdf: bool
 ) -> Iterator[_Outcome]:
+    """Ask the questions on a model; `warnings` are those of the engine on the model."""
     faults: list[EngineFault] = []
     for vector in group.tests:
         flags = (*group.flags, *vector.flags)
@@ -139,7 +143,7 @@ def _questions(
             yield _Outcome(replace(failed, said=f"not asked after {_PATIENCE} faults on the model"))
         else:
             try:
-                yield _question(session, group, vector, result, from_urdf=from_urdf)
+                yield _question(session, group, vector, result, warnings, from_urdf=from_urdf)
             except EngineFault as fault:
                 # The engine is started anew after all faults but this one.
                 faults += [fault] if fault.kind is not FaultKind.WRONG_LENGTH else []
@@ -157,7 +161,13 @@ def _unasked(vector: Vector, engine: About) -> str:
 
 
 def _question(
-    session: Session, group: Group, vector: Vector, result: TestResult, *, from_urdf: bool
+    session: Session,
+    group: Group,
+    vector: Vector,
+    result: TestResult,
+    of_model: tuple[str, ...],
+    *,
+    from_urdf: bool,
 ) -> _Outcome:
     """Return the outcome of one question. Raises `EngineFault`."""
     answer = session.ask(vector)
@@ -167,23 +177,19 @@ def _question(
         return _Outcome(replace(result, mark=Mark.REFUSED, said=answer.message or "an error"))
     assert isinstance(answer, Values)
     precision = session.engine.precision
+    warnings = (*of_model, *answer.warnings)
     found = judged(
         vector,
         group,
         answer.values,
         from_urdf=from_urdf,
         precision=precision,
-        warned=bool(answer.warnings),
+        warned=bool(warnings),
     )
-    result = replace(
-        result,
-        mark=found.mark,
-        factor=found.factor,
-        digits=found.digits,
-        warnings=answer.warnings,
-    )
+    result = replace(result, mark=found.mark, factor=found.factor, digits=found.digits)
     if found.mark is Mark.PASS:
-        return _Outcome(result)
+        return _Outcome(replace(result, warnings=answer.warnings))
+    result = replace(result, warnings=warnings)
     names = causes(
         vector,
         group,
