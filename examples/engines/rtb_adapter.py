@@ -2,7 +2,7 @@
 
 Traps: `gravity` is the acceleration of free fall, (0, 0, -9.81) by default, though the docstring of
 `rne` speaks of the base. `accel` has no joint damping and friction. `fdyn` is Python alone: a step
-takes milliseconds. `coriolis` fails on every robot with a fixed link behind a joint.
+takes milliseconds. `coriolis` fails on every robot that is read from a URDF.
 """
 
 from __future__ import annotations
