@@ -83,6 +83,34 @@ def test_values_that_are_not_finite_have_no_cause():
     assert causes(group.tests[0], group, answer, from_urdf=True, precision="binary64") == ()
 
 
+class Feather(Arm):
+    """A body whose moments are zero weighs 1e-6 kg, as in SAPIEN 3.0.3, in binary32."""
+
+    precision = "binary32"
+    answers = ("velocity_terms", "gravity_terms")
+
+    def own(self, mass, centre, tensor):
+        return (mass, centre, tensor) if tensor.any() else (1e-6, centre, tensor)
+
+    def rows(self, function, *inputs):
+        return np.float32(super().rows(function, *inputs)).astype(float)
+
+
+def test_answers_near_zero_are_those_of_mistakes_that_give_zero():
+    """Angles in degrees give small velocity terms as well, and explain no gravity terms."""
+    groups = few(usual=("point-masses",))
+    found = report(Feather, groups)
+    assert {result.quantity for result in found.failed} == {"read", *Feather.answers}
+    assert set(found.causes()) == {"mass-dropped"}
+    (group,) = groups["evaluation"]
+    for vector in group.tests:
+        if vector.quantity in Feather.answers:
+            answer = 1e-6 * np.array(vector.values, dtype=float)
+            names = causes(vector, group, answer, from_urdf=False, precision="binary32")
+            assert set(names) <= {"mass-dropped", "gravity-missing", "velocity-terms-missing"}
+            assert "mass-dropped" in names
+
+
 def test_few_causes_explain_all():
     found = {
         "a": ("factor-half", "gravity-sign"),

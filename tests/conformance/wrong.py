@@ -75,6 +75,14 @@ class NoFriction(Arm):
 # Files
 
 
+@wrong("mass-dropped")
+class NoSecondMass(Arm):
+    def load(self, model):
+        super().load(model)
+        self.m = [self.m[0], 0.0]
+        return self.understood()
+
+
 @wrong("fixed-link-dropped", "lumped-offset", "lumped-before-joint", "two-half-bars")
 class Dropped(Arm):
     def body(self, link, R, p, own):

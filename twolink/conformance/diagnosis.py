@@ -64,7 +64,9 @@ def causes(
     in_single = np.array(vector.bound, dtype=float) * (EPSILONS[BINARY32] / EPSILON)
     if single and precision != BINARY32 and (error <= in_single).all():
         return (BINARY32,)
-    tried = _Answer(answer, error, allowed, epsilon)
+    tried = _Answer(
+        answer, error, allowed, epsilon, nothing=bool((np.abs(answer) <= allowed).all())
+    )
     # Most mistakes are ruled out by the worst state alone.
     where = _where_worst(error, first_too=question.quantity.up_to_constant)
     screen, part = question.at(where), tried.at(where)
@@ -120,12 +122,16 @@ def _question(vector: Vector, group: Group, *, from_urdf: bool) -> Question:
 
 @dataclass(frozen=True)
 class _Answer:
-    """An answer, its error and bound, and ε of the engine."""
+    """An answer, its error and bound, and ε of the engine.
+
+    `nothing` states that all of the answer is zero within its bound.
+    """
 
     values: Array
     error: Array
     allowed: Array
     epsilon: float
+    nothing: bool
 
     def at(self, where: list[int]) -> _Answer:
         """Return the answer in some of the states."""
@@ -134,8 +140,14 @@ class _Answer:
         )
 
     def is_explained_by(self, wrong: Array) -> bool:
-        """Return whether a wrong answer is this one, within rounding and far within the error."""
+        """Return whether a wrong answer is this one, within rounding and far within the error.
+
+        An answer that cannot be told from zero is that of mistakes that give zero, and not of all
+        that give something small.
+        """
         if not np.isfinite(wrong).all():
+            return False
+        if self.nothing and (np.abs(wrong) > self.allowed * (EPSILON / self.epsilon)).any():
             return False
         rest = np.abs(self.values - wrong)
         # A wrong answer may be far larger than the right one, and so is its rounding.

@@ -92,6 +92,22 @@ def _box_inertia(model: SpatialModel) -> Models:
     yield with_bodies(model, changed)
 
 
+def _no_mass(model: SpatialModel) -> Models:
+    """Yield models whose links weigh nothing, with and without their own inertia."""
+    nothing = _matrix(np.zeros((3, 3)))
+    for links in ((1,), (2,), (1, 2)):
+
+        def changed(body: Body, links: tuple[int, ...] = links) -> Body:
+            return replace(body, mass=0.0) if body.own and body.link in links else body
+
+        def left_out(body: Body, links: tuple[int, ...] = links) -> Body:
+            lost = body.own and body.link in links
+            return replace(body, mass=0.0, tensor=nothing) if lost else body
+
+        yield with_bodies(model, changed)
+        yield with_bodies(model, left_out)
+
+
 def _dropped(model: SpatialModel) -> Models:
     yield with_bodies(model, lambda body: body if body.own else None)
 
@@ -254,6 +270,7 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
     ),
     of_models("damping-dropped", "the damping of the joints does not act", _no_damping),
     of_models("friction-dropped", "the dry friction of the joints does not act", _no_friction),
+    of_models("mass-dropped", "the mass of a link is left out", _no_mass),
     of_models("fixed-link-dropped", "a link that is fixed to another one is left out", _dropped),
     of_models(
         "fixed-link-unplaced", "the offset of a fixed joint is ignored in lumping", _unplaced
