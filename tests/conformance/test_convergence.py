@@ -128,3 +128,14 @@ def test_uneven_errors_of_motions_with_events():
     assert convergence(parting, TRUTH, EPSILON, even=False).limit is Limit.NONE
     away = [TRUTH + SLOPE * 0.1 * (-1) ** k for k in range(9)]
     assert convergence(away, TRUTH, EPSILON, even=False).limit is Limit.NONE
+
+
+def test_uneven_errors_that_fall_to_one_digit_have_no_limit_yet():
+    """MuJoCo's implicit method on friction/stops: at a 32nd of the last step the error is 0.8."""
+    sizes = [6.1, 5.3, 6.2, 3.6, 2.1, 0.94, 0.15, 0.45, 0.3]
+    falling = [TRUTH + SLOPE / 2 * size for size in sizes]
+    assert convergence(falling, TRUTH, EPSILON, even=False).limit is not Limit.TRUTH
+    # Siconos on friction/stops, which goes on to the truth.
+    sizes = [0.51, 1.0, 1.3, 0.1, 0.068, 0.02, 0.025, 0.0026, 0.0064]
+    falling = [TRUTH + SLOPE / 2 * size for size in sizes]
+    assert convergence(falling, TRUTH, EPSILON, even=False).limit is Limit.TRUTH

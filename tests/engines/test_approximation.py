@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.verification.chains import GENERAL
+from twolink.chain import Chain
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
@@ -113,3 +114,43 @@ def test_a_scene_in_parts():
     assert smooth_part(scene).effects == (Gravity(),)
     with pytest.raises(EngineError, match="joint A must have one stop"):
         approximate_model(scene_with(JointStop("A", upper=1.0), JointStop("A", lower=0.0)))
+
+
+@pytest.mark.engines
+@pytest.mark.parametrize(
+    ("engine", "effect"),
+    [
+        ("MuJoCo", JointFriction((2.5, 0.6))),
+        ("PyBullet", JointFriction((2.5, 0.6))),
+        ("PyBullet", Surface((0.0, 1.2), (0.0, -1.0), friction=0.3)),
+    ],
+    ids=["MuJoCo joint", "PyBullet joint", "PyBullet floor"],
+)
+def test_friction_that_slips_converges_in_first_order(engine, effect):
+    """Friction is as stiff as the step resolves, and acts at the point of contact."""
+    bars = Chain.uniform_bars(mass=(1.0, 1.0), length=(1.0, 1.0))
+    scene = Scene(bars, (0.3, -0.4), (0.0, 0.0), 1.0, effects=(Gravity(9.81), effect))
+    exact = simulate(scene, accuracy=1e-10, samples=2).q[:, -1]
+    (found,) = (each for each in APPROXIMATING if each.name == engine)
+    run = found.prepared(scene, found.methods[0].name, approximate=True)
+    coarse, fine = (
+        np.abs(run(step, np.array([0.0, 1.0])).q[:, -1] - exact).max() for step in (1e-3, 1e-4)
+    )
+    assert fine < coarse / 5 < 1e-3
+
+
+@pytest.mark.engines
+def test_friction_that_sticks_creeps_less_with_shorter_steps_in_mujoco():
+    scene = Scene(
+        Chain.uniform_bars(mass=(1.0, 1.0), length=(1.0, 1.0)),
+        (0.3, -0.4),
+        (0.0, 0.0),
+        1.0,
+        effects=(Gravity(9.81), JointFriction((20.0, 6.0))),
+    )
+    (found,) = (each for each in APPROXIMATING if each.name == "MuJoCo")
+    run = found.prepared(scene, found.methods[0].name, approximate=True)
+    coarse, fine = (
+        np.abs(run(step, np.array([0.0, 1.0])).q[:, -1] - scene.q).max() for step in (1e-3, 1e-4)
+    )
+    assert 0 < fine < coarse / 5 < 1e-5

@@ -11,7 +11,8 @@ Motions with events, and those of variable steps with their tolerance, have erro
 unevenly: their order is the slope of all differences,
 and that of the errors is taken over the last three halvings, each error being the largest at its
 setting and all finer ones, as a single small error is no limit; they are not extrapolated. Their
-limit is another model only if the finest motions still approach each other.
+limit is the truth only if the two finest motions have two right digits, and another model only if
+the finest motions still approach each other: errors of order one may fall for a while without end.
 
 A method may be unstable at coarse settings: the verdict is on the motions behind the last one that
 is not finite.
@@ -36,6 +37,10 @@ _SHARE = 0.5
 
 # The number of last errors, or differences, whose slope is taken if they shrink unevenly.
 _UNEVEN = 4
+
+# The largest error, relative to the largest value, of the two finest motions of an uneven sequence
+# whose limit is the truth.
+_TWO_DIGITS = 0.01
 
 # Differences, and differences of differences, need so many motions.
 _LEAST_MOTIONS = 3
@@ -145,14 +150,14 @@ def _of_finite(
         shrinking = math.log(errors[-2] / errors[-1], ratio)
         extrapolated = motions[-1] + (motions[-1] - motions[-2]) / (ratio**order - 1)
         left = float(np.abs(extrapolated - truth).max())
-    else:
-        finite = errors[-len(motions) :]
-        shrinking, left = _slope(_from_here_on(finite)[-_UNEVEN:], 0.0, ratio), errors[-1]
-    if shrinking >= _SHARE * order:
-        return Convergence(Limit.TRUTH, order, errors, left)
-    last = math.nan if even else _slope(differences[-_UNEVEN:], same, ratio)
-    limit = Limit.NONE if ratio**last <= _LEAST_DIVISOR else Limit.ANOTHER
-    return Convergence(limit, order, errors, left)
+        limit = Limit.TRUTH if shrinking >= _SHARE * order else Limit.ANOTHER
+        return Convergence(limit, order, errors, left)
+    finite = errors[-len(motions) :]
+    shrinking = _slope(_from_here_on(finite)[-_UNEVEN:], 0.0, ratio)
+    if shrinking >= _SHARE * order and max(finite[-2:]) <= _TWO_DIGITS * np.abs(truth).max():
+        return Convergence(Limit.TRUTH, order, errors, errors[-1])
+    apart = ratio ** _slope(differences[-_UNEVEN:], same, ratio) <= _LEAST_DIVISOR
+    return Convergence(Limit.NONE if apart else Limit.ANOTHER, order, errors, errors[-1])
 
 
 def _order(differences: Sequence[float], same: float, ratio: float) -> float:

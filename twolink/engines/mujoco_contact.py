@@ -22,11 +22,14 @@ CHANGES = {
     "surface": "MuJoCo's contacts, springs with dampers for the restitution, and soft friction",
 }
 
-# The radius (m) of the balls that represent contact points.
-_BALL = 1e-3
+# The radius (m) of the balls that represent contact points: friction acts so far from the points.
+_BALL = 1e-6
 _STEPS_OF_TOUCH = 10
 # At least a fortieth of the speed rebounds: more damping would need longer contacts.
 _MOST_DAMPED = 3.0
+# Dry friction is a damper up to its limit: its shortest time constant, in steps. MuJoCo's default
+# of 0.02 s would leave friction smooth at any step.
+_STEPS_OF_SLIP = 2
 # An impedance near 1: a constraint yields little under load.
 _IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
@@ -57,6 +60,7 @@ def built(mujoco: Any, model: ApproximateModel) -> Any:
 
 def tune(mujoco: Any, robot: Any, model: ApproximateModel, step: float) -> None:
     """Set constraints to the largest stiffness that a step (s) can resolve."""
+    robot.dof_solref[:] = _STEPS_OF_SLIP * step, 1.0
     for stop in model.stops:
         robot.jnt_solref[stop.joint] = _reference(stop.restitution, step)
     for index, plane in enumerate(model.planes):

@@ -42,8 +42,8 @@ _CHANGES = {
     "joint_stop": "PyBullet's joint limits, without rebound",
     "surface": "PyBullet's contacts, with its law of restitution and its own solver",
 }
-# The radius (m) of the balls that represent contact points.
-_BALL = 1e-2
+# The radius (m) of the balls that represent contact points: friction acts so far from the points.
+_BALL = 1e-6
 
 
 class Pybullet(ApproximatingEngine):
