@@ -11,8 +11,9 @@ Motions with events, and those of variable steps with their tolerance, have erro
 unevenly: their order is the slope of all differences,
 and that of the errors is taken over the last three halvings, each error being the largest at its
 setting and all finer ones, as a single small error is no limit; they are not extrapolated. Their
-limit is the truth only if the two finest motions have two right digits, and another model only if
-the finest motions still approach each other: errors of order one may fall for a while without end.
+limit is the truth only if the two finest motions have two right digits, as errors of order one may
+fall for a while. It is another model only if the finest motions still approach each other, and the
+way that is left to their limit is shorter than the error.
 
 A method may be unstable at coarse settings: the verdict is on the motions behind the last one that
 is not finite.
@@ -156,8 +157,10 @@ def _of_finite(
     shrinking = _slope(_from_here_on(finite)[-_UNEVEN:], 0.0, ratio)
     if shrinking >= _SHARE * order and max(finite[-2:]) <= _TWO_DIGITS * np.abs(truth).max():
         return Convergence(Limit.TRUTH, order, errors, errors[-1])
-    apart = ratio ** _slope(differences[-_UNEVEN:], same, ratio) <= _LEAST_DIVISOR
-    return Convergence(Limit.NONE if apart else Limit.ANOTHER, order, errors, errors[-1])
+    last = ratio ** _slope(differences[-_UNEVEN:], same, ratio)
+    still = last > _LEAST_DIVISOR or differences[-1] <= same
+    another = still and differences[-1] / (ratio**order - 1) < errors[-1]
+    return Convergence(Limit.ANOTHER if another else Limit.NONE, order, errors, errors[-1])
 
 
 def _order(differences: Sequence[float], same: float, ratio: float) -> float:
