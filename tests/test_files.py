@@ -304,3 +304,20 @@ def test_the_reason_is_that_of_the_system(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "open", read_only)
     with pytest.raises(FileError, match=r"a: cannot be written \(Read-only file system\)"):
         check_writable(tmp_path / "a")
+
+
+@pytest.mark.parametrize(
+    "make", [files.atomic_write, lambda path: files.scratch_folder("t", path.parent)]
+)
+def test_an_interrupt_just_after_a_file_was_made_leaves_nothing(make, tmp_path, monkeypatch):
+    """Its name is known before: also an interrupt before anything is returned finds it."""
+
+    def opens(*arguments):
+        monkeypatch.undo()
+        os.close(os.open(*arguments))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(files.os, "open", opens)
+    with pytest.raises(KeyboardInterrupt), make(tmp_path / "a.txt"):
+        pytest.fail("nothing was made")
+    assert list(tmp_path.iterdir()) == []

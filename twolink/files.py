@@ -112,9 +112,8 @@ def check_writable(path: Path) -> None:
     """Raise `FileError` where a file could not be written by `atomic_write`."""
     target = _target(path)
     try:
-        handle, temporary = _locked_file(target)
-        temporary.unlink()
-        os.close(handle)
+        with _temporary_file(target):
+            pass
     except OSError as error:
         raise _unwritable(path, error) from error
 
@@ -130,14 +129,10 @@ def atomic_write(path: Path) -> Iterator[Path]:
     target = _target(path)
     try:
         _clean(target.parent, _BESIDE, Path.unlink)
-        handle, temporary = _locked_file(target)
-        try:
+        with _temporary_file(target) as temporary:
             yield temporary
             _sync(temporary)
             temporary.replace(target)
-        finally:
-            temporary.unlink(missing_ok=True)
-            os.close(handle)
     except OSError as error:
         raise _unwritable(path, error) from error
 
@@ -208,41 +203,55 @@ def scratch_folder(kind: str, parent: str | None = None) -> Iterator[Path]:
     place = Path(parent or tempfile.gettempdir())
     prefix = f"{_FOLDER}{kind}-"
     _clean(place, prefix, _remove_tree)
-    handle, folder = _locked(lambda: _new_folder(place, prefix))
-    try:
+    with _temporary(place, prefix, _new_folder, _remove_tree) as folder:
         yield folder
-    finally:
-        _remove_tree(folder)
-        os.close(handle)
 
 
-def _locked_file(target: Path) -> tuple[int, Path]:
-    """Return a new file beside a target, with the permissions that the target shall have."""
+@contextmanager
+def _temporary_file(target: Path) -> Iterator[Path]:
+    """Yield a new file beside a target, with the permissions that the target shall have."""
 
-    def made() -> tuple[int, Path]:
-        path = target.parent / f"{_BESIDE}{secrets.token_hex(8)}"
+    def made(path: Path) -> int:
         handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
         with suppress(FileNotFoundError):
             # By its number: its name may be gone already.
             os.chmod(handle, stat.S_IMODE(target.stat().st_mode))
-        return handle, path
+        return handle
 
-    return _locked(made)
-
-
-def _new_folder(place: Path, prefix: str) -> tuple[int, Path]:
-    folder = tempfile.mkdtemp(dir=place, prefix=prefix)
-    return os.open(folder, os.O_RDONLY), Path(folder)
+    with _temporary(target.parent, _BESIDE, made, _remove_file) as path:
+        yield path
 
 
-def _locked(make: Callable[[], tuple[int, Path]]) -> tuple[int, Path]:
-    """Return a new handle and its path, which is locked until the handle is closed."""
+def _new_folder(path: Path) -> int:
+    path.mkdir(mode=0o700)
+    return os.open(path, os.O_RDONLY)
+
+
+def _remove_file(path: Path) -> None:
+    path.unlink(missing_ok=True)
+
+
+@contextmanager
+def _temporary(
+    place: Path, prefix: str, make: Callable[[Path], int], remove: Callable[[Path], None]
+) -> Iterator[Path]:
+    """Yield a new file or folder, which is locked and afterwards removed.
+
+    `make` returns its handle. Its name is known before it exists, so that an interrupt at any
+    moment leaves nothing.
+    """
     while True:
-        handle, path = make()
-        # Another process may have cleaned it up before it was locked.
-        if _lock(handle) and path.exists():
-            return handle, path
-        os.close(handle)
+        path, handle = place / f"{prefix}{secrets.token_hex(8)}", None
+        try:
+            handle = make(path)
+            # Another process may have cleaned it up before it was locked.
+            if _lock(handle) and path.exists():
+                yield path
+                return
+        finally:
+            remove(path)
+            if handle is not None:
+                os.close(handle)
 
 
 def _lock(handle: int) -> bool:
