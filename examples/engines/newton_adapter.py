@@ -8,6 +8,11 @@ counts the turns. They hold a link without mass in its place, as an immovable on
 the model with its fixed joints collapsed; without that the tip pins the chain. Continuous joints
 are unlimited; the joint limits of others are springs.
 
+Featherstone, MuJoCo and SemiImplicit have passive damping and springs of joints (`joint_damping`,
+`joint_stiffness`, `joint_rest_q`). Steel and Kamino have the damping alone, XPBD and VBD neither:
+drives of the joints (`joint_target_ke`, `joint_target_kd`), with targets at rest, are in their
+place.
+
 `python newton_adapter.py collapse` reads URDF with `collapse_fixed_joints=True`; names of solvers
 (`python newton_adapter.py Featherstone XPBD`) are the methods that it offers, by default all but
 Kamino, whose 1000 steps did not end in three minutes on two cores.
@@ -21,7 +26,7 @@ from typing import Any
 import newton
 import numpy as np
 import warp as wp
-from adapter import Array, Engine, Model, RefusedError, each, serve, stepped
+from adapter import Array, Engine, Model, RefusedError, each, serve, springs_of, stepped
 
 wp.config.quiet = True
 
@@ -40,6 +45,8 @@ _CHOSEN = [name for name in _METHODS if name in sys.argv[1:]] or [
     name for name in _METHODS if name != "Kamino"
 ]
 _MAXIMAL = ("Kamino", "SemiImplicit", "XPBD", "VBD")
+_DRIVEN_SPRINGS = ("Steel", "Kamino", "XPBD", "VBD")
+_DRIVEN_DAMPING = ("XPBD", "VBD")
 
 
 class Newton(Engine):
@@ -47,7 +54,7 @@ class Newton(Engine):
 
     name = "Newton, fixed joints collapsed" if _COLLAPSE else "Newton"
     package, precision = "newton", "binary32"
-    effects = ("armature",)
+    effects = ("armature", "joint_damping", "joint_spring")
     methods = tuple({"name": name, "order": 1.0, "parameter": "step"} for name in _CHOSEN)
     issues = "https://github.com/newton-physics/newton/issues"
 
@@ -81,7 +88,8 @@ class Newton(Engine):
 
     def _understood(self) -> dict[str, Any]:
         found: dict[str, Any] = {}
-        for key, name in {"friction": "joint_friction", "armature": "joint_armature"}.items():
+        for key in ("damping", "friction", "armature"):
+            name = f"joint_{key}"
             found[key] = [float(getattr(self.model, name).numpy()[n]) for n in self.order]
         return found
 
@@ -143,12 +151,30 @@ class Newton(Engine):
         """`eval_fk`."""
         return each(lambda q: self._at(q).body_q.numpy()[self.tip][:3], angles)
 
+    def _resist(self, method: str) -> None:
+        """Put springs and damping where a solver has them: in the joints, or in their drives."""
+        model = self.model
+        stiffness, rest, none = np.zeros((3, 2), dtype=np.float32)
+        for name, *spring in springs_of(self.read):
+            number = self.order[self.read.joints.index(name)]
+            stiffness[number], rest[number] = spring
+        driven = method in _DRIVEN_SPRINGS
+        # Kamino has drives of these modes alone; MuJoCo must have no motors.
+        mode = newton.JointTargetMode.POSITION if driven else newton.JointTargetMode.NONE
+        model.joint_target_mode.assign(np.where(stiffness > 0, int(mode), 0).astype(np.int32))
+        model.joint_stiffness.assign(none if driven else stiffness)
+        model.joint_rest_q.assign(rest)
+        model.joint_target_ke.assign(stiffness if driven else none)
+        model.joint_target_kd.assign(model.joint_damping if method in _DRIVEN_DAMPING else none)
+        model.joint_target_q.assign(rest)
+
     def move(
         self, angles: Array, speeds: Array, method: str, parameter: float, times: list[float]
     ) -> tuple[Array, Array]:
         """`step` of a solver."""
         if self.collapsed != (_COLLAPSE or method in _MAXIMAL):
             self._take(collapse=not self.collapsed)
+        self._resist(method)
         solver = _METHODS[method](self.model)
         self._at(angles, speeds)
         now, after, control = self.model.state(), self.model.state(), self.model.control()
