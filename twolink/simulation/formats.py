@@ -167,14 +167,17 @@ def _write_parquet(file: Path, stored: Arrays) -> None:
 def _read_parquet(file: Path) -> Arrays:
     pyarrow = load_pyarrow(file)
     with file.open("rb") as stream:
-        kept = pyarrow.parquet.ParquetFile(stream, page_checksum_verification=True)
+        kept = pyarrow.parquet.ParquetFile(
+            stream, page_checksum_verification=True, pre_buffer=False
+        )
         size = kept.metadata.num_rows * 8 * len(COLUMNS)
         groups = range(kept.metadata.num_row_groups)
         size = max(size, sum(kept.metadata.row_group(n).total_byte_size for n in groups))
         if size > LARGEST_FILE:
             raise SimulationError(f"its columns {_too_large(size)}")
         _check_columns(kept.schema_arrow.names)
-        table = kept.read()
+        # Threads of pyarrow that still run at the end of a process may abort it.
+        table = kept.read(use_threads=False)
     for column in table.itercolumns():
         if column.type != pyarrow.float64() or column.null_count:
             raise SimulationError(
