@@ -163,7 +163,10 @@ def test_a_path_is_a_path(call, wrong):
             lambda: verify(states=2, progress=3),
             "progress must be a function of share, or None",
         ),
-        (lambda: verify(states=10**400), "states must be a number that float64 can hold; got 1000"),
+        (
+            lambda: verify(states=10**400),
+            "states must be a whole number of 9223372036854775807 or less; got 1000",
+        ),
         (lambda: verify(states=2, limits=3600), "limits must be a Limits; got 3600"),
         (lambda: study(FALL, engines=np.array([1, 2])), r"engines must be True or False; got arr"),
         (lambda: simulate(FALL, progress=Scene), "progress must be a function of name and share"),

@@ -197,3 +197,13 @@ def test_fields_are_taken_by_their_annotations():
 def test_a_field_that_is_something_else_is_refused(change, words):
     with pytest.raises(ParameterError, match=words):
         Drawn(**{"size": 1.0, **change})
+
+
+@pytest.mark.parametrize("given", [10**308, 2**63, 10**400])
+def test_a_count_beyond_those_of_python_s_sequences_is_refused(given):
+    """Products of counts are estimates of memory and time, which float64 has to hold."""
+    with pytest.raises(
+        ParameterError, match=r"n must be a whole number of \d+ or less; got 1|9223"
+    ):
+        inputs.as_count("n", given)
+    assert inputs.as_count("n", 2**63 - 1) == 2**63 - 1

@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import inspect
 import math
+import sys
 import types
 from collections.abc import Callable, Iterable, Mapping, Set
 from dataclasses import fields
@@ -131,8 +132,8 @@ def as_count(name: str, value: Any, least: int = 0) -> int:
         refuse(name, value, f"a whole number of {least} or more")
     if count < least:
         refuse(name, value, f"a whole number of {least} or more")
-    if count > _LARGEST:
-        refuse(name, value, "a number that float64 can hold")
+    if count > sys.maxsize:
+        refuse(name, value, f"a whole number of {sys.maxsize} or less")
     return int(count)
 
 
