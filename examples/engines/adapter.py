@@ -50,6 +50,7 @@ _INPUTS = {
     "velocity": ("angles", "speeds"),
     "acceleration": ("angles", "speeds", "accelerations"),
 }
+_NOT_FINITE = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
 _VECTORS = ("position", "velocity", "acceleration", "jacobian")
 
 
@@ -103,14 +104,14 @@ class Engine(ABC):
 
 def serve(kind: Callable[[], Engine]) -> None:
     """Answer requests on the standard input until `stop` or the end."""
-    # What the engine prints, from C too, must not come between the messages.
+    # Output of the engine, from C too, must not come between the messages.
     kept = os.dup(1)
     os.dup2(2, 1)
     engine = kind()
     server = _Server(engine)
     with os.fdopen(kept, "w", encoding="utf-8") as answers:
         for line in sys.stdin:
-            request = json.loads(line)
+            request = numbers(json.loads(line))
             if request["cmd"] == "stop":
                 break
             answers.write(json.dumps(server.answer(request), allow_nan=False) + "\n")
@@ -181,7 +182,9 @@ class _Server:
 
     def _ask(self, request: dict[str, Any]) -> dict[str, Any]:
         name = request["quantity"]
-        inputs = [np.array(request["states"][key]) for key in _INPUTS.get(name, ("angles",))]
+        inputs = [
+            np.array(request["states"][key], dtype=float) for key in _INPUTS.get(name, ("angles",))
+        ]
         values = np.asarray(getattr(self._engine, name)(*inputs), dtype=float)
         if self._planar and name in _VECTORS:
             # Components along x and y, which points down, of vectors along x, y and z.
@@ -191,8 +194,8 @@ class _Server:
     def _move(self, request: dict[str, Any]) -> dict[str, Any]:
         start = time.perf_counter()
         angles, speeds = self._engine.move(
-            np.array(request["angles"]),
-            np.array(request["speeds"]),
+            np.array(request["angles"], dtype=float),
+            np.array(request["speeds"], dtype=float),
             request["method"],
             request["parameter"],
             request["times"],
@@ -252,6 +255,15 @@ def as_file(text: str) -> Iterator[str]:
         with open(path, "w", encoding="utf-8") as file:
             file.write(text)
         yield path
+
+
+def numbers(value: Any) -> Any:
+    """Return a message with the numbers that JSON lacks in place of their words."""
+    if isinstance(value, dict):
+        return {key: numbers(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [numbers(entry) for entry in value]
+    return _NOT_FINITE.get(value, value) if isinstance(value, str) else value
 
 
 def words(value: Any) -> Any:

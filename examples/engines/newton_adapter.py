@@ -1,7 +1,7 @@
 """Newton, by `newton` and Warp on the CPU: URDF, its evaluations, and its solvers by `step`.
 
 Traps: the package `newton-physics` is a renamed shell. All numbers are binary32. Kernels are
-compiled at the first start, which takes minutes: use `--seconds 300 --memory 16`. Gravity is a
+compiled at the first start, which takes minutes: use `--seconds 300 --memory 24`. Gravity is a
 vector of the builder. `SolverFeatherstone` and `SolverSemiImplicit` damp angular speeds (0.05 by
 default; 0 here). Solvers in maximal coordinates know angles up to full turns only; the adapter
 counts the turns. They hold a link without mass in its place, as an immovable one, so that they get

@@ -3,7 +3,9 @@
 Traps: OpenSim reads no URDF, so that the adapter builds a model of pin joints from parameters. They
 turn about z, with y upwards: angles have the opposite sign of the kit's. `Manager` integrates with
 variable steps to a tolerance (`setIntegratorAccuracy`); forces must be components of the model. A
-massless body is refused, so that D is a station of the second link.
+massless body is refused, so that D is a station of the second link. `addBody` rejects a negative
+mass and leaves the body to two owners, which crashes the process when both free it: the adapter
+asks the body for its mass properties before, which rejects the same masses.
 """
 
 from __future__ import annotations
@@ -52,6 +54,7 @@ class Simbody(Engine):
                 vector(a, -b, 0),
                 opensim.Inertia(moment, moment, moment, 0, 0, 0),
             )
+            body.getMassProperties()
             joint = opensim.PinJoint(name, parent, place, zero, body, zero, zero)
             self.model.addBody(body)
             self.model.addJoint(joint)

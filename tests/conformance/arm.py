@@ -6,6 +6,7 @@ Wrong engines override one of its steps.
 
 from __future__ import annotations
 
+import sys
 from xml.etree import ElementTree
 
 import numpy as np
@@ -347,3 +348,11 @@ class Arm(Engine):
 
     def jacobian(self, angles):
         return self.vectors(self.rows(self.slope, angles))
+
+
+class Muttering(Arm):
+    """It prints a warning when it loads a model."""
+
+    def load(self, model):
+        sys.stderr.write("[warning] \x1b[31mno licence\n")
+        return super().load(model)

@@ -7,8 +7,8 @@ from twolink.cli.terminal import write_json
 from twolink.conformance.convergence import Convergence, Curve, Limit
 from twolink.conformance.report import document
 from twolink.conformance.results import Report, TestResult
+from twolink.engines.marks import Mark
 from twolink.engines.messages import About, Method
-from twolink.hardcases import Mark
 
 
 def result(identity, mark=Mark.PASS, **fields):

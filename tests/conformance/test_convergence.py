@@ -28,7 +28,7 @@ def test_the_order_is_measured(order, ratio):
 @pytest.mark.parametrize(
     ("order", "off"), [(1, 1e-2), (1, 1e-3), (2, 1e-2), (2, 1e-5), (4, 1e-2), (4, 1e-6)]
 )
-def test_another_model(order, off):
+def test_convergence_to_another_model_is_recognised(order, off):
     limit = TRUTH + np.array([[off, 0.0, -off, 0.0]])
     found = convergence(motions(order, limit, count=7), TRUTH, EPSILON)
     assert found.limit is Limit.ANOTHER
@@ -47,14 +47,14 @@ def test_errors_are_kept_from_coarse_to_fine():
         _ = Curve("step", (1.0,), found).points
 
 
-def test_a_limit_near_the_finest_error_is_not_told_apart():
+def test_a_limit_within_the_finest_error_counts_as_the_truth():
     limit = TRUTH + np.array([[1e-6, 0.0, -1e-6, 0.0]])
     found = convergence(motions(1, limit, count=7), TRUTH, EPSILON)
     assert found.limit is Limit.TRUTH
     assert found.limit_error < 0.1 * found.error
 
 
-def test_no_convergence():
+def test_oscillating_and_growing_differences_have_no_limit():
     away = [TRUTH + SLOPE * 0.1 * (-1) ** k for k in range(5)]
     assert convergence(away, TRUTH, EPSILON).limit is Limit.NONE
     growing = [TRUTH + SLOPE * 0.01 * 2.0**k for k in range(5)]
@@ -80,14 +80,14 @@ def test_motions_that_are_not_finite_at_coarse_settings_are_left_out():
     assert convergence([*unstable, *uneven(1)], TRUTH, EPSILON, even=False).limit is Limit.TRUTH
 
 
-def test_the_truth_itself_has_no_order():
+def test_exact_values_have_no_order():
     found = convergence([TRUTH] * 3, TRUTH, EPSILON)
     assert found.limit is Limit.TRUTH
     assert math.isnan(found.order)
     assert "order" not in found.sentence
 
 
-def test_precision_decides_what_is_rounding():
+def test_the_precision_decides_between_round_off_and_another_limit():
     off = [TRUTH + 1e-5 * SLOPE] * 3
     assert convergence(off, TRUTH, EPSILON).limit is Limit.ANOTHER
     assert convergence(off, TRUTH, 2.0**-23).limit is Limit.TRUTH

@@ -6,10 +6,10 @@ import pytest
 from tests.conformance.arm import Arm
 from tests.conformance.wrong import FILES, USUAL, WRONG
 from twolink.conformance.diagnosis import SENTENCES, causes, explanation
-from twolink.conformance.in_process import InProcess
 from twolink.conformance.runner import conform
 from twolink.conformance.suites import SUITES, suite
-from twolink.hardcases import Mark
+from twolink.engines.in_process import InProcess
+from twolink.engines.marks import Mark
 
 
 def report(engine, groups):
@@ -59,7 +59,7 @@ def test_the_right_engine_has_no_cause():
     assert found.causes() == {}
 
 
-def test_noise_is_no_mistake(random):
+def test_random_errors_have_no_cause(random):
     """A random error of any size has no cause, however many mistakes are tried."""
     for group in few(("general",))["import"]:
         for vector in group.tests:
@@ -70,7 +70,7 @@ def test_noise_is_no_mistake(random):
                 assert found == (), (vector.id, size)
 
 
-def test_the_truth_has_no_cause():
+def test_certified_values_have_no_cause():
     for group in few(("plain",))["import"]:
         for vector in group.tests:
             answer = np.array(vector.values, dtype=float)
@@ -111,7 +111,7 @@ def test_answers_near_zero_are_those_of_mistakes_that_give_zero():
             assert "mass-dropped" in names
 
 
-def test_few_causes_explain_all():
+def test_the_fewest_causes_that_explain_all_tests_are_chosen():
     found = {
         "a": ("factor-half", "gravity-sign"),
         "b": ("gravity-sign",),

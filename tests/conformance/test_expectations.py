@@ -4,9 +4,9 @@ import pytest
 
 from twolink.conformance.expectations import Expectation, read_expectations, with_expectations
 from twolink.conformance.results import Report, TestResult
+from twolink.engines.marks import Mark
 from twolink.engines.messages import About
 from twolink.errors import ParameterError
-from twolink.hardcases import Mark
 
 
 def result(name, mark, *flags):
@@ -27,7 +27,7 @@ PASSES = result("general", Mark.PASS, "Plain")
 CANNOT = result("limits", Mark.CANNOT, "Limits")
 
 
-def test_a_known_failure_is_no_failure():
+def test_a_known_failure_does_not_count_as_a_failure():
     entry = expect(test="import/plain/read", link="https://e.org/1")
     found = with_expectations(report(FAILS, PASSES), entry)
     assert found.agrees
@@ -42,7 +42,7 @@ def test_an_unexpected_pass_is_a_failure():
     assert "it passes, and is expected to fail: known" in found.failed[0].said
 
 
-def test_flags():
+def test_an_expectation_of_a_flag_holds_for_its_tests():
     found = with_expectations(report(FAILS, CANNOT), expect(flag="Plain"))
     assert found.agrees
     skipped = with_expectations(report(PASSES, CANNOT), expect(flag="Limits"))
@@ -62,14 +62,14 @@ def test_flags():
         (">1", "v1.0.1-rc2", True),
     ],
 )
-def test_versions(versions, version, holds):
+def test_an_expectation_holds_for_its_range_of_versions(versions, version, holds):
     entry = expect(test="import/plain/read", versions=versions)
     assert entry[0].holds_for(version) is holds
     found = with_expectations(report(FAILS, PASSES, version=version), entry)
     assert found.agrees is holds
 
 
-def test_an_expectation_about_nothing():
+def test_an_expectation_without_a_test_is_refused():
     for entry in (expect(test="import/plane/read"), expect(flag="Plane")):
         with pytest.raises(ParameterError, match="an expectation must be about a test; got"):
             with_expectations(report(FAILS), entry)
@@ -78,7 +78,7 @@ def test_an_expectation_about_nothing():
     assert with_expectations(report(PASSES), others).agrees
 
 
-def test_a_file(tmp_path):
+def test_a_file_of_expectations_is_read(tmp_path):
     file = tmp_path / "twolink-expect.toml"
     file.write_text('[[expect]]\ntest = "import/plain/read"\nreason = "known"\nversions = "<2"\n')
     assert read_expectations(file) == (
@@ -106,6 +106,6 @@ def test_files_that_are_refused(text, words, tmp_path):
         read_expectations(file)
 
 
-def test_a_file_that_is_not_there(tmp_path):
+def test_a_missing_file_is_refused(tmp_path):
     with pytest.raises(ParameterError, match="there is no file of this name"):
         read_expectations(tmp_path / "none.toml")

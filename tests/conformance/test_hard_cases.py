@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 
 from tests.conformance.mover import Mover
-from twolink.conformance.attach import attach
+from tests.simulators import simulator_named
 from twolink.conformance.contract import CannotError
-from twolink.conformance.in_process import InProcess
 from twolink.conformance.runner import conform
-from twolink.conformance.suites import HARD_CASES, SUITES, with_cases
-from twolink.engines.registry import simulator_named
+from twolink.conformance.suites import HARD_CASES, SUITES, VERIFY, items
+from twolink.engines.attach import attach
+from twolink.engines.in_process import InProcess
+from twolink.engines.marks import Mark
+from twolink.engines.quantities import QUANTITIES
 from twolink.errors import ParameterError
-from twolink.hardcases import Column, Mark
+from twolink.hardcases import Column
 from twolink.hardcases.catalogue import CASES, case_named
 from twolink.hardcases.run import outcome
 
@@ -119,10 +121,11 @@ def test_an_answer_of_another_length_is_invalid():
 
 
 def test_the_suite_runs_only_if_it_is_named():
-    assert tuple(with_cases(None)) == SUITES
-    assert with_cases([HARD_CASES]) == {HARD_CASES: CASES}
-    with pytest.raises(ParameterError, match=r"suite must be one of .*hardcases; got 'x'"):
-        with_cases(["x"])
+    assert tuple(items(None)) == SUITES
+    assert items([HARD_CASES]) == {HARD_CASES: CASES}
+    assert items([VERIFY]) == {VERIFY: tuple(QUANTITIES)}
+    with pytest.raises(ParameterError, match=r"suite must be one of .*hardcases, verify; got 'x'"):
+        items(["x"])
 
 
 @pytest.mark.slow
@@ -130,7 +133,7 @@ def test_the_suite_runs_only_if_it_is_named():
     "name", ["heavy-second-link", "aligned", "tiny-chain", "denormal-state", "nan-angle"]
 )
 def test_marks_are_those_of_the_command_hardcases(name):
-    """SciPy over Pinocchio, in a sandbox of its own and as a child that speaks the protocol."""
+    """SciPy over Pinocchio, by the command and as a child that speaks the protocol."""
     engine = simulator_named("scipy")
     expected = outcome(case_named(name), Column(engine.name, engine))
     found = conform("scipy", attach("scipy"), {HARD_CASES: (case_named(name),)})

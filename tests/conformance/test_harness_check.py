@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from tests.conformance.arm import Arm
-from tests.conformance.test_process import PYTHON, ROGUE, answers  # noqa: F401
+from tests.engines.test_process import PYTHON, ROGUE, answers  # noqa: F401
 from twolink.conformance.harness_check import check_harness
-from twolink.conformance.in_process import InProcess
-from twolink.conformance.process import ProcessTransport
+from twolink.engines.in_process import InProcess
 from twolink.engines.messages import Values
+from twolink.engines.process import ProcessTransport
 
 
 def failed(transport, seconds=8.0):
@@ -31,8 +31,8 @@ def test_a_right_adapter_passes(form):
     assert len(checks) == 21
 
 
-def test_a_child_passes_too():
-    served = [sys.executable, "-m", "twolink.conformance.serve", "tests.conformance.arm:Arm"]
+def test_an_engine_in_a_child_process_passes():
+    served = [sys.executable, "-m", "twolink.engines.serve", "tests.conformance.arm:Arm"]
     assert failed(lambda: ProcessTransport(served), 60.0) == {}
 
 
@@ -90,16 +90,16 @@ class Raising(Arm):
         (Careless, "a broken model", "it must be refused; it was loaded"),
         (Restless, "the same question twice", "answers must be equal"),
         (Averaging, "one state", "a state alone must have the value"),
-        (Short, "many states", "values must have 1000 entries; got 10"),
+        (Short, "many states", "must be 1000 × 2 × 2 numbers; got 10"),
         (NotFinite, "ask gravity_terms", "values must be finite"),
-        (Raising, "ask jacobian", "got Errored: ValueError: not yet"),
+        (Raising, "ask jacobian", "got ValueError: not yet"),
     ],
 )
 def test_each_fault_fails_its_check(kind, name, words):
     assert words in failed(in_process(kind()))[name]
 
 
-def test_a_known_quantity_for_every_name():
+def test_values_of_an_unknown_quantity_fail_a_check():
     class Guessing(InProcess):
         def ask(self, request, seconds):
             if getattr(request, "quantity", "") == "phase_of_the_moon":
@@ -125,8 +125,8 @@ def test_faults_of_a_child(mode, name, words, answers):  # noqa: F811
     assert words in failed(lambda: ProcessTransport(command))[name]
 
 
-def test_a_child_that_does_not_stop(answers):  # noqa: F811
-    """It reads on; the end of its input would end it."""
+def test_a_child_that_ignores_stop_fails_a_check(answers):  # noqa: F811
+    """It ignores `stop`, and ends only at the end of its input."""
     code = ROGUE.read_text().replace("        break\n", "        sys.exit(4)\n")
     command = [sys.executable, "-I", "-S", "-c", code, "lie", str(answers)]
     assert "exit code 0" in failed(lambda: ProcessTransport(command))["stop"]

@@ -22,10 +22,10 @@ from tests.conformance.mover import (
     WarningOnModel,
 )
 from twolink.conformance.convergence import Limit
-from twolink.conformance.in_process import InProcess
 from twolink.conformance.runner import conform
 from twolink.conformance.suites import suite
-from twolink.hardcases import Mark
+from twolink.engines.in_process import InProcess
+from twolink.engines.marks import Mark
 
 
 def results(engine, name="motion/chrono-double-pendulum"):
@@ -64,7 +64,7 @@ def test_the_references_are_right(name):
         (Undamped, "motion/modelica-double-pendulum"),
     ],
 )
-def test_another_model_is_told_apart(engine, name):
+def test_convergence_to_another_model_is_reported(engine, name):
     found = results(engine, name)["motion: rk4"]
     assert found.mark is Mark.SILENT
     assert found.said.startswith("converges to another model, order ")
@@ -79,20 +79,20 @@ def test_another_model_is_told_apart(engine, name):
         (Stuck, Mark.REFUSED, "RuntimeError: stuck"),
     ],
 )
-def test_failures(engine, mark, words):
+def test_each_failure_of_a_motion_has_its_mark(engine, mark, words):
     with np.errstate(all="ignore"):
         found = results(engine)["motion: rk4"]
     assert found.mark is mark
     assert words in found.said
 
 
-def test_a_skipped_motion_is_no_failure():
+def test_a_skipped_motion_is_marked_as_unsupported():
     found = results(Unable)["motion: rk4"]
     assert found.mark is Mark.CANNOT
     assert found.said == "only on weekdays"
 
 
-def test_instability_at_coarse_steps_is_no_verdict():
+def test_instability_at_coarse_steps_does_not_count():
     with np.errstate(all="ignore"):
         found = results(Stiff)["motion: rk4"]
     assert not np.isfinite(found.curve.verdict.errors[:2]).any()
@@ -100,7 +100,7 @@ def test_instability_at_coarse_steps_is_no_verdict():
     assert found.said.startswith("converges to the truth, order 4.")
 
 
-def test_an_engine_without_methods_is_not_asked():
+def test_motions_of_an_engine_without_methods_are_skipped():
     found = results(Arm)
     assert {result.mark for result in found.values()} == {Mark.CANNOT}
 

@@ -50,7 +50,7 @@ def test_a_right_engine_has_a_test_for_each_vector(folder):
     assert counts(done.stdout)["passed"] == 130
 
 
-def test_a_wrong_engine(folder):
+def test_vectors_fail_for_a_wrong_engine(folder):
     arguments = ("--twolink-engine", "mine:Wrong", "--twolink-suite", "evaluation", "-k", "kinetic")
     done = run(folder, *arguments)
     assert done.returncode == 1
@@ -79,7 +79,7 @@ def test_known_failures_and_models_that_are_not_read(folder):
         (("--twolink-engine", "mine:Arm", "--twolink-suite", "x"), "suite must be one of"),
     ],
 )
-def test_bad_options(folder, arguments, words):
+def test_wrong_options_are_a_usage_error(folder, arguments, words):
     done = run(folder, *arguments)
     assert done.returncode == 4
     assert words in done.stderr
@@ -92,7 +92,7 @@ def test_an_engine_that_does_not_start(folder):
     assert "the engine does not start" in done.stdout
 
 
-def test_without_the_option_nothing_happens(folder):
+def test_without_the_option_the_plugin_adds_no_tests(folder):
     (folder / "test_nothing.py").write_text("def test_it():\n    pass\n")
     done = run(folder)
     assert counts(done.stdout) == {"passed": 1}
@@ -107,3 +107,13 @@ def test_motions(folder):
     found = counts(done.stdout)
     assert (found["failed"], found["passed"]) == (1, 5)
     assert "converges to another model" in done.stdout
+
+
+def test_a_suite_without_vectors(folder):
+    """A quantity at random states is one test, for all formulations."""
+    done = run(folder, "--twolink-engine", "pinocchio", "--twolink-suite", "verify")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert counts(done.stdout)["passed"] == 11
+    wrong = run(folder, "--twolink-engine", "mine:Wrong", "--twolink-suite", "verify")
+    assert counts(wrong.stdout)["failed"] == 1
+    assert "it differs from Kane" in wrong.stdout

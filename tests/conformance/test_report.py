@@ -7,8 +7,8 @@ from xml.etree import ElementTree
 from twolink.cli.terminal import as_json
 from twolink.conformance.report import document, junit
 from twolink.conformance.results import Report, TestResult, rows
+from twolink.engines.marks import Mark
 from twolink.engines.messages import About
-from twolink.hardcases import Mark
 
 ENGINE = About(name="mine", version="1.0", reads=("urdf",))
 
@@ -27,7 +27,7 @@ def report(*results):
     return Report(ENGINE, "mine:Engine", ("import",), 60.0, 2**32, results)
 
 
-def test_verdicts():
+def test_the_verdict_counts_failed_and_skipped_tests():
     assert report(PASSED, SKIPPED).agrees
     assert report(PASSED, SKIPPED).sentence == "mine agrees in all 1 tests."
     assert report(PASSED, WRONG, CRASHED).sentence == "mine disagrees in 2 of 3 tests."

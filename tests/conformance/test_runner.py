@@ -6,13 +6,13 @@ import pytest
 
 from tests.conformance.arm import Arm
 from twolink.conformance.contract import ModelRefusedError
-from twolink.conformance.in_process import InProcess
 from twolink.conformance.runner import conform
-from twolink.conformance.session import Session
 from twolink.conformance.suites import suite
-from twolink.conformance.transport import EngineFault, FaultKind
+from twolink.engines.faults import EngineFault, FaultKind
+from twolink.engines.in_process import InProcess
+from twolink.engines.marks import Mark
 from twolink.engines.messages import Understood
-from twolink.hardcases import Mark
+from twolink.engines.session import Session
 
 
 def groups(*names):
@@ -28,7 +28,7 @@ def run(engine, *names):
     return found, {result.id: result for result in found.results}
 
 
-def test_effects_decide_which_questions_are_asked():
+def test_questions_on_effects_that_an_engine_lacks_are_skipped():
     class Rigid(Arm):
         effects = ()
 
@@ -55,7 +55,7 @@ def test_models_that_an_engine_does_not_read():
     assert len(found.compared) == 12
 
 
-def test_refusals():
+def test_a_refusal_is_right_for_invalid_models_only():
     class Strict(Arm):
         def load(self, model):
             raise ModelRefusedError("I refuse everything")
@@ -97,7 +97,7 @@ def test_a_warning_on_a_model_keeps_its_wrong_answers_from_being_silent():
     assert results["import/plain/gravity-terms"].warnings == ()
 
 
-def test_a_misunderstood_model_is_said_so():
+def test_a_misunderstood_model_is_reported():
     class Weightless(Arm):
         def understood(self):
             return Understood(mass=(1.0, 0.0))
@@ -112,6 +112,7 @@ def test_a_misunderstood_model_is_said_so():
 class Broken:
     """A transport that fails at every question but the first ones."""
 
+    printed = (0, "")
     starts = 0
 
     def __init__(self):
@@ -127,7 +128,7 @@ class Broken:
         pass
 
 
-def test_an_engine_that_keeps_failing_is_left_alone():
+def test_an_engine_is_not_asked_again_after_three_faults_on_a_model():
     Broken.starts = 0
     found = conform("broken", Broken, groups("plain", "general"))
     asked = [result for result in found.results if result.quantity != "read"]
@@ -150,9 +151,10 @@ def test_a_model_is_loaded_again_after_a_fault():
             return super().ask(request, seconds)
 
     group = groups("bars")["evaluation"][0]
+    test = group.tests[0]
     with Session(lambda: Watched(Arm()), 1.0) as session:
         session.load(group.request(("parameters",)))
         with pytest.raises(EngineFault):
-            session.ask(group.tests[0])
-        session.ask(group.tests[0])
+            session.ask(test.id, test.quantity, test.states)
+        session.ask(test.id, test.quantity, test.states)
     assert told == ["start", "model", "ask", "start", "model", "ask"]

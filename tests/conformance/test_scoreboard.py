@@ -7,8 +7,8 @@ import pytest
 from tests.conformance.board import RIGHT, WRONG, loaded, result, verdict_file
 from twolink.conformance.convergence import Limit
 from twolink.conformance.scoreboard import document, read_entry, read_scoreboard, tally
+from twolink.engines.marks import Mark
 from twolink.errors import ParameterError
-from twolink.hardcases import Mark
 
 
 def test_a_verdict_is_read_back_as_it_was(tmp_path):
@@ -119,7 +119,7 @@ def test_verdicts_on_other_vectors_are_refused(tmp_path):
         read_scoreboard(files)
 
 
-def test_an_engine_is_on_the_board_once(tmp_path):
+def test_a_second_verdict_on_one_engine_is_refused(tmp_path):
     path = verdict_file(tmp_path)
     with pytest.raises(ParameterError, match=r"second verdict on right 1\.0"):
         read_scoreboard([path, path])
@@ -127,6 +127,6 @@ def test_an_engine_is_on_the_board_once(tmp_path):
     assert len(read_scoreboard([path, other]).entries) == 2
 
 
-def test_a_board_of_nothing_is_refused():
+def test_a_scoreboard_without_verdicts_is_refused():
     with pytest.raises(ParameterError, match="a verdict or more; got none"):
         read_scoreboard([])

@@ -1,4 +1,4 @@
-"""The scoreboard's tables: cells, their tones, and what has no table."""
+"""The scoreboard's tables: cells, their tones, and results without a table."""
 
 import pytest
 
@@ -11,7 +11,7 @@ from twolink.conformance.scoreboard_tables import (
     suite_table,
     summary_table,
 )
-from twolink.hardcases import Mark
+from twolink.engines.marks import Mark
 from twolink.tables import Tone
 
 
@@ -43,7 +43,7 @@ def test_the_summary_has_passed_tests_and_the_worst_digits(board):
     assert found.rows[1][0].link == "#engine-2"
 
 
-def test_tones_tell_refused_from_silently_wrong(board):
+def test_refused_and_silently_wrong_cells_have_different_tones(board):
     right, wrong = tones(summary_table(board))
     assert set(right[3:]) == {Tone.GOOD}
     assert wrong[3:] == [Tone.BAD, Tone.WARN, Tone.BAD, Tone.SOFT]
@@ -56,7 +56,7 @@ def test_a_suite_has_a_column_for_each_quantity(board):
     assert suite_table(board, "motion") is None
 
 
-def test_engines_that_a_suite_does_not_ask_have_no_row_in_it(tmp_path):
+def test_engines_without_tests_in_a_suite_have_no_row(tmp_path):
     reads = [verdict_file(tmp_path), verdict_file(tmp_path, "other", RIGHT[2:3])]
     found = suite_table(read_scoreboard(reads), "import")
     assert [row[0] for row in texts(found)] == ["right"]

@@ -15,7 +15,7 @@ EXPECTED = Understood(
 )
 
 
-def test_what_is_right_or_not_told_is_not_judged():
+def test_right_or_absent_descriptions_have_no_findings():
     assert misunderstood(EXPECTED, EXPECTED, "binary64") == ()
     assert misunderstood(Understood(), EXPECTED, "binary64") == ()
     assert misunderstood(None, EXPECTED, "binary64") == ()

@@ -105,7 +105,7 @@ def test_mujocos_dampers_give_the_restitution(restitution):
     assert -v == pytest.approx(restitution, abs=1e-4)
 
 
-def test_a_scene_in_parts():
+def test_a_scene_is_split_into_smooth_part_friction_stops_and_planes():
     scene = scene_with(JointFriction((2.5, 0.6)), JointStop("A", upper=1.0, restitution=0.3), FLOOR)
     model = approximate_model(scene)
     assert model.friction == (2.5, 0.6)

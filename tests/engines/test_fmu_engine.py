@@ -3,13 +3,13 @@
 import pytest
 
 from tests.engines.fmus import DESCRIPTION, SOURCE, built
-from twolink.conformance.attach import attach
 from twolink.conformance.harness_check import check_harness
 from twolink.conformance.runner import conform
 from twolink.conformance.suites import suite
+from twolink.engines.attach import attach
 from twolink.engines.fmu_engine import FmuEngine
+from twolink.engines.marks import Mark
 from twolink.errors import EngineError
-from twolink.hardcases import Mark
 
 pytestmark = pytest.mark.engines
 
@@ -37,7 +37,7 @@ def example(request, tmp_path_factory):
     return built(tmp_path_factory.mktemp("fmu"), fmi3=request.param == "FMI 3.0")
 
 
-def test_it_agrees(example):
+def test_the_example_agrees_with_the_vectors(example):
     found = report(example, EVALUATION | ONE_MOTION, in_process=False)
     assert found.agrees, [(result.id, result.said) for result in found.failed]
     asked = {result.quantity for result in found.compared}
@@ -46,7 +46,7 @@ def test_it_agrees(example):
     assert "converges to the truth, order 4" in motion.said
 
 
-def test_it_keeps_to_the_protocol(example):
+def test_the_example_keeps_to_the_protocol(example):
     checks = check_harness(attach(f"fmu:{example}"), 30.0)
     assert [(check.name, check.said) for check in checks if not check.passed] == []
 
@@ -73,7 +73,7 @@ def test_a_chain_that_it_cannot_express_is_skipped_with_the_reason(tmp_path):
     )
 
 
-def test_an_fmu_without_torques_answers_where_there_are_none(tmp_path):
+def test_an_fmu_without_torques_skips_states_with_torques(tmp_path):
     engine = FmuEngine(built(tmp_path, description=without("torque1")))
     found = conform_in_process(engine)
     assert {each.said for each in found if each.quantity == "forward_dynamics"} >= {
@@ -82,7 +82,7 @@ def test_an_fmu_without_torques_answers_where_there_are_none(tmp_path):
 
 
 def conform_in_process(engine):
-    from twolink.conformance.in_process import InProcess
+    from twolink.engines.in_process import InProcess
 
     return conform("fmu", lambda: InProcess(engine), EVALUATION).results
 

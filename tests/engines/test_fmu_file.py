@@ -3,7 +3,7 @@
 import pytest
 
 from tests.engines.fmus import DESCRIPTION, binary, zipped
-from twolink.conformance.attach import attach
+from twolink.engines.attach import attach
 from twolink.engines.fmu_file import read_fmu
 from twolink.errors import EngineError
 

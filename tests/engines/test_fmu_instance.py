@@ -43,7 +43,7 @@ def test_rates_are_in_the_order_of_the_states(tmp_path, fmi3):
 
 
 @pytest.mark.parametrize("fmi3", [False, True])
-def test_a_step_is_that_of_its_method(tmp_path, fmi3):
+def test_a_communication_step_advances_the_state(tmp_path, fmi3):
     values = BARS | dict(zip(STATES, STATE, strict=True))
     with simulation(*unpacked(tmp_path, fmi3=fmi3), values, 1e-12) as instance:
         assert tuple(instance.get(STATES)) == STATE
@@ -53,7 +53,7 @@ def test_a_step_is_that_of_its_method(tmp_path, fmi3):
         assert speed != STATE[2]
 
 
-def test_discrete_states_that_do_not_settle(tmp_path):
+def test_discrete_states_that_do_not_settle_are_refused(tmp_path):
     old = "memset(events, 0, sizeof *events);"
     assert old in SOURCE
     file, folder = unpacked(tmp_path, SOURCE.replace(old, f"{old} events->needed = 1;"))
@@ -64,7 +64,7 @@ def test_discrete_states_that_do_not_settle(tmp_path):
         pass
 
 
-def test_a_step_that_fails(tmp_path):
+def test_a_failed_step_raises_an_error(tmp_path):
     old = "    (void)time, (void)no_set;\n"
     assert old in SOURCE
     file, folder = unpacked(
@@ -76,7 +76,7 @@ def test_a_step_that_fails(tmp_path):
             instance.step(0.1, 0.1)
 
 
-def test_a_step_that_ends_early(tmp_path):
+def test_a_step_that_ends_early_is_refused(tmp_path):
     """FMI 3.0 returns it, without a status of failure."""
     file, folder = unpacked(tmp_path, f"#define EARLY true\n{SOURCE}", fmi3=True)
     with (

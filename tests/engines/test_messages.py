@@ -1,4 +1,4 @@
-"""Messages: schemas, lines of text, and sentences on what is no message."""
+"""Messages: schemas, lines of text, and sentences that refuse invalid lines."""
 
 import json
 import math
@@ -100,14 +100,14 @@ def test_answers(cmd, line, expected):
         ("start", '{"refused": "no"}', "version: field required"),
     ],
 )
-def test_what_is_no_answer(cmd, line, words):
+def test_invalid_answers_are_refused_in_one_sentence(cmd, line, words):
     with pytest.raises(ProtocolError, match="got") as caught:
         answer_of(cmd, line)
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_what_is_no_request():
+def test_an_unknown_command_is_refused():
     with pytest.raises(ProtocolError, match="cmd must be one of start, model, ask, move, stop"):
         request_of('{"cmd": "jump"}')
 

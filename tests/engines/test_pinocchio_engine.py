@@ -2,19 +2,19 @@
 
 import pytest
 
-from twolink.conformance.attach import attach
 from twolink.conformance.runner import conform
 from twolink.conformance.suites import suite
-from twolink.engines.contract import ModelRefusedError
+from twolink.engines.attach import attach
+from twolink.engines.faults import ModelRefusedError
+from twolink.engines.marks import Mark
 from twolink.engines.messages import Model
 from twolink.engines.pinocchio_engine import PinocchioEngine
 from twolink.engines.quantities import QUANTITIES
-from twolink.hardcases import Mark
 
 NAMES = ("import/plain", "import/revolute", "import/two-half-bars")
 
 
-def test_it_passes_the_vectors():
+def test_pinocchio_passes_the_vectors():
     groups = tuple(group for group in suite("import") if group.id in NAMES)
     found = conform("pinocchio", attach("pinocchio", in_process=True), {"import": groups})
     assert len(found.results) > 20

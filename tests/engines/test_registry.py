@@ -10,6 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from tests.simulators import simulator_named
 from tests.verification.chains import GENERAL
 from twolink import lagrange
 from twolink.chain import Chain
@@ -19,8 +20,10 @@ from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.motor_inertia import MotorInertia
-from twolink.engines.registry import SIMULATORS, simulator_named
+from twolink.engines.messages import Model, Parameters
+from twolink.engines.registry import SIMULATORS
 from twolink.errors import EngineError
+from twolink.hardcases.state_trial import accelerations
 from twolink.loads import motor_loads
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -183,18 +186,16 @@ def test_samples_are_at_the_requested_times(engine):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ALL)
-def test_accelerations(engine, random):
+def test_accelerations_agree_with_fifty_digits(engine, random):
     """Against 50 digits, within the round-off of M⁻¹ times the forces."""
     for _ in range(20):
         q, u = random.uniform(-3, 3, 2).tolist(), random.uniform(-5, 5, 2).tolist()
-        gravity, torque = random.uniform(-10, 10, 2).tolist(), random.uniform(-4, 4, 2).tolist()
-        found = engine.accelerations(GENERAL, q, u, gravity=gravity, torque=torque)
+        g, torque = random.uniform(-10, 10), random.uniform(-4, 4, 2).tolist()
+        found = accelerations(engine, GENERAL, q, u, g, torque)
         with mpmath.workdps(50):
             exact = GENERAL.convert(mpmath.mpf)
             state = [[mpmath.mpf(x) for x in pair] for pair in (q, u)]
-            pull = [mpmath.mpf(x) for x in gravity]
-            size = mpmath.sqrt(pull[0] ** 2 + pull[1] ** 2)
-            loads = (*Gravity(size, tuple(pull)).loads(exact, *state), *motor_loads(*torque))
+            loads = (*Gravity(mpmath.mpf(g)).loads(exact, *state), *motor_loads(*torque))
             du = lagrange.forward_dynamics(exact, *state, loads)
             M = np.array(lagrange.mass_matrix(exact, state[0]), dtype=float)
         forces = sum(
@@ -257,8 +258,10 @@ def test_sympy_stays_out_of_this_process():
         "import sys\n"
         "from twolink.engines.sympy_code import SympyCode\n"
         "from twolink.chain import Chain\n"
+        "from twolink.hardcases.state_trial import accelerations\n"
         "if __name__ == '__main__':\n"
-        "    SympyCode().accelerations(Chain.uniform_bars(), (0, 0), (0, 0))\n"
+        "    bars, rest = Chain.uniform_bars(), (0.0, 0.0)\n"
+        "    accelerations(SympyCode(), bars, rest, rest, 9.81, rest)\n"
         "    print('sympy' in sys.modules)\n"
     )
     run = subprocess.run(
@@ -277,5 +280,20 @@ def test_mujocos_messages_are_kept_and_not_written_to_a_file(tmp_path, monkeypat
     assert any(sentence.startswith("mjWARN_INERTIA") for sentence in motion.warnings)
     assert any("close to singular" in sentence for sentence in motion.warnings)
     with pytest.warns(UserWarning, match="close to singular"):
-        mujoco.accelerations(long, (0.3, -1.2), (2.0, -3.0))
+        accelerations(mujoco, long, (0.3, -1.2), (2.0, -3.0), 9.81, (0.0, 0.0))
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.engines
+def test_diffrax_compiles_accelerations_once_for_all_states(monkeypatch):
+    import jax
+
+    compile, compiled = jax.jit, []
+    monkeypatch.setattr(jax, "jit", lambda function: compiled.append(function) or compile(function))
+    engine, states = simulator_named("diffrax"), np.arange(6.0).reshape(3, 2)
+    parameters = {"mass": (1.25, 0.75), "length": (1.0, 1.0), "centre": ((0.5, 0.0), (0.5, 0.0))}
+    chain = Parameters(**parameters, inertia=(0.1, 0.2), gravity=9.5)
+    for _ in range(2):
+        engine.load(Model(id="chain", parameters=chain))
+        engine.forward_dynamics(states, states, states)
+    assert len(compiled) == 1

@@ -2,13 +2,13 @@
 
 import pytest
 
-from twolink.conformance.attach import attach, python_engine
 from twolink.conformance.runner import conform
 from twolink.conformance.suites import suite
+from twolink.engines.attach import attach, python_engine
+from twolink.engines.marks import Mark
 from twolink.engines.registry import SIMULATORS
 from twolink.engines.scipy_pinocchio import ScipyOverPinocchio
 from twolink.errors import EngineError
-from twolink.hardcases import Mark
 
 GROUPS = {
     "evaluation": tuple(
@@ -50,7 +50,8 @@ def test_a_simulator_whose_package_is_missing(monkeypatch):
 
 def test_capabilities_are_those_of_the_simulator():
     engine = ScipyOverPinocchio()
-    assert engine.answers == ("forward_dynamics",)
+    assert engine.reads == ("parameters", "scene", "urdf")
+    assert engine.answers == ("mass_matrix", "forward_dynamics")
     assert engine.effects == ("joint_damping", "joint_spring")
     assert {method.name for method in engine.methods} >= {"DOP853"}
     assert {method.parameter for method in engine.methods} == {"tolerance"}

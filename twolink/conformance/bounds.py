@@ -66,7 +66,7 @@ def bound(
     and gravity (m/s²); `states` has fields of shape (n, 2), `truth` has shape (n, …).
     """
     scale = Scale.of(chain, joint=True, gravity=gravity, joints=convention)
-    scale = replace(scale.widened(_sizes(model)), from_world=True)
+    scale = replace(scale.widened(sizes_of(model)), from_world=True)
     nothing = np.zeros((2, len(truth)))
     given = {name: np.asarray(rows, dtype=float).T for name, rows in states.items()}
     if quantity.name == "forward_dynamics":
@@ -85,7 +85,7 @@ def bound(
     return np.array(np.broadcast_to(found, truth.shape))
 
 
-def _sizes(model: SpatialModel) -> Sizes:
+def sizes_of(model: SpatialModel) -> Sizes:
     """Return the sizes of the model's numbers, with the ways through all frames."""
     links = [[body for body in model.bodies if body.link == link and body.mass] for link in (1, 2)]
     radius = [max(body.path for body in bodies) for bodies in links]

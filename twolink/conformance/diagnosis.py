@@ -82,7 +82,7 @@ def explanation(found: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
     """Return one cause for each test, so that few causes explain all tests.
 
     `found` has the names of possible causes by test. The cause that explains most tests is taken
-    first; of equal ones, that which comes first in `SENTENCES`.
+    first; of equal ones, the first in `SENTENCES`.
     """
     left = {test: names for test, names in found.items() if names}
     chosen: dict[str, str] = {}

@@ -27,10 +27,10 @@ from typing import Any, Self
 from pydantic import Field, ValidationError, model_validator
 
 from twolink.conformance.results import Report, TestResult
+from twolink.engines.marks import Mark
 from twolink.engines.messages import Message
 from twolink.errors import FileError, ParameterError
 from twolink.files import read_bytes
-from twolink.hardcases import Mark
 from twolink.text import one_line, quoted
 
 _LARGEST = 2**20
@@ -93,9 +93,9 @@ def read_expectations(path: Path) -> tuple[Expectation, ...]:
 
 
 def with_expectations(report: Report, expectations: Iterable[Expectation]) -> Report:
-    """Return a report in which known failures are no failures, and their passes are.
+    """Return a report in which known failures count as passes, and their passes as failures.
 
-    Raises `ParameterError` for an expectation that is about no test of a suite that was run.
+    Raises `ParameterError` for an expectation that names no test of the suites that were run.
     """
     version, results = report.engine.version, list(report.results)
     for expectation in expectations:

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from twolink.conformance.bounds import REASON
 from twolink.conformance.flags import FLAGS
 from twolink.conformance.quantities import QUANTITIES
-from twolink.conformance.suites import ABOUT, chosen
+from twolink.conformance.suites import ABOUT, SUITES, suite
 from twolink.conformance.vectors import (
     DIGITS,
     ERRATA,
@@ -35,7 +35,8 @@ PAGE = "README.md"
 def golden_files(suites: Iterable[str] | None = None) -> dict[str, bytes]:
     """Return the content of every file of the vectors, by its path. The same in every run."""
     files = {}
-    for name, groups in chosen(suites).items():
+    for name in SUITES if suites is None else dict.fromkeys(suites):
+        groups = suite(name)
         for group in groups:
             path = f"{name}/{group.id.removeprefix(f'{name}/')}.json"
             files[path] = _bytes(group_document(name, group))
@@ -141,13 +142,13 @@ _MEANINGS: Mapping[str, str] = {
     "schema": "path of the JSON schema of this file",
     "version": "release of the vectors: year and month",
     "suite": "name of the suite",
-    "about": "what the suite is about",
+    "about": "subject of the suite",
     "notes": "the flags that occur in this file, with their notes",
     "bound_reason": "derivation of the bounds",
     "group": "the model and its tests",
     "id": "immutable name: suite/model for a group, suite/model/quantity for a test",
-    "comment": "what is special, in words",
-    "flags": "what the group or test is about; see Flags",
+    "comment": "special features, in words",
+    "flags": "subjects of the group or test; see Flags",
     "level": "difficulty: lower, average, higher",
     "expect": "value: must be read; refuse: must be rejected; either: standards differ",
     "reason": "words of the reason for which twolink rejects it",
@@ -155,7 +156,7 @@ _MEANINGS: Mapping[str, str] = {
     "gravity": "vector of gravity in the root link's frame, m/s²",
     "frame": "the chain's frame in the root link's frame",
     "parameters": "the same model by its planar parameters, SI units",
-    "understood": "what a right reader makes of the model: of each link its mass (kg), the distance"
+    "understood": "the model as a right reader has it: of each link its mass (kg), the distance"
     " of its mass centre from its joint's axis (m) and its inertia about the mass centre (kg m²);"
     " of each joint its damping, friction, armature and limits",
     "tests": "the tests of the model",
@@ -173,8 +174,8 @@ _MEANINGS: Mapping[str, str] = {
     " and their speeds (rad/s) at each time but the first of a motion",
     "bound": "largest error of a right binary64 engine, in the shape of the values",
     "kind": "kind of mistake: import, dynamics, input, numbers",
-    "description": "what is special",
-    "effect": "what the mistake does",
+    "description": "special features",
+    "effect": "effect of the mistake",
     "first_seen": "reports of the mistake in released engines",
     "origin": "A in the root link's frame, m",
     "x": "unit vector to the right",

@@ -11,20 +11,14 @@ import numpy as np
 
 from twolink.conformance.judge import judged
 from twolink.conformance.quantities import QUANTITIES
-from twolink.conformance.session import Session
 from twolink.conformance.suites import suite
-from twolink.conformance.transport import EngineFault, Transport
 from twolink.conformance.vectors import Group, Vector
-from twolink.engines.messages import (
-    Answer,
-    Errored,
-    Loaded,
-    Model,
-    Refused,
-    Skipped,
-    States,
-    Values,
-)
+from twolink.engines.contract import Array
+from twolink.engines.faults import EngineFault, ModelRefusedError
+from twolink.engines.messages import Errored, Model, Refused, Skipped, States
+from twolink.engines.remote_engine import RemoteEngine
+from twolink.engines.session import Session
+from twolink.engines.transport import Transport
 from twolink.errors import EngineError
 
 # States of the large question.
@@ -36,7 +30,7 @@ _ROUNDING = 1e-5
 
 @dataclass(frozen=True)
 class Check:
-    """One check of the protocol: whether it passed, and what was found."""
+    """One check of the protocol: whether it passed, and the finding."""
 
     name: str
     passed: bool
@@ -102,17 +96,16 @@ def _capabilities(session: Session) -> str:
 def _loaded(session: Session, group: Group) -> str:
     request = group.request(session.engine.reads)
     assert request is not None
-    answer = session.load(request)
-    if isinstance(answer, Refused):
-        raise _FailedError(f"{group.id} must be loaded; it is refused: {answer.refused}")
-    assert isinstance(answer, Loaded)
-    told = answer.understood
+    try:
+        told = RemoteEngine(session, group.id).load(request)
+    except ModelRefusedError as error:
+        raise _FailedError(f"{group.id} must be loaded; it is refused: {error}") from error
     fields = [] if told is None else list(told.model_dump(exclude_none=True))
     return f"loaded; understood: {', '.join(fields) or 'not told'}"
 
 
 def _asked(session: Session, group: Group, test: Vector) -> str:
-    values = _values(session.ask(test))
+    values = _values(session, test)
     found = judged(test, group, values, from_urdf=session.engine.reads[0] == "urdf")
     if math.isnan(found.factor):
         raise _FailedError("values must be finite in these states; got others")
@@ -120,14 +113,14 @@ def _asked(session: Session, group: Group, test: Vector) -> str:
 
 
 def _twice(session: Session, group: Group, test: Vector) -> str:
-    first, second = (_values(session.ask(test)) for _ in range(2))
+    first, second = (_values(session, test) for _ in range(2))
     if not _same(first, second):
         raise _FailedError(f"answers must be equal; got {first[0]} and {second[0]}")
     return "equal answers"
 
 
 def _alone(session: Session, group: Group, test: Vector) -> str:
-    whole, alone = _values(session.ask(test)), _values(session.ask(_in_states(test, [1])))
+    whole, alone = _values(session, test), _values(session, _in_states(test, [1]))
     if not _same(alone, whole[1:2]):
         raise _FailedError(f"a state alone must have the value {whole[1]}; got {alone[:1]}")
     return "the value of a state does not depend on the others"
@@ -135,17 +128,15 @@ def _alone(session: Session, group: Group, test: Vector) -> str:
 
 def _many(session: Session, group: Group, test: Vector) -> str:
     count = len(test.states.angles)
-    values = _values(session.ask(_in_states(test, [k % count for k in range(_MANY)])))
-    if len(values) != _MANY:
-        raise _FailedError(f"values must have {_MANY} entries; got {len(values)}")
+    _values(session, _in_states(test, [k % count for k in range(_MANY)]))
     return f"{_MANY} states in one message"
 
 
 def _other(session: Session, first: Group, second: Group, quantity: str) -> str:
     (test,) = (test for test in second.tests if test.quantity == quantity)
-    before = _values(session.ask(test))
+    before = _values(session, test)
     _loaded(session, second)
-    after = _values(session.ask(test))
+    after = _values(session, test)
     _loaded(session, first)
     if _same(before, after):
         raise _FailedError("values must be those of the model loaded last; they did not change")
@@ -154,7 +145,7 @@ def _other(session: Session, first: Group, second: Group, quantity: str) -> str:
 
 def _unknown(session: Session, group: Group) -> str:
     test = group.tests[0].model_copy(update={"quantity": "phase_of_the_moon"})
-    answer = session.ask(test)
+    answer = session.ask(test.id, test.quantity, test.states)
     if not isinstance(answer, Skipped | Errored):
         raise _FailedError("it must be skipped; got values")
     return "skipped" if isinstance(answer, Skipped) else "an error, which skipped would say better"
@@ -197,16 +188,13 @@ def _in_states(test: Vector, which: list[int]) -> Vector:
     return test.model_copy(update={"states": states})
 
 
-def _same(first: list[Any], second: list[Any]) -> bool:
-    """Return whether values have one shape and are equal within rounding of any precision."""
-    if len(first) != len(second):
-        return False
-    one, other = (np.array(values, dtype=float) for values in (first, second))
-    return bool(np.abs(one - other).max() <= _ROUNDING * np.abs(one).max())
+def _same(first: Array, second: Array) -> bool:
+    """Return whether values are equal within rounding of any precision."""
+    return bool(np.abs(first - second).max() <= _ROUNDING * np.abs(first).max())
 
 
-def _values(answer: Answer) -> list[Any]:
-    if isinstance(answer, Values):
-        return answer.values
-    said = getattr(answer, "message", "")
-    raise _FailedError(f"a declared quantity must have values; got {type(answer).__name__}: {said}")
+def _values(session: Session, test: Vector) -> Array:
+    try:
+        return RemoteEngine(session, test.id).evaluate(test.quantity, test.states.arrays())
+    except EngineError as error:
+        raise _FailedError(f"a declared quantity must have values; got {error}") from error

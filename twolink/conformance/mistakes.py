@@ -65,10 +65,10 @@ Candidates = Callable[[Question], Iterator[Array]]
 
 @dataclass(frozen=True)
 class Mistake:
-    """A mistake: its name, a sentence, the wrong answers, and what it can be seen in.
+    """A mistake: its name, a sentence, the wrong answers, and the quantities that show it.
 
     `answers` yields the answers to a question, one for each variant; none where the mistake does
-    not apply. `quantities` are those it can be seen in, all by default.
+    not apply. `quantities` are all by default.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Mistakes in the model: what readers of files make of gravity, inertias, frames and joints."""
+"""Mistakes in the model: gravity, inertias, frames and joints that a reader gets wrong."""
 
 from __future__ import annotations
 

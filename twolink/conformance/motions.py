@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 
 from twolink.conformance.bounds import EPSILONS
 from twolink.conformance.convergence import Curve, Limit, convergence
-from twolink.conformance.results import MOTION, TestResult, faulty
-from twolink.conformance.transport import EngineFault, FaultKind
+from twolink.conformance.results import MOTION, TestResult, without_answer
 from twolink.conformance.vectors import Group, Motion
-from twolink.engines.messages import About, Answer, Errored, Method, Move, Moved, Skipped
-from twolink.hardcases import Mark
+from twolink.engines.faults import EngineFault
+from twolink.engines.marks import Mark
+from twolink.engines.messages import Method, Move
+from twolink.engines.remote_engine import RemoteEngine
+from twolink.errors import EngineError
 
 Array = NDArray[np.float64]
-Ask = Callable[[Move], Answer]
 
 # The coarsest step (s) or tolerance, the divisor, and how many settings; with events more steps.
 _SETTINGS = {"step": (0.01, 2.0, 6), "tolerance": (1e-3, 100.0, 5)}
@@ -26,16 +27,8 @@ _MORE_STEPS = 3
 _MARKS = {Limit.TRUTH: Mark.PASS, Limit.ANOTHER: Mark.SILENT, Limit.NONE: Mark.MISSED}
 
 
-class _NotMovedError(Exception):
-    """An engine skipped a motion, or ended it in an error: the answer that says so."""
-
-    def __init__(self, answer: Skipped | Errored) -> None:
-        super().__init__(answer.message)
-        self.answer = answer
-
-
-def unmoved(motion: Motion, engine: About) -> str:
-    """Return why a motion is not for an engine, or nothing."""
+def unmoved(motion: Motion, engine: RemoteEngine) -> str:
+    """Return the reason for which an engine skips a motion, or an empty string."""
     if not engine.methods:
         return "the engine has no methods"
     missing = [effect for effect in motion.needs if effect not in engine.effects]
@@ -46,8 +39,7 @@ def motion_results(
     suite: str,
     group: Group,
     motion: Motion,
-    engine: About,
-    ask: Ask,
+    engine: RemoteEngine,
     warnings: tuple[str, ...] = (),
 ) -> Iterator[TestResult]:
     """Yield the result of each method of an engine, or one of an engine without methods.
@@ -62,24 +54,20 @@ def motion_results(
         return
     for method in engine.methods:
         named = replace(result, id=f"{motion.id}/{method.name}", quantity=f"{MOTION}{method.name}")
-        yield _of_method(named, motion, method, engine, ask, warnings)
+        yield _of_method(named, motion, method, engine, warnings)
 
 
 def _of_method(
     result: TestResult,
     motion: Motion,
     method: Method,
-    engine: About,
-    ask: Ask,
+    engine: RemoteEngine,
     of_model: tuple[str, ...],
 ) -> TestResult:
-    epsilon = EPSILONS[engine.precision]
     try:
-        curve, warnings = _curve(motion, method, epsilon, ask)
-    except EngineFault as fault:
-        return faulty(result, fault)
-    except _NotMovedError as error:
-        return _not_moved(result, error.answer)
+        curve, warnings = _curve(motion, method, engine)
+    except (EngineError, EngineFault) as error:
+        return without_answer(result, error)
     found = curve.verdict
     mark = _MARKS[found.limit]
     if mark is not Mark.PASS:
@@ -89,18 +77,9 @@ def _of_method(
     return replace(result, mark=mark, said=found.sentence, warnings=warnings, curve=curve)
 
 
-def _not_moved(result: TestResult, answer: Skipped | Errored) -> TestResult:
-    """Return the result of a motion that an engine skipped, or ended in an error."""
-    if isinstance(answer, Skipped):
-        return replace(result, mark=Mark.CANNOT, said=answer.message, issue=answer.issue_url)
-    return replace(result, mark=Mark.REFUSED, said=answer.message or "no motion")
-
-
-def _curve(
-    motion: Motion, method: Method, epsilon: float, ask: Ask
-) -> tuple[Curve, tuple[str, ...]]:
+def _curve(motion: Motion, method: Method, engine: RemoteEngine) -> tuple[Curve, tuple[str, ...]]:
     """Return the errors from coarse to fine, up to half of all digits, and warnings."""
-    truth = np.array(motion.values, dtype=float)
+    truth, epsilon = np.array(motion.values, dtype=float), EPSILONS[engine.precision]
     value, ratio, count = _SETTINGS[method.parameter]
     even = method.parameter == "step" and motion.smooth
     if method.parameter == "step" and not even:
@@ -109,7 +88,7 @@ def _curve(
     settings: list[float] = []
     warnings: dict[str, None] = {}
     for _ in range(count):
-        rows, said = _moved(motion, method, value, ask)
+        rows, said = _moved(motion, method, value, engine)
         motions.append(rows)
         settings.append(value)
         warnings |= dict.fromkeys(said)
@@ -122,10 +101,10 @@ def _curve(
 
 
 def _moved(
-    motion: Motion, method: Method, parameter: float, ask: Ask
+    motion: Motion, method: Method, parameter: float, engine: RemoteEngine
 ) -> tuple[Array, tuple[str, ...]]:
     """Return angles and speeds at all times but the first, shape (n, 4), and warnings."""
-    answer = ask(
+    answer = engine.move(
         Move(
             seq=0,
             test=motion.id,
@@ -136,15 +115,5 @@ def _moved(
             times=motion.times,
         )
     )
-    if isinstance(answer, Skipped | Errored):
-        raise _NotMovedError(answer)
-    assert isinstance(answer, Moved)
-    count = len(motion.times)
-    for name in ("angles", "speeds"):
-        rows = getattr(answer, name)
-        if len(rows) != count:
-            raise EngineFault(
-                FaultKind.WRONG_LENGTH, f"{name} must be {count} rows; got {len(rows)}"
-            )
     rows = np.hstack([np.array(answer.angles), np.array(answer.speeds)])[1:]
     return rows, answer.warnings

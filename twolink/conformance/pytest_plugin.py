@@ -58,18 +58,15 @@ class Conformance(pytest.Collector):
 
     def collect(self) -> Iterator[pytest.Item]:
         """Return a test for each vector."""
-        from twolink.conformance.attach import attach
-        from twolink.conformance.results import READ
-        from twolink.conformance.suites import chosen
+        from twolink.conformance.suites import items, tests_of
+        from twolink.engines.attach import attach
 
         self._engine: str = self.config.getoption("--twolink-engine")
         self._start = attach(self._engine)
-        self._suites = chosen(self.config.getoption("--twolink-suite"))
-        for groups in self._suites.values():
-            for group in groups:
-                tests = [test.id for test in group.tests]
-                motions = [motion.id for motion in group.motions]
-                for name in (f"{group.id}/{READ}", *tests, *motions):
+        self._suites = items(self.config.getoption("--twolink-suite"))
+        for suite, found in self._suites.items():
+            for item in found:
+                for name in tests_of(suite, item):
                     yield ConformanceTest.from_parent(self, name=name)
 
     @cached_property
@@ -94,10 +91,10 @@ class ConformanceTest(pytest.Item):
 
     def runtest(self) -> None:
         """Raise `NonconformingError` unless the engine agrees."""
-        from twolink.hardcases import Mark
+        from twolink.engines.marks import Mark
 
         assert isinstance(self.parent, Conformance)
-        # A motion has a result for each method of the engine.
+        # A motion has a result for each method of the engine, a quantity for each formulation.
         results = [
             each
             for name, each in self.parent.results.items()

@@ -9,9 +9,9 @@ from twolink.conformance.convergence import Curve
 from twolink.conformance.diagnosis import SENTENCES
 from twolink.conformance.results import Report, TestResult
 from twolink.conformance.vectors import RELEASE
+from twolink.engines.marks import Mark
 from twolink.engines.messages import PROTOCOL
 from twolink.environment import package_versions, this_machine
-from twolink.hardcases import Mark
 from twolink.text import printable
 
 
@@ -26,6 +26,7 @@ def document(report: Report) -> dict[str, Any]:
         "limits": {"seconds": report.seconds, "memory": report.memory},
         "versions": package_versions("numpy"),
         "machine": this_machine(),
+        "printed": {"warnings": report.printed[0], "first": report.printed[1]},
         "verdict": report.sentence,
         "agrees": report.agrees,
         "causes": {
@@ -37,23 +38,10 @@ def document(report: Report) -> dict[str, Any]:
 
 
 def _table(result: TestResult) -> dict[str, Any]:
-    return {
-        "id": result.id,
-        "suite": result.suite,
-        "quantity": result.quantity,
-        "flags": list(result.flags),
-        "mark": result.mark.value,
-        "factor": result.factor,
-        "digits": result.digits,
-        "cause": result.cause,
-        "said": result.said,
-        "warnings": list(result.warnings),
-        "output": result.output,
-        "issue": result.issue,
-        "expected": result.expected,
-        "unexpected": result.unexpected,
-        "convergence": None if result.curve is None else curve_table(result.curve),
-    }
+    table = {**vars(result), "mark": result.mark.value, "convergence": None}
+    if result.curve is not None:
+        table["convergence"] = curve_table(result.curve)
+    return {key: value for key, value in table.items() if key not in ("group", "causes", "curve")}
 
 
 def curve_table(curve: Curve) -> dict[str, Any]:

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 
 from twolink.conformance.convergence import Curve
 from twolink.conformance.diagnosis import SENTENCES
-from twolink.conformance.transport import EngineFault, FaultKind
+from twolink.engines.faults import EngineFault
+from twolink.engines.marks import Mark
 from twolink.engines.messages import About
-from twolink.hardcases import Mark
+from twolink.errors import EngineError
 
 READ = "read"
 """The quantity of a test of reading: a model is loaded, or refused."""
@@ -26,10 +27,11 @@ class TestResult:
     """The outcome of one test.
 
     `factor` is the error in units of its bound and `digits` the number of correct digits, NaN where
-    there are none. `cause` is a name of `twolink.conformance.diagnosis.SENTENCES`, or empty; `said`
-    is what went wrong, in the kit's words or the engine's. `output` is the end of the engine's
-    standard error after a fault, `expected` the reason of a known failure;
-    `unexpected` states that the test passes and is known to fail. `curve` is that of a motion.
+    there are none. `causes` are names of `twolink.conformance.diagnosis.SENTENCES` that explain a
+    wrong answer, `cause` is the one of them that explains most tests, or empty; `said` is the
+    reason, in the kit's words or the engine's. `output` is the end of the engine's standard error
+    after a fault, `expected` the reason of a known failure; `unexpected` states that the test
+    passes and is known to fail. `curve` is that of a motion.
     """
 
     __test__ = False
@@ -42,6 +44,7 @@ class TestResult:
     mark: Mark
     factor: float = math.nan
     digits: float = math.nan
+    causes: tuple[str, ...] = ()
     cause: str = ""
     said: str = ""
     warnings: tuple[str, ...] = ()
@@ -69,7 +72,11 @@ class TestResult:
 
 @dataclass(frozen=True)
 class Report:
-    """All results of one engine, with the settings of the run."""
+    """All results of one engine, with the settings of the run.
+
+    `printed` is the number of warnings that it printed to its standard error while it answered, and
+    the first of them; no test is judged by them.
+    """
 
     engine: About
     attachment: str
@@ -78,6 +85,7 @@ class Report:
     memory: int
     results: tuple[TestResult, ...]
     setup: dict[str, str] = field(default_factory=dict)
+    printed: tuple[int, str] = (0, "")
 
     @property
     def compared(self) -> tuple[TestResult, ...]:
@@ -116,17 +124,10 @@ class Report:
         return {name: tuple(found[name]) for name in ordered}
 
 
-_MARKS = {
-    FaultKind.CRASH: Mark.CRASH,
-    FaultKind.CUT: Mark.CRASH,
-    FaultKind.HANG: Mark.HANG,
-}
-
-
-def faulty(result: TestResult, fault: EngineFault) -> TestResult:
-    """Return the result of a test that ended in a fault."""
-    mark = _MARKS.get(fault.kind, Mark.INVALID)
-    return replace(result, mark=mark, said=str(fault), output=fault.output)
+def without_answer(result: TestResult, error: EngineError | EngineFault) -> TestResult:
+    """Return the result of a test to which the engine gave no values."""
+    output, link = getattr(error, "output", ""), getattr(error, "link", "")
+    return replace(result, mark=Mark.of(error), said=str(error), output=output, issue=link)
 
 
 def rows(results: Iterable[TestResult]) -> dict[tuple[str, str], tuple[TestResult, ...]]:

@@ -4,27 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from twolink.conformance.diagnosis import causes, explanation
 from twolink.conformance.hard_cases import hard_case
 from twolink.conformance.judge import judged
 from twolink.conformance.motions import motion_results, unmoved
-from twolink.conformance.results import READ, Report, TestResult, faulty
-from twolink.conformance.session import Session
-from twolink.conformance.transport import EngineFault, FaultKind, Transport
+from twolink.conformance.random_states import at_random_states
+from twolink.conformance.results import READ, Report, TestResult, without_answer
+from twolink.conformance.suites import Item
 from twolink.conformance.understanding import misunderstood
 from twolink.conformance.vectors import Group, Vector
-from twolink.engines.messages import (
-    About,
-    Answer,
-    Errored,
-    Loaded,
-    Refused,
-    Skipped,
-    Values,
-)
-from twolink.hardcases import Case, Mark, Result
+from twolink.engines.faults import EngineFault, FaultKind, ModelRefusedError
+from twolink.engines.marks import Mark, Result
+from twolink.engines.messages import About, Precision, Understood
+from twolink.engines.remote_engine import RemoteEngine
+from twolink.engines.session import Session
+from twolink.engines.transport import Transport
+from twolink.errors import EngineError
+from twolink.hardcases import Case
 
 Progress = Callable[[float], None]
 
@@ -38,18 +36,10 @@ MEMORY = 4 * 2**30
 _PATIENCE = 3
 
 
-@dataclass(frozen=True)
-class _Outcome:
-    """A result, and the possible causes of a wrong answer."""
-
-    result: TestResult
-    causes: tuple[str, ...] = ()
-
-
 def conform(
     attachment: str,
     start: Callable[[], Transport],
-    suites: Mapping[str, tuple[Group | Case, ...]],
+    suites: Mapping[str, tuple[Item, ...]],
     *,
     seconds: float = SECONDS,
     memory: int = MEMORY,
@@ -58,78 +48,89 @@ def conform(
     """Return the report on an engine.
 
     `attachment` is how the engine is named on the command line, `start` starts it (see
-    `twolink.conformance.attach`). Raises `EngineError` if it does not start.
+    `twolink.engines.attach`). Raises `EngineError` if it does not start.
     """
     count = sum(len(groups) for groups in suites.values())
-    outcomes: list[_Outcome] = []
+    found: list[TestResult] = []
     with Session(start, seconds) as session:
         done = 0
         for name, groups in suites.items():
             for group in groups:
-                if isinstance(group, Case):
-                    outcomes.append(_Outcome(hard_case(session, name, group)))
-                else:
-                    outcomes += _group(session, name, group)
+                found += _results(session, name, group)
                 done += 1
                 progress(done / count)
         engine = session.engine
-    chosen = explanation({each.result.id: each.causes for each in outcomes})
-    results = tuple(replace(each.result, cause=chosen.get(each.result.id, "")) for each in outcomes)
-    return Report(engine, attachment, tuple(suites), seconds, memory, results)
+    chosen = explanation({each.id: each.causes for each in found})
+    results = tuple(replace(each, cause=chosen.get(each.id, "")) for each in found)
+    printed = session.printed
+    return Report(engine, attachment, tuple(suites), seconds, memory, results, printed=printed)
 
 
-def _group(session: Session, suite: str, group: Group) -> Iterator[_Outcome]:
+def _results(session: Session, suite: str, item: Item) -> Iterator[TestResult]:
+    if isinstance(item, Group):
+        yield from _group(session, suite, item)
+    elif isinstance(item, Case):
+        yield hard_case(session, suite, item)
+    else:
+        yield from at_random_states(session, suite, item)
+
+
+def _group(session: Session, suite: str, group: Group) -> Iterator[TestResult]:
     """Load a model and ask its questions."""
-    engine = session.engine
+    engine = RemoteEngine(session, group.id)
     request = group.request(engine.reads)
     read = TestResult(f"{group.id}/read", suite, group.id, READ, group.flags, Mark.PASS)
     if request is None:
         reads = " and ".join(engine.reads)
-        yield _Outcome(replace(read, mark=Mark.CANNOT, said=f"the engine reads {reads} only"))
+        yield replace(read, mark=Mark.CANNOT, said=f"the engine reads {reads} only")
         return
     reasons = [unmoved(motion, engine) for motion in group.motions]
     if not group.tests and reasons and all(reasons):
         # The parameters of effects are sent only to engines that have them.
-        yield _Outcome(replace(read, mark=Mark.CANNOT, said=reasons[0]))
+        yield replace(read, mark=Mark.CANNOT, said=reasons[0])
         yield from _motions(session, suite, group)
         return
     try:
-        answer = session.load(request)
+        understood = engine.load(request)
+    except ModelRefusedError as refusal:
+        mark = Mark.REFUSED if group.expect == "value" else Mark.PASS
+        yield replace(read, mark=mark, said=str(refusal))
     except EngineFault as fault:
-        yield _Outcome(faulty(read, fault))
-        return
-    yield _Outcome(_reading(read, group, answer, engine))
-    if isinstance(answer, Loaded):
-        warnings = answer.warnings
-        yield from _questions(session, suite, group, warnings, from_urdf=request.urdf is not None)
+        yield without_answer(read, fault)
+    else:
+        warnings = tuple(engine.heard)
+        yield _reading(read, group, understood, engine.precision, warnings)
+        yield from _questions(session, suite, group, warnings)
         yield from _motions(session, suite, group, warnings)
 
 
 def _motions(
     session: Session, suite: str, group: Group, warnings: tuple[str, ...] = ()
-) -> Iterator[_Outcome]:
+) -> Iterator[TestResult]:
     for motion in group.motions:
-        for result in motion_results(suite, group, motion, session.engine, session.move, warnings):
-            yield _Outcome(result)
+        engine = RemoteEngine(session, motion.id)
+        yield from motion_results(suite, group, motion, engine, warnings)
 
 
-def _reading(read: TestResult, group: Group, answer: Answer, engine: About) -> TestResult:
-    """Return the result of loading a model."""
-    if isinstance(answer, Refused):
-        mark = Mark.REFUSED if group.expect == "value" else Mark.PASS
-        return replace(read, mark=mark, said=answer.refused)
-    assert isinstance(answer, Loaded)
+def _reading(
+    read: TestResult,
+    group: Group,
+    understood: Understood | None,
+    precision: Precision,
+    warnings: tuple[str, ...],
+) -> TestResult:
+    """Return the result of a model that was loaded."""
     if group.expect == "refuse":
         wrong = f"it must be refused: {group.comment}"
     else:
-        wrong = "; ".join(misunderstood(answer.understood, group.understood, engine.precision))
-    mark = Result(math.inf if wrong else 0.0, warned=bool(answer.warnings)).mark
-    return replace(read, mark=mark, said=wrong, warnings=answer.warnings)
+        wrong = "; ".join(misunderstood(understood, group.understood, precision))
+    mark = Result(math.inf if wrong else 0.0, warned=bool(warnings)).mark
+    return replace(read, mark=mark, said=wrong, warnings=warnings)
 
 
 def _questions(
-    session: Session, suite: str, group: Group, warnings: tuple[str, ...], *, from_urdf: bool
-) -> Iterator[_Outcome]:
+    session: Session, suite: str, group: Group, warnings: tuple[str, ...]
+) -> Iterator[TestResult]:
     """Ask the questions on a model; `warnings` are those of the engine on the model."""
     faults: list[EngineFault] = []
     for vector in group.tests:
@@ -137,21 +138,22 @@ def _questions(
         result = TestResult(vector.id, suite, group.id, vector.quantity, flags, Mark.CANNOT)
         reason = _unasked(vector, session.engine)
         if reason:
-            yield _Outcome(replace(result, said=reason))
+            yield replace(result, said=reason)
         elif len(faults) >= _PATIENCE:
-            failed = faulty(result, faults[-1])
-            yield _Outcome(replace(failed, said=f"not asked after {_PATIENCE} faults on the model"))
+            failed = without_answer(result, faults[-1])
+            yield replace(failed, said=f"not asked after {_PATIENCE} faults on the model")
         else:
             try:
-                yield _question(session, group, vector, result, warnings, from_urdf=from_urdf)
-            except EngineFault as fault:
+                yield _question(RemoteEngine(session, vector.id), group, vector, result, warnings)
+            except (EngineError, EngineFault) as error:
                 # The engine is started anew after all faults but this one.
-                faults += [fault] if fault.kind is not FaultKind.WRONG_LENGTH else []
-                yield _Outcome(faulty(result, fault))
+                if isinstance(error, EngineFault) and error.kind is not FaultKind.WRONG_LENGTH:
+                    faults.append(error)
+                yield without_answer(result, error)
 
 
 def _unasked(vector: Vector, engine: About) -> str:
-    """Return why a question is not for an engine, or nothing."""
+    """Return the reason for which an engine skips a question, or an empty string."""
     if vector.quantity not in engine.answers:
         return "the engine does not answer this quantity"
     missing = [effect for effect in vector.needs if effect not in engine.effects]
@@ -161,34 +163,27 @@ def _unasked(vector: Vector, engine: About) -> str:
 
 
 def _question(
-    session: Session,
+    engine: RemoteEngine,
     group: Group,
     vector: Vector,
     result: TestResult,
     of_model: tuple[str, ...],
-    *,
-    from_urdf: bool,
-) -> _Outcome:
-    """Return the outcome of one question. Raises `EngineFault`."""
-    answer = session.ask(vector)
-    if isinstance(answer, Skipped):
-        return _Outcome(replace(result, said=answer.message, issue=answer.issue_url))
-    if isinstance(answer, Errored):
-        return _Outcome(replace(result, mark=Mark.REFUSED, said=answer.message or "an error"))
-    assert isinstance(answer, Values)
-    precision = session.engine.precision
-    warnings = (*of_model, *answer.warnings)
+) -> TestResult:
+    """Return the outcome of one question. Raises `EngineError` and `EngineFault`."""
+    answer = engine.evaluate(vector.quantity, vector.states.arrays())
+    precision, from_urdf = engine.precision, engine.has_urdf
+    warnings = (*of_model, *engine.heard)
     found = judged(
         vector,
         group,
-        answer.values,
+        answer,
         from_urdf=from_urdf,
         precision=precision,
         warned=bool(warnings),
     )
     result = replace(result, mark=found.mark, factor=found.factor, digits=found.digits)
     if found.mark is Mark.PASS:
-        return _Outcome(replace(result, warnings=answer.warnings))
+        return replace(result, warnings=tuple(engine.heard))
     result = replace(result, warnings=warnings)
     names = causes(
         vector,
@@ -198,7 +193,7 @@ def _question(
         precision=precision,
         single=found.single,
     )
-    return _Outcome(replace(result, said=_wrong(found.factor, found.digits)), names)
+    return replace(result, said=_wrong(found.factor, found.digits), causes=names)
 
 
 def _wrong(factor: float, digits: float) -> str:

@@ -15,10 +15,10 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from twolink.conformance.convergence import Convergence, Curve, Limit
 from twolink.conformance.diagnosis import SENTENCES
 from twolink.conformance.results import TestResult, rows
+from twolink.engines.marks import Mark
 from twolink.engines.messages import About, Number
 from twolink.errors import FileError, ParameterError
 from twolink.files import read_bytes
-from twolink.hardcases import Mark
 from twolink.text import one_line, quoted
 
 REFERENCE = (

@@ -7,15 +7,35 @@ from collections.abc import Iterable
 
 from twolink.conformance.convergence import Limit
 from twolink.conformance.curves import scene_of
-from twolink.conformance.results import MOTION, TestResult
+from twolink.conformance.results import MOTION, TestResult, rows
 from twolink.conformance.scoreboard import Entry, Scoreboard, Tally, tally
+from twolink.engines.marks import Mark
 from twolink.engines.messages import Method
-from twolink.hardcases import Mark
 from twolink.tables import Cell, Column, Table, Tone, table
 
 _LIMITS = {Limit.TRUTH: "truth", Limit.ANOTHER: "other", Limit.NONE: "none"}
 
 _GIGABYTE = 2**30
+
+
+def results_table(results: Iterable[TestResult]) -> Table:
+    """Return one engine's passes, worst digits and other marks, by suite and quantity."""
+    made, before = [], ""
+    for (suite, quantity), found in rows(results).items():
+        count = tally(found)
+        cannot = [(Mark.CANNOT, len(found) - count.put)] if len(found) > count.put else []
+        made.append(
+            (
+                "" if suite == before else suite,
+                quantity,
+                f"{count.passed}/{count.put}" if count.put else "–",
+                "–" if count.digits is None else f"{count.digits:.1f}",
+                ", ".join(f"{number} {mark.value}" for mark, number in (*count.others, *cannot)),
+            )
+        )
+        before = suite
+    heads = (Column("pass", number=True), Column("digits", number=True), Column("otherwise"))
+    return table("", ["suite", "quantity", *heads], made)
 
 
 def summary_table(board: Scoreboard) -> Table:
@@ -119,11 +139,6 @@ def counted(found: Tally) -> Cell:
     return Cell(f"{found.passed}/{found.put}{digits}", next(worst, Tone.GOOD))
 
 
-def marks_in_words(results: Iterable[TestResult]) -> str:
-    """Return the marks other than passes, in words."""
-    return ", ".join(f"{count} {mark.value}" for mark, count in tally(results).others)
-
-
 def failures(entry: Entry) -> dict[str, tuple[TestResult, ...]]:
     """Return an engine's failures by their reason in words, the most frequent first."""
     found: dict[str, list[TestResult]] = {}
@@ -134,7 +149,7 @@ def failures(entry: Entry) -> dict[str, tuple[TestResult, ...]]:
 
 
 def _reason(result: TestResult) -> str:
-    # Errors of numbers differ from test to test; what is to be read is the same.
+    # Errors of numbers differ from test to test, so one sentence stands for all of them.
     numbers = not result.cause and not math.isnan(result.factor)
     said = "the values are wrong, for a reason that is not known" if numbers else result.reason
     return f"{result.verdict}: {said}"

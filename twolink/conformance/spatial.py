@@ -88,7 +88,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint: its frame at angle zero in the frame of what it hangs on, and its axis in its own.
+    """A joint: its frame at angle zero in that of its parent, and its axis in its own frame.
 
     The axis is a unit vector. `path` is the length (m) of the way to it through all frames.
     """

@@ -22,7 +22,7 @@ def misunderstood(
 ) -> tuple[str, ...]:
     """Return a sentence for each parameter that an engine understood wrongly, by its own account.
 
-    What it does not tell is not judged.
+    Parameters that the engine does not report are not judged.
     """
     if told is None or expected is None:
         return ()

@@ -4,18 +4,21 @@
     line = child.exchanged(question, seconds=10.0)
 
 The program writes lines to its standard output; the end of its standard error is kept. When it is
-closed, it and its children have ended. Engines under test and tasks in sandboxes run this way.
+closed, it and its children have ended. Engines under test, hostile input and derivations of code
+run this way.
 """
 
 from __future__ import annotations
 
 import contextlib
+import json
 import os
+import re
 import selectors
 import signal
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from time import monotonic
 from typing import Any, NoReturn
 
@@ -52,6 +55,73 @@ except OSError as error:
 """
 
 
+# Time limit (s) for starting an interpreter, including the imports of a module.
+_START_UP = 120.0
+
+
+def value_of(module: str, *arguments: str, seconds: float, memory: int = 4 * GIGABYTE) -> Any:
+    """Return the value that `python -m module …` sends by `tell`, with limits.
+
+    The limits are on time (s), from the end of the imports on, and memory (bytes). Raises
+    `EngineFault`.
+    """
+    program = [sys.executable, "-X", "faulthandler", "-m", module, *arguments]
+    with contextlib.closing(Child(program, memory)) as child:
+        child.exchanged(b"", _START_UP)
+        return json.loads(child.exchanged(b"", seconds))
+
+
+def tell(value: Callable[[], Any]) -> None:
+    """Compute a value and write it as JSON, for `value_of`."""
+    sys.stdout.write("ready\n")
+    sys.stdout.flush()
+    sys.stdout.write(json.dumps(value()) + "\n")
+    sys.stdout.flush()
+
+
+# A line of the standard error that is a warning, and how much of it is kept (bytes, characters).
+_WARNING = re.compile(rb"warn|error", re.IGNORECASE)
+_LONGEST_WARNING = 2000
+
+
+class Printed:
+    """Lines that a program prints to its standard error: their end, and the warnings in them."""
+
+    def __init__(self) -> None:
+        """Begin without lines and warnings."""
+        self.end = bytearray()
+        self._line = b""
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget the warnings so far."""
+        self.warnings, self.first = 0, ""
+
+    def add(self, chunk: bytes) -> None:
+        """Add the next bytes of the output."""
+        self.end += chunk
+        del self.end[:-_KEPT]
+        *lines, last = chunk.split(b"\n")
+        for line in lines:
+            self._take((self._line + line)[:_LONGEST_WARNING])
+            self._line = b""
+        self._line = (self._line + last)[:_LONGEST_WARNING]
+
+    def finish(self) -> None:
+        """Take the last line, which may have no end."""
+        self._take(self._line)
+        self._line = b""
+
+    def _take(self, line: bytes) -> None:
+        text = line.decode("utf-8", errors="replace")
+        if self.first.endswith(":") and self.warnings == 1:
+            # The first warning was only a heading: the next line continues it.
+            self.first = one_line(f"{self.first} {text}", 200)
+        if _WARNING.search(line):
+            self.warnings += 1
+            self.first = self.first or one_line(text, 200)
+
+
 class Child:
     """A started program. It has ended after an `EngineFault`, and is then only closed."""
 
@@ -75,19 +145,19 @@ class Child:
         for number in (self._stdout, self._stderr):
             self._selector.register(number, selectors.EVENT_READ)
         self._buffer = bytearray()
-        self._errors = bytearray()
+        self.printed = Printed()
         self._ended = False
 
     @property
     def unread(self) -> str:
-        """The beginning of what the child wrote after the last line that was read, shortened."""
+        """The beginning of the output after the last line that was read, shortened."""
         self._read_for(0.0)
         return self._shown() if self._buffer else ""
 
     @property
     def output(self) -> str:
         """The end of the child's standard error; all that it wrote once it is closed."""
-        return self._errors.decode("utf-8", errors="replace")
+        return self.printed.end.decode("utf-8", errors="replace")
 
     @property
     def ended(self) -> str:
@@ -124,13 +194,13 @@ class Child:
         return line
 
     def _turn(self, left: memoryview, seconds: float) -> memoryview:
-        """Write and read what is possible now; return what is left to be written."""
+        """Write and read for up to a time (s); return the bytes that are still to be written."""
         for key, _ in self._selector.select(seconds):
             if key.fd == self._stdin:
                 try:
                     left = left[os.write(self._stdin, left) :]
                 except BrokenPipeError:
-                    # Its end is seen by reading.
+                    # Reading detects the end of the child.
                     left = left[:0]
                 if not left:
                     self._selector.unregister(self._stdin)
@@ -149,11 +219,10 @@ class Child:
         elif number == self._stdout:
             self._buffer += chunk
         else:
-            self._errors += chunk
-            del self._errors[:-_KEPT]
+            self.printed.add(chunk)
 
     def _read_for(self, seconds: float) -> None:
-        """Read what comes within a time (s), up to a flood."""
+        """Read the output of the next `seconds`, up to the limit of a flood."""
         deadline = monotonic() + seconds
         while self._selector.get_map() and len(self._buffer) <= _FLOOD:
             ready = self._selector.select(max(0.0, deadline - monotonic()))
@@ -176,9 +245,15 @@ class Child:
         """Kill the child with all of its children."""
         self._kill()
         self._read_for(0.0)
+        self.printed.finish()
         self._selector.close()
         for stream in self._streams:
             self._close(stream)
+
+    def forget_warnings(self) -> None:
+        """Forget the warnings that were printed up to now."""
+        self._read_for(0.0)
+        self.printed.forget()
 
     def fail_by_output(self, kind: FaultKind, said: str) -> NoReturn:
         """Raise a fault, or that of a flood if more and more output comes."""

@@ -9,7 +9,8 @@
         def mass_matrix(self, angles):
             ...
 
-An engine overrides the quantities that it answers, and `move` if it simulates.
+An engine has a method for each quantity that it answers, with the name and the inputs that
+`twolink.engines.quantities.QUANTITIES` has for it, and overrides `move` if it simulates.
 """
 
 from __future__ import annotations
@@ -17,10 +18,13 @@ from __future__ import annotations
 import importlib.metadata
 import importlib.util
 from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twolink.engines.faults import CannotError
 from twolink.engines.messages import (
     Effect,
     Method,
@@ -32,17 +36,13 @@ from twolink.engines.messages import (
     Understood,
 )
 from twolink.engines.quantities import QUANTITIES
+from twolink.engines.scenes import parameters_of
 from twolink.errors import EngineError
 
+if TYPE_CHECKING:
+    from twolink.scene import Scene
+
 Array = NDArray[np.float64]
-
-
-class ModelRefusedError(EngineError):
-    """The engine rejects a model."""
-
-
-class CannotError(EngineError):
-    """The engine cannot answer a question; its message says why."""
 
 
 class Engine(ABC):
@@ -54,8 +54,7 @@ class Engine(ABC):
     forward and inverse dynamics and motions include beside rigid bodies and gravity.
 
     Arrays have a row for each state: angles (rad), speeds (rad/s), accelerations (rad/s²) and
-    torques (N m) have shape (n, 2), and results (n, …) with the shape of the quantity, see
-    `twolink.engines.quantities.QUANTITIES`. A quantity that is not overridden raises `CannotError`.
+    torques (N m) have shape (n, 2), and results (n, …) with the shape of the quantity.
     """
 
     name: str
@@ -74,9 +73,8 @@ class Engine(ABC):
 
     @property
     def answers(self) -> tuple[str, ...]:
-        """The quantities that the engine answers: those it overrides."""
-        own = type(self)
-        return tuple(name for name in QUANTITIES if getattr(own, name) is not getattr(Engine, name))
+        """The quantities that the engine answers: those of its methods."""
+        return tuple(name for name in QUANTITIES if hasattr(type(self), name))
 
     def missing(self) -> str | None:
         """Return a sentence with the missing package and its installation, or None."""
@@ -100,58 +98,33 @@ class Engine(ABC):
 
     @abstractmethod
     def load(self, model: Model) -> Understood | None:
-        """Load a model, and return what was understood of it.
+        """Load a model, and return its parameters as the engine has read them.
 
         Raises `ModelRefusedError` for a model that the engine rejects.
         """
 
-    def mass_matrix(self, angles: Array) -> Array:
-        """Return M over the joint angles (kg m²)."""
-        raise self._cannot("mass_matrix")
+    def unsupported(self, scene: Scene) -> str | None:
+        """Return why the engine cannot simulate a scene, or None if it can, by its capabilities."""
+        if "scene" in self.reads:
+            return None
+        if not self.methods or "parameters" not in self.reads:
+            return "the engine has no motions of parameters"
+        try:
+            _, needs = parameters_of(scene)
+        except EngineError as error:
+            return str(error)
+        missing = [effect for effect in needs if effect not in self.effects]
+        return f"the engine does not have {' and '.join(missing)}" if missing else None
 
-    def velocity_terms(self, angles: Array, speeds: Array) -> Array:
-        """Return C θ̇ (N m), without gravity."""
-        raise self._cannot("velocity_terms")
+    def evaluate(self, quantity: str, states: Mapping[str, Array]) -> Array:
+        """Return a quantity in states, which have its inputs. Raises `CannotError`."""
+        if quantity not in self.answers:
+            raise CannotError(f"{self.name} does not answer {quantity}")
+        return self._evaluated(quantity, [states[name] for name in QUANTITIES[quantity].inputs])
 
-    def gravity_terms(self, angles: Array) -> Array:
-        """Return ∂V/∂θ (N m)."""
-        raise self._cannot("gravity_terms")
-
-    def inverse_dynamics(self, angles: Array, speeds: Array, accelerations: Array) -> Array:
-        """Return the joint torques (N m) under gravity."""
-        raise self._cannot("inverse_dynamics")
-
-    def forward_dynamics(self, angles: Array, speeds: Array, torques: Array) -> Array:
-        """Return the joint accelerations (rad/s²) under gravity."""
-        raise self._cannot("forward_dynamics")
-
-    def kinetic_energy(self, angles: Array, speeds: Array) -> Array:
-        """Return T (J)."""
-        raise self._cannot("kinetic_energy")
-
-    def potential_energy(self, angles: Array) -> Array:
-        """Return V (J), up to a constant."""
-        raise self._cannot("potential_energy")
-
-    def position(self, angles: Array) -> Array:
-        """Return the position of D (m)."""
-        raise self._cannot("position")
-
-    def velocity(self, angles: Array, speeds: Array) -> Array:
-        """Return the velocity of D (m/s)."""
-        raise self._cannot("velocity")
-
-    def acceleration(self, angles: Array, speeds: Array, accelerations: Array) -> Array:
-        """Return the acceleration of D (m/s²)."""
-        raise self._cannot("acceleration")
-
-    def jacobian(self, angles: Array) -> Array:
-        """Return ∂D/∂θ (m): rows are components, columns joint angles."""
-        raise self._cannot("jacobian")
+    def _evaluated(self, quantity: str, inputs: Sequence[Array]) -> Array:
+        return np.asarray(getattr(self, quantity)(*inputs), dtype=float)
 
     def move(self, request: Move) -> Moved:
         """Return a motion of the model."""
         raise CannotError(f"{self.name} does not simulate")
-
-    def _cannot(self, quantity: str) -> CannotError:
-        return CannotError(f"{self.name} does not answer {quantity}")

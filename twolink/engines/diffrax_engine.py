@@ -6,8 +6,10 @@ formulation, traced by JAX; solvers, step-size control and compiled code are dif
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 from time import perf_counter
 from typing import Any
 
@@ -18,16 +20,16 @@ from twolink.arithmetic import Pair
 from twolink.chain import Chain, Rotor
 from twolink.effects import Effect, contact_elements, discontinuities, smooth_loads
 from twolink.effects.gravity import Gravity
-from twolink.effects.joint_torque import JointTorque
 from twolink.engines.contract import Array
 from twolink.engines.joint_model import JointModel, effect_name
 from twolink.engines.messages import Method
-from twolink.engines.simulation_engine import EngineRun, Prepared, SimulationEngine
+from twolink.engines.simulation_engine import EngineRun, EquationsEngine, Prepared
 from twolink.errors import EngineError
+from twolink.loads import motor_loads
 from twolink.scene import Scene
 
 
-class Diffrax(SimulationEngine):
+class Diffrax(EquationsEngine):
     """diffrax; see `SimulationEngine`.
 
     The parameter is rtol and atol of its `PIDController`. Values between steps are diffrax's dense
@@ -86,16 +88,25 @@ class Diffrax(SimulationEngine):
         import jax
 
         with jax.enable_x64(True):
-            state = jax.numpy.asarray(np.array([*model.q, *model.u], dtype=float))
-            rates = jax.jit(_field(_with_rotors(model), _effects(model)))(0.0, state, None)
-        return float(rates[2]), float(rates[3])
+            state = jax.numpy.asarray(np.array([*model.q, *model.u, *model.torque], dtype=float))
+            first, second = _rates(_with_rotors(model), model.gravity)(state)
+        return float(first), float(second)
 
 
-def _effects(model: JointModel) -> tuple[Effect, ...]:
-    """Return the effects of a model: gravity and motor torques."""
-    size = model.size
-    pull = (Gravity(size, model.gravity),) if size else ()
-    return (*pull, JointTorque(model.torque))
+@lru_cache(maxsize=32)
+def _rates(chain: Chain, gravity: Pair) -> Callable[[Any], Any]:
+    """Return du of angles, speeds and motor torques, shape (6,), compiled once for all states."""
+    import jax
+
+    size = math.hypot(*gravity)
+    pull = (Gravity(size, gravity),) if size else ()
+
+    def rates(state: Any) -> Any:
+        q, u, torque = (state[0], state[1]), (state[2], state[3]), (state[4], state[5])
+        loads = (*smooth_loads(pull, chain, q, u), *motor_loads(*torque))
+        return lagrange.forward_dynamics(chain, q, u, loads)
+
+    return jax.jit(rates)
 
 
 def _with_rotors(model: JointModel) -> Chain:

@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from twolink.arithmetic import Pair
 from twolink.engines.contract import Array
+from twolink.engines.faults import ModelRefusedError
 from twolink.engines.joint_model import JOINTS, JointModel, Samples, joint_model
-from twolink.engines.messages import Method
+from twolink.engines.messages import Method, Model
 from twolink.engines.simulation_engine import (
     EngineRun,
     Prepared,
-    SimulationEngine,
     stretches,
 )
+from twolink.engines.urdf_reading import UrdfReadingEngine, check_joints, each
 from twolink.errors import EngineError
 from twolink.scene import Scene
 
@@ -56,7 +56,7 @@ _FIXED = (
 )
 
 
-class Drake(SimulationEngine):
+class Drake(UrdfReadingEngine):
     """Drake; see `SimulationEngine`.
 
     The parameter of a method with error control is Drake's `accuracy`; a method named "…, fixed
@@ -121,17 +121,55 @@ class Drake(SimulationEngine):
 
         return run
 
-    def _accelerations(self, model: JointModel) -> Pair:
-        """Return du (rad/s²) at the start of a model, by the plant's own time derivatives."""
-        built = _built(model)
-        context = built.system.CreateDefaultContext()
-        _start(built, model, context)
+    def _read(self, model: Model) -> _ReadChain:
+        """Return the chain of a URDF, by Drake's parser."""
+        return _ReadChain(model)
+
+
+class _ReadChain:
+    """A parsed URDF; see `twolink.engines.urdf_reading.ReadChain`."""
+
+    def __init__(self, model: Model) -> None:
+        """Parse a URDF, and weld it to the world. Raises `ModelRefusedError`."""
         try:
-            rates = built.system.EvalTimeDerivatives(context).CopyToVector()
-        except RuntimeError as error:
-            raise EngineError(f"Drake rejects the state: {error}") from error
-        du1, du2 = JOINTS.absolute_speeds((rates[2], rates[3]))
-        return float(du1), float(du2)
+            self._plant = plant = _parsed(model.urdf or "", model.gravity)
+            plant.Finalize()
+        except (RuntimeError, ValueError) as error:
+            raise ModelRefusedError(str(error)) from error
+        joints: list[Any] = [plant.get_joint(index) for index in plant.GetJointIndices()]
+        moving = [joint.name() for joint in joints if joint.num_velocities()]
+        named = check_joints(model, plant.num_velocities(), moving)
+        chosen = [plant.GetJointByName(name) for name in named]
+        if any(joint.type_name() != "revolute" for joint in chosen):
+            raise ModelRefusedError("a joint that moves is not revolute")
+        self._order = [joint.velocity_start() for joint in chosen]
+        self._context = plant.CreateDefaultContext()
+
+    def mass_matrix(self, angles: Array) -> Array:
+        """Return `CalcMassMatrix`."""
+        return each(self._matrix, angles)
+
+    def forward_dynamics(self, angles: Array, speeds: Array, torques: Array) -> Array:
+        """Return the plant's time derivatives, with damping."""
+        return each(self._accelerations, angles, speeds, torques)
+
+    def _matrix(self, angles: Array) -> Array:
+        self._plant.SetPositions(self._context, self._sorted(angles))
+        M = self._plant.CalcMassMatrix(self._context)
+        return np.asarray(M[np.ix_(self._order, self._order)])
+
+    def _accelerations(self, angles: Array, speeds: Array, torques: Array) -> Array:
+        plant, context = self._plant, self._context
+        plant.SetPositions(context, self._sorted(angles))
+        plant.SetVelocities(context, self._sorted(speeds))
+        port = plant.get_applied_generalized_force_input_port()
+        port.FixValue(context, self._sorted(torques))
+        rates = plant.EvalTimeDerivatives(context).CopyToVector()
+        return np.asarray(rates[2:][self._order])
+
+    def _sorted(self, row: Array) -> Any:
+        """Return numbers of both joints in Drake's order."""
+        return row[np.argsort(self._order)]
 
 
 @dataclass(frozen=True)
@@ -163,17 +201,32 @@ def _built(model: JointModel, *, queries: bool = False) -> _Built:
     return _Built(builder.Build(), plant)
 
 
-def _plant(model: JointModel) -> Any:
-    """Return a finalised continuous plant without scene graph, so that shapes are ignored."""
+def _parsed(text: str, gravity: Any) -> Any:
+    """Return a continuous plant of a URDF, welded to the world, with gravity (m/s²).
+
+    It has no scene graph, so that shapes are ignored.
+    """
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.plant import MultibodyPlant
+
+    plant: Any = MultibodyPlant(0.0)
+    (instance,) = Parser(plant).AddModelsFromString(text, "urdf")
+    joints = [plant.get_joint(index) for index in plant.GetJointIndices(instance)]
+    children = {joint.child_body().name() for joint in joints}
+    for index in plant.GetBodyIndices(instance):
+        body = plant.get_body(index)
+        if body.name() not in children:
+            plant.WeldFrames(plant.world_frame(), body.body_frame())
+    plant.mutable_gravity_field().set_gravity_vector(np.array(gravity))
+    return plant
+
+
+def _plant(model: JointModel) -> Any:
+    """Return a finalised continuous plant of a model."""
     from pydrake.multibody.tree import RevoluteSpring
 
-    plant = MultibodyPlant(0.0)
+    plant = _parsed(model.chain.to_urdf(), model.gravity_in_space)
     plant.set_name("plant")
-    Parser(plant).AddModelsFromString(model.chain.to_urdf(), "urdf")
-    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("ground"))
-    plant.mutable_gravity_field().set_gravity_vector(model.gravity_in_space)
     for index, name in enumerate(("joint1", "joint2")):
         joint = plant.GetJointByName(name)
         if model.damping[index]:

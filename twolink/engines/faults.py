@@ -1,8 +1,23 @@
-"""The faults by which an engine gives no answer."""
+"""The errors and faults by which an engine gives no answer."""
 
 from __future__ import annotations
 
 from enum import StrEnum
+
+from twolink.errors import EngineError
+
+
+class ModelRefusedError(EngineError):
+    """The engine rejects a model."""
+
+
+class CannotError(EngineError):
+    """The engine cannot answer a question; its message says why, perhaps with a link."""
+
+    def __init__(self, said: str, link: str = "") -> None:
+        """Record why, and the link to an issue."""
+        super().__init__(said)
+        self.link = link
 
 
 class FaultKind(StrEnum):

@@ -13,7 +13,8 @@ from time import perf_counter
 
 import numpy as np
 
-from twolink.engines.contract import Array, CannotError, Engine, ModelRefusedError
+from twolink.engines.contract import Array, Engine
+from twolink.engines.faults import CannotError, ModelRefusedError
 from twolink.engines.fmu_file import OUTPUTS, PARAMETERS, STATES, TORQUES, read_fmu
 from twolink.engines.fmu_instance import Exchange, Simulation, exchange, made, simulation
 from twolink.engines.messages import Method, Model, Move, Moved
@@ -66,7 +67,7 @@ class FmuEngine(Engine):
             raise self._file.fault(f"its binary must load, and make an instance; {got}") from error
 
     def load(self, model: Model) -> None:
-        """Keep the parameters, and let the FMU judge them in an instance.
+        """Store the parameters, and check them by the initialization of an instance.
 
         Raises `ModelRefusedError` if its initialization fails.
         """
@@ -76,7 +77,7 @@ class FmuEngine(Engine):
             with self._exchange() if self._file.exchanges else self._simulation({}):
                 pass
         except CannotError:
-            # The questions say it.
+            # A missing parameter is reported by the questions.
             pass
         except Exception as error:
             raise ModelRefusedError(f"{self.name} does not start: {error}") from error

@@ -213,7 +213,7 @@ def _check_platform(file: FmuFile, names: list[str]) -> None:
 
 
 def _check_variables(file: FmuFile) -> None:
-    """Raise `EngineError` for variables that are missing, or not what their names say."""
+    """Raise `EngineError` for variables that are missing, or contradict their names."""
     required = tuple(each.name for each in PARAMETERS if each.neutral is None)
     missing = [name for name in (*required, *STATES) if name not in file.variables]
     if missing:

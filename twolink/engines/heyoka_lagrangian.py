@@ -12,7 +12,7 @@ from twolink.arithmetic import Pair
 from twolink.engines.contract import Array
 from twolink.engines.joint_model import JointModel, joint_model
 from twolink.engines.messages import Method
-from twolink.engines.simulation_engine import EngineRun, Prepared, SimulationEngine
+from twolink.engines.simulation_engine import EngineRun, EquationsEngine, Prepared
 from twolink.errors import EngineError
 from twolink.optional import heyoka
 from twolink.scene import Scene
@@ -27,7 +27,7 @@ _REASONS = dict.fromkeys(
 _EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "drive"})
 
 
-class HeyokaLagrangian(SimulationEngine):
+class HeyokaLagrangian(EquationsEngine):
     """heyoka's `taylor_adaptive` on its `lagrangian()`; see `SimulationEngine`.
 
     The parameter is the tolerance of a step, which also sets the order. `taylor` is heyoka's

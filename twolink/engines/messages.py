@@ -1,7 +1,7 @@
 """The messages of protocol 1 between the kit and an engine: frozen types and their JSON schemas.
 
-A message is one JSON object on one line. Numbers are JSON numbers; what is not finite is one of the
-strings "nan", "inf" and "-inf". Arrays have one entry for each state. SI units and radians.
+A message is one JSON object on one line. Numbers are JSON numbers; those that are not finite are
+the strings "nan", "inf" and "-inf". Arrays have one entry for each state. SI units and radians.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ import json
 import math
 from typing import Annotated, Any, Literal, NoReturn
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from twolink.errors import EngineError
@@ -18,7 +20,7 @@ from twolink.text import one_line, quoted
 PROTOCOL = 1
 
 Precision = Literal["binary32", "binary64", "extended"]
-Reads = Literal["urdf", "parameters"]
+Reads = Literal["urdf", "parameters", "scene"]
 Effect = Literal[
     "joint_damping", "joint_friction", "joint_spring", "joint_stop", "surface", "armature"
 ]
@@ -57,7 +59,7 @@ class Message(BaseModel):
 
 
 class Start(Message):
-    """Ask an engine who it is and what it can do."""
+    """Ask an engine for its name and its capabilities."""
 
     cmd: Literal["start"] = "start"
     version: int = PROTOCOL
@@ -112,10 +114,11 @@ class Parameters(Message):
 
 
 class Model(Message):
-    """Load a model, from a URDF text or from parameters; it replaces the one before.
+    """Load a model, from a URDF text, parameters or a scene; it replaces the one before.
 
     `gravity` is a vector in the root link's frame (m/s²), `joints` are the names of the moving
-    joints in order, and `tip` is the name of the link whose frame's origin is D.
+    joints in order, and `tip` is the name of the link whose frame's origin is D. `scene` is the
+    text of a scene file of twolink.
     """
 
     cmd: Literal["model"] = "model"
@@ -125,6 +128,7 @@ class Model(Message):
     joints: tuple[str, str] | None = None
     tip: str | None = None
     parameters: Parameters | None = None
+    scene: str | None = None
 
 
 class States(Message):
@@ -134,6 +138,11 @@ class States(Message):
     speeds: tuple[Pair, ...] | None = None
     accelerations: tuple[Pair, ...] | None = None
     torques: tuple[Pair, ...] | None = None
+
+    def arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Return the given quantities as arrays, shape (n, 2)."""
+        given = self.model_dump(exclude_none=True)
+        return {name: np.array(rows, dtype=float) for name, rows in given.items()}
 
 
 class Ask(Message):
@@ -177,7 +186,7 @@ class About(Message):
     """An engine: name, version, precision, and its capabilities.
 
     `reads` has the kinds of model, the preferred one first; `answers` the quantities; `effects`
-    what forward and inverse dynamics include beside rigid bodies and gravity.
+    the effects that its dynamics include beside rigid bodies and gravity.
     """
 
     name: str = Field(min_length=1)

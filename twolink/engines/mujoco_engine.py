@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from twolink.arithmetic import Pair
 from twolink.engines import mujoco_contact
 from twolink.engines.approximation import ApproximateModel, approximate_model
 from twolink.engines.contract import Array
+from twolink.engines.faults import CannotError, ModelRefusedError
 from twolink.engines.joint_model import JOINTS, JointModel
-from twolink.engines.messages import Method
+from twolink.engines.messages import Method, Model
 from twolink.engines.simulation_engine import (
     ApproximatingEngine,
     EngineRun,
@@ -23,6 +23,7 @@ from twolink.engines.simulation_engine import (
     captured_warnings,
     stretches,
 )
+from twolink.engines.urdf_reading import UrdfReadingEngine, check_joints, each
 from twolink.scene import Scene
 
 _SOFT = "its constraints are soft, without a coefficient of restitution"
@@ -47,7 +48,7 @@ _INTEGRATORS = {
 _STAGES = {"RK4": 4}
 
 
-class Mujoco(ApproximatingEngine):
+class Mujoco(UrdfReadingEngine, ApproximatingEngine):
     """MuJoCo; see `SimulationEngine`. Its Euler method takes damping implicitly."""
 
     name = "MuJoCo"
@@ -98,19 +99,68 @@ class Mujoco(ApproximatingEngine):
 
         return run
 
-    def _accelerations(self, model: JointModel) -> Pair:
-        """Return du (rad/s²) at the start of a model, by `mj_forward`."""
+    def _read(self, model: Model) -> _ReadChain:
+        """Return the chain of a URDF, by MuJoCo's compiler."""
+        return _ReadChain(model)
+
+
+class _ReadChain:
+    """A compiled URDF; see `twolink.engines.urdf_reading.ReadChain`."""
+
+    def __init__(self, model: Model) -> None:
+        """Compile a URDF. Raises `ModelRefusedError`."""
         import mujoco
 
+        self._mujoco: Any = mujoco
         with _listening(mujoco) as said:
-            robot = _robot(mujoco, ApproximateModel(model))
-            data = mujoco.MjData(robot)
-            _start(mujoco, robot, data, model)
-            mujoco.mj_forward(robot, data)
-        for sentence in said:
-            warnings.warn(sentence, stacklevel=2)
-        du1, du2 = JOINTS.absolute_speeds((data.qacc[0], data.qacc[1]))
-        return float(du1), float(du2)
+            try:
+                self._robot: Any = mujoco.MjModel.from_xml_string(model.urdf)
+            except ValueError as error:
+                raise ModelRefusedError(str(error)) from error
+        _issue(said)
+        robot = self._robot
+        names = [robot.joint(index).name for index in range(robot.njnt)]
+        joints = [robot.joint(name) for name in check_joints(model, robot.nv, names)]
+        self._places = [joint.qposadr[0] for joint in joints]
+        self._order = [joint.dofadr[0] for joint in joints]
+        robot.opt.gravity[:] = model.gravity
+        off = mujoco.mjtDisableBit
+        robot.opt.disableflags |= off.mjDSBL_LIMIT | off.mjDSBL_CONTACT
+        self._data = mujoco.MjData(robot)
+
+    def mass_matrix(self, angles: Array) -> Array:
+        """Return `mj_fullM`."""
+        return each(self._matrix, angles)
+
+    def forward_dynamics(self, angles: Array, speeds: Array, torques: Array) -> Array:
+        """Return `mj_forward`, with damping."""
+        if self._robot.dof_frictionloss.any():
+            raise CannotError(f"MuJoCo's friction: {_REASONS['joint_friction']}")
+        return each(self._accelerations, angles, speeds, torques)
+
+    def _matrix(self, angles: Array) -> Array:
+        self._data.qpos[self._places] = angles
+        self._forward()
+        M = np.zeros((2, 2))
+        self._mujoco.mj_fullM(self._robot, self._data, M)
+        return M[np.ix_(self._order, self._order)]
+
+    def _accelerations(self, angles: Array, speeds: Array, torques: Array) -> Array:
+        data = self._data
+        data.qpos[self._places], data.qvel[self._order] = angles, speeds
+        data.qfrc_applied[self._order] = torques
+        self._forward()
+        return np.array(data.qacc[self._order])
+
+    def _forward(self) -> None:
+        with _listening(self._mujoco) as said:
+            self._mujoco.mj_forward(self._robot, self._data)
+        _issue(said)
+
+
+def _issue(sentences: list[str]) -> None:
+    for sentence in sentences:
+        warnings.warn(sentence, stacklevel=3)
 
 
 @contextmanager

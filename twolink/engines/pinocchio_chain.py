@@ -6,11 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from twolink.engines.chain_engine import Sizes
-from twolink.engines.contract import Array, ModelRefusedError
-from twolink.engines.messages import Model
+from twolink.engines.chain_engine import ChainEngine, Sizes, columns, in_plane
+from twolink.engines.contract import Array
 from twolink.engines.pinocchio_engine import PinocchioEngine
-from twolink.errors import EngineError
 from twolink.urdf import PlanarUrdf
 
 # The path through RNEA, joint by joint: sine or cosine into the placement (6), the velocity turned
@@ -25,93 +23,67 @@ _ROUNDINGS = 2 * 58
 _CONTACT_ROUNDINGS = _ROUNDINGS + 8 + 6 + 5 + 7 + 8
 
 
-class PinocchioChain:
+class PinocchioChain(ChainEngine):
     """Pinocchio with a chain's URDF loaded; see `ChainEngine` for shapes and units.
 
-    Raises `EngineError` when Pinocchio is missing or rejects the file.
+    Points are named C1, C2 and D. Raises `EngineError` when Pinocchio is missing or rejects the
+    file.
     """
 
-    roundings = _ROUNDINGS
-    contact_roundings = _CONTACT_ROUNDINGS
+    roundings, contact_roundings = _ROUNDINGS, _CONTACT_ROUNDINGS
 
     def __init__(self, urdf: PlanarUrdf) -> None:
-        """Load the same text as the URDF reader."""
+        """Load the URDF, and add frames for the points."""
+        self._pinocchio = engine = PinocchioEngine()
+        super().__init__(urdf, engine)
         self._urdf = urdf
-        self._engine = engine = PinocchioEngine()
-        x, y, z = (float(entry) for entry in urdf.gravity * np.array(urdf.axes[1]))
-        first, second = urdf.joint_names
-        try:
-            engine.load(
-                Model(id=urdf.path, urdf=urdf.xml, gravity=(x, y, z), joints=(first, second))
-            )
-        except ModelRefusedError as error:
-            raise EngineError(f"{urdf.path}: Pinocchio rejects the file: {error}") from error
         self._frames = {
             "C1": engine.add_frame("twolink C1", 0, engine.inertia(0).lever),
             "C2": engine.add_frame("twolink C2", 1, engine.inertia(1).lever),
             "D": engine.add_frame("twolink D", 1, np.array(urdf.tip_position)),
         }
         engine.ready()
-        # x and y of the chain's frame as rows, for vectors in Pinocchio's world frame.
-        self._plane = np.array(urdf.axes[:2])
-        self._origin = np.array(urdf.origin)
-
-    @property
-    def name(self) -> str:
-        """The engine's name and version."""
-        return f"Pinocchio {self._engine.pin.__version__}"
 
     @property
     def model(self) -> Any:
         """Pinocchio's own model, with frames for C1, C2 and D added."""
-        return self._engine.robot
+        return self._pinocchio.robot
 
     @property
     def sizes(self) -> Sizes:
         """Spatial levers and inertias, including parts without effect in the plane."""
-        first, second = self._engine.inertia(0), self._engine.inertia(1)
+        engine = self._pinocchio
+        first, second = engine.inertia(0), engine.inertia(1)
         return Sizes(
             radius=(_norm(first.lever), _norm(second.lever)),
-            length=_norm(self.model.jointPlacements[self._engine.joints[1]].translation),
+            length=_norm(self.model.jointPlacements[engine.joints[1]].translation),
             inertia=(_norm(first.inertia), _norm(second.inertia)),
             tip=_norm(self._urdf.tip_position),
             origin=_norm(self._origin),
         )
 
-    def mass_matrix(self, angles: Array) -> Array:
-        """Return `crba`."""
-        return _columns(self._engine.mass_matrix(angles.T))
-
-    def velocity_terms(self, angles: Array, speeds: Array) -> Array:
-        """Return `nonLinearEffects` of the chain without gravity."""
-        return _columns(self._engine.velocity_terms(angles.T, speeds.T))
-
     def coriolis_matrix(self, angles: Array, speeds: Array) -> Array:
-        """Return `computeCoriolisMatrix`."""
-        return _columns(self._engine.coriolis_matrix(angles.T, speeds.T))
-
-    def gravity_terms(self, angles: Array) -> Array:
-        """Return `computeGeneralizedGravity`."""
-        return _columns(self._engine.gravity_terms(angles.T))
+        """Return C (kg m²/s), shape (2, 2, n), by `computeCoriolisMatrix`."""
+        return columns(self._pinocchio.coriolis_matrix(angles.T, speeds.T))
 
     def inverse_dynamics(
         self, angles: Array, speeds: Array, accelerations: Array, end_force: Array | None = None
     ) -> Array:
         """Return `rnea`, with the force on D, if any, as `fext`."""
         forces = self._external_forces(angles, end_force)
-        found = self._engine.inverse_dynamics(angles.T, speeds.T, accelerations.T, *forces)
-        return _columns(found)
+        found = self._pinocchio.inverse_dynamics(angles.T, speeds.T, accelerations.T, *forces)
+        return columns(found)
 
     def forward_dynamics(
         self, angles: Array, speeds: Array, torques: Array, end_force: Array | None = None
     ) -> Array:
         """Return `aba`, with the force on D, if any, as `fext`."""
         forces = self._external_forces(angles, end_force)
-        return _columns(self._engine.forward_dynamics(angles.T, speeds.T, torques.T, *forces))
+        return columns(self._pinocchio.forward_dynamics(angles.T, speeds.T, torques.T, *forces))
 
     def impact(self, angles: Array, speeds: Array, directions: Array, restitution: Array) -> Array:
         """Return `impulseDynamics` with the mass matrix of `crba`."""
-        pin = self._engine.pin
+        pin = self._pinocchio.pin
 
         def struck(robot: Any, data: Any, q: Array, v: Array, jacobian: Array, e: float) -> Array:
             pin.crba(robot, data, q)
@@ -119,7 +91,7 @@ class PinocchioChain:
             return np.concatenate([data.impulse_c, after])
 
         rows = (angles.T, speeds.T, self._jacobians_along(directions, angles), restitution)
-        return _columns(self._engine.each((len(directions) + 2,), struck, *rows))
+        return columns(self._pinocchio.each((len(directions) + 2,), struck, *rows))
 
     def held(self, angles: Array, speeds: Array, torques: Array, directions: Array) -> Array:
         """Return `forwardDynamics` with Jacobian and drift, `crba` and `nonLinearEffects`.
@@ -127,7 +99,7 @@ class PinocchioChain:
         The newer `constraintDynamics` constrains whole points or frames, not single rows. One of
         a point's three rows is zero in the plane, which it could solve only by iteration.
         """
-        pin = self._engine.pin
+        pin = self._pinocchio.pin
         _, _, drift = self.point_motion("D", angles, speeds, np.zeros_like(speeds))
 
         def constrained(
@@ -140,41 +112,35 @@ class PinocchioChain:
 
         along = self._jacobians_along(directions, angles)
         rows = (angles.T, speeds.T, torques.T, along, np.einsum("kpn,pn->nk", directions, drift))
-        return _columns(self._engine.each((len(directions) + 2,), constrained, *rows))
+        return columns(self._pinocchio.each((len(directions) + 2,), constrained, *rows))
 
     def inverse_dynamics_derivatives(
         self, angles: Array, speeds: Array, accelerations: Array
     ) -> Array:
         """Return `computeRNEADerivatives`: by angles and by speeds."""
-        derivatives = self._engine.pin.computeRNEADerivatives
+        derivatives = self._pinocchio.pin.computeRNEADerivatives
         rows = (angles.T, speeds.T, accelerations.T)
-        return _columns(self._engine.each((2, 2, 2), lambda *x: derivatives(*x)[:2], *rows))
+        return columns(self._pinocchio.each((2, 2, 2), lambda *x: derivatives(*x)[:2], *rows))
 
     def forward_dynamics_derivatives(self, angles: Array, speeds: Array, torques: Array) -> Array:
         """Return `computeABADerivatives`: by angles, by speeds and by torques."""
-        derivatives = self._engine.pin.computeABADerivatives
-        return _columns(self._engine.each((3, 2, 2), derivatives, angles.T, speeds.T, torques.T))
+        derivatives = self._pinocchio.pin.computeABADerivatives
+        return columns(self._pinocchio.each((3, 2, 2), derivatives, angles.T, speeds.T, torques.T))
 
-    def kinetic_energy(self, angles: Array, speeds: Array) -> Array:
-        """Return `computeKineticEnergy`."""
-        return self._engine.kinetic_energy(angles.T, speeds.T)
-
-    def potential_energy(self, angles: Array) -> Array:
-        """Return `computePotentialEnergy` minus its value with both mass centres at A."""
-        mass = self._engine.inertia(0).mass + self._engine.inertia(1).mass
-        at_A = -mass * float(self.model.gravity.linear @ self._origin)
-        return self._engine.potential_energy(angles.T) - at_A
+    def _zero(self) -> float:
+        mass = self._pinocchio.inertia(0).mass + self._pinocchio.inertia(1).mass
+        return -mass * float(self.model.gravity.linear @ self._origin)
 
     def point_motion(self, point: str, angles: Array, speeds: Array, accelerations: Array) -> Array:
         """Return a frame's placement, velocity and classical acceleration."""
         rows = (angles.T, speeds.T, accelerations.T)
-        found = self._engine.motion(self._frames[point], *rows)
+        found = self._pinocchio.motion(self._frames[point], *rows)
         found[:, 0] -= self._origin
         return np.einsum("pw,nmw->mpn", self._plane, found)
 
     def angular_motion(self, angles: Array, speeds: Array, accelerations: Array) -> Array:
         """Return the angular parts of `getVelocity` and `getAcceleration`."""
-        pin, joints = self._engine.pin, self._engine.joints
+        pin, joints = self._pinocchio.pin, self._pinocchio.joints
         world = pin.ReferenceFrame.WORLD
         z = np.array(self._urdf.axes[2])
 
@@ -186,12 +152,12 @@ class PinocchioChain:
             ]
 
         rows = (angles.T, speeds.T, accelerations.T)
-        return _columns(self._engine.each((2, 2), motion, *rows))
+        return columns(self._pinocchio.each((2, 2), motion, *rows))
 
     def jacobian(self, point: str, angles: Array) -> Array:
         """Return the linear part of `computeFrameJacobian`."""
-        found = self._engine.frame_jacobian(self._frames[point], angles.T)
-        return np.einsum("pw,nwc->pcn", self._plane, found)
+        found = self._pinocchio.frame_jacobian(self._frames[point], angles.T)
+        return columns(in_plane(found, self._plane))
 
     def _jacobians_along(self, directions: Array, angles: Array) -> Array:
         """Return the rows of D's Jacobian along directions, state by state: shape (n, k, 2)."""
@@ -201,11 +167,11 @@ class PinocchioChain:
         """Return `fext` of each state: the force on D, moved to the frame of the second joint."""
         if end_force is None:
             return ()
-        pin, robot, data = self._engine.pin, self.model, self._engine.data
-        joint = self._engine.joints[1]
+        pin, robot, data = self._pinocchio.pin, self.model, self._pinocchio.data
+        joint = self._pinocchio.joints[1]
         placement = robot.frames[self._frames["D"]].placement
         found = []
-        for q, force in zip(self._engine.configurations(angles.T), end_force.T, strict=True):
+        for q, force in zip(self._pinocchio.configurations(angles.T), end_force.T, strict=True):
             pin.forwardKinematics(robot, data, q)
             turned = data.oMi[joint].rotation.T @ (self._plane.T @ force)
             forces = pin.StdVec_Force()
@@ -213,11 +179,6 @@ class PinocchioChain:
             forces[joint] = placement.act(pin.Force(turned, np.zeros(3)))
             found.append(forces)
         return (found,)
-
-
-def _columns(rows: Array) -> Array:
-    """Return values with the states along the last axis."""
-    return np.moveaxis(rows, 0, -1)
 
 
 def _norm(vector: Any) -> float:

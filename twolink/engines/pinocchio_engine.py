@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from twolink.engines.contract import Array, Engine, ModelRefusedError
+from twolink.engines.contract import Array, Engine
+from twolink.engines.faults import ModelRefusedError
 from twolink.engines.messages import Model, Understood
 
 

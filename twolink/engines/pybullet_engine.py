@@ -6,22 +6,26 @@ clipped at 100 rad/s. They are switched off here, as is usual for mechanics.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from twolink.arithmetic import Pair
 from twolink.engines.approximation import ApproximateModel, Plane, approximate_model
 from twolink.engines.contract import Array
-from twolink.engines.joint_model import JOINTS, JointModel
-from twolink.engines.messages import Method
+from twolink.engines.faults import CannotError, ModelRefusedError
+from twolink.engines.joint_model import JOINTS
+from twolink.engines.messages import Method, Model
 from twolink.engines.simulation_engine import (
     ApproximatingEngine,
     EngineRun,
     Prepared,
     stretches,
 )
+from twolink.engines.urdf_reading import UrdfReadingEngine, check_joints, each
 from twolink.errors import EngineError
 from twolink.files import scratch_folder
 from twolink.scene import Scene
@@ -46,7 +50,7 @@ _CHANGES = {
 _BALL = 1e-6
 
 
-class Pybullet(ApproximatingEngine):
+class Pybullet(UrdfReadingEngine, ApproximatingEngine):
     """PyBullet; see `SimulationEngine`.
 
     Springs and torques are set before every step, as is usual; damping is PyBullet's.
@@ -65,7 +69,8 @@ class Pybullet(ApproximatingEngine):
 
         def run(step: float, times: Array) -> EngineRun:
             begin = perf_counter()
-            with _World(model) as world:
+            with _client() as client:
+                world = _World(client, model)
                 plan = list(stretches(times, step))
                 found = np.empty((len(times), 4))
                 found[0] = world.state()
@@ -82,22 +87,103 @@ class Pybullet(ApproximatingEngine):
 
         return run
 
-    def _accelerations(self, model: JointModel) -> Pair:
-        """Return du (rad/s²) at the start of a model, by its mass matrix and inverse dynamics.
+    def _read(self, model: Model) -> _ReadChain:
+        """Return the chain of a URDF, by `loadURDF`."""
+        return _ReadChain(model)
 
-        PyBullet has no forward dynamics function: the mass matrix of `calculateMassMatrix` is
-        solved for the residual of `calculateInverseDynamics` at zero acceleration.
-        """
-        with _World(ApproximateModel(model)) as world:
-            angles, speeds = list(model.theta), list(model.theta_speed)
-            matrix = np.array(world.ask("calculateMassMatrix", world.body, angles))
-            terms = world.ask("calculateInverseDynamics", world.body, angles, speeds, [0.0, 0.0])
+
+class _ReadChain:
+    """A URDF, loaded for each question; see `twolink.engines.urdf_reading.ReadChain`."""
+
+    def __init__(self, model: Model) -> None:
+        """Load a URDF. Raises `ModelRefusedError`."""
+        self._model = model
+        with self._loaded() as (ask, joints):
+            names = check_joints(model, len(joints), joints)
+            self._order = [list(joints).index(name) for name in names]
+            self._resists = any(joints.values())
+            try:
+                # `loadURDF` takes any numbers; the first call of a dynamics function checks them.
+                self._matrix(ask, np.zeros(2))
+            except EngineError as error:
+                raise ModelRefusedError(str(error)) from error
+
+    def mass_matrix(self, angles: Array) -> Array:
+        """Return `calculateMassMatrix`."""
+        with self._loaded() as (ask, _):
+            return each(lambda theta: self._matrix(ask, theta), angles)
+
+    def forward_dynamics(self, angles: Array, speeds: Array, torques: Array) -> Array:
+        """Return M⁻¹ (τ − `calculateInverseDynamics` at zero acceleration)."""
+        if self._resists:
+            raise CannotError("its functions leave out the damping and friction of a file")
+
+        def accelerations(theta: Array, omega: Array, torque: Array) -> Array:
+            given = self._sorted(theta), self._sorted(omega), [0.0, 0.0]
+            terms = np.array(ask("calculateInverseDynamics", *given))[self._order]
+            return np.linalg.solve(self._matrix(ask, theta), torque - terms)
+
+        with self._loaded() as (ask, _):
+            return each(accelerations, angles, speeds, torques)
+
+    def _matrix(self, ask: Any, angles: Array) -> Array:
         try:
-            found = np.linalg.solve(matrix, np.array(model.torque) - np.array(terms))
-        except np.linalg.LinAlgError as error:
-            raise EngineError(f"PyBullet's mass matrix cannot be solved: {error}") from error
-        du1, du2 = JOINTS.absolute_speeds((found[0], found[1]))
-        return float(du1), float(du2)
+            M = np.array(ask("calculateMassMatrix", self._sorted(angles)))
+        except SystemError as error:
+            raise EngineError("calculateMassMatrix fails") from error
+        return M[np.ix_(self._order, self._order)]
+
+    def _sorted(self, row: Array) -> list[float]:
+        """Return numbers of both joints in PyBullet's order."""
+        return [float(row[self._order.index(place)]) for place in (0, 1)]
+
+    @contextmanager
+    def _loaded(self) -> Iterator[tuple[Ask, dict[str, float]]]:
+        """Yield a call of functions on the body, and the resistance of each joint that moves."""
+        with _client() as client:
+            ask = partial(_ask, client)
+            ask("setGravity", *(self._model.gravity or ()))
+            body = _load(ask, self._model.urdf or "")
+            every = [ask("getJointInfo", body, index) for index in range(ask("getNumJoints", body))]
+            # The third entry is the kind of a joint, 4 for one that is fixed.
+            joints = {info[1].decode(): info[6] + info[7] for info in every if info[2] != 4}
+            yield lambda function, *given: ask(function, body, *given), joints
+
+
+Ask = Callable[..., Any]
+
+
+@contextmanager
+def _client() -> Iterator[int]:
+    """Yield a client with a world of its own. PyBullet's errors are refusals."""
+    import pybullet
+
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        yield client
+    except pybullet.error as error:
+        raise ModelRefusedError(f"PyBullet rejects the chain: {error}") from error
+    finally:
+        pybullet.disconnect(client)
+
+
+def _ask(client: int, function: str, *given: Any, **named: Any) -> Any:
+    """Call a PyBullet function in the world of a client."""
+    import pybullet
+
+    return getattr(pybullet, function)(*given, physicsClientId=client, **named)
+
+
+def _load(ask: Ask, text: str) -> Any:
+    """Return the body of a URDF."""
+    import pybullet
+
+    with scratch_folder("engine") as folder:
+        file = folder / "chain.urdf"
+        file.write_text(text, encoding="utf-8")
+        # Without the flag PyBullet computes inertias from the shapes.
+        flags = pybullet.URDF_USE_INERTIA_FROM_FILE
+        return ask("loadURDF", str(file), useFixedBase=True, flags=flags)
 
 
 def _urdf(whole: ApproximateModel) -> str:
@@ -115,39 +201,17 @@ def _urdf(whole: ApproximateModel) -> str:
 
 
 class _World:
-    """A PyBullet world with a chain at its initial state; a context manager that closes it."""
+    """A PyBullet world with a chain at its initial state."""
 
-    def __init__(self, whole: ApproximateModel) -> None:
+    def __init__(self, client: int, whole: ApproximateModel) -> None:
         import pybullet
 
         self._bullet: Any = pybullet
+        self._client, self.ask = client, partial(_ask, client)
         self._whole, self._model = whole, whole.smooth
         self._sampled = whole.smooth.sampled()
-
-    def __enter__(self) -> _World:
-        self._client = self._bullet.connect(self._bullet.DIRECT)
-        try:
-            self._load()
-        except self._bullet.error as error:
-            self._bullet.disconnect(self._client)
-            raise EngineError(f"PyBullet rejects the chain: {error}") from error
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bullet.disconnect(self._client)
-
-    def ask(self, function: str, *arguments: Any, **named: Any) -> Any:
-        """Call a PyBullet function in this world."""
-        return getattr(self._bullet, function)(*arguments, physicsClientId=self._client, **named)
-
-    def _load(self) -> None:
         model = self._model
-        with scratch_folder("engine") as folder:
-            file = folder / "chain.urdf"
-            file.write_text(_urdf(self._whole), encoding="utf-8")
-            # Without the flag PyBullet computes inertias from the shapes.
-            flags = self._bullet.URDF_USE_INERTIA_FROM_FILE
-            self.body = self.ask("loadURDF", str(file), useFixedBase=True, flags=flags)
+        self.body = _load(self.ask, _urdf(whole))
         self.ask("setGravity", *model.gravity_in_space)
         count = self.ask("getNumJoints", self.body)
         names = {self.ask("getJointInfo", self.body, i)[1].decode(): i for i in range(count)}

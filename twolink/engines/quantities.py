@@ -3,6 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twolink.engines.faults import EngineFault, FaultKind
 
 _ANGLES, _MOTION = ("angles",), ("angles", "speeds")
 _INVERSE, _FORWARD = (*_MOTION, "accelerations"), (*_MOTION, "torques")
@@ -30,6 +36,20 @@ class Quantity:
         """Return the shape of an engine's answer."""
         inside = (3, *self.shape[1:]) if self.vector and from_urdf else self.shape
         return (states, *inside)
+
+    def array(self, values: list[Any], states: int, *, from_urdf: bool) -> NDArray[np.float64]:
+        """Return an answer's nested lists. Raises `EngineFault` unless they have the shape."""
+        shape = self.shape_of_answer(states, from_urdf=from_urdf)
+        wanted = " × ".join(map(str, shape))
+        found = _shape(values)
+        if found is None:
+            said = f"values of {self.name} must be numbers in rows of one length"
+            raise EngineFault(FaultKind.WRONG_LENGTH, f"{said}; got others")
+        if found != shape:
+            got = " × ".join(map(str, found)) or "a number"
+            said = f"values of {self.name} must be {wanted} numbers; got {got}"
+            raise EngineFault(FaultKind.WRONG_LENGTH, said)
+        return np.array(values, dtype=float)
 
 
 _ALL = (
@@ -81,3 +101,18 @@ _ALL = (
 )
 
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
+
+_WORDS = ("nan", "inf", "-inf")
+
+
+def _shape(value: Any) -> tuple[int, ...] | None:
+    """Return the shape of nested lists of numbers, or None for anything else."""
+    if not isinstance(value, list):
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        return () if number or (isinstance(value, str) and value in _WORDS) else None
+    inside = {_shape(entry) for entry in value}
+    if len(inside) > 1 or None in inside:
+        return None
+    (rest,) = inside or {()}
+    assert rest is not None
+    return (len(value), *rest)

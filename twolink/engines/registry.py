@@ -56,8 +56,3 @@ def by_name(name: str, known: Mapping[str, _Named]) -> _Named:
     if not exact and len(alike) != 1:
         raise EngineError(choice("engine", name, known))
     return (exact or alike)[0]
-
-
-def simulator_named(name: str) -> SimulationEngine:
-    """Return an engine that simulates scenes, as `by_name` does."""
-    return by_name(name, {engine.name: engine for engine in SIMULATORS})

@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from twolink.arithmetic import Pair
 from twolink.engines.contract import Array
 from twolink.engines.joint_model import JOINTS, JointModel, joint_model
-from twolink.engines.messages import Method
+from twolink.engines.messages import Method, Model
+from twolink.engines.pinocchio_engine import PinocchioEngine
 from twolink.engines.simulation_engine import (
     EngineRun,
     Prepared,
-    SimulationEngine,
     captured_warnings,
 )
+from twolink.engines.urdf_reading import UrdfReadingEngine
 from twolink.errors import EngineError
 from twolink.scene import Scene
 
@@ -28,7 +28,7 @@ _REASONS = dict.fromkeys(
 _EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "samples", "drive"})
 
 
-class ScipyOverPinocchio(SimulationEngine):
+class ScipyOverPinocchio(UrdfReadingEngine):
     """`scipy.integrate.solve_ivp` over `pinocchio.aba`; see `SimulationEngine`.
 
     The parameter is used for rtol and atol. Values between steps are SciPy's dense output.
@@ -73,11 +73,11 @@ class ScipyOverPinocchio(SimulationEngine):
 
         return run
 
-    def _accelerations(self, model: JointModel) -> Pair:
-        """Return du (rad/s²) at the start of a model, by `aba`."""
-        rates = _rates(model)(0.0, np.array([*model.theta, *model.theta_speed]))
-        du1, du2 = JOINTS.absolute_speeds((rates[2], rates[3]))
-        return float(du1), float(du2)
+    def _read(self, model: Model) -> PinocchioEngine:
+        """Return Pinocchio with the URDF."""
+        found = PinocchioEngine()
+        found.load(model)
+        return found
 
 
 def _rates(model: JointModel) -> Callable[[float, Array], Array]:

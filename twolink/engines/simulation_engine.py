@@ -10,19 +10,19 @@ import warnings
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
 
 from twolink.arithmetic import Pair
-from twolink.chain import Chain
 from twolink.engines.approximation import changed, smooth_part
-from twolink.engines.contract import Array, CannotError, Engine, ModelRefusedError
+from twolink.engines.contract import Array, Engine
+from twolink.engines.faults import CannotError, ModelRefusedError
 from twolink.engines.joint_model import JOINTS, JointModel, at_state, why_not
-from twolink.engines.messages import Effect, Model, Move, Moved
-from twolink.engines.scenes import chain_of, scene_of
+from twolink.engines.messages import Effect, Model, Move, Moved, Parameters, Reads
+from twolink.engines.scenes import chain_of, joint_state, scene_of
 from twolink.errors import EngineError, TwolinkError
 from twolink.scene import Scene
 
@@ -50,7 +50,7 @@ Prepared = Callable[[float, Array], EngineRun]
 
 
 class SimulationEngine(Engine):
-    """An external engine with its own integrators, for chains from parameters.
+    """An external engine with its own integrators, for chains from parameters and for scenes.
 
     `methods` are its integrators. `expresses` are the fields of a `JointModel` that it supports;
     `reasons` explain the missing ones, by the name of an effect or a field. Its forward dynamics is
@@ -58,7 +58,7 @@ class SimulationEngine(Engine):
     """
 
     extra: str | None = "engines"
-    reads = ("parameters",)
+    reads: tuple[Reads, ...] = ("parameters", "scene")
     effects: tuple[Effect, ...] = ("joint_damping", "joint_spring")
     expresses: frozenset[str] = frozenset()
     reasons: Mapping[str, str] = MappingProxyType({})
@@ -76,23 +76,6 @@ class SimulationEngine(Engine):
         self._check(scene, method)
         return self._prepared(scene, method)
 
-    def accelerations(
-        self,
-        chain: Chain,
-        q: Pair,
-        u: Pair,
-        *,
-        gravity: Pair = (0.0, 9.81),
-        torque: Pair = (0.0, 0.0),
-    ) -> Pair:
-        """Return du (rad/s²) at a state, by the engine's own forward dynamics.
-
-        `gravity` (m/s²) is along x and y, `torque` (N m) that of the motors at A and B. Raises
-        `EngineError` if the engine rejects the chain.
-        """
-        self.check_installed()
-        return self._accelerations(at_state(chain, q, u, gravity, torque))
-
     def _check(self, scene: Scene, method: str) -> None:
         """Raise `EngineError` for a missing package, an unknown method or an unsupported scene."""
         self.check_installed()
@@ -104,27 +87,28 @@ class SimulationEngine(Engine):
             raise EngineError(sentence)
 
     def load(self, model: Model) -> None:
-        """Keep the chain, which each call builds anew."""
-        given = model.parameters
-        assert given is not None
+        """Keep the chain or the scene, which each call builds anew."""
+        self._given: Parameters | None = model.parameters
         try:
-            self._chain = chain_of(given)
+            if model.parameters is not None:
+                self._chain = chain_of(model.parameters)
+            else:
+                self._scene = Scene.parse(model.scene or "")
         except TwolinkError as error:
             raise ModelRefusedError(str(error)) from error
-        self._given = given
-
-    def forward_dynamics(self, angles: Array, speeds: Array, torques: Array) -> Array:
-        """Return the engine's own accelerations. Raises `CannotError` for joints that resist."""
-        given = self._given
-        if any((*given.damping, *given.friction, *given.armature)):
-            raise CannotError("accelerations are asked for without damping, friction and armature")
-        states = zip(angles.tolist(), speeds.tolist(), torques.tolist(), strict=True)
-        return np.array([self._joint_accelerations(*state) for state in states])
 
     def move(self, request: Move) -> Moved:
-        """Run a scene by one of the engine's methods."""
-        scene = scene_of(self._given, request.angles, request.speeds, request.times[-1])
-        run, changes = self._for_motion(scene, request.method)
+        """Run a scene by one of the engine's methods.
+
+        A scene is run as it is, or not at all; parameters also by the engine's own laws.
+        """
+        if self._given is not None:
+            scene = scene_of(self._given, request.angles, request.speeds, request.times[-1])
+            run, changes = self._for_motion(scene, request.method)
+        elif sentence := self.unsupported(self._scene):
+            raise CannotError(sentence)
+        else:
+            run, changes = self.prepared(self._from(request), request.method), ()
         found = run(request.parameter, np.array(request.times))
         return Moved(
             seq=request.seq,
@@ -139,16 +123,45 @@ class SimulationEngine(Engine):
         """Return a function that runs a scene, and the changes that the engine makes to it."""
         return self.prepared(scene, method), ()
 
-    def _joint_accelerations(self, theta: Pair, omega: Pair, torque: Pair) -> Pair:
-        q, u = JOINTS.absolute_angles(theta), JOINTS.absolute_speeds(omega)
-        gravity = (0.0, self._given.gravity)
-        return JOINTS.joint_speeds(
-            self.accelerations(self._chain, q, u, gravity=gravity, torque=torque)
-        )
+    def _from(self, request: Move) -> Scene:
+        """Return the scene from a state; that of its start is not rounded."""
+        if (request.angles, request.speeds) == joint_state(self._scene):
+            return self._scene
+        q, u = JOINTS.absolute_angles(request.angles), JOINTS.absolute_speeds(request.speeds)
+        return replace(self._scene, q=q, u=u)
 
     @abstractmethod
     def _prepared(self, scene: Scene, method: str) -> Prepared:
         """Return a function that runs a supported scene."""
+
+    def _gravity(self) -> float:
+        """Return gravity (m/s²) of the parameters. Raises `CannotError` for a scene."""
+        if self._given is None:
+            raise CannotError("quantities are asked for of parameters, not of a scene")
+        return self._given.gravity
+
+    def _check_rigid(self) -> None:
+        """Raise `CannotError` for joints that resist."""
+        given = self._given
+        if given and any((*given.damping, *given.friction, *given.armature)):
+            raise CannotError("accelerations are asked for without damping, friction and armature")
+
+
+class EquationsEngine(SimulationEngine):
+    """A simulator that evaluates equations of its own, for a chain in a state."""
+
+    def forward_dynamics(self, angles: Array, speeds: Array, torques: Array) -> Array:
+        """Return the engine's own accelerations. Raises `CannotError` for joints that resist."""
+        self._check_rigid()
+        gravity = (0.0, self._gravity())
+
+        def accelerations(theta: Pair, omega: Pair, torque: Pair) -> Pair:
+            q, u = JOINTS.absolute_angles(theta), JOINTS.absolute_speeds(omega)
+            model = at_state(self._chain, q, u, gravity, torque)
+            return JOINTS.joint_speeds(self._accelerations(model))
+
+        states = zip(angles.tolist(), speeds.tolist(), torques.tolist(), strict=True)
+        return np.array([accelerations(*state) for state in states])
 
     @abstractmethod
     def _accelerations(self, model: JointModel) -> Pair:

@@ -1,12 +1,17 @@
 """Derive the equations with SymPy's `LagrangesMethod` and print code from the result.
 
-SymPy is imported only here, and only in a separate process (`twolink.engines.sympy_code`).
+    python -m twolink.engines.sympy_derivation NAME …
+
+prints the code as JSON. SymPy is imported only here, and only in that process.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from typing import Any
+
+from twolink.engines.child import tell
 
 
 def derived_code(present: frozenset[str]) -> str:
@@ -91,3 +96,7 @@ def _printed(sp: Any, expressions: list[Any], arguments: list[str]) -> str:
     answer = ", ".join(printer(value) for value in results)
     head = f"import math\n\n\ndef accelerations({', '.join(arguments)}):"
     return "\n".join([head, *lines, f"    return {answer}", ""])
+
+
+if __name__ == "__main__":
+    tell(lambda: derived_code(frozenset(sys.argv[1:])))

@@ -9,6 +9,7 @@ from twolink.conformance.suites.evaluation import evaluation_suite
 from twolink.conformance.suites.imports import import_suite
 from twolink.conformance.suites.motion import friction_suite, impact_suite, motion_suite
 from twolink.conformance.vectors import Group
+from twolink.engines.quantities import QUANTITIES
 from twolink.errors import ParameterError
 from twolink.hardcases import Case
 from twolink.text import choice
@@ -25,6 +26,12 @@ SUITES = tuple(_SUITES)
 
 HARD_CASES = "hardcases"
 """The suite of the hard cases, which runs only if it is named: some cases take minutes."""
+
+VERIFY = "verify"
+"""The suite that compares with the formulations at random states; it runs only if it is named."""
+
+Item = Group | Case | str
+"""A member of a suite: a group of vectors, a hard case, or a quantity at random states."""
 
 ABOUT = {
     "import": "URDF files of planar two-link chains: one feature or fault each.",
@@ -43,17 +50,24 @@ def suite(name: str) -> tuple[Group, ...]:
     return _SUITES[name]()
 
 
-def chosen(names: Iterable[str] | None) -> dict[str, tuple[Group, ...]]:
-    """Return the groups of the named suites, or of all."""
-    return {name: suite(name) for name in (SUITES if names is None else dict.fromkeys(names))}
+def items(names: Iterable[str] | None) -> dict[str, tuple[Item, ...]]:
+    """Return the items of the named suites, or all suites of groups.
 
-
-def with_cases(names: Iterable[str] | None) -> dict[str, tuple[Group | Case, ...]]:
-    """Return the named suites, of which `HARD_CASES` has cases, or all suites of groups."""
+    Raises `ParameterError` for an unknown name.
+    """
     from twolink.hardcases.catalogue import CASES
 
-    wanted = SUITES if names is None else dict.fromkeys(names)
-    unknown = next((name for name in wanted if name not in (*SUITES, HARD_CASES)), None)
-    if unknown is not None:
-        raise ParameterError(choice("suite", unknown, (*SUITES, HARD_CASES)))
-    return {name: CASES if name == HARD_CASES else suite(name) for name in wanted}
+    others: dict[str, tuple[Item, ...]] = {HARD_CASES: CASES, VERIFY: tuple(QUANTITIES)}
+    wanted = SUITES if names is None else tuple(dict.fromkeys(names))
+    for name in wanted:
+        if name not in (*SUITES, *others):
+            raise ParameterError(choice("suite", name, (*SUITES, *others)))
+    return {name: others[name] if name in others else suite(name) for name in wanted}
+
+
+def tests_of(suite: str, item: Item) -> tuple[str, ...]:
+    """Return the ids of an item's tests, or their begin before a method or a formulation."""
+    if isinstance(item, Group):
+        tests = (each.id for each in item.tests)
+        return (f"{item.id}/read", *tests, *(each.id for each in item.motions))
+    return (f"{suite}/{item.name if isinstance(item, Case) else item.replace('_', '-')}",)

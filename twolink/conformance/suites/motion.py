@@ -16,7 +16,7 @@ from twolink.engines.scenes import joint_state, parameters_of
 from twolink.hardcases import exact
 from twolink.scene import Scene
 
-# File, what it is about, its flags, and the last time (s), before motions become sensitive.
+# File, subject, flags, and the last time (s), before motions become sensitive.
 _Row = tuple[str, str, tuple[str, ...], float]
 
 _SMOOTH: tuple[_Row, ...] = (

@@ -40,6 +40,11 @@ def leave(seq):
     sys.exit(3)
 
 
+def warn(seq):
+    sys.stderr.write("[warning] the model is nearly singular\n[warning] again\n")
+    values(seq, RIGHT)
+
+
 def cut(seq):
     write('{"seq": 1, "val')
     sys.exit(0)
@@ -63,6 +68,7 @@ def twice(seq):
 MODES = {
     "crash": lambda seq: os.kill(os.getpid(), signal.SIGSEGV),
     "exit": leave,
+    "warn": warn,
     "cut": cut,
     "hang": lambda seq: time.sleep(60),
     "hang in a line": hang_in_a_line,
@@ -90,6 +96,7 @@ MODES = {
 for line in sys.stdin:
     request = json.loads(line)
     if request["cmd"] == "start":
+        sys.stderr.write("warning: no display\n" * (MODE == "warn"))
         if MODE == "start":
             sys.exit("no display")
         engine = {

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Self
 
-from twolink.conformance.transport import EngineFault, FaultKind, Transport
-from twolink.conformance.vectors import Vector
+from twolink.engines.faults import EngineFault, FaultKind
 from twolink.engines.messages import (
     PROTOCOL,
     About,
@@ -21,6 +20,7 @@ from twolink.engines.messages import (
     Started,
     States,
 )
+from twolink.engines.transport import Transport
 from twolink.errors import EngineError
 
 
@@ -31,15 +31,15 @@ class Session:
         """Start the engine. Raises `EngineError` if it does not start."""
         self._start, self._seconds = start, seconds
         self._transport: Transport | None = None
-        self._model: Model | None = None
+        self.model: Model | None = None
         self._seq = 0
+        self.printed = (0, "")
+        """Warnings that the engine printed while it answered, known when it was closed."""
         try:
             self.engine = self._started()
         except EngineFault as fault:
             self.close()
             raise EngineError(f"the engine does not start: {fault}") from fault
-        if not self.engine.reads:
-            raise EngineError("the engine must read urdf or parameters; it reads neither")
 
     def __enter__(self) -> Self:
         """Return the session."""
@@ -56,16 +56,12 @@ class Session:
 
     def load(self, model: Model) -> Answer:
         """Load a model. Raises `EngineFault`."""
-        self._model = None
+        self.model = None
         answer = self._asked(model)
-        self._model = model if isinstance(answer, Loaded) else None
+        self.model = model if isinstance(answer, Loaded) else None
         return answer
 
-    def ask(self, vector: Vector) -> Answer:
-        """Ask for the quantity of a test. Raises `EngineFault`."""
-        return self.question(vector.id, vector.quantity, vector.states)
-
-    def question(self, test: str, quantity: str, states: States) -> Answer:
+    def ask(self, test: str, quantity: str, states: States) -> Answer:
         """Ask for a quantity in states. Raises `EngineFault`."""
         self._seq += 1
         return self._asked(Ask(seq=self._seq, test=test, quantity=quantity, states=states))
@@ -86,14 +82,16 @@ class Session:
         """Stop the engine."""
         if self._transport is not None:
             self._transport.close()
+            count, first = self._transport.printed
+            self.printed = self.printed[0] + count, self.printed[1] or first
             self._transport = None
 
     def _asked(self, request: Request) -> Answer:
         try:
             if self._transport is None:
                 self._started()
-                if self._model is not None:
-                    self._told(self._model)
+                if self.model is not None:
+                    self._told(self.model)
             return self._told(request)
         except EngineFault:
             self.close()

@@ -1,4 +1,4 @@
-"""The way of messages to an engine and back."""
+"""Transport of messages to an engine and back."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from typing import Protocol
 from twolink.engines.faults import EngineFault, FaultKind
 from twolink.engines.messages import Answer, Request
 
-__all__ = ["EngineFault", "FaultKind", "Transport", "check_sequence"]
-
 
 class Transport(Protocol):
-    """A started engine. After an `EngineFault` it is used no more but for `close`."""
+    """A started engine. After an `EngineFault` only `close` may be called."""
+
+    @property
+    def printed(self) -> tuple[int, str]:
+        """The number of warnings on its standard error after its start, and the first of them."""
 
     def ask(self, request: Request, seconds: float) -> Answer:
         """Return the answer to a request within a time (s). Raises `EngineFault`."""

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from tests.conformance.arm import Arm
-from twolink.conformance.contract import CannotError, Engine, ModelRefusedError, about, answer
 from twolink.conformance.quantities import QUANTITIES
+from twolink.engines.answering import about, answer
+from twolink.engines.contract import Engine
+from twolink.engines.faults import CannotError, ModelRefusedError
 from twolink.engines.messages import (
     Ask,
     Errored,
@@ -42,17 +44,24 @@ class Small(Engine):
     def gravity_terms(self, angles):
         raise ZeroDivisionError("no mass")
 
+    def forward_dynamics(self, angles, speeds, torques):
+        raise ModelRefusedError("M is singular")
+
+    def jacobian(self, angles):
+        raise NotImplementedError
+
     def position(self, angles):
         raise CannotError("no frames yet")
 
 
 def ask(quantity):
-    states = States(angles=((0.0, 0.0),), speeds=((1.0, 1.0),))
+    states = States(angles=((0.0, 0.0),), speeds=((1.0, 1.0),), torques=((0.0, 0.0),))
     return answer(Small(), Ask(seq=3, test="t", quantity=quantity, states=states))
 
 
 def test_capabilities_follow_from_the_methods():
-    assert about(Small()).answers == ("mass_matrix", "gravity_terms", "kinetic_energy", "position")
+    names = "mass_matrix gravity_terms forward_dynamics kinetic_energy position jacobian"
+    assert about(Small()).answers == tuple(names.split())
     assert about(Arm()).answers == tuple(QUANTITIES)
     started = answer(Small(), Start())
     assert isinstance(started, Started)
@@ -67,19 +76,27 @@ def test_values_come_with_warnings():
 
 
 def test_numbers_that_are_not_finite_are_words():
-    assert ask("kinetic_energy").values == ["nan"]
+    assert '"values": ["nan"]' in ask("kinetic_energy").line()
 
 
 @pytest.mark.parametrize("quantity", ["position", "velocity", "load", "unknown"])
-def test_what_an_engine_cannot(quantity):
+def test_unsupported_quantities_are_skipped(quantity):
     assert isinstance(ask(quantity), Skipped)
 
 
-def test_an_exception_is_an_answer():
-    found = ask("gravity_terms")
+@pytest.mark.parametrize(
+    ("quantity", "said"),
+    [
+        ("gravity_terms", "ZeroDivisionError: no mass"),
+        ("forward_dynamics", "M is singular"),
+        ("jacobian", "NotImplementedError"),
+    ],
+)
+def test_an_exception_is_an_answer(quantity, said):
+    found = ask(quantity)
     assert isinstance(found, Errored)
-    assert found.message == "ZeroDivisionError: no mass"
-    assert "gravity_terms" in found.context["traceback"]
+    assert found.message == said
+    assert quantity in found.context["traceback"]
 
 
 def test_a_motion_is_skipped():

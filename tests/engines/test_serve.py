@@ -1,4 +1,4 @@
-"""A Python engine as a child: lines in, lines out, and what it prints elsewhere."""
+"""A Python engine as a child: lines in, lines out, and its prints on the standard error."""
 
 import io
 import json
@@ -8,8 +8,8 @@ import sys
 import pytest
 
 from tests.conformance.arm import Arm
-from twolink.conformance.serve import serve
 from twolink.engines.messages import ProtocolError, Start, Stop
+from twolink.engines.serve import serve
 
 
 def test_lines_are_answered_until_stop():
@@ -20,17 +20,17 @@ def test_lines_are_answered_until_stop():
     assert json.loads(line)["engine"]["name"] == "arm"
 
 
-def test_what_is_no_request_ends_it():
+def test_an_invalid_request_ends_the_server():
     with pytest.raises(ProtocolError, match="must be one JSON object"):
         serve(Arm(), io.StringIO("what?\n"), io.StringIO())
 
 
-def test_what_an_engine_prints_does_not_disturb(tmp_path):
+def test_an_engine_s_prints_do_not_mix_with_the_messages(tmp_path):
     (tmp_path / "loud.py").write_text(
         "from tests.conformance.arm import Arm\nprint('a banner')\nclass Loud(Arm):\n    pass\n"
     )
     done = subprocess.run(
-        [sys.executable, "-m", "twolink.conformance.serve", "loud:Loud"],
+        [sys.executable, "-m", "twolink.engines.serve", "loud:Loud"],
         input=Start().line() + "\n",
         capture_output=True,
         text=True,

@@ -6,12 +6,12 @@ import textwrap
 import pytest
 
 from tests.conformance.arm import Arm
-from twolink.conformance.attach import attach, python_engine, registered
-from twolink.conformance.in_process import InProcess
-from twolink.conformance.process import ProcessTransport
 from twolink.conformance.suites import suite
-from twolink.conformance.transport import EngineFault
+from twolink.engines.attach import attach, python_engine, registered
+from twolink.engines.faults import EngineFault
+from twolink.engines.in_process import InProcess
 from twolink.engines.messages import Model, Start
+from twolink.engines.process import ProcessTransport
 from twolink.errors import EngineError
 
 PLAIN = suite("import")[0]

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from twolink.conformance.transport import FaultKind, check_sequence
 from twolink.engines.child import GIGABYTE, Child
-from twolink.engines.messages import Answer, ProtocolError, Request, Stop, answer_of
+from twolink.engines.faults import FaultKind
+from twolink.engines.messages import Answer, ProtocolError, Request, Start, Stop, answer_of
+from twolink.engines.transport import check_sequence
 
 # Time (s) that a child has for ending after `stop`.
 _PARTING = 1.0
 
 
 class ProcessTransport:
-    """A child process; see `twolink.conformance.transport.Transport`."""
+    """A child process; see `twolink.engines.transport.Transport`."""
 
     def __init__(self, command: Sequence[str], memory: int = 4 * GIGABYTE) -> None:
         """Start a command with a limit on its memory (bytes)."""
@@ -30,7 +31,14 @@ class ProcessTransport:
         except ProtocolError as error:
             child.fail_by_output(FaultKind.NO_MESSAGE, str(error))
         check_sequence(request, answer)
+        if isinstance(request, Start):
+            child.forget_warnings()
         return answer
+
+    @property
+    def printed(self) -> tuple[int, str]:
+        """The number of warnings that it printed after its start, and the first of them."""
+        return self._child.printed.warnings, self._child.printed.first
 
     def stop(self, seconds: float) -> bool:
         """Ask the child to stop; return whether it ends by itself within a time (s)."""

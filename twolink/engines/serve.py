@@ -1,4 +1,4 @@
-"""`python -m twolink.conformance.serve module:object`: a Python engine as a child process."""
+"""`python -m twolink.engines.serve module:object`: a Python engine as a child process."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import os
 import sys
 from typing import TextIO
 
-from twolink.conformance.attach import python_engine
-from twolink.conformance.contract import Engine, answer
+from twolink.engines.answering import answer
+from twolink.engines.attach import python_engine
+from twolink.engines.contract import Engine
 from twolink.engines.messages import ProtocolError, Stop, request_of
 from twolink.errors import TwolinkError
 
@@ -24,7 +25,7 @@ def serve(engine: Engine, questions: TextIO, answers: TextIO) -> None:
 
 def main() -> None:
     """Serve the engine named on the command line."""
-    # What the engine prints must not come between the messages.
+    # Output of the engine must not come between the messages.
     kept = os.dup(1)
     os.dup2(2, 1)
     try:

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from twolink.conformance.process import ProcessTransport
+from twolink.conformance.report import document
 from twolink.conformance.runner import conform
 from twolink.conformance.suites import suite
-from twolink.conformance.transport import EngineFault, FaultKind
+from twolink.engines.faults import EngineFault, FaultKind
+from twolink.engines.marks import Mark
 from twolink.engines.messages import Model, Start, Started
+from twolink.engines.process import ProcessTransport
 from twolink.errors import EngineError
-from twolink.hardcases import Mark
 
 ROGUE = Path(__file__).parent / "rogue.py"
 LIMIT = 8.0
@@ -68,11 +69,14 @@ def numbers(value):
 PYTHON = (sys.executable, "-I", "-S")
 
 
-def results(mode, answers, seconds=LIMIT):
+def reported(mode, answers, seconds=LIMIT):
     groups = {"evaluation": suite("evaluation")[:1]}
     command = [*PYTHON, str(ROGUE), mode, str(answers)]
-    found = conform("cmd: rogue", lambda: ProcessTransport(command, 2**29), groups, seconds=seconds)
-    return {result.quantity: result for result in found.results}
+    return conform("rogue", lambda: ProcessTransport(command, 2**29), groups, seconds=seconds)
+
+
+def results(mode, answers, seconds=LIMIT):
+    return {each.quantity: each for each in reported(mode, answers, seconds).results}
 
 
 @contextmanager
@@ -90,12 +94,21 @@ def program(code):
 
 
 @pytest.mark.parametrize(("mode", "mark", "words"), FAULTS, ids=[mode for mode, _, _ in FAULTS])
-def test_faults_are_told_apart_and_the_run_goes_on(mode, mark, words, answers):
+def test_faults_have_different_marks_and_the_run_continues(mode, mark, words, answers):
     found = results(mode, answers)
     failed = found.pop("mass_matrix")
     assert failed.mark is mark
     assert words in failed.said
     assert {result.mark for result in found.values()} == {Mark.PASS}
+
+
+def test_warnings_on_the_standard_error_are_reported(answers):
+    """Those of its start do not count, and no test is judged by them."""
+    report = reported("warn", answers)
+    assert {result.mark for result in report.results} == {Mark.PASS}
+    assert report.printed == (2, "[warning] the model is nearly singular")
+    assert document(report)["printed"]["warnings"] == 2
+    assert reported("exit", answers).printed == (0, "")
 
 
 @pytest.mark.parametrize(
@@ -114,7 +127,7 @@ def test_a_hang_ends_at_its_limit(mode, words, answers):
     assert found["jacobian"].mark is Mark.PASS
 
 
-def test_output_that_was_not_asked_for(answers):
+def test_unrequested_output_invalidates_the_next_answer(answers):
     """It is noticed at the next question, which is then lost."""
     found = results("twice", answers)
     assert found["mass_matrix"].mark is Mark.PASS

@@ -14,12 +14,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from twolink.conformance.contract import Engine
-from twolink.conformance.in_process import InProcess
-from twolink.conformance.process import ProcessTransport
-from twolink.conformance.transport import Transport
+from twolink.engines.contract import Engine
 from twolink.engines.fmu_engine import FmuEngine
+from twolink.engines.in_process import InProcess
+from twolink.engines.process import ProcessTransport
 from twolink.engines.registry import ENGINES, by_name
+from twolink.engines.transport import Transport
 from twolink.errors import EngineError
 from twolink.text import one_line, quoted
 
@@ -48,7 +48,7 @@ def attach(
         python_engine(path)
     if in_process:
         return lambda: InProcess(python_engine(path))
-    served = [sys.executable, "-m", "twolink.conformance.serve", path]
+    served = [sys.executable, "-m", "twolink.engines.serve", path]
     return lambda: ProcessTransport(served, memory)
 
 

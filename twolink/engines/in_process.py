@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from twolink.conformance.contract import Engine, answer
-from twolink.conformance.transport import EngineFault, FaultKind, check_sequence
+from twolink.engines.answering import answer
+from twolink.engines.contract import Engine
+from twolink.engines.faults import EngineFault, FaultKind
 from twolink.engines.messages import Answer, ProtocolError, Request, answer_of
+from twolink.engines.transport import check_sequence
 
 
 class InProcess:
-    """A Python engine; see `twolink.conformance.transport.Transport`."""
+    """A Python engine; see `twolink.engines.transport.Transport`."""
+
+    printed = (0, "")
 
     def __init__(self, engine: Engine) -> None:
         """Take an engine."""
