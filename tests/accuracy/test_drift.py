@@ -43,7 +43,7 @@ def found():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
-def test_every_method_does_what_theory_expects(found, name):
+def test_every_method_drifts_as_theory_predicts(found, name):
     drift = next(one for one in found.drifts if one.method.name == name)
     assert drift.as_expected, (drift.growth, drift.failure)
     assert not drift.failure
@@ -92,7 +92,7 @@ def test_rounding_is_far_below_the_error_of_each_method(found):
     assert all(errors[name] > 100 * errors["taylor-21"] for name in NAMES if name != "taylor-21")
 
 
-def test_stages_left_unfinished_drift_and_are_seen(monkeypatch):
+def test_unconverged_stages_drift_and_are_reported(monkeypatch):
     """Three iterations instead of sixteen make a symplectic method lose energy steadily."""
     monkeypatch.setattr(StageIteration, "needed", lambda self, states: 3)
     (drift,) = energy_drift(SWINGS, seconds=300.0, methods=("implicit-midpoint",)).drifts
@@ -106,7 +106,7 @@ def test_stages_left_unfinished_drift_and_are_seen(monkeypatch):
 
 
 @pytest.mark.slow
-def test_far_from_zero_taylor_series_err_more():
+def test_errors_of_taylor_series_grow_with_the_size_of_the_angles():
     """The same swing, a thousand turns away: tolerances and roundings are relative to angles."""
     turns = 1000 * 2 * np.pi
     away = replace(SWINGS, q=(SWINGS.q[0] + turns, SWINGS.q[1] + turns))
@@ -156,7 +156,7 @@ def test_a_method_that_fails_is_a_row_and_not_a_gap(monkeypatch, share):
     assert json.loads(json.dumps(study.document()["methods"][0]["energy_errors"])) == []
 
 
-def test_energy_is_resolved_far_below_a_rounding():
+def test_energy_is_computed_more_accurately_than_in_float64():
     """Against 50 digits, with the chain's float64 numbers as they are."""
     scene = replace(SWINGS, chain=Chain.uniform_bars((1.1, 0.7), (0.9, 1.3)), effects=KEEPING)
     states = many_starts(scene, 20, spread=0.5, seed=3)
@@ -175,7 +175,7 @@ def test_energy_is_resolved_far_below_a_rounding():
             assert abs(exact - mpmath.fsum(terms)) < 2e-18 * largest
 
 
-def test_effects_that_are_let_in_conserve_energy():
+def test_the_accepted_effects_conserve_energy():
     """dE/dt along the motion, by a complex step, is rounding; that of damping is not."""
     scene = replace(SWINGS, chain=GENERAL, effects=KEEPING)
     assert all(isinstance(effect, CONSERVING) for effect in KEEPING)
@@ -199,7 +199,7 @@ def power(scene: Scene) -> float:
     return worst
 
 
-def test_each_effect_is_let_in_or_refused():
+def test_only_gravity_springs_and_motor_inertia_are_accepted():
     """No effect is forgotten: those of scene files that conserve energy are these three."""
     from twolink.effects import effect_class
 
@@ -214,7 +214,7 @@ def test_scenes_that_do_not_conserve_energy_are_refused(name):
         energy_drift(scene)
 
 
-def test_other_refusals():
+def test_wrong_methods_times_and_chains_at_rest_are_refused():
     with pytest.raises(SimulationError, match="method must be one of semi-implicit-euler"):
         energy_drift(SWINGS, methods=("euler",))
     for seconds in (1.0, -5.0, 1e13):

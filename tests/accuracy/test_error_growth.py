@@ -33,13 +33,13 @@ def test_the_uncertainty_of_random_walks_is_that_of_many_repeats(random):
     assert 0.9 < reported / exponents.std() < 1.5
 
 
-def test_an_error_that_swings_is_bounded(random):
+def test_an_oscillating_error_has_an_exponent_of_zero(random):
     errors = np.sin(TIMES[:, None] * np.array([1.0, 1.1, 1.2, 1.3]))
     found = fit_growth(binned(TIMES, errors), start=10.0)
     assert abs(found.exponent) < 0.05
 
 
-def test_every_bin_is_as_full_as_those_before():
+def test_bins_are_evenly_spaced_in_the_logarithm_of_time():
     measured = binned(TIMES, np.ones((len(TIMES), 2)))
     assert len(measured.times) == 41
     assert measured.times == pytest.approx(

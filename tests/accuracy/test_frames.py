@@ -54,7 +54,7 @@ def test_the_transition_matrix_solves_its_equation(seed, weights, terms, widest,
             assert float(found[row, by].rad()) < widest
 
 
-def test_a_long_step_has_wide_balls_and_no_wrong_ones():
+def test_the_transition_matrix_of_a_long_step_has_wide_balls_with_the_exact_value():
     """With 32 terms, exp(40) is not known: the bound on the others says so."""
     found = transition(flint, [matrix(np.diag([40.0, 1, 1, 1]))], arb(1), ONES)
     assert found[0, 0].contains(arb(40).exp())

@@ -37,12 +37,12 @@ def test_the_front_is_pareto_optimal():
     assert pareto_front([best, beaten, good, broken, cheap]) == (cheap, good, best)
 
 
-def test_of_two_as_quick_the_better_is_on_the_front():
+def test_of_two_equally_fast_points_the_more_accurate_is_on_the_front():
     worse, better = point(1e-3, 1), point(1e-4, 1)
     assert pareto_front([worse, better]) == (better,)
 
 
-def test_the_cost_of_the_next_digit():
+def test_the_cost_of_the_next_digit_is_interpolated():
     """From 2 to 6 digits in 16 times the time: each of the four digits doubles it."""
     found = choices([point(1e-2, 1.0), point(1e-6, 16.0)])
     assert [choice.digits for choice in found] == [1, 2, 3, 4, 5, 6]
@@ -52,7 +52,7 @@ def test_the_cost_of_the_next_digit():
     assert found[-1].next_digit is None
 
 
-def test_no_points_no_choices():
+def test_without_points_there_are_no_choices():
     assert choices([]) == ()
     assert choices([point(math.nan, math.nan, failed="x")]) == ()
 
@@ -78,7 +78,7 @@ def test_the_time_at_an_error_is_interpolated():
     assert seconds_at(points, 1e-11) is None
 
 
-def test_an_accidental_hit_is_ignored():
+def test_an_error_reached_by_chance_is_ignored():
     points = [point(1e-6, 1.0), point(1e-9, 1.5), point(1e-7, 2.0), point(1e-10, 4.0)]
     assert seconds_at(points, 1e-8) > 2.0
     assert seconds_at(points[:3], 1e-8) is None

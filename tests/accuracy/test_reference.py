@@ -37,7 +37,7 @@ def test_sixty_digits_and_the_published_ones():
 
 
 @pytest.mark.slow
-def test_more_digits_begin_with_the_fewer():
+def test_references_of_different_digits_agree():
     short = replace(GENERAL, duration=1.0)
     few, many = reference(short, 20), reference(short, 90)
     for less, more in zip(few.states[0], many.states[0], strict=True):
@@ -54,7 +54,7 @@ def test_orders_are_odd():
         assert all(run.order % 2 for run in found.runs)
 
 
-def test_it_starts_from_the_very_float64_numbers():
+def test_a_reference_starts_from_the_exact_float64_numbers():
     found = reference(replace(GENERAL, duration=0.5), 60, (0.0, 0.5))
     for ours, given in zip(found.states[0], (*GENERAL.q, *GENERAL.u), strict=True):
         assert Decimal(ours) == Decimal(given)
@@ -204,7 +204,7 @@ def test_float64_results_are_as_near_to_the_references_as_they_say(file):
 
 
 @pytest.mark.slow
-def test_a_sample_is_made_again():
+def test_a_committed_reference_is_reproduced():
     """`twolink reference … --fifths --out models/references` repeats its file to the last digit."""
     (file,) = (file for file in FILES if file.stem == "free_fall")
     document = json.loads(file.read_text())

@@ -81,3 +81,12 @@ def test_a_root_that_may_vanish_on_the_disc_has_no_bound():
     found = sqrt(series([1.0, -4.0]))
     assert not found.norm.is_finite()
     assert float(found.terms[1]) == -2.0
+
+
+@pytest.mark.parametrize("first", [arb(0), arb(0, 1), arb(0.5, 1)])
+@pytest.mark.parametrize("operation", [lambda x: 1 / x, lambda x: series([1.0, 2.0]) / x, sqrt])
+def test_a_result_that_may_not_exist_is_nan(operation, first):
+    """python-flint would raise an error: a bound that is not known is no fault."""
+    found = operation(Series(arb_series([first, 1], TERMS), arb(2)))
+    assert all(found.terms[k].is_nan() for k in range(TERMS))
+    assert not found.norm.is_finite()

@@ -73,7 +73,7 @@ def test_a_map_is_scipys_own_step(solver):
 
 
 @pytest.mark.parametrize("name", IMPLICIT)
-def test_one_more_iteration_changes_nothing_and_one_too_few_does(name):
+def test_the_needed_iterations_are_sufficient_and_half_of_them_are_not(name):
     stages = StageIteration(SWINGS, IMPLICIT[name], H)
     enough = stages.needed(STATES)
     assert stages.change(STATES, enough) < 1

@@ -57,7 +57,7 @@ def test_the_reference_trajectory_is_the_published_one():
 
 
 @pytest.mark.slow
-def test_nothing_is_compared_with_itself():
+def test_the_reference_has_other_equations_than_the_runs_in_quadruple():
     """The reference is written with other equations than anything that it judges in 113 bits."""
     times = comparison_times(GENERAL)
     exact = reference_trajectory(GENERAL, times)
@@ -67,7 +67,7 @@ def test_nothing_is_compared_with_itself():
     assert 0 < largest_difference(exact, result.q, result.u) < 1e-25
 
 
-def test_all_methods_and_equations_are_there():
+def test_all_methods_and_equations_have_a_configuration():
     names = {each.name for each in own_configurations(GENERAL)}
     for method in METHODS:
         assert f"{method} on momenta" in names
@@ -140,7 +140,7 @@ def test_a_tolerance_scatters_the_slope_but_not_by_much(method):
 
 
 @pytest.mark.slow
-def test_a_failure_is_a_row_not_a_gap():
+def test_a_failed_run_has_a_row_with_its_reason():
     def fails(setting, times):
         if setting > 2:
             raise FloatingPointError("too coarse\nfor anything")
@@ -184,7 +184,7 @@ def test_omissions_by_the_budget_are_reported():
 
 
 @pytest.mark.slow
-def test_a_study_recommends_taylor_and_knows_where_double_ends():
+def test_a_study_recommends_taylor_and_measures_the_round_off_floor():
     found = study(GENERAL, methods=("taylor", "DOP853"), budget=30.0)
     assert found.recommendation.startswith("Recommended: taylor on")
     assert "quadruple" in found.recommendation
@@ -247,7 +247,7 @@ def test_bad_input_is_one_sentence(arguments, sentence):
     assert "Traceback" not in result.output
 
 
-def test_a_scene_with_modes_has_taylor_alone():
+def test_scenes_with_modes_accept_taylor_only():
     result = CliRunner().invoke(
         app, ["accuracy", str(SCENES / "stick_slip.toml"), "--methods", "rk4"]
     )

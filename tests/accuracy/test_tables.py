@@ -37,7 +37,7 @@ def test_tables_of_a_study_at_80_columns(found):
     assert "…" not in text
 
 
-def test_a_method_without_budget_is_told_apart_from_one_that_fails():
+def test_a_method_without_budget_is_distinguished_from_one_that_fails():
     measured = study(Scene.load("free_fall"), methods=("rk4",), budget=0.1)
     (line,) = measured.configurations
     assert measured.work_precision.stopped

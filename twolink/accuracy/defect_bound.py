@@ -20,11 +20,12 @@ step.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from itertools import product
+from typing import Any, NamedTuple
 
 from twolink import lagrange
 from twolink.accuracy.dual import Dual
-from twolink.accuracy.frames import Frame, norm, transition
+from twolink.accuracy.frames import Frame, largest, norm, transition
 from twolink.accuracy.series import Series
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
@@ -38,15 +39,26 @@ COARSE_BITS = 64
 # of the polynomial decrease by e².
 DISC = 5
 
-# Terms of the Jacobian along the motion, and number of pieces on which M⁻¹ is bounded.
-_TERMS, _PIECES = 18, 8
+# Terms of the Jacobian along the motion, and number of parts of a piece on which M⁻¹ is bounded.
+_TERMS, _PARTS = 18, 8
+
+# A step is halved so often at most, where its boxes are too wide for a bound.
+_MOST_HALVINGS = 8
+
+
+class Passage(NamedTuple):
+    """The frame of errors at the end of a time, and bounds on |e| during it."""
+
+    frame: Frame
+    errors: list[Any]
 
 
 @dataclass(frozen=True)
 class Step:
     """A polynomial motion over one step: coefficients of q̂1, q̂2 (exact balls), start, length (s).
 
-    `terms` coefficients of the defect are computed with `bits`; the others are bounded.
+    `terms` coefficients of the defect are computed with `bits`; the others are bounded. Errors are
+    bounded with `coarse_bits`.
     """
 
     flint: Any
@@ -57,6 +69,7 @@ class Step:
     length: Any
     bits: int
     terms: int
+    coarse_bits: int = COARSE_BITS
 
     @property
     def u(self) -> tuple[list[Any], list[Any]]:
@@ -67,60 +80,95 @@ class Step:
         """Return q1, q2, u1, u2 of the polynomial at a time (s) after the start."""
         return [self.flint.arb_poly(c)(time) for c in (*self.q, *self.u)]
 
-    def after(self, frame: Frame, tube: Any) -> Frame:
-        """Return the frame of errors at the end, given that at the start.
+    def series(self) -> tuple[Pair, Pair]:
+        """Return q̂ and û as series whose norms hold on a disc of `DISC` times the step."""
+        (q1, q2), (u1, u2) = self.q, self.u
+        radius = DISC * self.length
+        q = self._series(q1, radius, self.terms), self._series(q2, radius, self.terms)
+        return q, (self._series(u1, radius, self.terms), self._series(u2, radius, self.terms))
 
-        Raises `TubeLeftError` if the errors cannot be proven to stay in the tube.
+    def box(self, start: Any, end: Any, errors: list[Any]) -> list[Any]:
+        """Return balls with q1, q2, u1, u2 between two times (s), with errors up to a bound."""
+        centre = self.state(start.union(end))
+        return [x + self.flint.arb(0, error) for x, error in zip(centre, errors, strict=True)]
+
+    def after(self, frame: Frame, tube: Any, until: Any = None) -> Passage:
+        """Return the frame of errors at a time (s) after the start, by default the end.
+
+        `frame` is that at the start. Raises `TubeLeftError` if the errors cannot be proven to stay
+        in the tube.
         """
         with self.flint.ctx.workprec(self.bits):
             defect = self._defect()
-        with self.flint.ctx.workprec(COARSE_BITS):
-            d = self._accelerations(defect, tube)
-            P, spread = self._jacobian(tube)
-            bounds = frame.bounds()
-            # Norms of (e_q, e_u/ω), in which angles and speeds weigh alike.
-            weights = _weights(self.flint, P[0])
-            size = sum(norm(part, weights) * self.length**i for i, part in enumerate(P))
-            apart = norm(spread, weights)
-            growth = ((size + apart) * self.length).exp()
-            start = _largest_of([x / w for x, w in zip(bounds, weights, strict=True)])
-            highest = growth * (start + self.length * d / weights[-1])
-            if not highest * _largest_of(weights) < tube:
-                raise TubeLeftError("the proven bounds became too wide to continue")
-            added = growth * self.length * (apart * highest + d / weights[-1])
-            flow = transition(self.flint, P, self.length, weights)
-            return frame.after(self.flint, flow).moved([(added * w).upper() for w in weights])
+        with self.flint.ctx.workprec(self.coarse_bits):
+            for pieces in (1 << k for k in range(_MOST_HALVINGS + 1)):
+                length = (self.length if until is None else until) / pieces
+                found = self._over(pieces, length, frame, defect, tube)
+                if found is not None:
+                    return found
+        raise TubeLeftError("the proven bounds became too wide to continue")
 
-    def _accelerations(self, defect: Pair, tube: Any) -> Any:
-        """Return a bound on the entries of |M⁻¹ D| during the step (rad/s²)."""
+    def _over(
+        self, pieces: int, length: Any, frame: Frame, defect: Pair, tube: Any
+    ) -> Passage | None:
+        """Return the errors after pieces of a length (s); None if they are too long for a bound."""
+        errors = frame.bounds()
+        for piece in range(pieces):
+            found = self._piece(frame, defect, tube, piece * length, length)
+            if found is None:
+                return None
+            frame = found.frame
+            errors = [x.max(y).upper() for x, y in zip(errors, found.errors, strict=True)]
+        return Passage(frame, errors)
+
+    def _piece(
+        self, frame: Frame, defect: Pair, tube: Any, start: Any, length: Any
+    ) -> Passage | None:
+        """Return the errors a time (s) after a frame in the step, or None without a bound."""
+        d = self._accelerations(defect, tube, start, length)
+        P, spread = self._jacobian(tube, start, length)
+        if not all(x.is_finite() for part in (*P, spread) for x in part.entries()):
+            return None
+        # Norms of (e_q, e_u/ω), in which angles and speeds weigh alike.
+        weights = _weights(self.flint, P[0])
+        size = sum(norm(part, weights) * length**i for i, part in enumerate(P))
+        apart = norm(spread, weights)
+        growth = ((size + apart) * length).exp()
+        before = largest([x / w for x, w in zip(frame.bounds(), weights, strict=True)])
+        highest = growth * (before + length * d / weights[-1])
+        if not highest * largest(weights) < tube:
+            return None
+        added = growth * length * (apart * highest + d / weights[-1])
+        flow = transition(self.flint, P, length, weights)
+        end = frame.after(self.flint, flow).moved([(added * w).upper() for w in weights])
+        return Passage(end, [(highest * w).upper() for w in weights])
+
+    def _accelerations(self, defect: Pair, tube: Any, start: Any, length: Any) -> Any:
+        """Return a bound on the entries of |M⁻¹ D| during a piece (rad/s²)."""
         found = []
-        for piece in range(_PIECES):
-            within = (self.length * piece / _PIECES).union(self.length * (piece + 1) / _PIECES)
+        for part in range(_PARTS):
+            within = (start + length * part / _PARTS).union(start + length * (part + 1) / _PARTS)
             q = [x + self.flint.arb(0, tube) for x in self.state(within)[:2]]
             found += accelerations(self.flint, self.chain, q, defect)
-        return _largest_of(found)
+        return largest(found)
 
-    def _jacobian(self, tube: Any) -> tuple[list[Any], Any]:
-        """Return P, as matrices of exact numbers, and bounds on |A(t) − P(t)|, entry by entry."""
+    def _jacobian(self, tube: Any, start: Any, length: Any) -> tuple[list[Any], Any]:
+        """Return P, in the time since the start of a piece, and bounds on |A(t) − P(t)|.
+
+        P is of matrices of exact numbers, and the bounds are a matrix.
+        """
         P, spread = [self.flint.arb_mat(4, 4) for _ in range(_TERMS)], self.flint.arb_mat(4, 4)
         P[0][0, 2] = P[0][1, 3] = 1
-        start, ever = self.flint.arb(0), self.flint.arb(0).union(self.length)
-        # The last coefficient at any time of the step gives the remainder (Taylor's theorem).
-        for by, (first, any_time) in enumerate(
-            zip(
-                self._columns(start, tube, _TERMS),
-                self._columns(ever, tube, _TERMS + 1),
-                strict=True,
-            )
-        ):
-            for row in (2, 3):
-                terms = [first[row - 2].terms[i] for i in range(_TERMS)]
-                for i, term in enumerate(terms):
-                    P[i][row, by] = term.mid()
-                last = abs(any_time[row - 2].terms[_TERMS]) * self.length**_TERMS
-                spread[row, by] = last + sum(
-                    term.rad() * self.length**i for i, term in enumerate(terms)
-                )
+        first = self._columns(start, tube, _TERMS)
+        # The next coefficient at any time of the piece gives the remainder (Taylor's theorem).
+        ever = self._columns(start.union(start + length), tube, _TERMS + 1)
+        for by, row in product(range(4), (0, 1)):
+            terms = [first[by][row].terms[i] for i in range(_TERMS)]
+            for i, term in enumerate(terms):
+                P[i][row + 2, by] = term.mid()
+            remainder = abs(ever[by][row].terms[_TERMS]) * length**_TERMS
+            widths = sum(term.rad() * length**i for i, term in enumerate(terms))
+            spread[row + 2, by] = remainder + widths
         return P, spread
 
     def _columns(self, time: Any, tube: Any, terms: int) -> list[Pair]:
@@ -128,22 +176,19 @@ class Step:
         wide = self.flint.arb(0, tube)
         x = []
         for coefficients in (*self.q, *self.u):
-            shifted = _shifted(self.flint, coefficients, time, terms)
-            x.append(self._series([shifted[0] + wide, *shifted[1:]], self.length, terms))
+            value, *slopes = _shifted(self.flint, coefficients, time, terms)
+            x.append(self._series([value + wide, *slopes], self.length, terms))
         t = self._series([self.start + time, self.flint.arb(1)], self.length, terms)
         return jacobian(self.chain, self.effects, x, t)
 
     def _defect(self) -> Pair:
         """Return upper bounds on |D1| and |D2| (N m) over the whole step."""
         radius = DISC * self.length
-        q, u = self.q, self.u
-        q1, q2, u1, u2, du1, du2 = (
-            self._series(c, radius, self.terms)
-            for c in (*q, *u, _derivative(u[0]), _derivative(u[1]))
-        )
+        q, u = self.series()
+        du1, du2 = (self._series(_derivative(c), radius, self.terms) for c in self.u)
         t = self._series([self.start, self.flint.arb(1)], radius, self.terms)
-        loads = smooth_loads(self.effects, self.chain, (q1, q2), (u1, u2), t)
-        D1, D2 = lagrange.inverse_dynamics(self.chain, (q1, q2), (u1, u2), (du1, du2), loads)
+        loads = smooth_loads(self.effects, self.chain, q, u, t)
+        D1, D2 = lagrange.inverse_dynamics(self.chain, q, u, (du1, du2), loads)
         return self._largest(D1), self._largest(D2)
 
     def _series(self, coefficients: list[Any], radius: Any, terms: int) -> Series:
@@ -206,10 +251,3 @@ def _derivative(coefficients: list[Any]) -> list[Any]:
 def _ball(x: Any) -> Any:
     """Return a number's ball: its first term if it is a series."""
     return x.terms[0] if isinstance(x, Series) else x
-
-
-def _largest_of(balls: list[Any]) -> Any:
-    largest = balls[0]
-    for ball in balls[1:]:
-        largest = largest.max(ball)
-    return largest

@@ -1,7 +1,8 @@
 """Dual numbers a + b ε with ε² = 0: b is the derivative, by the rules of differentiation.
 
 Their parts are scalars of any type, such as the power series of `twolink.accuracy.series`, so that
-the formulas of this project give the derivative of a formula along a motion.
+the formulas of this project give the derivative of a formula along a motion. Their order is that of
+their values.
 """
 
 from __future__ import annotations
@@ -51,9 +52,33 @@ class Dual:
             return Dual(quotient, (self.slope - quotient * other.slope) / other.value)
         return Dual(self.value / other, self.slope / other)
 
+    def __abs__(self) -> Dual:
+        return self if self.value >= 0 else -self
+
+    def __lt__(self, other: Any) -> bool:
+        return bool(self.value < _value(other))
+
+    def __le__(self, other: Any) -> bool:
+        return bool(self.value <= _value(other))
+
+    def __gt__(self, other: Any) -> bool:
+        return bool(self.value > _value(other))
+
+    def __ge__(self, other: Any) -> bool:
+        return bool(self.value >= _value(other))
+
+    def __eq__(self, other: object) -> bool:
+        return bool(self.value == _value(other))
+
+    __hash__ = None  # type: ignore[assignment]
+
     def __rtruediv__(self, other: Any) -> Dual:
         quotient = other / self.value
         return Dual(quotient, -(quotient * self.slope) / self.value)
+
+
+def _value(x: Any) -> Any:
+    return x.value if isinstance(x, Dual) else x
 
 
 def sin(x: Dual) -> Dual:

@@ -14,13 +14,15 @@ exp(Σ ‖P_i‖ r^{i+1}/(i + 1)), so that Cauchy's estimate bounds the terms le
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-# Taylor coefficients of a transition matrix, and the disc of its norm, as a ratio to the step.
+# Taylor coefficients of a transition matrix, and the least disc of its norm, in steps.
 _TERMS, _DISC = 32, 4
+
+# A larger disc is used while the exponent of its norm is below this, up to a radius.
+_LARGE_EXPONENT, _MOST_LOG_OF_DISC = 8, 1000
 
 
 @dataclass(frozen=True)
@@ -41,18 +43,49 @@ class Frame:
         """Return bounds on the absolute values of the entries of all errors."""
         return _applied(self.basis, self.radii)
 
+    def bound_along(self, row: list[Any], factor: Any = 0, factors: list[Any] | None = None) -> Any:
+        """Return a bound on |row · e + factor · c| for all errors e.
+
+        `factors` are the values of c, linear in e, for the columns of the basis.
+        """
+        along = [sum(x * y for x, y in zip(row, column, strict=True)) for column in self.columns]
+        if factors is not None:
+            along = [x + factor * c for x, c in zip(along, factors, strict=True)]
+        return sum(abs(x) * radius for x, radius in zip(along, self.radii, strict=True)).upper()
+
+    @property
+    def columns(self) -> list[list[Any]]:
+        """The columns of the basis."""
+        return [list(column) for column in zip(*self.basis.tolist(), strict=True)]
+
     def moved(self, jump: list[Any]) -> Frame:
         """Return the frame after the addition of anything whose absolute values have bounds."""
         added = _applied(self.inverse, jump)
         radii = [(x + y).upper() for x, y in zip(self.radii, added, strict=True)]
         return Frame(self.basis, self.inverse, tuple(radii))
 
-    def after(self, flint: Any, transition: Any) -> Frame:
-        """Return the frame that contains the products of a matrix of balls and the errors."""
-        columns = transition * self.basis
-        basis = _orthogonal(flint, columns, self.radii)
+    def after(
+        self,
+        flint: Any,
+        matrix: Any,
+        direction: list[Any] | None = None,
+        factors: list[Any] | None = None,
+    ) -> Frame:
+        """Return the frame of matrix · e, or of matrix · e + direction · c, for all errors e.
+
+        `factors` are the values of c, linear in e, for the columns of the basis. They are kept
+        apart since a wide c does not widen the errors across the direction.
+        """
+        columns = matrix * self.basis
+        if direction is None or factors is None:
+            basis = _orthogonal(flint, columns, self.radii)
+            inverse = basis.inv()
+            return Frame(basis, inverse, tuple(_applied(inverse * columns, self.radii)))
+        d, c = flint.arb_mat([[x] for x in direction]), flint.arb_mat([factors])
+        basis = _orthogonal(flint, columns + d * c, self.radii)
         inverse = basis.inv()
-        return Frame(basis, inverse, tuple(_applied(inverse * columns, self.radii)))
+        images = inverse * columns + (inverse * d) * c
+        return Frame(basis, inverse, tuple(_applied(images, self.radii)))
 
 
 def transition(flint: Any, coefficients: list[Any], length: Any, weights: list[Any]) -> Any:
@@ -74,12 +107,25 @@ def transition(flint: Any, coefficients: list[Any], length: Any, weights: list[A
             following += P[i] * terms[k - i]
         terms.append(following * flint.arb(1) / (k + 1))
         found += terms[-1]
-    exponent = sum(
-        norm(part, weights) * flint.arb(_DISC) ** (i + 1) / (i + 1) for i, part in enumerate(P)
-    )
-    rest = exponent.exp() / (flint.arb(_DISC) ** _TERMS * (_DISC - 1))
+    disc, exponent = _disc(flint, [norm(part, weights) for part in P])
+    rest = exponent.exp() / (disc**_TERMS * (disc - 1))
     balls = [flint.arb(0, (rest * row / column).upper()) for row in weights for column in weights]
     return found + flint.arb_mat(count, count, balls)
+
+
+def _disc(flint: Any, norms: list[Any]) -> tuple[Any, Any]:
+    """Return the radius of a disc, in steps, and the exponent of the bound on Φ there.
+
+    A short step has a large disc, and so a small rest.
+    """
+
+    def exponent(disc: Any) -> Any:
+        return sum(size * disc ** (i + 1) / (i + 1) for i, size in enumerate(norms))
+
+    disc = flint.arb(_DISC)
+    while disc.log() < _MOST_LOG_OF_DISC and exponent(_DISC * disc) < _LARGE_EXPONENT:
+        disc *= _DISC
+    return disc, exponent(disc)
 
 
 def _identity(flint: Any, count: int) -> Any:
@@ -88,14 +134,12 @@ def _identity(flint: Any, count: int) -> Any:
 
 def norm(A: Any, weights: list[Any]) -> Any:
     """Return an upper bound on the largest |A x|_i/w_i of all |x_j| ≤ w_j."""
-    totals = [
-        (bound / weight).upper()
-        for bound, weight in zip(_applied(A, weights), weights, strict=True)
-    ]
-    largest = totals[0]
-    for total in totals[1:]:
-        largest = largest.max(total)
-    return largest
+    return largest([x / w for x, w in zip(_applied(A, weights), weights, strict=True)])
+
+
+def largest(balls: list[Any]) -> Any:
+    """Return an upper bound on all numbers in balls."""
+    return functools.reduce(lambda one, other: one.max(other), balls).upper()
 
 
 def _applied(matrix: Any, radii: Any) -> list[Any]:
@@ -107,14 +151,45 @@ def _applied(matrix: Any, radii: Any) -> list[Any]:
 
 
 def _orthogonal(flint: Any, columns: Any, radii: Any) -> Any:
-    """Return an almost orthogonal matrix of floats whose first column is along the longest edge."""
-    middle = np.array([[float(entry.mid()) for entry in row] for row in columns.tolist()])
-    lengths = np.hypot.reduce(middle, axis=0)
-    # Logarithms: radii may be far below the least float64.
-    sizes = [
-        float((radius * float(length)).log().mid()) if radius * float(length) > 0 else -np.inf
-        for radius, length in zip(radii, lengths, strict=True)
+    """Return an almost orthogonal matrix of exact numbers, its first column along the longest edge.
+
+    It has the precision of balls: edges may be so unlike that float64 would mix them.
+    """
+    vectors = [[entry.mid() for entry in column] for column in zip(*columns.tolist(), strict=True)]
+    edges = [
+        (_length(vector) * radius).mid() for vector, radius in zip(vectors, radii, strict=True)
     ]
-    order = np.argsort(sizes)[::-1]
-    Q = np.linalg.qr(middle[:, order])[0]
-    return flint.arb_mat(len(Q), len(Q), [float(x) for x in Q.flat])
+    axes = _identity(flint, len(vectors)).tolist()
+    least = flint.arb(2) ** (-flint.ctx.prec // 2)
+    found: list[list[Any]] = []
+    # The directions of edges that are nearly in the span of longer ones are left to the axes.
+    for vector in [*(vectors[k] for k in _descending(edges)), *axes]:
+        length = _length(vector)
+        if len(found) < len(vectors) and length > 0:
+            rest = _without(found, [x / length for x in vector])
+            size = _length(rest)
+            if size > least:
+                found.append([(x / size).mid() for x in rest])
+    return flint.arb_mat([list(row) for row in zip(*found, strict=True)])
+
+
+def _descending(sizes: list[Any]) -> list[int]:
+    """Return the order of exact numbers, the largest first."""
+
+    def compare(i: int, j: int) -> int:
+        return int(sizes[i] < sizes[j]) - int(sizes[i] > sizes[j])
+
+    return sorted(range(len(sizes)), key=functools.cmp_to_key(compare))
+
+
+def _without(basis: list[list[Any]], vector: list[Any]) -> list[Any]:
+    """Return a vector without its parts along orthogonal unit vectors."""
+    # The second pass removes the rounding of the first, relative to the remainder.
+    for along in [*basis, *basis]:
+        part = sum(x * y for x, y in zip(along, vector, strict=True))
+        vector = [(x - part * y).mid() for x, y in zip(vector, along, strict=True)]
+    return vector
+
+
+def _length(vector: list[Any]) -> Any:
+    return sum(x * x for x in vector).sqrt()

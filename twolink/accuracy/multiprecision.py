@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,6 +36,13 @@ class PreciseMotion:
         now = tuple(self.integrator.state)
         u1, u2 = self.equations.to_speeds(self.chain, now[:2], now[2:])
         return now[0], now[1], u1, u2
+
+    def restart(self, time: str, state: Sequence[str]) -> None:
+        """Continue at a time (s) with q1, q2 (rad), u1, u2 (rad/s), all as decimal numbers."""
+        q1, q2, u1, u2 = map(self.number, state)
+        momenta = self.equations.from_speeds(self.chain, (q1, q2), (u1, u2))
+        self.integrator.time = self.number(time)
+        self.integrator.state[:] = [q1, q2, *momenta]
 
     def step(self, longest: Any) -> Any:
         """Take a step that is no longer than the given time (s), and return its length (s).

@@ -50,10 +50,15 @@ class Series:
     __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Series:
-        """Divide by a number or a series: ‖1/b‖ ≤ 1/(|b_0| − ‖b − b_0‖) if positive."""
+        """Divide by a number or a series: ‖1/b‖ ≤ 1/(|b_0| − ‖b − b_0‖) if positive.
+
+        All coefficients are NaN where b_0 may be zero.
+        """
         if not isinstance(other, Series):
             return Series(self.terms / other, self.norm / abs(other))
         first = other.terms[0]
+        if first.contains(0):
+            return _unknown(other)
         left = _least(first) - other._beyond_the_first()
         norm = self.norm / left if left > 0 else type(left).pos_inf()
         return Series(self.terms / other.terms, norm)
@@ -76,8 +81,10 @@ class Series:
     def sqrt(self) -> Series:
         """Return the square root: with r = ‖a − a_0‖/|a_0|, ‖√a‖ ≤ √|a_0| (2 − √(1 − r))."""
         first = self.terms[0]
+        if not first > 0:
+            return _unknown(self)
         ratio = self._beyond_the_first() / _least(first)
-        norm = abs(first).sqrt() * (2 - (1 - ratio).sqrt())
+        norm = first.sqrt() * (2 - (1 - ratio).sqrt())
         return Series(self.terms.sqrt(), norm if ratio < 1 else type(first).pos_inf())
 
     def _beyond_the_first(self) -> Any:
@@ -108,6 +115,12 @@ def sqrt(x: Series) -> Series:
 def _parts(other: Any) -> tuple[Any, Any]:
     """Return the terms and the norm of a series, or of a number as a series of one term."""
     return (other.terms, other.norm) if isinstance(other, Series) else (other, abs(other))
+
+
+def _unknown(like: Series) -> Series:
+    """Return the series of a result that does not exist for all numbers in a ball: NaN."""
+    kind = type(like.norm)
+    return Series(type(like.terms)([kind("nan")] * like.terms.prec), kind.pos_inf())
 
 
 def _least(ball: Any) -> Any:

@@ -1,0 +1,187 @@
+"""Operations and time of a Taylor step: `uv run python -m benchmarks.operations [--chains N]`.
+
+A product of two power series of order p costs about p² floating-point operations, a convolution;
+all else in a step costs about p. heyoka's decomposition of the equations shows their number: a
+product, a quotient, and a sine or cosine cost one convolution each, a square half of one. Nine
+suffice for this chain under gravity, if M u = p is solved for the coefficients of u one by one
+instead of by a quotient of series: c u2, c u1, s u1, s u2 with the sine and cosine of q2 − q1
+(whose recurrences are these products), (s u1) u2, and the sines and cosines of q1 and q2. heyoka's
+language has no such implicit equation.
+
+Then random general chains for 10 s under gravity: the shortest time of a bare run whose final error
+meets each accuracy, over its orders, by the momenta and by heyoka's own `lagrangian()`, in turn.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import heyoka
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from twolink import lagrange
+from twolink.chain import Chain
+from twolink.effects import potential_energy
+from twolink.effects.gravity import Gravity
+from twolink.integration.precisions import PRECISIONS
+from twolink.scene import Scene
+from twolink.simulation.motion import motion_run
+from twolink.simulation.smooth.equations import EQUATIONS
+
+LEAST = 9
+"""Convolutions of the recurrences with an implicit solution of M u = p."""
+
+ORDERS = range(9, 24, 2)
+ACCURACIES = (1e-3, 1e-5, 1e-7, 1e-9)
+ROUNDS = 7
+DURATION = 10.0
+
+# A decomposed operation of heyoka's with two series; a number times a series costs little.
+_PRODUCT = re.compile(
+    r"\(u_\d+ \* u_\d+\)|div\((?!-?[\d.]).*u_\d+\)|combined_(sin|cos)|pow\(|inv\("
+)
+
+
+def convolutions(integrator: Any) -> float:
+    """Return the number of convolutions of a decomposition, squares as halves."""
+    count = 0.0
+    for expression, _ in integrator.decomposition:
+        text = str(expression)
+        if _PRODUCT.match(text):
+            factors = re.findall(r"u_\d+", text)
+            count += 0.5 if text.startswith("(") and len(set(factors)) == 1 else 1.0
+    return count
+
+
+def by_momenta(scene: Scene, order: int) -> tuple[Any, list[float]]:
+    """Return an integrator of q and p, and its initial state."""
+    q, p = _variables("q1", "q2"), _variables("p1", "p2")
+    form = EQUATIONS["momenta"]
+    first, second = form.rates(scene.chain, scene.effects, q, p, heyoka.time)
+    start = [*scene.q, *form.from_speeds(scene.chain, scene.q, scene.u)]
+    return _integrator([*q, *p], [*first, *second], start, order), start
+
+
+def by_lagrangian(scene: Scene, order: int) -> tuple[Any, list[float]]:
+    """Return an integrator of q and u by heyoka's `lagrangian()`, and its initial state."""
+    q, u = _variables("q1", "q2"), _variables("u1", "u2")
+    L = lagrange.kinetic_energy(scene.chain, q, u)
+    L -= potential_energy(scene.effects, scene.chain, q)
+    system = heyoka.lagrangian(L, list(q), list(u))
+    start = [*scene.q, *scene.u]
+    return _integrator([x for x, _ in system], [rate for _, rate in system], start, order), start
+
+
+SYSTEMS: dict[str, Callable[[Scene, int], tuple[Any, list[float]]]] = {
+    "momenta": by_momenta,
+    "heyoka's lagrangian()": by_lagrangian,
+}
+
+
+def final_speeds(name: str, scene: Scene, state: Any) -> list[float]:
+    """Return q and u of the final state of a system."""
+    q, second = state[:2], state[2:]
+    if name == "momenta":
+        second = EQUATIONS["momenta"].to_speeds(scene.chain, q, second)
+    return [*map(float, q), *map(float, second)]
+
+
+def random_scenes(count: int, seed: int) -> Iterator[Scene]:
+    """Yield general chains, their centres off the lines of joints, from random starts."""
+    dice = np.random.default_rng(seed)
+
+    def pair(low: float, high: float) -> tuple[float, float]:
+        first, second = dice.uniform(low, high, 2)
+        return float(first), float(second)
+
+    for _ in range(count):
+        mass, length, (I1, I2) = pair(0.3, 2), pair(0.4, 1.2), pair(0.02, 0.2)
+        (a1, a2), (b1, b2) = pair(0.2, 0.8), pair(-0.2, 0.2)
+        (m1, m2), (L1, L2) = mass, length
+        centre = (a1 * L1, b1 * L1), (a2 * L2, b2 * L2)
+        chain = Chain(mass, length, centre, (I1 * m1 * L1 * L1, I2 * m2 * L2 * L2))
+        yield Scene(chain, pair(-1, 1), pair(-1, 1), DURATION, (Gravity(),))
+
+
+def cheapest(scene: Scene) -> dict[str, dict[float, float]]:
+    """Return the shortest time (s) of each system at each accuracy; infinity if none meets it."""
+    times = np.array([0.0, DURATION])
+    true = motion_run(scene, times, formulation="kane", precision="quadruple")
+    exact = np.array([*true.q[:, -1], *true.u[:, -1]], float)
+    runs: dict[tuple[str, int], tuple[Any, list[float]]] = {
+        (name, order): system(scene, order) for name, system in SYSTEMS.items() for order in ORDERS
+    }
+    errors: dict[tuple[str, int], float] = {}
+    shortest = dict.fromkeys(runs, np.inf)
+    for _ in range(ROUNDS):
+        for key, (integrator, start) in runs.items():
+            integrator.time, integrator.state[:] = 0.0, start
+            begin = time.process_time()
+            integrator.propagate_until(DURATION)
+            shortest[key] = min(shortest[key], time.process_time() - begin)
+            found = final_speeds(key[0], scene, integrator.state)
+            errors[key] = float(np.max(np.abs(found - exact)))
+    return {
+        name: {
+            accuracy: min(
+                (shortest[name, order] for order in ORDERS if errors[name, order] <= accuracy),
+                default=np.inf,
+            )
+            for accuracy in ACCURACIES
+        }
+        for name in SYSTEMS
+    }
+
+
+def main() -> None:
+    """Count the operations, measure the times, and print both."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.operations")
+    parser.add_argument("--chains", type=int, default=20, help="how many random chains")
+    parser.add_argument("--seed", type=int, default=1, help="which")
+    given = parser.parse_args()
+    console = Console(width=100)
+    scenes = list(random_scenes(given.chains, given.seed))
+    counts = {name: convolutions(system(scenes[0], 21)[0]) for name, system in SYSTEMS.items()}
+    table = Table(title="Convolutions of a Taylor step of a general chain under gravity")
+    for column in ("equations", "convolutions", "ratio to the least"):
+        table.add_column(column, justify="left" if column == "equations" else "right")
+    for name, count in [*counts.items(), ("least, implicit", float(LEAST))]:
+        table.add_row(name, f"{count:g}", f"{count / LEAST:.2f}")
+    console.print(table)
+    found = [cheapest(scene) for scene in scenes]
+    table = Table(title=f"Processor time of a bare run, {given.chains} chains, seed {given.seed}")
+    for column in ("accuracy", *(f"{name}, ms" for name in SYSTEMS), "median ratio", "range"):
+        table.add_column(column, justify="right")
+    for accuracy in ACCURACIES:
+        ours, theirs = ([times[name][accuracy] for times in found] for name in SYSTEMS)
+        ratios = [b / a for a, b in zip(ours, theirs, strict=True) if np.isfinite([a, b]).all()]
+        table.add_row(
+            f"{accuracy:g}",
+            *(f"{statistics.median(times) * 1e3:.3f}" for times in (ours, theirs)),
+            f"{statistics.median(ratios):.2f}",
+            f"{min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} chains)",
+        )
+    console.print(table)
+    console.print(f"load of the machine: {os.getloadavg()[0]:.2f} on {os.cpu_count()} cores")
+
+
+def _variables(*names: str) -> Any:
+    return tuple(heyoka.make_vars(*names))
+
+
+def _integrator(variables: list[Any], rates: list[Any], start: list[float], order: int) -> Any:
+    tolerance = PRECISIONS["double"].step_tolerance(order)
+    system = list(zip(variables, rates, strict=True))
+    return heyoka.taylor_adaptive(system, start, tol=tolerance)
+
+
+if __name__ == "__main__":
+    main()
