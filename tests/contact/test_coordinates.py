@@ -54,7 +54,7 @@ def _digits():
 
 
 @pytest.mark.parametrize("coordinate", COORDINATES, ids=str)
-def test_a_coordinate_and_its_rates_are_those_of_the_place(coordinate):
+def test_speed_and_bias_are_derivatives_of_the_coordinate(coordinate):
     """Its speed is the first derivative; with du = 0 its bias is the second."""
     chain = GENERAL.convert(mpmath.mpf)
     q, u = tuple(map(mpmath.mpf, Q)), tuple(map(mpmath.mpf, U))

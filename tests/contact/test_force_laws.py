@@ -38,7 +38,7 @@ def test_forces_are_those_computed_by_hand(law, depth, rate, expected):
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
-def test_what_is_stored_is_the_work_of_a_slow_press(law):
+def test_the_stored_energy_is_the_work_of_a_slow_press(law):
     depth = 0.013
     work, _ = quad(lambda x: force(law, x), 0, depth, epsabs=1e-13, epsrel=1e-12)
     assert law.stored(depth, math.sqrt(depth)) == pytest.approx(work, rel=1e-9)
@@ -64,7 +64,7 @@ def test_without_a_damper_a_surface_is_back_at_once(law):
     assert law.relaxation is None
 
 
-def test_a_slow_ball_rebounds_from_hunt_and_crossleys_surface_as_they_say():
+def test_a_slow_impact_has_hunt_and_crossleys_restitution():
     """e = 1 − 2/3 a v, for a ball of 1 kg that comes in at v: their equation for slow impacts."""
     law, v = HuntCrossley(1e5, 0.02), 0.5
 
@@ -90,12 +90,12 @@ def test_half_a_swing_of_a_spring_takes_pi_times_its_period():
     assert impulse == pytest.approx(2 * 0.1 * 20, rel=1e-6)
 
 
-def test_a_dent_counts_from_where_it_springs_back():
+def test_the_phases_that_keep_a_dent_are_springing_back_and_pressed_again():
     kept = {phase for phase in Phase if PlasticState(phase).is_kept}
     assert kept == {Phase.SPRINGS_BACK, Phase.PRESSED_AGAIN}
 
 
-def test_the_numbers_of_a_dent_can_be_put_in_anew():
+def test_a_dent_is_rebuilt_with_other_numbers():
     dent = PlasticState(Phase.PRESSED_AGAIN, 3.0, 0.1, 0.4)
     assert dent.numbers == (3.0, 0.1, 0.4)
     assert dent.with_numbers((7, 8, 9)) == PlasticState(Phase.PRESSED_AGAIN, 7, 8, 9)
@@ -104,12 +104,12 @@ def test_the_numbers_of_a_dent_can_be_put_in_anew():
     assert whole.with_numbers(()) == whole
 
 
-def test_a_branch_without_more_said_is_the_law_itself_for_ever():
+def test_a_branch_by_default_is_the_law_without_residual_and_end():
     branch = Branch(LAWS[0])
     assert (branch.residual, branch.reach, branch.turning) == (0.0, None, 0)
 
 
-def test_where_hunt_and_crossleys_law_would_pull_there_is_no_force():
+def test_hunt_and_crossleys_law_never_pulls():
     """With a = 0.5 s/m it would pull on a point that comes out faster than 2 m/s."""
     memory = NoPull(HuntCrossley(5e4, 0.5))
     pushes = memory.pressed(PlasticState(Phase.SLACK))

@@ -441,7 +441,7 @@ def test_no_chain_gains_energy(law, struck):
 
 
 def test_newtons_law_gains_energy(struck):
-    """Its rebound is owed, whatever friction has made of the compression."""
+    """It prescribes the rebound, even if friction has reduced the work of compression."""
     before, after = struck["newton-routh"].energies
     assert np.mean(after - before > ROUNDING * struck["newton-routh"].work) > 0.1
     assert np.max(after / before) > 100
@@ -551,7 +551,7 @@ def test_newtons_law_of_the_whole_impulse(thrown):
 @pytest.mark.parametrize("law", PATH_LAWS)
 @pytest.mark.parametrize("lean", [1, -1])
 @pytest.mark.parametrize("sliding", [0.0, -0.25])
-def test_it_sticks_only_above_the_critical_friction(law, lean, sliding):
+def test_the_point_sticks_only_from_the_critical_friction_on(law, lean, sliding):
     """Within 1 % of |G_nt|/G_tt the regime changes, and on it the impulse does not jump."""
     G = Response(2.0, lean * 0.75, 1.5)
     blow = Blow(-1.0, lean * sliding, G, friction=0.5, restitution=0.75)
@@ -595,7 +595,7 @@ def test_sliding_may_end_with_the_compression(law, p, sigma):
     assert impulse.regime == "slides, then sticks"
 
 
-def test_laws_are_one_where_the_directions_are_independent(random):
+def test_laws_agree_if_normal_and_tangent_are_uncoupled(random):
     """With G_nt = 0 friction does not reach v_n, whether it stops the sliding or not."""
     regimes = set()
     for _ in range(300):
@@ -703,7 +703,7 @@ def guided_in_steps(lever, friction, restitution, law, steps=200_000):
 @pytest.mark.parametrize("law", PATH_LAWS)
 @pytest.mark.parametrize("lever", [-3.0, -0.4, 0.7, 2.5])
 @pytest.mark.parametrize("restitution", [0.0, 0.6])
-def test_a_guided_point_takes_the_path_of_its_line(law, lever, restitution):
+def test_the_impulse_of_a_guided_point_is_that_of_small_steps(law, lever, restitution):
     found = guided_impulse(-1.0, 1.0, lever, friction=0.5, restitution=restitution, law=law)
     path = guided_in_steps(lever, 0.5, restitution, law)
     assert found[:2] == pytest.approx(path, abs=1e-4)
@@ -713,8 +713,8 @@ def test_a_guided_point_takes_the_path_of_its_line(law, lever, restitution):
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("lever", [-1.3, -0.4, 0.7, 1.5])
-def test_a_guided_point_is_the_limit_of_one_that_hardly_moves_aside(law, lever):
-    """Where friction does not wedge it; the other way of moving is ever heavier."""
+def test_a_guided_point_is_the_limit_of_a_nearly_singular_response(law, lever):
+    """Without wedging; the inertia against motion aside tends to infinity."""
     G = Response(2.0, 2.0 * lever, 2.0 * lever**2 * (1 + 1e-9))
     near = rough_impulse(-0.7, -0.7 * lever, G, friction=0.5, restitution=0.6, law=law)
     found = guided_impulse(-0.7, 2.0, lever, friction=0.5, restitution=0.6, law=law)

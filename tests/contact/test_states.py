@@ -19,7 +19,7 @@ MEANING = {
 
 
 @pytest.mark.parametrize("name", MEANING)
-def test_a_state_says_where_it_slides_and_whether_it_moves(name):
+def test_each_state_has_its_direction_slip_and_press(name):
     state = ContactState[name]
     assert (state.direction, state.slips, state.pressed) == MEANING[name]
 
@@ -43,5 +43,5 @@ def test_no_two_members_share_their_words(kind):
 
 
 @pytest.mark.parametrize("member", [*ContactState, *EventKind], ids=lambda member: member.name)
-def test_a_member_is_found_by_its_identity_also_after_pickling(member):
+def test_a_pickled_member_is_the_same_key(member):
     assert {member: "found"}[pickle.loads(pickle.dumps(member))] == "found"

@@ -52,7 +52,7 @@ STOPS = replace(FALL, effects=(Gravity(), JointStop("B", -1.0, 1.0, 1.0)))
     ],
     ids=["1e308 s", "1e6 s of stops"],
 )
-def test_a_duration_without_end_is_refused_soon(scene):
+def test_an_excessive_duration_is_refused(scene):
     with pytest.raises(
         TooMuchError, match=r"the motion over .* s would take .* of (computing|memory)"
     ):
@@ -63,15 +63,14 @@ def test_a_duration_without_end_is_refused_soon(scene):
     "method", ["taylor", pytest.param("DOP853", marks=pytest.mark.slow), "rk4"]
 )
 def test_control_that_diverges_is_refused_soon(method):
-    """By fixed steps it produces non-finite values, which is another message."""
-    with pytest.raises(
-        SimulationError, match=r"would take .* of computing|could not be integrated"
-    ) as caught:
+    """Which message comes first depends on the speed of the machine."""
+    sentence = r"would take .* of computing|could not be integrated|gives up|non-finite values"
+    with pytest.raises(SimulationError, match=sentence) as caught:
         simulate(DIVERGING, method=method, accuracy=1e-3, limits=Limits(seconds=60.0))
     assert "nan s" not in str(caught.value)
 
 
-def test_a_duration_that_is_next_to_nothing():
+def test_the_shortest_duration_gives_finite_angles():
     found = simulate(replace(FALL, duration=5e-324))
     assert np.isfinite(found.q).all()
 
@@ -109,7 +108,7 @@ def test_too_many_samples_are_refused_beforehand(samples):
     assert time.monotonic() - start < 1
 
 
-def test_by_force():
+def test_unlimited_lifts_the_limit_on_memory():
     with pytest.raises(TooMuchError):
         simulate(FALL, samples=1000, limits=Limits(memory=1e6))
     assert simulate(FALL, samples=1000, limits=UNLIMITED).met
@@ -268,7 +267,7 @@ def test_a_chain_that_stays_at_rest_is_printed(tmp_path):
 
 @pytest.mark.parametrize("apart", [0.0, 5e-324, 1e-200, 1e-18])
 @pytest.mark.parametrize("u", [(0.0, 0.0), (0.0, 1e-199), (0.0, 0.5), (-1e-300, 5e-324)])
-def test_nothing_happens_before_the_start(apart, u):
+def test_no_event_or_impact_precedes_the_start(apart, u):
     """An event next to the start is at 0 or later, so that all times are within the run."""
     stop = JointStop("B", -1.0, 0.2, 0.5)
     effects = (Gravity(), JointFriction((0.1, 0.1), (0.2, 0.2)), stop)

@@ -120,7 +120,7 @@ def test_friction_in_a_joint_is_a_torque(run):
     assert given == pytest.approx(changed, abs=1e-9)
 
 
-def test_what_is_not_touched_gives_nothing(run):
+def test_an_open_contact_has_no_force(run):
     trajectory = run("bounce_to_rest")
     (floor,) = trajectory.contact_forces()
     free = np.array([t < trajectory.impacts[0].time for t in trajectory.t])
@@ -130,11 +130,11 @@ def test_what_is_not_touched_gives_nothing(run):
     assert floor.normal[-1] > 0
 
 
-def test_what_is_smooth_has_none(run):
+def test_a_smooth_scene_has_no_contact_forces(run):
     assert run("free_fall").contact_forces() == ()
 
 
-def test_a_file_knows_them_at_its_samples(run, tmp_path):
+def test_contact_forces_of_a_loaded_trajectory_are_those_that_were_saved(run, tmp_path):
     trajectory = run("slide_and_stop")
     trajectory.save(tmp_path / "slide.npz")
     read = Trajectory.load(tmp_path / "slide.npz")

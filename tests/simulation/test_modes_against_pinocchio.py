@@ -31,7 +31,7 @@ CASES = {
 @pytest.mark.slow
 @pytest.mark.parametrize("formulation", ["lagrange", "kane"])
 @pytest.mark.parametrize("name", CASES)
-def test_pinocchio_misses_just_what_acts(name, formulation):
+def test_inverse_dynamics_of_pinocchio_are_the_sum_of_all_loads(name, formulation):
     """RNEA at our accelerations is the sum of all loads, each through Pinocchio's own Jacobian."""
     scene = Scene(
         chain=GENERAL, q=(0.1, 0.3), u=(0.4, -0.2), duration=3.0,

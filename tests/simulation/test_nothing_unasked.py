@@ -79,13 +79,13 @@ def operations(*effects) -> int:
     return motion_run(scene, (0.0, 0.1), formulation="momenta").operations
 
 
-def test_the_compiled_code_is_what_one_writes_by_hand():
+def test_the_compiled_code_has_as_many_operations_as_code_by_hand():
     assert operations(Gravity()) == by_hand(gravity=True) == 25
     assert operations() == by_hand(gravity=False)
 
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: type(effect).__name__)
-def test_an_effect_that_is_left_out_leaves_nothing(effect):
+def test_an_absent_effect_adds_no_operations(effect):
     """With it there is more to do; without it, again exactly the operations written by hand."""
     with_it = replace(FALL, effects=(Gravity(), effect), duration=0.1)
     assert motion_run(with_it, (0.0, 0.1), formulation="momenta").operations > 25
@@ -102,7 +102,7 @@ def test_a_smooth_scene_has_no_events():
 
 
 @pytest.mark.slow
-def test_only_what_is_named_is_imported():
+def test_only_the_modules_of_the_scene_s_effects_are_imported():
     """No module of modes, impacts or events for a smooth scene; each effect's own module alone."""
     program = (
         "import sys\n"

@@ -40,7 +40,7 @@ def error_of(run, truth) -> float:
 
 @pytest.mark.parametrize("formulation", EQUATIONS)
 @pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
-def test_taylor_is_right_to_rounding(formulation, precision, truth):
+def test_taylor_series_are_accurate_to_round_off(formulation, precision, truth):
     run = taylor_run(SHORT, TIMES, formulation=formulation, precision=precision)
     difference = np.abs(run.q.astype(truth.q.dtype) - truth.q) if precision == "quadruple" else None
     if difference is not None:
@@ -74,7 +74,7 @@ def test_scipys_methods_reach_the_same_trajectory(method, formulation, truth):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
-def test_every_method_meets_what_is_asked(method, truth):
+def test_every_method_meets_the_required_accuracy(method, truth):
     accuracy = 1e-3 if method == "semi-implicit-euler" else 1e-6
     trajectory = simulate(SHORT, accuracy=accuracy, method=method, samples=11)
     assert trajectory.error <= accuracy
@@ -85,7 +85,7 @@ def test_every_method_meets_what_is_asked(method, truth):
 @pytest.mark.slow
 @pytest.mark.parametrize("formulation", EQUATIONS)
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-9, 1e-12])
-def test_the_natural_start_is_right_at_every_accuracy(formulation, accuracy):
+def test_a_start_at_zero_and_at_rest_meets_every_accuracy(formulation, accuracy):
     """From q = 0 at rest a series has every fourth coefficient only: a trap for step control."""
     exact = simulate(FALL, accuracy=1e-15)
     trajectory = simulate(FALL, accuracy=accuracy, formulation=formulation)
@@ -103,7 +103,7 @@ CASES = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", range(len(CASES)))
-def test_asked_accuracy_is_honoured(case, random):
+def test_the_required_accuracy_is_met_by_random_scenes(case, random):
     """25 random starts of each case, against a 113-bit run: never worse than was asked."""
     chain, effects = CASES[case]
     for _ in range(25):
@@ -123,7 +123,7 @@ def test_asked_accuracy_is_honoured(case, random):
 
 
 @pytest.mark.slow
-def test_what_cannot_be_met_is_said():
+def test_an_unattainable_accuracy_is_reported():
     trajectory = simulate(FALL, accuracy=1e-17)
     assert trajectory.precision == "quadruple"
     assert trajectory.holds_until == 0
@@ -132,7 +132,7 @@ def test_what_cannot_be_met_is_said():
 
 
 @pytest.mark.slow
-def test_coarse_methods_say_how_far_they_hold():
+def test_coarse_methods_report_the_time_until_which_they_hold():
     trajectory = simulate(replace(FALL, duration=1.0), accuracy=1e-9, method="semi-implicit-euler")
     assert 0 <= trajectory.holds_until < 1.0
     assert trajectory.notes
@@ -162,7 +162,7 @@ def test_a_compiled_scene_is_kept():
     assert simulate(replace(scene, q=(0.1, 0.2)), accuracy=1e-6).statistics.compile_seconds < 0.01
 
 
-def test_what_is_not_named_is_not_compiled():
+def test_absent_effects_add_no_operations():
     """Each effect adds operations to the series, and none are left when it is left out."""
     plain = taylor_run(SHORT, TIMES, formulation="momenta").operations
     gravity_free = taylor_run(replace(SHORT, effects=()), TIMES, formulation="momenta").operations
@@ -183,7 +183,7 @@ class Wind(Effect):
         return (Force(chain.D, (1.5, 0.0)),)
 
 
-def test_an_effect_of_ones_own_acts():
+def test_a_custom_effect_acts():
     ours = simulate(replace(SHORT, effects=(Gravity(), Wind())))
     known = simulate(replace(SHORT, effects=(Gravity(), Gravity(0.0))))
     assert ours.effects == ("Gravity", "Wind")
@@ -201,7 +201,7 @@ def test_an_effect_of_ones_own_acts():
         ({"samples": 1}, "samples must be 2 or more; got 1"),
     ],
 )
-def test_bad_wishes_are_refused(options, words):
+def test_wrong_options_are_refused(options, words):
     with pytest.raises(SimulationError, match=words):
         simulate(SHORT, **options)
 

@@ -82,7 +82,7 @@ def test_static_friction_holds_more_than_kinetic():
         assert trajectory.events[1].time == pytest.approx(2 * math.asin(start), abs=1e-12)
 
 
-def test_rest_is_reached_for_good():
+def test_a_chain_at_rest_stays_exactly_at_rest():
     trajectory = simulate(STICK_SLIP)
     assert directions(trajectory.events[-1]) == (0, 0)
     after = trajectory.t > trajectory.events[-1].time
@@ -104,7 +104,7 @@ def test_a_stuck_elbow_stays_bent_exactly():
             assert np.ptp(elbow) < 1e-14 if elbow.size else True
 
 
-def test_works_close_the_balance_and_friction_only_takes():
+def test_the_works_close_the_balance_and_friction_dissipates():
     trajectory = simulate(STICK_SLIP)
     works, T = trajectory.work(), trajectory.kinetic_energy
     assert sum(works.values()) == pytest.approx(T - T[0], abs=1e-10)
@@ -174,7 +174,7 @@ def test_a_general_chain_comes_to_rest(random):
         assert directions(trajectory.events[-1]) == (0, 0)
 
 
-def test_what_cannot_find_events_is_refused():
+def test_methods_without_events_are_refused():
     with pytest.raises(SimulationError, match=r"method must be taylor.*; got 'DOP853'"):
         simulate(STICK_SLIP, method="DOP853")
 

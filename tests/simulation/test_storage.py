@@ -67,7 +67,7 @@ def missed():
 TRAJECTORIES = {"smooth": smooth, "sticks": sticking, "impacts": bouncing, "missed": missed}
 
 
-def test_what_is_saved_here_has_what_can_be_saved():
+def test_the_saved_trajectories_have_events_impacts_and_notes():
     assert not smooth().events
     assert len(sticking().events) > 1
     assert bouncing().impacts
@@ -75,7 +75,7 @@ def test_what_is_saved_here_has_what_can_be_saved():
     assert missed().notes
 
 
-def test_a_file_says_all_that_a_trajectory_knows():
+def test_a_file_has_all_fields_of_a_trajectory():
     known = {field.name for field in fields(Trajectory)}
     assert known - {"t", "q", "u", "_dense", "_knots"} <= {field.name for field in fields(About)}
 
@@ -130,7 +130,7 @@ def fabricated(scene):
 
 @pytest.mark.parametrize("file", sorted(data_path("scenes").rglob("*.toml")), ids=lambda f: f.stem)
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_shipped_scene_travels_along(kind, file, tmp_path):
+def test_trajectories_of_every_shipped_scene_are_saved_and_read_back(kind, file, tmp_path):
     """Values that no simulation gives: an infinite error, a mode and an impact of every kind."""
     trajectory = fabricated(Scene.load(file))
     trajectory.save(tmp_path / f"run{kind}")
@@ -192,7 +192,7 @@ def test_dense_output_is_refused_if_the_repeated_run_is_another(tmp_path):
 @pytest.mark.parametrize(
     "recipe", [Recipe(10**6, 0.1), Recipe(1, 0.1), Recipe(21, 1e-9), Recipe(21, -1.0)]
 )
-def test_a_recipe_that_no_run_has_is_refused(recipe, tmp_path):
+def test_an_impossible_recipe_is_refused(recipe, tmp_path):
     replace(smooth(), recipe=recipe).save(tmp_path / "run.csv")
     with pytest.raises(SimulationError, match="recipe and its scene do not agree"):
         Trajectory.load(tmp_path / "run.csv")
@@ -303,7 +303,7 @@ def test_a_file_that_was_cut_off_is_refused(kind, tmp_path):
     refusal(file)
 
 
-def test_a_table_says_how_much_of_it_is_there(tmp_path):
+def test_a_truncated_table_is_refused_with_its_number_of_samples(tmp_path):
     file = tmp_path / "run.csv"
     smooth().save(file)
     file.write_text(file.read_text(encoding="utf-8")[:-1], encoding="utf-8")
@@ -315,7 +315,7 @@ def test_a_table_says_how_much_of_it_is_there(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_damage_is_refused_or_harmless(kind, tmp_path, random):
+def test_damaged_files_are_refused_or_read_unchanged(kind, tmp_path, random):
     """Any byte may be another: never a traceback, and with checksums no other number."""
     file = tmp_path / f"run{kind}"
     bouncing().save(file)
@@ -544,7 +544,7 @@ SCENE_TEXT = SCENE.to_toml()
         ),
     ],
 )
-def test_what_cannot_be_true_is_refused(kind, arrays, about, words, tmp_path):
+def test_contradictory_files_are_refused(kind, arrays, about, words, tmp_path):
     file = tmp_path / f"run{kind}"
     forged(file, smooth(), arrays, about)
     if words is None:
@@ -567,7 +567,7 @@ def test_logs_of_another_scene_are_refused(entry, changes, tmp_path):
 
 
 @pytest.mark.parametrize("name", TRAJECTORIES)
-def test_what_is_not_finite_is_not_saved(name, tmp_path):
+def test_non_finite_trajectories_are_not_saved(name, tmp_path):
     trajectory = TRAJECTORIES[name]()
     broken = replace(trajectory, q=trajectory.q * np.nan)
     with pytest.raises(SimulationError, match="cannot be saved, for q is not finite at sample 0"):
@@ -594,7 +594,7 @@ def test_an_archive_that_promises_terabytes_is_refused_at_once(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_bomb_is_refused_before_it_goes_off(tmp_path):
+def test_a_decompression_bomb_is_refused(tmp_path):
     file = tmp_path / "run.npz"
     smooth().save(file)
     with zipfile.ZipFile(file) as archive:
@@ -625,7 +625,7 @@ def test_columns_without_end_are_refused_shortly(tmp_path):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_is_no_file_is_not_waited_for(kind, tmp_path):
+def test_pipes_and_loops_of_links_are_refused_without_waiting(kind, tmp_path):
     os.mkfifo(tmp_path / f"fifo{kind}")
     assert "must be a regular file; got a pipe" in refusal(tmp_path / f"fifo{kind}")
     (tmp_path / f"loop{kind}").symlink_to(f"loop{kind}")
@@ -717,7 +717,7 @@ def test_the_command_refuses_before_it_simulates(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_command_saves_what_can_be_loaded(kind, tmp_path):
+def test_files_saved_by_the_command_can_be_loaded(kind, tmp_path):
     from typer.testing import CliRunner
 
     from twolink.cli import app

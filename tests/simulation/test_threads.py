@@ -129,7 +129,7 @@ def test_a_fork_inside_the_progress_of_a_run():
     """The integrator is in use when the child gets its copy; both go on by themselves."""
     scene, other, found = replace(EVENTS, duration=1.0), replace(EVENTS, q=(0.1, 0.9)), []
 
-    def progress(what, share):
+    def progress(run, share):
         if not found:
             with ProcessPoolExecutor(1, multiprocessing.get_context("fork")) as processes:
                 found.append(processes.submit(bits, other).result(timeout=60))
@@ -155,7 +155,7 @@ def integrators_in(roots):
 
 
 def module_state():
-    """Return what outlives a run: the variables of all modules of twolink, caches among them."""
+    """Return the values that outlive a run: variables of all modules of twolink, and caches."""
     return [
         value
         for name, module in list(sys.modules.items())
@@ -167,7 +167,7 @@ def module_state():
 
 
 def owners_of_integrators():
-    """Return the types of what has the integrators that outlive a run."""
+    """Return the types of the owners of integrators that outlive a run."""
     pools = [thing for thing in gc.get_objects() if isinstance(thing, IntegratorPool)]
     lendable = {id(integrator) for _, integrator in integrators_in(pools)}
     found = integrators_in(module_state())

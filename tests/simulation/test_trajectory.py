@@ -24,7 +24,7 @@ def test_methods_without_polynomials_have_samples_alone():
         trajectory.work()
 
 
-def test_without_heyoka_scipy_takes_over_and_says_so(monkeypatch):
+def test_without_heyoka_scipy_is_used_and_noted(monkeypatch):
     exact = simulate(SCENE)
     monkeypatch.setitem(sys.modules, "heyoka", None)
     trajectory = simulate(SCENE, accuracy=1e-8)

@@ -17,7 +17,7 @@ def drop():
     return simulate(Scene.load("drop"), samples=51)
 
 
-def test_the_text_is_short_and_says_what_simulate_prints(drop):
+def test_the_text_is_short_and_has_the_facts_that_simulate_prints(drop):
     text = repr(drop)
     assert text.startswith("<Trajectory of 'The drop onto a floor': 51 samples, 6 events, ")
     assert len(text) < 700

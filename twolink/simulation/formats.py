@@ -129,7 +129,7 @@ def _write_csv(file: Path, stored: Arrays) -> None:
             stream.write(f"{_COMMENT}{key}: {json.dumps(value)}\n")
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(stored.columns)
-        # As Python's floats: how NumPy's are written can be set.
+        # As Python's floats, since the format of NumPy's depends on its settings.
         columns = [column.tolist() for column in stored.columns.values()]
         writer.writerows(zip(*columns, strict=True))
 

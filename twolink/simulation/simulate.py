@@ -38,6 +38,7 @@ from twolink.simulation.smooth.measure import (
 from twolink.simulation.smooth.numeric import NumericRun, numeric_run
 from twolink.simulation.smooth.taylor import heyoka_is_here
 from twolink.simulation.trajectory import Trajectory
+from twolink.times import merged
 
 # Number of places between two samples at which smooth runs are compared.
 _CHECKED = 8
@@ -111,7 +112,7 @@ class _Asked:
     def checked(self) -> Array:
         """The times (s) at which smooth runs are compared: the samples, and some between them."""
         count = _CHECKED * (len(self.times) - 1) + 1
-        return np.union1d(self.times, np.linspace(0.0, self.scene.duration, count))
+        return merged(self.times, np.linspace(0.0, self.scene.duration, count))
 
     def report(self, name: str) -> Callable[[float], None]:
         """Return a function that takes the completed share of a run and enforces limits."""

@@ -300,7 +300,7 @@ def _in_order(times: list[float], end: float) -> bool:
 
 @contextmanager
 def _in_one_sentence(file: Path) -> Iterator[None]:
-    """Raise `SimulationError` for whatever goes wrong in reading a file."""
+    """Raise `SimulationError` for every error in reading a file."""
     try:
         yield
     except (SimulationError, SceneError, FileError) as error:

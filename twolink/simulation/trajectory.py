@@ -206,7 +206,8 @@ class Trajectory(Views):
         The power is integrated by Gauss's rule on the polynomials of the run, step by step and
         between events, independent of the samples; the work of impacts is added. The sum of all is
         the change of T since before any impact at the start, within round-off and the error of
-        the run.
+        the run; but where a slide jams its power grows without bound, and the work until then is
+        known to about 1e-5 of it only.
         Raises `SimulationError` for methods without polynomials, and `TooMuchError` for runs whose
         number of steps would exceed memory.
         """

@@ -1,4 +1,4 @@
-"""A trajectory as text, tables, pictures and data frames: what it looks like, not what it is."""
+"""A trajectory as text, tables, pictures and data frames."""
 
 from __future__ import annotations
 

@@ -14,6 +14,7 @@ from twolink.scene import Scene
 from twolink.simulation.forces import ModeForces, States
 from twolink.simulation.hybrid.mode import Impact
 from twolink.simulation.run import Array
+from twolink.times import merged
 
 # Between two samples the motion is one or two polynomials of about the twentieth degree, in time,
 # or in its square root at the start or end of a contact.
@@ -67,7 +68,7 @@ class Work:
             *discontinuities(self.scene.effects),
             *self.knots.tolist(),
         ]
-        return np.union1d(times, [t for t in kinks if first < t < last])
+        return merged(times, [t for t in kinks if first < t < last])
 
     def _powers(self, states: States) -> Array:
         """Return the power of each effect (W), without impacts, shape (effects, n)."""

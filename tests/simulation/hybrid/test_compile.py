@@ -17,7 +17,7 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.kinematics import velocity
-from twolink.simulation.hybrid.compile import compiled_mode
+from twolink.simulation.hybrid.compile import compiled_mode, safe_order
 
 FLOOR = Surface((0.0, 1.2), (0.0, -1.0), on=("B", "D"))
 BALL = CompliantSurface((0.0, 1.2), (0.0, -1.0), "hertz", 1000.0)
@@ -92,7 +92,7 @@ def test_an_event_function_that_never_changes_is_not_watched():
     assert compiled(system, S.STICKS, S.STICKS).watched == ()
 
 
-def test_a_rooted_press_goes_by_its_own_variable():
+def test_a_press_in_the_root_of_the_depth_has_its_own_time_variable():
     """dt = root ds, and d root/ds = −(normal speed)/2."""
     system = system_of(Gravity(0.0), BALL)
     mode = compiled(system, S.CLOSED)
@@ -175,7 +175,7 @@ def test_a_sliding_contact_watches_force_slide_and_lock():
     assert mode.operations > 0
 
 
-def test_the_layout_says_where_event_functions_are_found():
+def test_the_layout_locates_the_event_functions():
     """A gap is a variable; the force of a contact that rests is known by an integral."""
     system = system_of(Gravity(), FLOOR)
     mode = compiled(system, S.OPEN, S.CLOSED)
@@ -200,3 +200,29 @@ def test_systems_of_like_effects_share_an_integrator():
     assert compiled(one, S.OPEN, S.OPEN) is compiled(other, S.OPEN, S.OPEN)
     without = compiled(system_of(FLOOR), S.OPEN, S.OPEN)
     assert compiled(one, S.OPEN, S.OPEN) is not without
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_dt_ds_is_the_product_of_roots_but_as_small_as_two_of_them(count):
+    """Over the root of the sum of all depths once for each root beyond two."""
+    surfaces = (
+        CompliantSurface((0.0, 1.2), (0.0, -1.0), "hertz", 1.0, name=f"s{i}") for i in range(count)
+    )
+    mode = compiled(system_of(*surfaces), *[S.CLOSED] * count)
+    roots = np.array([0.1, 0.2, 0.3, 0.4][:count])
+    q, u = (0.3, 0.2), (1.5, -0.5)
+    found = coefficients(mode, *q, *u, *roots)
+    pace = roots.prod() / math.sqrt((roots**2).sum()) ** max(count - 2, 0)
+    assert found[mode.clock, 1] == pytest.approx(pace, rel=1e-14)
+    assert found[0, 1] == pytest.approx(1.5 * pace, rel=1e-14)
+    sinks = velocity(BARS, q, u, BARS.D)[1] / 2 / roots
+    assert found[4 : 4 + count, 1] == pytest.approx(sinks * pace, rel=1e-14)
+
+
+def test_an_order_whose_last_coefficients_vanish_is_avoided():
+    """On a Hertz-like surface u has the coefficients 0, 5, 10, …, √depth 1, 6, …, q 2, 7, …"""
+    hertz, damped = system_of(BALL).elements, system_of(CUSHION).elements
+    assert [safe_order(hertz, order) for order in (14, 15, 17, 19, 21, 23, None)] == [
+        16, 15, 17, 21, 21, 23, None,
+    ]  # fmt: skip
+    assert safe_order(damped, 19) == 19

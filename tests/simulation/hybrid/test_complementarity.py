@@ -41,7 +41,7 @@ def test_a_stop_and_the_friction_of_its_joint_cannot_both_hold_it():
         assert is_solvable(problem, ordered) == (states not in held)
 
 
-def test_an_element_that_others_hold_does_not_begin_to_slide():
+def test_an_element_held_by_others_does_not_begin_to_slide():
     problem = problem_of(JointFriction((1.0, 0.0)), JointStop("A", lower=0.0))
     friction = next(i for i, e in enumerate(problem.system.elements) if not e.rigid)
     states = [S.CLOSED, S.CLOSED]
@@ -86,7 +86,7 @@ def test_the_rounding_of_a_condition_grows_with_the_forces_and_shrinks_with_the_
     assert found["long double", 1.0] < found["double", 1.0] < 1e-6
 
 
-def test_a_row_of_rounding_vanishes():
+def test_a_row_of_round_off_counts_as_zero():
     system = system_of(chain=BALANCED)
     assert vanishes(system, (1e-16, -1e-15))
     assert not vanishes(system, (1e-12, 0.0))

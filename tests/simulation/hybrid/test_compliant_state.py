@@ -25,7 +25,7 @@ DEPTH = 5 * STEEL.yield_depth
 FLOWING = CompliantState(math.sqrt(DEPTH), 0, PlasticState(Phase.FLOWS))
 
 
-def test_an_undisturbed_surface_is_where_it_was_built():
+def test_an_undisturbed_surface_has_no_offset():
     assert compliant_state.undisturbed(RigidContact("D", UP, 0.5, 0.0)) is None
     assert compliant_state.undisturbed(BALL) == CompliantState()
     assert compliant_state.undisturbed(BALL).offset == 0
@@ -82,7 +82,7 @@ def test_a_damped_surface_comes_back_in_the_time_of_its_decay():
     assert compliant_state.relaxed(after).residual_depth == 0
 
 
-def test_a_surface_that_is_back_never_comes_back_again():
+def test_a_relaxed_surface_has_an_infinite_relaxation_time():
     assert compliant_state.relaxation_time(DAMPED, CompliantState(), 1e-16) == math.inf
 
 
@@ -111,7 +111,7 @@ def test_the_dent_of_a_turn_is_the_published_one():
     assert dent.residual / DEPTH == pytest.approx(float(expected), rel=1e-12)
 
 
-def test_reaching_the_deepest_place_again_goes_on_with_the_flow():
+def test_pressing_beyond_the_deepest_place_continues_the_plastic_flow():
     """On to the whole surface's curve, at the same depth below the build-up."""
     turned = compliant_state.turned(YIELDING, FLOWING)
     again = compliant_state.turned(YIELDING, turned)

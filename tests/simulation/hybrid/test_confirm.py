@@ -42,13 +42,13 @@ def test_a_joint_without_a_static_limit_begins_to_slide_as_its_torque_begins(amp
     assert found == (expected,)
 
 
-def test_in_the_stretched_pose_the_next_derivatives_say_where_the_end_slides():
+def test_in_the_stretched_pose_higher_derivatives_decide_the_direction_of_sliding():
     """Stretched along x, D has no speed and no acceleration along x. Falling, it moves inwards."""
     assert states_of(Gravity(9.81), EndForce(-1.0, 0.3), q=(0.0, 0.0)) == (S.BACKWARD,)
     assert states_of(Gravity(9.81), EndForce(-1.0, 0.3), q=(math.pi, math.pi))[0] is S.FORWARD
 
 
-def test_in_the_stretched_pose_a_wall_that_cannot_push_lets_go():
+def test_in_the_stretched_pose_a_wall_that_cannot_push_opens():
     wall = Surface((2.0, 0.0), (-1.0, 0.0), name="wall")
     assert states_of(Gravity(9.81), wall, q=(0.0, 0.0)) == (S.OPEN,)
 

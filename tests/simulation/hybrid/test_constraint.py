@@ -111,7 +111,7 @@ def test_constrained_solutions_are_those_of_the_kkt_system(random, count):
         assert multipliers == pytest.approx(expected_multipliers, rel=1e-10, abs=1e-10)
 
 
-def test_a_barred_joint_has_exactly_no_acceleration(random):
+def test_a_constrained_joint_has_exactly_zero_acceleration(random):
     """Rounding may not let a stuck joint creep: link 1 stays, or both links turn alike."""
     for _ in range(50):
         L = random.normal(size=(2, 2))
@@ -134,7 +134,7 @@ def test_rows_apart_by_a_rounding_are_parallel_and_by_a_millionth_are_not():
     assert not parallel((1e-8, 2e-8), (1e8, 2e8 + 100.0), 1e-8)
 
 
-def test_a_row_of_zeros_bars_nothing_of_its_own():
+def test_a_zero_row_is_parallel_to_every_row():
     assert parallel((0.0, 0.0), (1.0, 2.0), 1.0)
 
 

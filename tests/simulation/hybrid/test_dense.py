@@ -50,7 +50,7 @@ def test_values_within_a_step_are_those_of_its_polynomial(t, q1, u1, side):
     assert (q[0, 0], q[1, 0], u[0, 0]) == (q1, 5, u1)
 
 
-def test_at_a_jump_either_side_can_be_had():
+def test_values_at_a_jump_are_those_of_the_requested_side():
     """After the jump by default."""
     assert BOUNCE.at([1.0], "left")[1][0] == [2.0]
     assert BOUNCE.at([1.0], "right")[1][0] == [-1.0]
@@ -64,7 +64,7 @@ def test_many_times_are_looked_up_at_once():
     assert q[0].tolist() == [0.0, 0.25, 1.0]
 
 
-def test_of_several_jumps_at_one_instant_the_sides_are_the_first_and_the_last():
+def test_the_sides_of_several_jumps_at_one_instant_are_the_first_and_the_last():
     """An arc that takes no time lies between them."""
     several = Polynomials(
         "double", np.array([0.0, 1.0, 1.0, 2.0]),
@@ -89,7 +89,7 @@ def test_steps_by_a_clock_are_looked_up_by_time(t):
 
 
 @pytest.mark.parametrize("t", [1e-30, 1e-18, 1e-6, 1.0])
-def test_a_clock_that_starts_slowly_is_inverted_too(t):
+def test_a_clock_of_zero_initial_rate_is_inverted(t):
     """t = s², as a press starts whose root grows from zero."""
     slow = Polynomials(
         "double", np.array([0.0, 1.0]),
@@ -112,7 +112,7 @@ def test_values_are_in_the_numbers_of_the_precision(precision):
     assert abs(float(q[0, 2] - arc.end.q[0])) < 8 * system.rounding
 
 
-def test_a_run_without_any_arc_is_its_last_state():
+def test_a_run_without_arcs_is_constant():
     system = system_of(Gravity())
     state = state_of(system, (0.3, 0.2), (1.0, 2.0))
     q, u = polynomials_of([], state, "double").at([0.0, 5.0])

@@ -53,7 +53,7 @@ def test_an_arc_without_an_event_ends_at_the_very_time_that_was_asked_for():
 
 
 @pytest.mark.parametrize("speed", [1e-3, 1e-8, 1e-12])
-def test_a_low_bounce_keeps_its_digits(speed):
+def test_a_low_bounce_is_accurate_to_round_off(speed):
     """From the stop at v: back after v seconds, with −v."""
     system = system_of(*FALLING, chain=BALANCED)
     arc = arc_of(system, (0.0, 0.0), (speed, 0.0), S.OPEN)

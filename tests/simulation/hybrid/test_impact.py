@@ -86,7 +86,7 @@ def test_a_speed_is_zero_within_the_rounding_of_its_terms():
     assert not at_rest((1.0, 0.0), (1e-300, 5.0), EPSILON)
 
 
-def test_a_speed_is_left_over_within_the_rounding_of_what_was():
+def test_a_speed_is_residual_if_it_is_within_the_round_off_of_the_speeds_before():
     assert is_left_over((1.0, 0.0), (1e-16, 1.0), (1.0, 1.0), EPSILON)
     assert not is_left_over((1.0, 0.0), (1e-16, 1.0), (1e-4, 1e-4), EPSILON)
 
@@ -139,7 +139,7 @@ def test_speeds_along_coordinates_are_stopped_exactly():
     assert stopped(pose, [AT_A, JointCoordinate("A", -1)], u, 2.0**-52) == (0.0, -0.5)
 
 
-def test_a_points_speed_is_taken_by_the_shortest_way():
+def test_stopping_a_point_changes_speeds_along_its_row_only():
     row = end_rows(Q)[0]
     u = tuple((np.array([-row[1], row[0]]) + 1e-11 * row).tolist())
     after = stopped(Pose(BARS, lagrange, Q), [UP], u, 2.0**-52)
@@ -147,7 +147,7 @@ def test_a_points_speed_is_taken_by_the_shortest_way():
     assert np.subtract(u, after) == pytest.approx(1e-11 * row, rel=1e-4)
 
 
-def test_a_speed_beyond_rounding_is_not_taken():
+def test_a_speed_beyond_round_off_is_not_removed():
     u = (1.5, -0.5)
     assert stopped(Pose(BARS, lagrange, Q), [UP], u, 2.0**-52) == u
 
@@ -211,7 +211,7 @@ def test_a_point_that_cannot_slide_in_its_pose_is_struck_without_friction():
     assert strike.speeds == pytest.approx((-2.0, 1.0))
 
 
-def test_an_impact_where_all_stops_leaves_no_speed_at_all():
+def test_a_fully_sticking_impact_leaves_exactly_zero_speeds():
     """e = 0, and friction at which D sticks: no round-off of the old speeds remains."""
     strike = impacts_of(floor(0.0, 50.0)).impact(0, (1.0, 0.2))
     assert strike.impulse.regime.endswith("sticks")

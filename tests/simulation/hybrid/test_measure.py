@@ -13,6 +13,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
+from twolink.limits import DEFAULT_LIMITS
 from twolink.scene import Scene
 from twolink.simulation.hybrid import measure
 from twolink.simulation.hybrid.measure import differences, measured_run
@@ -89,7 +90,7 @@ def test_an_impact_that_only_one_run_has_counts_as_its_jump(run, judge):
     assert errors[-1] > 1e-3
 
 
-def test_what_the_judge_cannot_decide_counts_from_its_time_on(run, judge):
+def test_an_undecided_impact_counts_as_an_error_from_its_time_on(run, judge):
     """A touch that may have been an impact of 1e-4 rad/s: twice that, and a tenth more."""
     doubt = Doubt(1.25, Trigger(EventKind.HITS, 0), 1e-4)
     errors = differences(run, replace(judge, doubts=(doubt,)), TIMES, 1e-9)
@@ -166,7 +167,59 @@ def test_the_error_includes_the_moments_after_a_force_jumped():
 @pytest.mark.parametrize(
     ("failure", "exhausted", "known"), [("", False, 2.5), ("jam", False, 1.2), ("long", True, 2.5)]
 )
-def test_a_motion_is_known_until_the_laws_end_its_judge(run, judge, failure, exhausted, known):
+def test_a_motion_is_known_until_the_laws_end_its_reference(run, judge, failure, exhausted, known):
     """A run that was only too long says nothing of the other one."""
     ended = replace(judge, failure=failure, exhausted=exhausted, reached=1.2 if failure else 2.5)
     assert measure._Trial(run, ended, np.zeros(1), 1e-9, 2.5).known_until == known
+
+
+def test_a_run_that_ends_early_is_measured_slightly_beyond_its_end(monkeypatch):
+    monkeypatch.setattr(measure, "MOST_JUMPS", 1)
+    measured = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
+    judge = next(run for run in measured.runs if run.formulation == "kane")
+    assert measured.kept.failure
+    assert measured.kept.reached < 2.5
+    assert judge.reached == pytest.approx(measured.kept.reached + 0.025, abs=1e-12)
+    assert not judge.failure
+
+
+def test_a_result_ends_where_it_can_no_longer_be_measured(monkeypatch):
+    """In long double it would reach the end, but the run that measures it has its limit of work."""
+    monkeypatch.setattr(measure, "_MOST_JUMPS", {"quadruple": 1, "long double": 12_000})
+    monkeypatch.setattr(measure, "_rungs", lambda accuracy: [LONG_DOUBLE])
+    measured = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
+    judge = next(run for run in measured.runs if run.formulation == "kane")
+    assert judge.exhausted
+    assert measured.kept.reached == judge.reached < 2.5
+    assert measured.kept.failure == judge.failure
+    assert measured.kept.exhausted
+    assert np.isfinite(measured.errors).all()
+
+
+def test_a_longer_run_replaces_a_shorter_one():
+    """The first result ends early by itself, the second one does not: both have one judge."""
+    runs = measure._Runs(SCENE, TIMES, "lagrange", lambda name: None, DEFAULT_LIMITS)
+    whole = runs.kept(LONG_DOUBLE)
+    early = replace(whole, failure="it ends", reached=1.0)
+    assert runs.judge(LONG_DOUBLE, early) is runs.judge(LONG_DOUBLE, whole)
+    other = measure._Runs(SCENE, TIMES, "lagrange", lambda name: None, DEFAULT_LIMITS)
+    assert other.judge(LONG_DOUBLE, early).reached == pytest.approx(1.025)
+    assert other.judge(LONG_DOUBLE, whole).reached == 2.5
+
+
+LONG_DOUBLE = measure.Rung("long double", 23, "quadruple", 31)
+
+
+def test_runs_are_compared_inside_the_steps_of_both(run):
+    """An error may be largest just before an impact that only the run that measures has."""
+    short = hybrid_run(SCENE, TIMES, formulation="kane", precision="long double", longest_step=0.01)
+    starts = short.polynomials.starts.astype(float)
+    own = np.concatenate([TIMES, *measure._inside(run), run.polynomials.starts])
+    # A step without any of the places of the result.
+    step = next(
+        k for k in range(20, 100) if not ((own >= starts[k]) & (own <= starts[k + 1])).any()
+    )
+    middle = (starts[step] + starts[step + 1]) / 2
+    errors = differences(run, tampered(short, middle, 0, 1e-5), TIMES, 1e-9)
+    # At 2.5 s rounding decides whether a run still has an impact.
+    assert errors[TIMES < 2.4][-1] == pytest.approx(1e-5, rel=1e-4)

@@ -20,13 +20,13 @@ IMPACT = Impact(
 )  # fmt: skip
 
 
-def test_a_mode_knows_the_state_of_each_element_by_name():
+def test_a_mode_gives_the_state_of_an_element_by_name():
     assert MODE["D on floor"] is S.FORWARD
     with pytest.raises(ValueError, match="not in tuple"):
         MODE["C"]
 
 
-def test_the_words_of_a_mode_leave_out_what_is_free():
+def test_the_text_of_a_mode_omits_free_elements():
     assert str(MODE) == "A sticks, D on floor slips forward"
     assert str(Mode(("A",), (S.OPEN,))) == "moves freely"
     assert str(DENTED) == "A sticks, D on steel rests and springs back"
@@ -58,18 +58,18 @@ def test_a_dent_that_no_point_lies_in_is_not_displayed():
     assert MODE.for_display is MODE
 
 
-def test_an_event_says_its_mode():
+def test_the_description_of_an_event_is_its_mode():
     assert Event(1.0, MODE, 1.0).what == "A sticks, D on floor slips forward"
     assert Trigger(EventKind.HITS, 2) == Trigger(EventKind.HITS, 2, 0)
 
 
-def test_an_impact_says_what_it_did():
+def test_an_impact_has_its_energy_change_and_a_description():
     assert IMPACT.energy_change == -1.0
     assert not IMPACT.creates_energy
     assert IMPACT.what == "D hits floor: normal speed −2 → 1, slides, energy −1 J"
 
 
-def test_an_impact_that_creates_energy_says_so():
+def test_an_impact_that_creates_energy_is_described_as_such():
     gaining = replace(IMPACT, kinetic_energy=(3.0, 4.0))
     assert gaining.creates_energy
     assert gaining.what.endswith("; this law of restitution creates energy here")

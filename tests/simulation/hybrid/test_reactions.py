@@ -13,7 +13,7 @@ from tests.simulation.hybrid import (
     stopped_chain,
     system_of,
 )
-from twolink import lagrange
+from twolink import Chain, lagrange
 from twolink.contact.force_laws import Phase, PlasticState
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
@@ -40,7 +40,7 @@ def test_a_contact_that_is_hit_rebounds():
     assert strike.time == 2.0
 
 
-def test_a_contact_that_gives_nothing_back_rests():
+def test_a_contact_without_restitution_rests_after_an_impact():
     system = stopped_chain(restitution=0.0)
     after = jump(system, hitting(system, -2.0), mode_of(system, S.OPEN), Trigger(E.HITS, 0))
     assert after.state.u == (0.0, 0.0)
@@ -89,7 +89,7 @@ def test_a_contact_that_no_longer_pushes_opens():
     assert after.state.gaps == (0.0,)
 
 
-def test_a_damper_that_is_left_stays_sunk_in_where_it_gives_no_force():
+def test_a_released_damper_keeps_the_depth_of_zero_force():
     """The force is zero at a depth of c v/k = 0.04 · 0.5 m."""
     cushion = CompliantSurface((0.0, 0.0), (0.0, -1.0), "kelvin-voigt", 100.0, 4.0)
     system = system_of(cushion)
@@ -137,6 +137,51 @@ def test_a_joint_that_a_stop_holds_does_not_slide_at_its_limit():
     mode = mode_of(system, S.STICKS, S.OPEN)
     after = jump(system, state, mode, Trigger(E.BREAKS, 0, -1))
     assert after.mode.states == (S.PRESSED_BACKWARD, S.CLOSED)
+
+
+TWIN = Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (1.0, 0.0)), (0.1, 0.1))
+"""The centre of link 2 is at its end: C2 and D are one place."""
+
+
+@pytest.mark.parametrize(
+    ("depth", "u", "left"),
+    [
+        (1e-39, (-1.0, -1.0), (S.OPEN, S.OPEN)),
+        (1e-39, (1.0, 1.0), (S.OPEN, S.CLOSED)),
+        (1e-6, (-1.0, -1.0), (S.OPEN, S.CLOSED)),
+    ],
+)
+def test_points_that_come_out_at_one_instant_leave_together(depth, u, left):
+    """The other one has no depth and comes out; it has none and goes in; it is deeper."""
+    ground = CompliantSurface((0.0, 0.0), (0.0, -1.0), "hertz", 1e9, on=("C2", "D"))
+    system = system_of(ground, chain=TWIN)
+    own = tuple(CompliantState(root) for root in (0.0, -math.sqrt(depth)))
+    state = state_of(system, (-0.5, -0.5))._replace(
+        q=(0.0, 0.0), u=u, gaps=(0.0, 0.0), touching=frozenset({0, 1}), compliant=own
+    )
+    after = jump(system, state, mode_of(system, S.CLOSED, S.CLOSED), Trigger(E.LEAVES, 0))
+    assert after.mode.states == left
+    assert after.state.touching == frozenset(i for i in range(2) if left[i] is S.CLOSED)
+
+
+@pytest.mark.parametrize(
+    ("gap", "u", "met"),
+    [
+        (0.0, (1.0, 1.0), (S.CLOSED, S.CLOSED)),
+        (1e-15, (1.0, 1.0), (S.CLOSED, S.CLOSED)),
+        (1e-9, (1.0, 1.0), (S.CLOSED, S.OPEN)),
+    ],
+)
+def test_points_that_arrive_at_one_instant_press_together(gap, u, met):
+    """The second one starts at the least root, as time would stand still at two that are zero."""
+    ground = CompliantSurface((0.0, 0.0), (0.0, -1.0), "hertz", 1e9, on=("C2", "D"))
+    system = system_of(ground, chain=TWIN)
+    state = state_of(system, (-0.5, -0.5))._replace(q=(0.0, 0.0), u=u, gaps=(0.0, gap))
+    after = jump(system, state, mode_of(system, S.OPEN, S.OPEN), Trigger(E.HITS, 0))
+    assert after.mode.states == met
+    roots = [own.sqrt_depth for own in after.state.compliant]
+    assert roots == [0.0, system.least_root if met[1] is S.CLOSED else None]
+    assert after.state.u == u
 
 
 STEEL = CompliantSurface(

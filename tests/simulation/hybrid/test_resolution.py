@@ -55,7 +55,7 @@ def test_the_fastest_approach_strikes_first():
         assert found.strikes[0].number == first
 
 
-def test_nothing_happens_where_nothing_is_approached():
+def test_contacts_without_approach_have_no_impact():
     found = resolve(impacts_of(stop(AT_A), stop(AT_B)), (1.0, 2.0), (0, 1), ())
     assert (found.u, found.strikes, found.resting) == ((1.0, 2.0), (), frozenset())
 
@@ -80,7 +80,7 @@ def test_two_contacts_that_answer_each_other_share_the_momentum(e):
         assert found.resting == {0, 1}
 
 
-def test_contacts_that_never_stop_answering_come_to_rest_together(monkeypatch):
+def test_contacts_with_too_many_impacts_come_to_rest_together(monkeypatch):
     monkeypatch.setattr(resolution, "MOST_IMPACTS", 3)
     u, rows = (-1.0, -3.0), ((1, 0), (-1, 1))
     found = resolve(impacts_of(stop(AT_A), stop(AT_B), chain=BALANCED), u, (0, 1), ())

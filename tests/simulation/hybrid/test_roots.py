@@ -30,7 +30,7 @@ def bound_of(coefficients, precision="double"):
 
 
 def are_positive(coefficients):
-    margins, _ = margins_of(coefficients, EPSILON)
+    margins, _, _ = margins_of(coefficients, EPSILON)
     return margins > 0
 
 
@@ -197,7 +197,8 @@ def test_known_bernstein_coefficients_give_the_same_fall(random):
 
 def test_the_margin_of_a_polynomial_is_a_bound_on_its_minimum(random):
     rows = np.array([series_like(random, 12) for _ in range(50)])
-    margins, bernstein = margins_of(rows, EPSILON)
+    margins, bernstein, bounds = margins_of(rows, EPSILON)
+    assert bounds == pytest.approx([bound_of(row) for row in rows], rel=1e-14)
     values = [Polynomial(row)(np.linspace(0, 1, 101)).min() for row in rows]
     assert (margins <= values).all()
     assert (margins <= bernstein.min(axis=1)).all()
@@ -307,7 +308,7 @@ def waves(degree, end):
     return [wave[0] + 1, *wave[1:], *[0.0] * 5, end - 1.5]
 
 
-def test_a_search_that_gives_up_is_unsure():
+def test_a_search_that_ends_undecided_is_unsure():
     """A polynomial that goes above and below its bound ten times: no halving decides it."""
     found = first_fall(waves(10, 1.5), 1.0)
     assert found.unsure
@@ -331,7 +332,7 @@ def test_polishing_stays_inside_the_bracket():
     assert x == pytest.approx(0.99, rel=1e-13)
 
 
-def test_polishing_starts_from_the_lower_end_where_nothing_is_positive():
+def test_polishing_starts_from_the_lower_end_without_positive_values():
     assert polished([-1.0, -1.0], 0.25, 0.5) == 0.25
 
 
@@ -351,7 +352,7 @@ def test_products_and_matrices_have_the_digits_of_their_numbers(precision):
 
 
 @pytest.mark.parametrize("near", [None, 0.29, 0.9, 0.0, 5.0])
-def test_a_root_is_the_same_from_wherever_it_is_looked_for(near):
+def test_a_polished_root_does_not_depend_on_the_first_guess(near):
     """1 − 3 x − x²: at (√13 − 3)/2; places outside the bracket are of no use."""
     root = polished([1.0, -3.0, -1.0], 0.0, 1.0, near)
     assert root == pytest.approx((math.sqrt(13) - 3) / 2, rel=4e-16)

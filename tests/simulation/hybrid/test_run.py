@@ -59,6 +59,16 @@ def test_bounces_end_at_the_sum_of_their_flights(bounces):
     assert np.all(bounces.u[0, resting] == 0)
 
 
+def test_bounces_that_are_left_out_give_their_impulse(bounces):
+    """3 kg m² rebounds at v, v/2, v/4 …: 3 (v + v/2) (1 + 1/2 + …) = 9 v, of which −3 v at once."""
+    ended, event = bounces.impacts[-1], bounces.events[-1]
+    rebound = bounces.impacts[-2].speeds[1]
+    assert ended.speeds == (rebound, 0.0)
+    assert ended.normal_impulse == pytest.approx(-3 * rebound, rel=1e-12)
+    at_rest = 6.0 * (event.time - event.entered)
+    assert ended.normal_impulse + at_rest == pytest.approx(9 * rebound, rel=1e-6)
+
+
 def test_between_bounces_the_motion_is_its_parabola(bounces):
     times = np.linspace(0, 4, 401)
     first, second = times < 1, (times > 1) & (times < 2)
@@ -76,7 +86,7 @@ def test_on_either_side_of_an_impact_the_speeds_are_those_of_the_log(bounces):
         assert after == pytest.approx(before / 4, rel=1e-12)
 
 
-def test_a_run_says_what_it_took(bounces):
+def test_a_run_has_its_steps_times_and_log(bounces):
     assert bounces.steps == len(bounces.polynomials.starts) - 1
     assert bounces.reached == 4.0
     assert bounces.failure == ""
@@ -112,7 +122,7 @@ def test_jumps_of_a_torque_are_met_at_their_instants():
     assert 1.0 in run.polynomials.starts
 
 
-def test_a_mode_that_goes_on_through_an_impact_is_one_event(bounces):
+def test_a_mode_that_continues_after_an_impact_is_one_event(bounces):
     """The chain is free from the start to its rest, whatever bounces lie between."""
     assert len(bounces.arcs) > 20
     assert len(bounces.events) == 2
@@ -158,7 +168,18 @@ def test_progress_is_reported():
     assert 0 < heard[0] <= heard[-1] <= 1
 
 
-def test_a_run_that_cannot_go_on_is_an_error_or_a_partial_run(monkeypatch):
+def test_short_arcs_are_reported_together():
+    """Bounces of a step or two each: a report of each takes as long as the bounce."""
+    heard = []
+    scene = Scene(BALANCED, (1.0, 0.0), (0.0, 0.0), 10.0, (ONTO, STOP))
+    run = hybrid_run(scene, [0.0, 10.0], progress=heard.append)
+    assert len(run.arcs) > 20
+    assert heard == sorted(heard)
+    assert len(heard) < len(run.arcs) / 2
+    assert heard[-1] == 1
+
+
+def test_a_run_that_cannot_continue_is_an_error_or_a_partial_run(monkeypatch):
     """The fourth jump fails, at 2.75 s: the run ends there."""
     made = iter([None, None, None])
 
@@ -226,3 +247,25 @@ def test_the_log_has_the_energies_of_the_strikes(bounces):
     first = bounces.log[0]
     assert first.kinetic_energy == pytest.approx((6.0, 1.5), rel=1e-14)
     assert bounces.log is bounces.impacts
+
+
+def test_a_run_ends_at_its_limit_of_time():
+    scene = Scene(BARS, (0.3, 0.2), (0.0, 0.0), 1.0, (JointFriction((0.1, 0.1)),))
+    times = np.linspace(0, 1, 11)
+    run, whole = (hybrid_run(scene, times, effort=Effort(until=t)) for t in (0.55, 2.0))
+    assert (run.reached, run.failure) == (0.55, "")
+    assert run.q.shape == (2, 6)
+    assert whole.reached == 1.0
+
+
+def test_order_19_does_not_lose_digits_on_a_hertz_like_surface():
+    """Its step would follow from coefficients that vanish: an error of 1.7e-11 in long double."""
+    ball = CompliantSurface((0.0, 1.3), (0.0, -1.0), "hertz", 2.5e7, on=("D", "C2"))
+    scene = Scene(BARS, (0.4, 0.7), (0.3, 0.2), 1.5, (Gravity(), ball))
+    times = np.linspace(0, 1.5, 31)
+    exact = hybrid_run(scene, times, precision="quadruple", order=31, formulation="kane")
+    found = hybrid_run(scene, times, precision="long double", order=19)
+    assert len(found.arcs) == len(exact.arcs) > 10
+    for ours, truth in ((found.q, exact.q), (found.u, exact.u)):
+        off = np.abs(np.array(ours, float) - np.array(truth, float)).max()
+        assert off < 1e-14

@@ -36,8 +36,8 @@ def motion(scene):
 
 def by_values_at_ends(coefficients, rounding):
     """Return the values at the ends of steps as margins: no look in between."""
-    _, bernstein = margins_of(coefficients, rounding)
-    return bernstein[:, -1], bernstein
+    _, bernstein, bounds = margins_of(coefficients, rounding)
+    return bernstein[:, -1], bernstein, bounds
 
 
 @pytest.mark.parametrize("depth", [1e-6, 1e-9])

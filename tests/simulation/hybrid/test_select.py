@@ -105,7 +105,7 @@ def test_every_selection_of_joint_friction_obeys_its_laws(q, static):
     assert (states == (S.STICKS, S.STICKS)) == both_hold
 
 
-def test_a_joint_in_motion_goes_on_in_its_direction():
+def test_a_moving_joint_keeps_its_direction():
     friction = JointFriction((1.0, 1.0), (50.0, 50.0))
     assert states_of(friction, u=(1.0, 1.0)) == (S.FORWARD, S.STICKS)
     assert states_of(friction, u=(-1.0, 1.0)) == (S.BACKWARD, S.FORWARD)

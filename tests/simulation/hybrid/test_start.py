@@ -116,7 +116,7 @@ def test_elements_slide_as_their_coordinates_move(u, sliding):
     assert start(JointFriction((1.0, 1.0)), EndForce(1.0, 0.5), u=u).sliding == sliding
 
 
-def test_a_speed_that_is_rounding_is_no_slide():
+def test_a_speed_of_round_off_does_not_slide():
     u = (0.3, 0.1 + 0.2)
     assert u[1] != u[0]
     assert start(JointFriction((0.0, 1.0)), u=u).sliding == (0,)
@@ -193,3 +193,17 @@ def test_a_speed_of_rounding_along_a_rigid_surface_is_removed(precision):
     speed = system.elements[0].normal.speed(system.chain, state.q, state.u)
     assert state.touching == {0}
     assert abs(speed) <= 8 * system.rounding
+
+
+@pytest.mark.parametrize("error", [0.0, 1e-16, -1e-16])
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+def test_gaps_agree_with_the_pose_that_lies_on_an_approached_contact(precision, error):
+    """It lies on the floor by float64's rounding only; the wall's gap follows from its pose."""
+    wall = Surface((-1.0, 0.0), (1.0, 0.0), on=("D",), name="wall")
+    system = system_of(floor(error), wall, precision=precision)
+    state = state_of(system, Q, (1.0, 1.0))
+    assert state.touching == frozenset()
+    assert state.gaps[0] == 0
+    for element, gap in zip(system.elements, state.gaps, strict=True):
+        distance = element.normal.coordinate(system.chain, state.q) - element.bound
+        assert abs(float(distance - gap)) < 16 * system.rounding

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.simulation.hybrid import system_of
+from twolink.contact.force_laws import Phase, PlasticState
 from twolink.contact.states import ContactState as S
 from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
@@ -13,6 +14,7 @@ from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 from twolink.errors import SimulationError
 from twolink.simulation.hybrid.dynamics import Pose, held_coordinates
+from twolink.simulation.hybrid.mode import Mode
 
 FLOOR = Surface((0.0, 1.0), (0.0, -1.0), on=("B", "D"), name="floor")
 
@@ -44,6 +46,28 @@ def test_each_pose_of_a_system_has_its_own_rows():
         assert system.pose(q).row(normal) == Pose(system.chain, system.formulation, q).row(normal)
 
 
+def test_modes_of_rigid_elements_are_cached():
+    """Dents differ from arc to arc, and so do their modes."""
+    system = system_of(FLOOR)
+    free, pressed = (S.OPEN, S.OPEN), (S.CLOSED, S.OPEN)
+    assert system.mode(free) is system.mode(free)
+    assert system.mode(free) == Mode(("B on floor", "D on floor"), free)
+    assert system.mode(pressed) != system.mode(free)
+    dents = (PlasticState(Phase.PRESSED_AGAIN, 1.0, 0.5, 2.0), None)
+    assert system.mode(free, dents).dents == dents
+    assert system.mode(free).dents == ()
+
+
+def test_a_gap_is_closed_within_the_rounding_of_its_bound():
+    """Friction without a contact has no gap."""
+    far = Surface((0.0, 8.0), (0.0, -1.0), on=("D",))
+    system = system_of(JointFriction((1.0, 0.0)), FLOOR, far)
+    unit = 64 * 2.0**-52
+    assert system.near == (None, unit, unit, 8 * unit)
+    assert system.tangents[0] is not None
+    assert system.tangents[1:] == (None, None, None)
+
+
 def test_other_effects_bring_their_own_elements():
     system = system_of(JointFriction((1.0, 1.0)))
     changed = system.with_effects((Gravity(), JointFriction((0.0, 4.0))))
@@ -59,7 +83,7 @@ def test_the_numbers_of_a_system_are_of_its_precision():
     assert system.rounding == float(np.finfo(np.longdouble).eps)
 
 
-def test_the_last_pose_is_kept_with_what_is_known_of_it():
+def test_the_last_pose_is_cached():
     system = system_of(Gravity(), FLOOR)
     q = (0.3, 0.2)
     pose = system.pose(q)

@@ -66,7 +66,7 @@ def test_every_threshold_is_read_by_a_module(name):
 
 
 @pytest.mark.parametrize("name", CONSTANTS)
-def test_every_threshold_has_a_comment_that_says_who_reads_it(name):
+def test_the_comment_of_every_threshold_names_its_readers(name):
     lines = SOURCE.splitlines()
     row = next(i for i, line in enumerate(lines) if line.startswith(f"{name} = "))
     comment = []
@@ -124,7 +124,7 @@ def test_the_element_classes_are_found():
 @pytest.mark.parametrize(
     "path", sorted([*HYBRID.glob("*.py"), *CONTACT.glob("*.py")]), ids=lambda path: path.name
 )
-def test_no_module_asks_of_which_class_an_element_is(path):
+def test_no_module_checks_the_class_of_an_element(path):
     """The impact module alone does: only rigid contacts have a law of restitution."""
     assert element_checks(path) <= ({"RigidContact"} if path.name == "impact.py" else set())
 

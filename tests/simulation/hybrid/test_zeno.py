@@ -36,7 +36,7 @@ def test_bounces_are_left_out_where_all_of_them_fit_into_the_zeno_time(share, di
 
 
 @pytest.mark.parametrize("precision", ["long double", "quadruple"])
-def test_a_speed_below_the_least_float_dies_away(precision):
+def test_a_speed_below_the_least_float_ends_at_rest(precision):
     system = stopped_chain(precision=precision)
     arrives = -system.number("1e-400")
     after = jump(system, hitting(system, arrives), mode_of(system, S.OPEN), Trigger(E.HITS, 0))
@@ -44,7 +44,7 @@ def test_a_speed_below_the_least_float_dies_away(precision):
     assert after.state.u[0] == 0
 
 
-def test_bounces_that_nothing_presses_back_go_on():
+def test_bounces_without_a_force_towards_the_contact_continue():
     system = system_of(STOP, chain=BALANCED)
     state = hitting(system, -1e-12)
     after = jump(system, state, mode_of(system, S.OPEN), Trigger(E.HITS, 0))
@@ -125,7 +125,7 @@ def test_contacts_of_a_burst_rest_where_the_laws_admit_no_motion(impacts, rests)
     assert accumulated(system, state, system.pose(state.q), Past(), early) is None
 
 
-def test_a_burst_that_gains_energy_does_not_end_in_rest():
+def test_a_burst_that_gains_energy_is_an_error():
     stop = JointStop("B", lower=-2.0, restitution=0.5)
     system = system_of(STOP, stop, chain=BALANCED)
     struck = jump(system, hitting(system, -1e-12), mode_of(system, S.OPEN, S.OPEN), None).strikes[0]

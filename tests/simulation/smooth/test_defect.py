@@ -131,7 +131,7 @@ def test_gauss_integrates_polynomials(kind, rounding):
             assert abs((weights * nodes**k).sum() - 1 / kind(k + 1)) <= 4 * rounding
 
 
-def test_a_rule_that_does_not_suffice_adds_its_own_error(monkeypatch):
+def test_the_bound_includes_the_error_of_an_insufficient_quadrature(monkeypatch):
     """With two nodes Gauss's error is a thousand times the defect, and is in the bound."""
     hard = HARD["reference"]
     run, enough = observed(hard, 21)

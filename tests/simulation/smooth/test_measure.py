@@ -72,7 +72,7 @@ def test_four_more_orders_measure_the_error(order, random):
         exact = taylor_run(start, TIMES, formulation="kane", precision="long double")
         run, judge = (
             taylor_run(start, TIMES, formulation="momenta", order=p)
-            for p in (order, order + measure._MORE)
+            for p in (order, order + measure.MORE_ORDERS)
         )
         known = 2 * measure.difference(run, judge) + measure._sums(run, TIMES)
         assert np.all(true_errors(run, exact) <= known)
@@ -81,7 +81,7 @@ def test_four_more_orders_measure_the_error(order, random):
 def test_a_run_well_above_round_off_is_judged_in_its_own_precision():
     found = measured(HARD["no forces"], 1e-6)
     assert [run.precision for run in found.runs] == ["double", "double"]
-    assert found.runs[1].order == found.kept.order + measure._MORE
+    assert found.runs[1].order == found.kept.order + measure.MORE_ORDERS
 
 
 def test_near_round_off_a_run_is_judged_by_its_own_defect():
@@ -126,7 +126,7 @@ def test_the_growth_bounds_round_off_that_two_runs_share(monkeypatch):
 
 def test_the_first_pair_selects_the_order(monkeypatch):
     """A growth above the assumed one leads to a higher order at once, not step by step."""
-    monkeypatch.setattr(measure, "_GROWTH", 1.0)
+    monkeypatch.setattr(measure, "GROWTH", 1.0)
     found = measured(HARD["reference"], 1e-7)
     assert len(found.runs) <= 4
     assert found.worst <= 1e-7

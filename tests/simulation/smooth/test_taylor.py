@@ -47,7 +47,7 @@ def test_progress_of_a_run_in_parts(monkeypatch):
     assert 0 < reports[0] < reports[-1] <= 1
 
 
-def test_a_long_run_is_optimised_whatever_ran_before(monkeypatch):
+def test_optimisation_of_a_run_does_not_depend_on_earlier_runs(monkeypatch):
     """Optimised code rounds otherwise, so its use may not depend on the past."""
     check_often(monkeypatch, "double")
     monkeypatch.setattr(taylor, "_WORTH_OPTIMISING", 20)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +21,7 @@ from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.roots import Search, first_fall, lowest, margins_of, rounding_bound
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import CONTACT_GAP, GRAZING, LEADING, LEADING_SHARE
+from twolink.simulation.hybrid.tolerances import CONTACT_GAP, LEADING, LEADING_SHARE
 from twolink.simulation.series import powers
 
 
@@ -45,7 +45,8 @@ class Block(NamedTuple):
 
 
 # Event functions that are places, and those that are speeds.
-_PLACES = frozenset((EventKind.HITS, EventKind.CLEARS))
+_HITS = EventKind.HITS
+_PLACES = frozenset((_HITS, EventKind.CLEARS))
 _SPEEDS = frozenset((EventKind.STOPS, EventKind.TURNS))
 
 
@@ -67,26 +68,24 @@ class StartOfArc:
         self._state = state
         self._system, self._compiled = system, compiled
         self._pressing, self._orders = pressing, orders
-        self.lever = max(1.0, system.lever)
-        self.place_of_rounding = self.lever * LEADING * system.rounding
 
     def order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
         """Return how many leading coefficients are zero, None if all are."""
         order = self._known_order(trigger, polynomial, block) if self._orders else None
         if order is not None:
             return order
+        is_gap, is_speed = trigger.kind is _HITS, trigger.kind in _SPEEDS
         noise, pace = self._noise(trigger, polynomial, block), 1.0
         if self._compiled.clock is None:
             pace = float(block.lengths[0]) / float(self._system.longest_step)
-        is_speed = trigger.kind in _SPEEDS
         if polynomial[0] > (self._speed_noise(trigger, noise) if is_speed else noise):
             return 0
-        if polynomial[0] > 0 and trigger.kind in (EventKind.HITS, EventKind.LEAVES):
+        if polynomial[0] > 0 and (is_gap or trigger.kind is EventKind.LEAVES):
             # A lower bound, as it omits the contribution of a tiny growing gap.
             return 1 if polynomial[1] > noise * pace else 0
         # A gap is a variable of its own, and is zero only after a jump has set it to zero.
-        first = 0.0 if trigger.kind is EventKind.HITS else noise
-        own = self._system.rounding if trigger.kind is EventKind.HITS else self._system.resolution
+        first = 0.0 if is_gap else noise
+        own = self._system.rounding if is_gap else self._system.resolution
         least = LEADING_SHARE * own * _size(polynomial)
         if is_speed:
             least += self._speed_of_rounding(block)
@@ -108,13 +107,14 @@ class StartOfArc:
     def _noise(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
         """Return the size below which an event function at the start of an arc is zero."""
         if trigger.kind in _PLACES:
-            return self.place_of_rounding
+            return self._system.place_of_rounding
         size = _size(polynomial)
         if trigger.kind in _SPEEDS:
             # The change of speed is due to forces that may nearly cancel.
             rows = block.coefficients[0, 2:4] * powers(block.lengths[:1], len(polynomial))
             changes = float(np.abs(rows).astype(float).sum())
-            size = max(size, self.lever * max(changes, 1 / float(self._system.longest_step)))
+            least = 1 / float(self._system.longest_step)
+            size = max(size, self._system.scale * max(changes, least))
         elif trigger.kind is EventKind.BREAKS:
             size = max(size, 1.0)
         return LEADING * self._system.resolution * size + self._force_of_rounding(trigger)
@@ -130,8 +130,8 @@ class StartOfArc:
         element = self._system.elements[trigger.index]
         along = element.normal if trigger.kind is EventKind.TURNS else element.tangent
         assert along is not None
-        row = size_of(self._system.pose(self._state.q).row(along)) / self.lever
-        own = LEADING * self._system.resolution * self.lever * size_of(self._state.u)
+        row = size_of(self._system.pose(self._state.q).row(along)) / self._system.scale
+        own = LEADING * self._system.resolution * self._system.scale * size_of(self._state.u)
         return min(noise, own + row * noise)
 
     def _speed_of_rounding(self, block: Block) -> float:
@@ -143,7 +143,7 @@ class StartOfArc:
                 * powers(block.lengths[:1], block.coefficients.shape[2])[0]
             )
             duration = abs(float(row[1:].sum()))
-        return LEADING * self._system.resolution * self.lever * self._pressing * duration
+        return LEADING * self._system.resolution * self._system.scale * self._pressing * duration
 
     def _force_of_rounding(self, trigger: Trigger) -> float:
         """Return the scaled force that round-off of a position causes in a stiff surface."""
@@ -156,7 +156,8 @@ class StartOfArc:
 
     def zero_size(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
         """Return the size up to which an event function that starts as zero stays zero."""
-        if trigger.kind is EventKind.HITS:
+        state = self._state
+        if trigger.kind is _HITS and (state is None or trigger.index in state.touching):
             # A touching contact that carries no force: its gap stays zero.
             return math.inf
         return self._noise(trigger, polynomial, block)
@@ -165,12 +166,15 @@ class StartOfArc:
 class _Suspect(NamedTuple):
     """An event function that is not proven positive on a step: its number and its coefficients.
 
-    `bernstein` are its Bernstein coefficients, or None if they are known in float64 only.
+    `place` is the number of the step, and `bound` that on the error of the values. `bernstein` are
+    the Bernstein coefficients, or None if they are known in float64 only.
     """
 
+    place: int
     number: int
     polynomial: list[Any]
     bernstein: list[Any] | None
+    bound: float
 
 
 class Certificate:
@@ -196,16 +200,12 @@ class Certificate:
         layout = compiled.layout
         self._triggers, self._reversed = layout.triggers, layout.reversed
         self._start = StartOfArc(system, compiled, pressing, orders, state)
-        self._grazing = self._start.lever * GRAZING * system.rounding
-        # The least margins by which event functions are certified.
-        self._required = [self._grazing if is_gap else 0.0 for is_gap in layout.of_gaps]
         # The event functions that are zero within these sizes since the start of the arc.
         self._zero: dict[int, float] = {}
         self._tails: dict[int, float] = {}
-        self._offsets = {
-            place: system.number(_offset(system, mode, self._triggers[place]))
-            for place in layout.reversed
-        }
+        self._offsets: dict[int, Any] = {}
+        for place in layout.reversed:
+            self._offsets[place] = system.number(_offset(system, mode, self._triggers[place]))
 
     def polynomials(self, block: Block) -> Any:
         """Return the event functions on each step, on [0, 1]: shape (n, m, p + 1)."""
@@ -222,7 +222,11 @@ class Certificate:
             rows[:, place] = -rows[:, place]
         for place, offset in self._offsets.items():
             rows[:, place, 0] = rows[:, place, 0] + offset
-        return rows * powers(block.lengths, order)[:, None, :]
+        by_power = powers(block.lengths, order)
+        if rows.shape[1] == 1:
+            # NumPy multiplies matrices faster than it broadcasts.
+            return (rows[:, 0] * by_power)[:, None]
+        return rows * by_power[:, None]
 
     def first_event(self, block: Block, at_start: bool) -> tuple[Finding | None, tuple[Doubt, ...]]:
         """Return the first event on a block of steps, and the touches before it.
@@ -230,69 +234,67 @@ class Certificate:
         `at_start` says that the block begins with the first step of the arc.
         """
         doubts: list[Doubt] = []
-        suspects = self._suspects(block, at_start) if self._triggers else {}
-        # The clock can reach its end only on the last step.
-        last = len(block.lengths) - 1
-        for place in sorted({*suspects, last}):
-            unseen = self._tails if at_start and place == 0 else {}
-            earliest = self._earliest(block, place, suspects.get(place, ()), doubts, unseen)
-            at_end = self._clock_root(block, place) if place == last else None
-            if at_end is not None and (earliest is None or at_end <= earliest.x):
-                return Finding(place, at_end, None), tuple(doubts)
-            if earliest is not None:
-                return earliest, tuple(doubts)
-        return None, tuple(doubts)
+        suspects = self._suspects(block, at_start) if self._triggers else ()
+        earliest = self._earliest(block, suspects, doubts)
+        if self._compiled.clock is not None:
+            # The clock can reach its end only on the last step.
+            last = len(block.lengths) - 1
+            if earliest is None or earliest.place == last:
+                at_end = self._clock_root(block, last)
+                if at_end is not None and (earliest is None or at_end <= earliest.x):
+                    earliest = Finding(last, at_end, None)
+        return earliest, tuple(doubts)
 
-    def _suspects(self, block: Block, at_start: bool) -> dict[int, list[_Suspect]]:
-        """Return the event functions that are not proven positive, by the number of the step."""
+    def _suspects(self, block: Block, at_start: bool) -> list[_Suspect]:
+        """Return the event functions that are not proven positive, in the order of the steps."""
         every = self.polynomials(block)
         if at_start:
             self._deflate(every, block)
-        count, functions, length = every.shape
-        margins, bernstein = margins_of(every.reshape(-1, length), self._system.rounding)
-        zeros = {number: self._steps_of_zero(number, every[:, number]) for number in [*self._zero]}
-        required = self._required * count
-        if at_start:
-            for number, tail in self._tails.items():
-                required[number] = tail
-        pairs = enumerate(zip(margins.tolist(), required, strict=True))
+        _, functions, length = every.shape
+        rounding = self._system.rounding
+        margins, bernstein, bounds = margins_of(every.reshape(-1, length), rounding)
+        zeros: dict[int, int] = {}
+        for number in [*self._zero]:
+            zeros[number] = self._steps_of_zero(number, every[:, number])
+        # The least margins by which event functions are certified.
+        gaps, grazing = self._compiled.layout.of_gaps, self._system.grazing
+        tails = self._tails if at_start else {}
+        most = max(grazing, *tails.values()) if tails else grazing
         # In longer precisions the Bernstein coefficients in float64 do not suffice.
         known = every.dtype == bernstein.dtype
-        found: dict[int, list[_Suspect]] = {}
-        for row in [row for row, (margin, least) in pairs if not margin > least]:
+        found: list[_Suspect] = []
+        for row, margin in enumerate(margins.tolist()):
+            if margin > most:
+                continue
             place, number = divmod(row, functions)
-            if place >= zeros.get(number, 0):
+            tail = tails.get(number) if place == 0 else None
+            least = tail if tail is not None else grazing if gaps[number] else 0.0
+            if not margin > least and place >= zeros.get(number, 0):
+                polynomial = every[place, number].tolist()
                 form = bernstein[row].tolist() if known else None
-                suspect = _Suspect(number, every[place, number].tolist(), form)
-                found.setdefault(place, []).append(suspect)
+                bound = float(bounds[row]) if known else rounding_bound(polynomial, rounding)
+                found.append(_Suspect(place, number, polynomial, form, bound + (tail or 0.0)))
         return found
 
     def _earliest(
-        self,
-        block: Block,
-        place: int,
-        suspects: Sequence[_Suspect],
-        doubts: list[Doubt],
-        tails: Mapping[int, float],
+        self, block: Block, suspects: Sequence[_Suspect], doubts: list[Doubt]
     ) -> Finding | None:
-        """Return the first event on a step, among the event functions that are not certified.
-
-        `tails` adds to the bounds of those that are deflated.
-        """
+        """Return the first event among the event functions that are not certified."""
         earliest: Finding | None = None
-        for number, polynomial, bernstein in suspects:
+        for place, number, polynomial, bernstein, bound in suspects:
+            if earliest is not None and place > earliest.place:
+                break
             trigger = self._triggers[number]
             if polynomial[0] < 0:
                 # The event function falls at the start of the step.
                 return Finding(place, 0 * block.lengths[place], trigger)
-            bound = rounding_bound(polynomial, self._system.rounding) + tails.get(number, 0.0)
-            search = first_fall(polynomial, bound, bernstein)
+            search, limit = first_fall(polynomial, bound, bernstein), bound
             fall = search.fall
-            if fall is None and search.touch is None and trigger.kind is EventKind.HITS:
-                bound = self._grazing
-                search = search._replace(touch=lowest(polynomial, bound))
+            if fall is None and search.touch is None and trigger.kind is _HITS:
+                limit = self._system.grazing
+                search = search._replace(touch=lowest(polynomial, limit))
             if search.touch is not None or search.unsure:
-                doubt = self._doubt(block, place, trigger, polynomial, search, bound)
+                doubt = self._doubt(block, place, trigger, polynomial, search, limit)
                 doubts += [doubt] if doubt is not None else []
             if fall is not None and (earliest is None or fall < earliest.x):
                 earliest = Finding(place, fall, trigger)
@@ -305,7 +307,7 @@ class Certificate:
         """
         for number, trigger in enumerate(self._triggers):
             polynomial = every[0, number].tolist()
-            if trigger.kind is EventKind.HITS and polynomial[0] > self._start.place_of_rounding:
+            if trigger.kind is _HITS and polynomial[0] > self._system.place_of_rounding:
                 continue
             if trigger.kind is EventKind.JAMS and polynomial[0] < 0:
                 every[:, number] = -every[:, number]
@@ -335,8 +337,6 @@ class Certificate:
 
     def _clock_root(self, block: Block, place: int) -> Any:
         """Return the place on a step at which the clock reaches the end of the arc, or None."""
-        if self._compiled.clock is None:
-            return None
         row = block.coefficients[place, self._compiled.clock]
         polynomial = -row * powers(block.lengths[place : place + 1], len(row))[0]
         polynomial[0] = polynomial[0] + self._span
@@ -358,7 +358,7 @@ class Certificate:
         element = self._system.elements[trigger.index]
         if search.unsure:
             speed = math.inf
-        elif trigger.kind is EventKind.HITS:
+        elif trigger.kind is _HITS:
             x = search.touch
             assert x is not None
             bend = sum(

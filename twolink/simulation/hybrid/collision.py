@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from twolink.arithmetic import Pair
 from twolink.integration.precisions import PRECISIONS
-from twolink.simulation.hybrid import compliant_state, tolerances
+from twolink.simulation.hybrid import compliant_state
 from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.impact import (
     Impacts,
@@ -25,12 +25,8 @@ from twolink.simulation.hybrid.system import HybridSystem
 def nearby(system: HybridSystem, state: HybridState) -> list[int]:
     """Return the rigid contacts whose gap is zero within round-off."""
     found = []
-    for index, element in enumerate(system.elements):
-        gap = state.gaps[index]
-        if not element.rigid or gap is None:
-            continue
-        size = max(1.0, abs(float(element.bound)))
-        if abs(gap) <= tolerances.CONTACT_GAP * system.rounding * size:
+    for index, (gap, near) in enumerate(zip(state.gaps, system.near, strict=True)):
+        if near is not None and gap is not None and abs(gap) <= near:
             found.append(index)
     return found
 
@@ -45,25 +41,37 @@ def collide(
 ) -> tuple[HybridState, Pose, Sequence[Strike]]:
     """Return the state after the impacts of all approached contacts, and the impacts."""
     near = nearby(system, state)
-    resting = [i for i in near if i in state.touching]
-    rows = [pose.row(system.elements[i].normal) for i in near if i not in resting]  # type: ignore[arg-type]
-    if not any([approach(row, state.u, system.rounding) for row in rows]):
+    if not _any_approached(system, state, pose, near):
         return state, pose, ()
     for index in near:
         pose = place(system, pose, index, state)
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
-    found = resolve(impacts, state.u, near, resting)
-    pressed_on = {i for i in state.touching if not system.elements[i].rigid}
-    gaps = state.gaps
+    found = resolve(impacts, state.u, near, [i for i in near if i in state.touching])
+    touching, gaps = found.resting, state.gaps
+    if state.touching:
+        touching |= {i for i in state.touching if not system.elements[i].rigid}
     for index in near:
         # A gap that has just closed is zero.
         if gaps[index] != 0:
             gaps = put(gaps, index, system.number(0))
-    state = state._replace(
-        q=pose.q, u=found.u, gaps=gaps, touching=found.resting | pressed_on,
-        sliding=sliding_after(system, pose, state.u, found.u),
-    )  # fmt: skip
-    return surfaces_after(system, state, pose), pose, found.strikes
+    sliding = sliding_after(system, pose, state.u, found.u)
+    state = HybridState(state.t, pose.q, found.u, gaps, touching, sliding, state.compliant)
+    if any(state.compliant):
+        state = surfaces_after(system, state, pose)
+    return state, pose, found.strikes
+
+
+def _any_approached(
+    system: HybridSystem, state: HybridState, pose: Pose, contacts: Sequence[int]
+) -> bool:
+    """Return whether a contact is approached that does not touch already."""
+    for index in contacts:
+        normal = system.elements[index].normal
+        if index in state.touching or normal is None:
+            continue
+        if approach(pose.row(normal), state.u, system.rounding):
+            return True
+    return False
 
 
 def surfaces_after(system: HybridSystem, state: HybridState, pose: Pose) -> HybridState:
@@ -131,8 +139,10 @@ def place(system: HybridSystem, pose: Pose, index: int, state: HybridState) -> P
 def sliding_after(system: HybridSystem, pose: Pose, before: Pair, u: Pair) -> tuple[int, ...]:
     """Return the direction in which each element slides at u, after the speeds were `before`."""
     return tuple(
-        0 if element.tangent is None else direction_of(system, pose.row(element.tangent), before, u)
-        for element in system.elements
+        [
+            0 if tangent is None else direction_of(system, pose.row(tangent), before, u)
+            for tangent in system.tangents
+        ]
     )
 
 

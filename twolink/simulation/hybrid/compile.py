@@ -14,12 +14,14 @@ from __future__ import annotations
 import functools
 import itertools
 import operator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from twolink.arithmetic import sqrt
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
 from twolink.effects import Effect, ParametricEffect, contact_elements
@@ -162,6 +164,18 @@ def _compiled(
     return _Builder(system, mode, sunk, next(parameters)).compiled()
 
 
+def safe_order(elements: Sequence[ContactElement], order: int | None) -> int | None:
+    """Return the order of Taylor series whose last two coefficients determine the steps.
+
+    From a touch on, only every fifth coefficient in s is large, where dt/ds = √depth: those of u
+    from 0, of √depth from 1, and of q and t from 2. If p is 4 modulo 5 none of them is p or p - 1,
+    and the steps would be too long by far; the order is then p + 2.
+    """
+    if order is None or order % 5 != 4 or not any(map(_is_rooted, elements)):
+        return order
+    return order + 2
+
+
 class _Builder:
     """The variables, rates and event functions of a mode, as heyoka's expressions."""
 
@@ -253,14 +267,28 @@ class _Builder:
         variables += roots.values()
         if not moving:
             return variables, [*rates, *(0.0 for _ in roots)]
-        pace = functools.reduce(operator.mul, moving.values())
+        scales = self._scales_of_pace()
+        pace = functools.reduce(operator.mul, [*moving.values(), *scales])
         rates = [rate * pace for rate in rates]
         for index in roots:
             # d√δ/ds = dδ/dt/(2√δ) dt/ds, in which the root cancels.
-            others = [root for other, root in moving.items() if other != index]
+            others = [root for other, root in moving.items() if other != index] + scales
             rate = -self._normal_speed(index) / 2 if index in moving else 0.0
             rates.append(functools.reduce(operator.mul, others, rate))
         return [*variables, self._clock], [*rates, pace]
+
+    def _scales_of_pace(self) -> list[Any]:
+        """Return the factors of dt/ds beside the moving roots: one for each beyond two.
+
+        It makes dt/ds as small as two roots, and not as all: where many roots begin at the least
+        one, s would else be so long that the powers of its steps leave the range of the numbers.
+        It is analytic, as the sum of the depths is zero only if every root is.
+        """
+        roots, power = list(self._moving.values()), len(self._moving) - 2
+        if power <= 0:
+            return []
+        size = 1 / sqrt(functools.reduce(operator.add, [root * root for root in roots]))
+        return [size] * power
 
     def _normal_speed(self, index: int) -> Any:
         normal = self._system.elements[index].normal

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
@@ -21,11 +23,11 @@ from twolink.simulation.hybrid.dynamics import (
     local_equations,
     mode_solution,
 )
-from twolink.simulation.hybrid.jet import Jet, constant, leading_term
+from twolink.simulation.hybrid.jet import Jet, Recording, leading_term
 from twolink.simulation.hybrid.mode import Trigger
 
-# Most conditions are decided by few terms.
-_LENGTHS = 3, tolerances.JET_ORDER + 1
+# Terms of the shortest series by which conditions are decided; its last term is left out.
+_FEW = 3
 
 # The events that a law keeps from coming at once, and the order at which its value appears in their
 # event functions: an acceleration is the second derivative of a place.
@@ -60,9 +62,23 @@ def confirmed(problem: Problem, candidate: Candidate) -> Orders | None:
 
 def _decided(problem: Problem, candidate: Candidate) -> dict[Condition, tuple[int, int]]:
     """Return the order and the sign that decide each undecided condition, where there are any."""
-    for length in _LENGTHS:
-        jets = _jets(problem, candidate.states, length)
-        found = {c: _leading(problem, candidate, c, *jets) for c in candidate.undecided}
+    motion = _motion(problem, candidate.states)
+    values = {
+        c: value_of(problem.system, motion.equations, motion.solution, c)
+        for c in candidate.undecided
+    }
+    noise = {c: noise_of(problem, c, candidate.solution) for c in values}
+    rate = 1 / problem.system.longest_step
+    for length in range(2, tolerances.JET_ORDER + 2):
+        motion.extend()
+        if length < _FEW:
+            continue
+        found = {
+            c: leading_term(
+                value.terms[:-1] if isinstance(value, Jet) else (value,), noise[c], rate
+            )
+            for c, value in values.items()
+        }
         if all(sign for _, sign in found.values()):
             break
     return found
@@ -72,42 +88,36 @@ def _trigger(condition: Condition) -> Trigger:
     return Trigger(_EVENTS[condition.law][0], condition.number, condition.sense)
 
 
-def _leading(
-    problem: Problem,
-    candidate: Candidate,
-    condition: Condition,
-    solution: Solution,
-    equations: LocalEquations,
-) -> tuple[int, int]:
-    """Return the order and the sign of the first derivative of a condition beyond round-off."""
-    value = value_of(problem.system, equations, solution, condition)
-    value = value if isinstance(value, Jet) else constant(value, 2)
-    noise = noise_of(problem, condition, candidate.solution)
-    return leading_term(value.terms[:-1], noise, 1 / problem.system.longest_step)
+class _Motion(NamedTuple):
+    """The motion in a mode as jets: q, u and time, and the equations and solution that follow."""
+
+    recording: Recording
+    q: tuple[Jet, Jet]
+    u: tuple[Jet, Jet]
+    t: Jet
+    solution: Solution
+    equations: LocalEquations
+
+    def extend(self) -> None:
+        """Compute one more coefficient of all jets: each follows from those before it."""
+        k = len(self.t.terms)
+        for q, u, du in zip(self.q, self.u, self.solution.du, strict=True):
+            q.terms.append(u.terms[k - 1] / k)
+            known = du.terms[k - 1] if isinstance(du, Jet) else du if k == 1 else 0 * du
+            u.terms.append(known / k)
+        self.t.terms.append((1 if k == 1 else 0) + 0 * self.t.terms[0])
+        self.recording.extend()
 
 
-def _jets(problem: Problem, states: States, length: int) -> tuple[Solution, LocalEquations]:
-    """Return the motion in a mode as jets of a length: the solution and the equations."""
-    system, state = problem.system, problem.state
-    zero = 0 * state.q[0]
-    q = [[x, v, *[zero] * (length - 2)] for x, v in zip(state.q, state.u, strict=True)]
-    u = [[v, *[zero] * (length - 1)] for v in state.u]
-    t = (state.t, 1 + zero, *[zero] * (length - 2))
+def _motion(problem: Problem, states: States) -> _Motion:
+    """Return the motion in a mode, with the first coefficients of its jets."""
+    system, state, recording = problem.system, problem.state, Recording()
+    q1, q2, u1, u2, t = (Jet((x,), recording) for x in (*state.q, *state.u, state.t))
+    q, u = (q1, q2), (u1, u2)
+    pose = Pose(system.chain, system.formulation, q)
     dents = [own.plastic if own is not None else None for own in state.compliant]
-    for k in range(1, length + 1):
-        # Each coefficient follows from those before it.
-        pair = Jet(tuple(q[0][:k])), Jet(tuple(q[1][:k]))
-        speeds = Jet(tuple(u[0][:k])), Jet(tuple(u[1][:k]))
-        pose, now = Pose(system.chain, system.formulation, pair), Jet(t[:k])
-        solution = mode_solution(pose, system.effects, system.elements, states, dents, speeds, now)
-        if k == length:
-            break
-        for link, du in enumerate(solution.du):
-            terms = du.terms if isinstance(du, Jet) else constant(du, k).terms
-            u[link][k] = terms[k - 1] / k
-            if k + 1 < length:
-                q[link][k + 1] = u[link][k] / (k + 1)
+    solution = mode_solution(pose, system.effects, system.elements, states, dents, u, t)
     active = [terms is not None for terms in problem.equations.terms]
     pushes = [terms.push if terms is not None else 0 for terms in problem.equations.terms]
-    equations = local_equations(pose, system.effects, system.elements, speeds, now, active, pushes)
-    return solution, equations
+    equations = local_equations(pose, system.effects, system.elements, u, t, active, pushes)
+    return _Motion(recording, q, u, t, solution, equations)

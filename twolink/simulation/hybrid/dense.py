@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.simulation.hybrid.certificate import Block
 from twolink.simulation.hybrid.flow import Arc
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.series import powers
@@ -41,13 +42,13 @@ class Polynomials:
         moments = PRECISIONS[self.precision].array(np.atleast_1d(times))
         # Times are float64 numbers, and so are the times of events in the results.
         index = np.searchsorted(self.starts.astype(float), moments.astype(float), side=side) - 1
-        index = np.clip(index, 0, len(self.starts) - 1)
+        index = np.maximum(index, 0)
         x = moments - self.starts[index]
-        on_clock = self.by_clock[index]
-        if on_clock.any():
+        if self.by_clock.any():
+            on_clock = self.by_clock[index]
             x[on_clock] = self._on_clock(index[on_clock], x[on_clock])
         by_power = powers(x, self.coefficients.shape[2])
-        values = _sums(self.coefficients[index], by_power)
+        values = _sums(self.coefficients.take(index, axis=0), by_power)
         return values[:, :2].T, values[:, 2:].T
 
     def _on_clock(self, index: Any, elapsed: Any) -> Any:
@@ -90,15 +91,18 @@ def _with_slope(coefficients: Any, x: Any) -> tuple[Any, Any]:
 
 def polynomials_of(arcs: Sequence[Arc], last: HybridState, precision: PrecisionName) -> Polynomials:
     """Return the steps of arcs as one function; the last state applies from its time on."""
-    blocks = [block for arc in arcs for block in arc.blocks]
-    owners = [number for number, arc in enumerate(arcs) for _ in arc.blocks]
+    blocks: list[Block] = []
+    owners: list[int] = []
+    for number, arc in enumerate(arcs):
+        blocks += arc.blocks
+        owners += [number] * len(arc.blocks)
     with_clock = [arcs[number].compiled.clock is not None for number in owners]
     order = max((block.coefficients.shape[2] for block in blocks), default=1)
     kind = np.array([PRECISIONS[precision].number(0)]).dtype
     final = np.zeros((1, 4, order)).astype(kind)
     final[0, :, 0] = [*last.q, *last.u]
-    counts = [*(len(block.lengths) for block in blocks), 1]
-    starts = np.concatenate([*(block.starts for block in blocks), np.array([last.t], kind)])
+    counts = [*[len(block.lengths) for block in blocks], 1]
+    starts = np.concatenate([*[block.starts for block in blocks], np.array([last.t], kind)])
     clocks = np.zeros((len(starts), order)).astype(kind)
     firsts = list(accumulate(counts, initial=0))
     for place in [place for place, on_clock in enumerate(with_clock) if on_clock]:
@@ -111,10 +115,10 @@ def polynomials_of(arcs: Sequence[Arc], last: HybridState, precision: PrecisionN
         Polynomials(
             precision=precision,
             starts=starts,
-            coefficients=np.concatenate([*(b.coefficients[:, :4] for b in blocks), final]),
+            coefficients=np.concatenate([*[b.coefficients[:, :4] for b in blocks], final]),
             clocks=clocks,
             by_clock=np.repeat([*with_clock, False], counts),
-            ends=np.concatenate([*(b.lengths for b in blocks), final[:, 0, 0] * 0]),
+            ends=np.concatenate([*[b.lengths for b in blocks], final[:, 0, 0] * 0]),
             arcs=np.repeat([*owners, len(arcs)], counts),
         )
     )

@@ -83,12 +83,13 @@ class Pose:
 
     def response(self, row: Pair, force: Pair) -> Scalar:
         """Return row · M⁻¹ force: the acceleration along a row that a unit of a force gives."""
-        x, y = self.impulse_response(force)
+        M, det = self._inertia or self.inertia
+        x, y = cramer(M, force, det)
         return row[0] * x + row[1] * y
 
     def impulse_response(self, impulse: Pair) -> Pair:
         """Return M⁻¹ times a generalized impulse (N m s): the change of u (rad/s)."""
-        M, det = self.inertia
+        M, det = self._inertia or self.inertia
         return cramer(M, impulse, det)
 
 

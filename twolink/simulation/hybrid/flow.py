@@ -7,7 +7,7 @@ together (`certificate`). The arc ends at the first event, or at the requested t
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -71,14 +71,14 @@ def flow(
     until: Any,
     formulation: FormulationName,
     progress: Callable[[float, int], None],
-    expected: int = 0,
+    before: Sequence[Arc] = (),
     orders: Orders = NO_ORDERS,
 ) -> Arc:
     """Return the arc of a mode from a state until a time (s), or to its first event.
 
-    `progress` receives the time (s) reached and the size (bytes) of the steps so far; `expected` is
-    the number of steps before the first event detection, 0 for the default; `orders` has the
-    numbers of leading coefficients of event functions that are zero by the mode selection.
+    `progress` receives the time (s) reached and the size (bytes) of the steps so far; `before` has
+    the last arcs, by which the number of steps before the first event detection is chosen; `orders`
+    has the numbers of leading coefficients of event functions that are zero by the mode selection.
     Raises `IntegrationError` where the motion does not stay finite, or its steps become too short.
     """
     begun = perf_counter()
@@ -88,23 +88,30 @@ def flow(
         until = min(until, state.t + system.number(tolerances.LONGEST_PRESS))
     with compiled.pool.lend() as integrator:
         course = _Course(system, compiled, integrator, mode, state, until, compile_seconds)
-        return _followed(course, orders, expected, progress)
+        return _followed(course, orders, before, progress)
 
 
 def _followed(
-    course: _Course, orders: Orders, expected: int, progress: Callable[[float, int], None]
+    course: _Course,
+    orders: Orders,
+    before: Sequence[Arc],
+    progress: Callable[[float, int], None],
 ) -> Arc:
     """Return the arc that an integrator computes from the start of a course."""
     system, compiled, mode = course.system, course.compiled, course.mode
     _set_up(course)
     span = course.until - course.state.t
-    certificate = Certificate(system, compiled, mode, span, _pressing(course), orders, course.state)
+    pressing = _pressing(course) if any(course.state.compliant) else 0.0
+    certificate = Certificate(system, compiled, mode, span, pressing, orders, course.state)
     blocks: list[Block] = []
     doubts: list[Doubt] = []
     taken = 0
     ahead, most_ahead = _AHEAD[system.precision]
     # An event that is visible at the end of a step stops the integrator.
-    ahead = most_ahead if compiled.shows_events else min(expected or ahead, most_ahead)
+    if compiled.shows_events:
+        ahead = most_ahead
+    else:
+        ahead = min(_expected(before, mode) or ahead, most_ahead)
     while True:
         block, over, failure = _take_steps(course, ahead)
         found: Finding | None = None
@@ -122,6 +129,14 @@ def _followed(
             return _failed(course, blocks, doubts, failure)
         ahead = min(2 * ahead, most_ahead)
         progress(float(_now(course)), sum(block.coefficients.nbytes for block in blocks))
+
+
+def _expected(before: Sequence[Arc], mode: Mode) -> int:
+    """Return the steps that the last arc in the same mode took, and one more: 0 if unknown."""
+    for arc in before:
+        if arc.mode.states == mode.states:
+            return arc.step_count + 1
+    return 0
 
 
 class _Course(NamedTuple):
@@ -186,9 +201,13 @@ def _set_up(course: _Course) -> None:
     """Set the integrator of a mode to the start of an arc."""
     system, compiled, integrator, mode, state, *_ = course
     compliant = state.compliant
-    surfaces = [compliant[i].residual_depth for i in compiled.sunk]  # type: ignore[union-attr]
-    surfaces += [compliant[i].sqrt_depth for i in compiled.roots]  # type: ignore[union-attr]
-    vector = [*state.q, *state.u, *[state.gaps[i] for i in compiled.gaps], *surfaces]
+    vector = [*state.q, *state.u]
+    for index in compiled.gaps:
+        vector.append(state.gaps[index])
+    for index in compiled.sunk:
+        vector.append(compliant[index].residual_depth)  # type: ignore[union-attr]
+    for index in compiled.roots:
+        vector.append(compliant[index].sqrt_depth)  # type: ignore[union-attr]
     values = integrator.state
     if len(vector) < len(values):
         vector += [system.number(0)] * (len(values) - len(vector))
@@ -206,8 +225,6 @@ def _pressing(course: _Course) -> float:
     """Return the sum of the accelerations (rad/s²) that single compliant surfaces give."""
     system, _, _, mode, state, *_ = course
     found = 0.0
-    if not any(state.compliant):
-        return found
     for index, own in enumerate(state.compliant):
         element = system.elements[index]
         if own is None or element.normal is None or mode.states[index] is ContactState.OPEN:
@@ -223,7 +240,7 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
     """Return the next steps, whether they reach the end of the arc, and the failure if any."""
     system, compiled, integrator, _, state, until, _ = course
     clock, integrals = compiled.clock, compiled.integrals
-    (limit, success), longest = _outcomes(), system.number(system.longest_step)
+    (success, limit), longest = _outcomes(), system.number(system.longest_step)
     falling, watches_integrals = compiled.falling, integrals.stop > integrals.start
     span, shortest = until - state.t, SHORTEST_STEP if clock is None else 0
     # Views of the integrator's own memory.
@@ -231,10 +248,10 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
     starts: list[Any] = []
     lengths: list[Any] = []
     coefficients = np.empty((ahead, *tc.shape), values.dtype)
-    over, failure = False, ""
+    over, fallen, failure = False, False, ""
     for place in range(ahead):
         start = integrator.time
-        left = until - start if clock is None else None
+        left = None if clock is not None else until - start
         if left is None:
             outcome, length = step(write_tc=True)
         elif left > 0:
@@ -256,27 +273,23 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
         if not length > shortest * start:
             failure = "its steps become too short"
             break
-        if _has_fallen(values, falling):
+        # An event has occurred if a variable that may fall is below zero.
+        for variable in falling:
+            if values[variable] < 0:
+                fallen = True
+        if fallen:
             break
-    count = len(lengths)
-    starts_, lengths_ = np.array(starts, values.dtype), np.array(lengths, values.dtype)
+    kind, count = values.dtype, len(lengths)
     # A copy, as most blocks end early and are kept.
-    return Block(starts_, lengths_, coefficients[:count].copy()), over, failure
-
-
-def _has_fallen(values: Any, falling: tuple[int, ...]) -> bool:
-    """Return whether an event has occurred: whether a variable that may fall is below zero."""
-    for variable in falling:  # noqa: SIM110
-        if values[variable] < 0:
-            return True
-    return False
+    block = Block(np.array(starts, kind), np.array(lengths, kind), coefficients[:count].copy())
+    return block, over, failure
 
 
 @functools.cache
 def _outcomes() -> tuple[Any, Any]:
-    """Return heyoka's result codes for a capped and for a full step."""
+    """Return heyoka's result codes for a full and for a capped step."""
     outcomes = heyoka().taylor_outcome
-    return outcomes.time_limit, outcomes.success
+    return outcomes.success, outcomes.time_limit
 
 
 def _now(course: _Course) -> Any:

@@ -61,8 +61,11 @@ def moves(row: Pair, u: Pair, rounding: float) -> bool:
 
 def approach(row: Pair, u: Pair, rounding: float) -> Scalar:
     """Return the speed row · u if it is negative beyond its round-off, else 0."""
-    speed = speed_along(row, u)
-    return speed if speed < 0 and not at_rest(row, u, rounding) else 0
+    first, second = row[0] * u[0], row[1] * u[1]
+    speed = first + second
+    if speed < 0 and -speed > AT_REST * rounding * (abs(first) + abs(second)):
+        return speed
+    return 0
 
 
 def placed(
@@ -151,23 +154,21 @@ class Impacts:
 
     def impact(self, index: int, u: Pair, without_collision: bool = False) -> Strike:
         """Return the impact on a contact at u; without collision the normal speed is zero."""
-        contact = self.contact(index)
-        row = self.pose.row(contact.normal)
-        v_n = 0 * u[0] if without_collision else speed_along(row, u)
-        G_nn = self.pose.response(row, row)
-        tangent = (0, 0) if contact.tangent is None else self.pose.row(contact.tangent)
+        contact, pose = self.contact(index), self.pose
+        row = pose.row(contact.normal)
+        v_n = 0 * u[0] if without_collision else row[0] * u[0] + row[1] * u[1]
+        G_nn = pose.response(row, row)
+        tangent = (0, 0) if contact.tangent is None else pose.row(contact.tangent)
         # A point that cannot move along the surface in this pose has no friction.
         if contact.tangent is None or largest(tangent) <= NO_LEVER * largest(row):
             impulse = smooth_impulse(v_n, G_nn, contact.restitution)
             return self._strike(index, impulse, u, self._after(u, row, tangent, impulse))
-        G_nt = self.pose.response(row, tangent)
+        G_nt = pose.response(row, tangent)
         across = row[0] * tangent[1] - row[1] * tangent[0]
         # For a point that moves along one line only, both speeds are proportional.
         if abs(across) <= NO_LEVER * (abs(row[0] * tangent[1]) + abs(row[1] * tangent[0])):
             return self._guided(index, u, v_n, G_nn, G_nt / G_nn)
-        return self._rough(
-            index, u, v_n, Response(G_nn, G_nt, self.pose.response(tangent, tangent))
-        )
+        return self._rough(index, u, v_n, Response(G_nn, G_nt, pose.response(tangent, tangent)))
 
     def _rough(self, index: int, u: Pair, v_n: Scalar, G: Response) -> Strike:
         """Return an impact with friction of a point that moves freely."""
@@ -261,12 +262,11 @@ class Impacts:
 
     def _strike(self, index: int, impulse: Impulse, before: Pair, after: Pair) -> Strike:
         contact, pose = self.contact(index), self.pose
-        row = pose.row(contact.normal)
-        sliding: Pair = (0.0, 0.0)
+        (x, y), (u1, u2), (v1, v2) = pose.row(contact.normal), before, after
+        speeds, sliding = (x * u1 + y * u2, x * v1 + y * v2), (0.0, 0.0)
         if contact.tangent is not None:
             tangent = pose.row(contact.tangent)
             sliding = speed_along(tangent, before), speed_along(tangent, after)
-        speeds = speed_along(row, before), speed_along(row, after)
         return Strike(
             self.time, index, contact.name, pose.q, (before, after), speeds, sliding, impulse
         )

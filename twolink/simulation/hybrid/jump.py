@@ -20,7 +20,7 @@ from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, Pose
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY, Doubt, Mode, Trigger
 from twolink.simulation.hybrid.painleve import jammed, strike_without_collision
-from twolink.simulation.hybrid.reactions import REACTIONS, Reaction
+from twolink.simulation.hybrid.reactions import REACTIONS
 from twolink.simulation.hybrid.select import Selection, select
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
@@ -58,10 +58,10 @@ def jump(
     `past` has the most recent impacts, for the Zeno limit. Raises `IntegrationError` if the laws
     admit no motion.
     """
-    reaction = Reaction(state, {})
-    if trigger is not None:
-        reaction = REACTIONS[trigger.kind](system, state, mode, trigger)
-    return settle(system, reaction.state, reaction.known, past, reaction.strikes)
+    if trigger is None:
+        return settle(system, state, {}, past)
+    after, known, strikes = REACTIONS[trigger.kind](system, state, mode, trigger)
+    return settle(system, after, known, past, strikes)
 
 
 def settle(
@@ -87,18 +87,23 @@ def settle(
         state, pose, found = collide(system, state, pose)
         struck += found
         strikes += found
-        selection = _selection(system, state, pose, {} if strikes else known)
+        restricted = known and not strikes
+        selection = select(system, state, pose, known if restricted else {})
+        if selection is None and restricted:
+            selection = select(system, state, pose, {})
         if selection is None:
             ended = _without_mode(system, state, pose, past, strikes)
             struck = list(ended.strikes)
         else:
-            mode = Mode(system.names, selection.states, _dents(state))
+            mode = system.mode(selection.states, _dents(state))
             rest = left_out(system, state, pose, mode, struck, past, strikes) if struck else None
             if rest is None:
                 if selection.others or not selection.confirmed:
                     notes.append(_note(system, state, mode, selection))
+                if state.touching:
+                    state = _tidied(system, state, mode)
                 return Jump(
-                    _tidied(system, state, mode), mode, (*before, *strikes), tuple(notes), delay,
+                    state, mode, (*before, *strikes), tuple(notes), delay,
                     selection.orders, tuple(doubts),
                 )  # fmt: skip
             ended, struck = rest, []
@@ -110,14 +115,6 @@ def settle(
         f"at {float(state.t):.9g} s the laws of impact and friction lead from one impact to the "
         f"next without end; elements in contact: {touched_names(system, state)}"
     )
-
-
-def _selection(
-    system: HybridSystem, state: HybridState, pose: Pose, known: Mapping[int, States]
-) -> Selection | None:
-    """Return the next mode, with the known states of some elements or else without them."""
-    found = select(system, state, pose, known)
-    return select(system, state, pose, {}) if found is None and known else found
 
 
 def _without_mode(
@@ -164,8 +161,6 @@ def _tidied(system: HybridSystem, state: HybridState, mode: Mode) -> HybridState
 
     A touching contact that carries no force stays touching.
     """
-    if not state.touching:
-        return state
     held = system.held(mode.states)
     leaving = set()
     for index in state.touching:

@@ -20,8 +20,9 @@ from twolink.integration.precisions import PrecisionName
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid.run import Effort, HybridRun, hybrid_run
-from twolink.simulation.hybrid.tolerances import MOST_JUMPS, PATIENCE
+from twolink.simulation.hybrid.tolerances import BEYOND, MOST_JUMPS, PATIENCE
 from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.times import merged
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], Callable[[float], None] | None]
@@ -88,10 +89,11 @@ class Rung(NamedTuple):
 
 @dataclass(frozen=True)
 class Measured:
-    """The result, its largest error up to each time (rad, rad/s), and all runs."""
+    """The result, its largest error up to each time (rad, rad/s), its `judge`, and all runs."""
 
     kept: HybridRun
     errors: Array
+    judge: HybridRun
     runs: tuple[HybridRun, ...]
 
 
@@ -108,20 +110,18 @@ def measured_run(
     `progress` maps the name of a run to a function that receives its completed share. Raises
     `SimulationError` if not even the start can be integrated.
     """
-    own = EQUATIONS[formulation].in_speeds
-    other = next(name for name in FORMULATIONS if name != own)
-    runs = _Runs(scene, times, own, progress, limits)
+    runs = _Runs(scene, times, EQUATIONS[formulation].in_speeds, progress, limits)
     best: _Trial | None = None
     for rung in _rungs(accuracy):
         if rung.precision == "double" and best is not None and best.worst > _LOST * accuracy:
             # A higher order does not gain that many digits.
             continue
-        kept = runs.made(rung.precision, rung.order, own)
+        kept = runs.kept(rung)
         many = kept.steps > _MANY_STEPS_OF_A_LOW_ORDER or (kept.failure and kept.exhausted)
         if rung.order < _BEST_ORDER and many:
             # The truncation errors of many steps add up to more than the accuracy.
             continue
-        judge = runs.made(rung.judge, rung.judging_order, other)
+        judge = runs.judge(rung, kept)
         margin = _MARGIN if rung.precision != rung.judge else _MARGIN_OF_EQUALS
         errors = margin * differences(kept, judge, times, accuracy)
         trial = _Trial(kept, judge, errors, accuracy, float(times[-1]))
@@ -130,14 +130,15 @@ def measured_run(
         if trial.suffices or trial.ends_the_search:
             break
     assert best is not None
-    return Measured(best.kept, best.errors, tuple(runs.known.values()))
+    return Measured(best.kept, best.errors, best.judge, tuple(runs.known.values()))
 
 
 @dataclass(frozen=True)
 class _Runs:
-    """The runs of a scene by precision, order and formulation, each made once.
+    """The runs of a scene by precision, order and formulation.
 
-    Runs by the formulation `own` are results; the others measure them.
+    Runs by the formulation `own` are results; the others measure them. No run goes on where it
+    cannot be measured, or has nothing to measure.
     """
 
     scene: Scene
@@ -147,15 +148,39 @@ class _Runs:
     limits: Limits
     known: dict[tuple[PrecisionName, int, FormulationName], HybridRun] = field(default_factory=dict)
 
-    def made(self, precision: PrecisionName, order: int, by: FormulationName) -> HybridRun:
-        """Return a run as far as it goes."""
+    def kept(self, rung: Rung) -> HybridRun:
+        """Return the run of a rung, as far as it goes and can be measured."""
+        if rung.precision == "double":
+            return self._made(rung.precision, rung.order, self.own, self.scene.duration)
+        # Here the run that measures is short of work before this one is.
+        judge = self._judge(rung, self.scene.duration)
+        if not (judge.failure and judge.exhausted):
+            return self._made(rung.precision, rung.order, self.own, self.scene.duration)
+        made = self._made(rung.precision, rung.order, self.own, judge.reached)
+        return made if made.failure else replace(made, failure=judge.failure, exhausted=True)
+
+    def judge(self, rung: Rung, kept: HybridRun) -> HybridRun:
+        """Return the run that measures one of a rung, slightly beyond the end of it."""
+        beyond = kept.reached + BEYOND * self.scene.duration if kept.failure else math.inf
+        return self._judge(rung, min(beyond, self.scene.duration))
+
+    def _judge(self, rung: Rung, until: float) -> HybridRun:
+        other = next(name for name in FORMULATIONS if name != self.own)
+        return self._made(rung.judge, rung.judging_order, other, until)
+
+    def _made(
+        self, precision: PrecisionName, order: int, by: FormulationName, until: float
+    ) -> HybridRun:
+        """Return a run up to a time (s), or as far as it goes; it is made once."""
         key = precision, order, by
-        if key not in self.known:
+        known = self.known.get(key)
+        if known is None or (known.reached < until and not known.failure):
             low = by == self.own and order < _BEST_ORDER
             effort = Effort(
                 jumps=_MOST_JUMPS.get(precision, MOST_JUMPS),
                 steps=_MANY_STEPS_OF_A_LOW_ORDER if low else math.inf,
                 patience=PATIENCE if by == self.own else _MORE_PATIENCE * PATIENCE,
+                until=until,
             )
             self.known[key] = hybrid_run(
                 self.scene, self.times, formulation=by, precision=precision, order=order,
@@ -210,7 +235,7 @@ class _Trial:
         judge = self.judge
         work = judge.steps + _STEPS_OF_A_JUMP * len(judge.arcs)
         too_much = work > _MOST_WORK and self.kept.reached >= judge.reached
-        return bool(self.kept.exhausted or too_much)
+        return bool(self.kept.exhausted or judge.exhausted or too_much)
 
 
 def _rungs(accuracy: float) -> Iterator[Rung]:
@@ -222,6 +247,8 @@ def _rungs(accuracy: float) -> Iterator[Rung]:
     if order <= _BEST_ORDER:
         yield Rung("double", _BEST_ORDER, "long double", 23)
     yield Rung("long double", 23, "quadruple", 31)
+    # The run that measured the last one measures this one as well, if its error allows.
+    yield Rung("quadruple", 41, "quadruple", 31)
     yield Rung("quadruple", 41, "quadruple", 35)
 
 
@@ -260,19 +287,25 @@ def _moments(first: HybridRun, second: HybridRun, times: Array, end: float) -> A
     """Return the times (s) at which runs are compared.
 
     An event has two instants, one in each run. Forces may jump there, so that the error is largest
-    after the later one. The instants of bounces that the first run omits are left out.
+    after the later one, and just before an impact that only the second run has. The instants of
+    bounces that the first run omits are left out.
     """
-    starts = first.polynomials.starts.astype(float)
-    places = _PLACES if len(starts) < _MANY_STEPS else (0.5,)
-    widths = np.diff(starts)
-    inside = [starts[:-1] + place * widths for place in places]
     events = np.array([float(arc.start.t) for run in (first, second) for arc in run.arcs])
     after = events + 2 * _SLACK * np.spacing(events)
+    others = np.concatenate([after, *_inside(second)])
     for arc, rest in zip(first.arcs, first.since, strict=True):
         # Bounces that are omitted have a speed only until they would have ended.
-        after = after[(after < float(arc.start.t)) | (after > rest)]
-    every = np.unique(np.concatenate([times, *inside, after]))
+        others = others[(others < float(arc.start.t)) | (others > rest)]
+    every = merged(times, *_inside(first), others)
     return np.asarray(every[every <= end])
+
+
+def _inside(run: HybridRun) -> list[Array]:
+    """Return places (s) inside the steps of a run."""
+    starts = run.polynomials.starts.astype(float)
+    widths = np.diff(starts)
+    places = _PLACES if len(starts) < _MANY_STEPS else (0.5,)
+    return [starts[:-1] + place * widths for place in places]
 
 
 def _impacts_apart(

@@ -125,7 +125,9 @@ class Impact:
     Speeds are those along the element's normal (rad/s or m/s), before and after, and `sliding`
     those along its tangent if it is rough; impulses likewise (N m s or N s). `kinetic_energy` is
     T before and after (J), and `link_energies` those of link 1 and link 2. `regime` describes the
-    sliding.
+    sliding. In the regime "bounces die away" the normal impulse takes back the last rebound, and is
+    negative then: with the force at rest from `Event.entered` to `Event.time` it is the impulse of
+    all bounces that are left out.
     """
 
     time: float

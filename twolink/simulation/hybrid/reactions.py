@@ -5,7 +5,7 @@ A reaction gives the state immediately after an event, and may restrict the stat
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from twolink.contact.states import ContactState, EventKind, pressed, slipping
@@ -38,23 +38,19 @@ class Reaction(NamedTuple):
 
 
 def _hits(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
-    """A gap closes: a rigid contact has an impact, a compliant one begins to press."""
+    """A gap closes: a rigid contact has an impact, compliant ones begin to press."""
     index = trigger.index
-    element, own = system.elements[index], state.compliant[index]
+    if state.compliant[index] is not None:
+        for number in _met_with(system, state, index):
+            state, pose, slow = _met(system, state, number)
+            state = press(system, state, pose, number, slow)
+        return Reaction(state, {})
+    element = system.elements[index]
     assert element.normal is not None
     state = state._replace(gaps=put(state.gaps, index, system.number(0)))
-    pose = system.pose(state.q)
-    row = pose.row(element.normal)
-    slow = not approach(row, state.u, system.rounding)
-    if element.rigid and not slow:
+    if approach(system.pose(state.q).row(element.normal), state.u, system.rounding):
         return Reaction(state, {})
-    pose = place(system, pose, index, state)
-    state = state._replace(q=pose.q)
-    if slow:
-        # The surface is reached without speed.
-        state = state._replace(u=stopped(pose, [element.normal], state.u, system.rounding))
-    if own is not None:
-        return Reaction(press(system, state, pose, index, slow), {})
+    state, pose, _ = _met(system, state, index)
     # Other points at this place touch with it.
     alike = {
         i
@@ -65,6 +61,37 @@ def _hits(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger
         sliding = put(state.sliding, number, sliding_of(system, pose, number, state.u))
         state = state._replace(touching=state.touching | {number}, sliding=sliding)
     return Reaction(state, {})
+
+
+def _met_with(system: HybridSystem, state: HybridState, index: int) -> Iterator[int]:
+    """Yield a compliant surface that is met, and those met at the same instant.
+
+    While a press begins, time hardly grows with its own variable, so that a gap that closes at the
+    same instant would seem to stay zero.
+    """
+    yield index
+    pose = system.pose(state.q)
+    for number, (own, gap) in enumerate(zip(state.compliant, state.gaps, strict=True)):
+        normal = system.elements[number].normal
+        if own is None or gap is None or normal is None or number in state.touching:
+            continue
+        met = number != index and abs(gap) <= system.place_of_rounding
+        if met and approach(pose.row(normal), state.u, system.rounding):
+            yield number
+
+
+def _met(system: HybridSystem, state: HybridState, index: int) -> tuple[HybridState, Pose, bool]:
+    """Return the state in which a gap is zero, its pose, and whether it is met without speed."""
+    normal = system.elements[index].normal
+    assert normal is not None
+    state = state._replace(gaps=put(state.gaps, index, system.number(0)))
+    pose = system.pose(state.q)
+    slow = not approach(pose.row(normal), state.u, system.rounding)
+    pose = place(system, pose, index, state)
+    state = state._replace(q=pose.q)
+    if slow:
+        state = state._replace(u=stopped(pose, [normal], state.u, system.rounding))
+    return state, pose, slow
 
 
 def press(
@@ -91,23 +118,60 @@ def press(
 def _leaves(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
     """A normal force vanishes: the contact opens, unless the slide is jammed."""
     index = trigger.index
-    element, own = system.elements[index], state.compliant[index]
     pose = system.pose(state.q)
-    if own is None:
+    if state.compliant[index] is None:
         if index in jammed(system, state, pose):
             return Reaction(state, {})
         state = state._replace(touching=state.touching - {index})
         state = state._replace(gaps=put(state.gaps, index, system.number(0)))
         return Reaction(state, {index: (ContactState.OPEN,)})
+    for number in _left_with(system, state, pose, index):
+        state = _released(system, state, pose, number)
+    return Reaction(state, {index: (ContactState.OPEN,)})
+
+
+def _left_with(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> Iterator[int]:
+    """Yield a compliant surface that is left, and those left at the same instant.
+
+    A surface that does not push beyond round-off is left unless its point approaches it. If √depth
+    stayed at zero, time, which grows in proportion to it while a surface is pressed, would stand
+    still.
+    """
+    yield index
+    for number in sorted(state.touching - {index}):
+        normal = system.elements[number].normal
+        if normal is None or state.compliant[number] is None:
+            continue
+        away = not approach(pose.row(normal), state.u, system.rounding)
+        if away and _depth_of_force(system, state, pose, number) <= system.place_of_rounding:
+            yield number
+
+
+def _depth_of_force(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> Any:
+    """Return the depth (m) of a pressed surface beyond that at which it does not push."""
+    element, own = system.elements[index], state.compliant[index]
+    assert element.compliant is not None
     assert element.normal is not None
+    assert own is not None
+    if own.sqrt_depth is not None:
+        return own.sqrt_depth * own.sqrt_depth
+    depth = element.bound - own.offset - element.normal.coordinate(system.chain, state.q)
+    rate = element.compliant.relaxation
+    return depth if rate is None else depth - speed_along(pose.row(element.normal), state.u) / rate
+
+
+def _released(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> HybridState:
+    """Return the state after a point has separated from a compliant surface."""
+    element, own = system.elements[index], state.compliant[index]
+    assert element.normal is not None
+    assert own is not None
     speed = speed_along(pose.row(element.normal), state.u)
     depth = element.bound - own.offset - element.normal.coordinate(system.chain, state.q)
     released = compliant_state.released(element, own, speed, depth)
-    state = state._replace(
+    return state._replace(
         touching=state.touching - {index}, gaps=put(state.gaps, index, system.number(0)),
         compliant=put(state.compliant, index, released),
     )  # fmt: skip
-    return Reaction(state, {index: (ContactState.OPEN,)})
 
 
 def _stops(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:

@@ -45,17 +45,16 @@ def resolve(
     before = u
     for _ in range(MOST_IMPACTS):
         if strikes:
-            still |= {i for i, row in rows.items() if is_left_over(row, u, before, rounding)}
+            still.update([i for i, row in rows.items() if is_left_over(row, u, before, rounding)])
         if strikes and still:
             if _is_lost(impacts, still, u, before):
                 strikes += ended(impacts, sorted(still), u, ())
             normals = [impacts.contact(i).normal for i in sorted(still)]
             u = stopped(impacts.pose, normals, u, rounding)
-        approached = [
-            (float(speed), index)
-            for index, row in rows.items()
-            if index not in still and (speed := approach(row, u, rounding))
-        ]
+        approached: list[tuple[float, int]] = []
+        for index, row in rows.items():
+            if index not in still and (speed := approach(row, u, rounding)):
+                approached.append((float(speed), index))
         if not approached:
             return Resolution(u, tuple(strikes), frozenset(still))
         _, index = min(approached)
@@ -63,7 +62,8 @@ def resolve(
         _refuse_energy(impacts, strike)
         strikes.append(strike)
         u = strike.u[1]
-        still = {i for i in still if i != index and at_rest(rows[i], u, rounding)}
+        if still:
+            still = {i for i in still if i != index and at_rest(rows[i], u, rounding)}
         if abs(strike.speeds[1]) <= NO_REBOUND * rounding * abs(strike.speeds[0]):
             still.add(index)
     # Repeated impacts between contacts become weaker: in the limit all come to rest.

@@ -73,17 +73,18 @@ def rounding_bound(coefficients: Sequence[Any], rounding: float) -> float:
     return POLYNOMIAL * rounding * float(sum(map(abs, coefficients))) + float(cut)
 
 
-def margins_of(coefficients: Any, rounding: float) -> tuple[Array, Array]:
+def margins_of(coefficients: Any, rounding: float) -> tuple[Array, Array, Array]:
     """Return by how much polynomials, shape (m, n), exceed the bounds on their errors on [0, 1].
 
-    Those with a positive margin are proven positive. The Bernstein coefficients, shape (m, n), are
-    returned as well. Both are computed in float64: `first_fall` decides on what this leaves open.
+    Those with a positive margin are proven positive. The Bernstein coefficients, shape (m, n), and
+    the bounds are returned as well. All are computed in float64: `first_fall` decides on what this
+    leaves open.
     """
     in_floats = np.asarray(coefficients, dtype=float)
     length = in_floats.shape[-1]
-    bernstein = in_floats @ bernstein_matrix(length)
-    bounds = np.abs(in_floats) @ _weights(length, max(rounding, _EPSILON))
-    return np.minimum.reduce(bernstein, -1) - bounds, bernstein
+    bernstein = in_floats.dot(bernstein_matrix(length))
+    bounds = np.abs(in_floats).dot(_weights(length, max(rounding, _EPSILON)))
+    return np.minimum.reduce(bernstein, -1) - bounds, bernstein, bounds
 
 
 @functools.lru_cache(maxsize=64)
@@ -102,7 +103,6 @@ def first_fall(
     The polynomial is positive at first. `bound` is that on the error of its values; `bernstein`
     are its Bernstein coefficients, if they are known in the precision of the coefficients.
     """
-    coefficients = list(coefficients)
     waiting: list[tuple[Any, float, float]] = [
         (_bernstein(coefficients) if bernstein is None else bernstein, 0.0, 1.0)
     ]
@@ -113,17 +113,18 @@ def first_fall(
         b, low, high = waiting.pop()
         pieces += 1
         tired = pieces > MOST_PIECES
-        if min(b) > bound:
+        # The end coefficients are the values at both ends.
+        first, last = b[0], b[-1]
+        if first > bound and last > bound and min(b) > bound:
             # An undecided interval that ends above zero was a touch.
             touch, doubtful = doubtful if touch is None else touch, None
             continue
-        below = b[-1] < -bound
-        if max(b) < -bound or (below and tired):
+        below = last < -bound
+        if below and (tired or (first < -bound and max(b) < -bound)):
             # To the left the sign is lost to round-off: the computed sign decides.
             start = low if doubtful is None else doubtful
             return Search(polished(coefficients, start, high), touch, tired)
-        # The end coefficients are the values at both ends.
-        falls = doubtful is None and b[0] > bound and below
+        falls = below and doubtful is None and first > bound
         near = _only_fall(b) if falls else None
         if near is not None:
             fall = _bracketed(coefficients, low, high, low + near * (high - low))
@@ -175,12 +176,13 @@ def _only_fall(b: Sequence[Any]) -> float | None:
     The first coefficient is positive, and the last negative. The fall of the polygon is near the
     root of the polynomial, and the nearer the higher the degree.
     """
-    positive = [x > 0 for x in b]
-    after = positive.index(False)
-    if True in positive[after:]:
+    before = 0
+    while b[before + 1] > 0:
+        before += 1
+    if max(b[before + 1 :]) > 0:
         return None
-    high, low = b[after - 1], b[after]
-    return (after - 1 + float(high / (high - low))) / (len(b) - 1)
+    high, low = b[before], b[before + 1]
+    return (before + float(high / (high - low))) / (len(b) - 1)
 
 
 def _horner(coefficients: Sequence[Any], x: Any) -> Any:

@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice, takewhile
 from time import perf_counter
 from typing import Any, Literal, NamedTuple
 
@@ -20,6 +19,7 @@ from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import UNLIMITED, Forecast, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
+from twolink.simulation.hybrid.compile import safe_order
 from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
 from twolink.simulation.hybrid.flow import Arc, flow
 from twolink.simulation.hybrid.impact import Strike
@@ -37,15 +37,18 @@ from twolink.simulation.smooth.taylor import default_longest_step
 # Number of last impacts that suffices to detect too many within the Zeno time.
 _RECENT = 200
 
+# Number of steps after which the end of an arc is reported, as a report takes as long as a step.
+_UNREPORTED = 64
+
 
 @dataclass(frozen=True, kw_only=True)
 class HybridRun(MotionRun):
     """A motion with events: arcs in one mode each, and the jumps between them.
 
-    `since` has the time (s) at which the mode of each arc begins: after omitted bounces, slightly
-    later than the arc. `failure` is the reason why the run ends early, at `reached` (s), or
-    empty; q and u then have only the times up to there. `exhausted` says that the limit of work
-    has ended the run, or has omitted bounces.
+    `since` has the time (s) at which the mode of each arc begins: where bounces are left out, the
+    time at which they would have ended, slightly later than the start of the arc. `failure` is the
+    reason why the run ends early, at `reached` (s), or empty; q and u then have only the times up
+    to there. `exhausted` says that the limit of work has ended the run, or has omitted bounces.
     """
 
     arcs: tuple[Arc, ...]
@@ -104,12 +107,14 @@ class HybridRun(MotionRun):
 class Effort(NamedTuple):
     """The limit of work of a run: jumps and steps in all, and lossless bounces on a contact.
 
-    Bounces that do not end are omitted after `patience` of them.
+    Bounces that do not end are omitted after `patience` of them. The run ends at `until` (s) at
+    the latest.
     """
 
     jumps: int = tolerances.MOST_JUMPS
     steps: float = math.inf
     patience: int = tolerances.PATIENCE
+    until: float = math.inf
 
 
 DEFAULT_EFFORT = Effort()
@@ -140,8 +145,8 @@ def hybrid_run(
     # Modes are formulated in speeds, not in momenta.
     own = EQUATIONS[formulation].in_speeds
     cap = longest_step or default_longest_step(scene)
-    begun = perf_counter()
-    history = _History(scene, own, precision, order, cap, float(times[-1]), effort, limits)
+    begun, end = perf_counter(), min(float(times[-1]), effort.until)
+    history = _History(scene, own, precision, order, cap, end, effort, limits)
     failure = ""
     try:
         history.follow(progress or (lambda share: None))
@@ -149,7 +154,7 @@ def hybrid_run(
         if not partial or not history.arcs:
             raise
         failure = str(error)
-    reached = float(history.state.t) if failure else float(times[-1])
+    reached = float(history.state.t) if failure else end
     polynomials = polynomials_of(history.arcs, history.state, precision)
     asked = np.asarray(times, dtype=float)
     q, u = polynomials.at(asked[asked <= reached])
@@ -202,11 +207,11 @@ class _History:
         number = PRECISIONS[precision].number
         chain, effects = scene.moving_chain, pieces_at(scene.effects, 0.0)
         own = chain.convert(number)
+        elements = contact_elements(effects, own)
         self._scene, self._formulation = scene, formulation
         self.system = HybridSystem(
-            chain, own, FORMULATIONS[formulation].equations, effects,
-            contact_elements(effects, own), precision, order, number,
-            PRECISIONS[precision].rounding, cap,
+            chain, own, FORMULATIONS[formulation].equations, effects, elements, precision,
+            safe_order(elements, order), number, PRECISIONS[precision].rounding, cap,
         )  # fmt: skip
         self.system.check()
         self._end = number(end)
@@ -217,7 +222,7 @@ class _History:
         self.notes: list[str] = []
         self.doubts: list[Doubt] = []
         self._bounces: Counter[int] = Counter()
-        self._tired: set[int] = set()
+        self._tired: frozenset[int] = frozenset()
         self._last: dict[int, float] = {}
         self._effort, self._steps = effort, 0
         self._limits, self._bytes = limits, 0
@@ -229,7 +234,7 @@ class _History:
 
     def follow(self, progress: Callable[[float], None]) -> None:
         """Integrate the motion to its end: flow and jump in turn."""
-        at_once = 0
+        at_once = reported = 0
 
         def reached(t: float, size: int) -> None:
             self._check_memory(t, self._bytes + size)
@@ -238,10 +243,12 @@ class _History:
         following = settle(self.system, self.state, {})
         self._keep(following)
         while self.state.t < self._end:
-            until = min(self._end, *self._breaks[:1], self._relaxed())
+            until = self._breaks[0] if self._breaks else self._end
+            if any(self.state.compliant):
+                until = min(until, self._relaxed())
             arc = flow(
                 self.system, self.state, following.mode, until, self._formulation,
-                reached, self._expected(following), following.orders,
+                reached, self.arcs[-2:], following.orders,
             )  # fmt: skip
             advanced = arc.end.t > self.state.t
             self.state = arc.end
@@ -255,9 +262,13 @@ class _History:
                     f"modes follow each other without end at {float(arc.end.t):.9g} s: "
                     f"{arc.mode}, then {_event_of(arc)}"
                 )
-            self._steps += arc.step_count
-            self._bytes += _BYTES_OF_AN_ARC + sum([b.coefficients.nbytes for b in arc.blocks])
-            reached(float(arc.end.t), 0)
+            for block in arc.blocks:
+                self._steps += len(block.lengths)
+                self._bytes += block.coefficients.nbytes
+            self._bytes += _BYTES_OF_AN_ARC
+            if self._steps - reported >= _UNREPORTED or arc.end.t >= self._end:
+                reported = self._steps
+                reached(float(arc.end.t), 0)
             too_many = len(self.arcs) > self._effort.jumps or self._steps > self._effort.steps
             if too_many or self._is_stuck():
                 self.exhausted = True
@@ -286,22 +297,12 @@ class _History:
         struck = bool(self.strikes) and self.strikes[-1].time >= since
         return not struck and float(self._end) - now > count * (now - since)
 
-    def _expected(self, following: Jump) -> int:
-        """Return the steps that the last arc in the same mode took, and one more: 0 if unknown."""
-        for arc in self.arcs[-2:]:
-            if arc.mode.states == following.mode.states:
-                return arc.step_count + 1
-        return 0
-
     def _jump(self, arc: Arc, until: Any) -> Jump:
         """Return the jump at the end of an arc."""
         state = arc.end
         if arc.event is not None:
-            begins = float(state.t) - self.system.zeno_time
-            last = islice(reversed(self.strikes), _RECENT)
-            recent = [*takewhile(lambda strike: strike.time >= begins, last)]
-            remaining = float(self._end - state.t)
-            past = Past(recent[::-1], self._last, frozenset(self._tired), remaining)
+            recent = self._strikes_since(float(state.t) - self.system.zeno_time)
+            past = Past(recent, self._last, self._tired, float(self._end - state.t))
             return jump(self.system, state, arc.mode, arc.event, past)
         if self._breaks and state.t >= self._breaks[0]:
             begins = float(self._breaks.pop(0))
@@ -309,13 +310,21 @@ class _History:
             return jump(self.system, state, arc.mode, None)
         return Jump(state, arc.mode)
 
+    def _strikes_since(self, begins: float) -> list[Strike]:
+        """Return the last impacts from a time on (s), in their order."""
+        strikes, first = self.strikes, len(self.strikes)
+        least = max(0, first - _RECENT)
+        while first > least and strikes[first - 1].time >= begins:
+            first -= 1
+        return strikes[first:]
+
     def _keep(self, following: Jump) -> None:
         self.state = self._sprung_back(following.state)
         self.strikes += following.strikes
         for strike in following.strikes:
             self._bounces[strike.number] += 1
             if self._bounces[strike.number] >= self._effort.patience:
-                self._tired.add(strike.number)
+                self._tired |= {strike.number}
             self._last[strike.number] = strike.time
         self.doubts += following.doubts
         self.exhausted = self.exhausted or bool(following.doubts)
@@ -323,8 +332,6 @@ class _History:
 
     def _relaxed(self) -> Any:
         """Return the time (s) of the next recovery of a surface within round-off, else the end."""
-        if not any(self.state.compliant):
-            return self._end
         times = [
             compliant_state.relaxation_time(self.system.elements[index], own, self.system.rounding)
             for index, own in enumerate(self.state.compliant)

@@ -85,7 +85,7 @@ def select(
             for i, element in enumerate(system.elements)
         ]
     )
-    if max(map(len, options), default=1) == 1:
+    if all([len(states) == 1 for states in options]):
         return Selection(tuple([states[0] for states in options]))
     problem = problem_at(system, state, pose, options)
     at_rest = bool(state.u[0] == 0 and state.u[1] == 0)

@@ -116,15 +116,13 @@ def _touched(system: HybridSystem, state: HybridState, pose: Pose, index: int) -
         return _pressed_in(system, state, index, -gap)
     state = state._replace(gaps=put(state.gaps, index, system.number(0)))
     recedes = not still and speed_along(row, state.u) > 0
-    if recedes:
-        # Its gap is zero exactly, and the pose must agree: a stiff surface is met again later.
+    if recedes or (element.rigid and not still):
+        # Its gap is zero exactly, and the pose must agree, from which the other gaps follow.
         return state._replace(q=place(system, pose, index, state).q)
     if not element.rigid:
         # Round-off of the position would cause a force of a stiff surface.
         pose = place(system, pose, index, state)
         return press(system, state._replace(q=pose.q), pose, index, still)
-    if not still:
-        return state
     return state._replace(touching=state.touching | {index})
 
 

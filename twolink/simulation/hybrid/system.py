@@ -10,6 +10,7 @@ from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.contact.coordinates import ConstraintCoordinate
 from twolink.contact.elements import ContactElement
+from twolink.contact.force_laws import PlasticState
 from twolink.contact.states import ContactState
 from twolink.effects import Effect, ParametricEffect, contact_elements
 from twolink.errors import SimulationError
@@ -17,6 +18,7 @@ from twolink.formulations import EquationsOfMotion
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.dynamics import Pose, held_coordinates
+from twolink.simulation.hybrid.mode import Mode
 from twolink.values import Content, Own
 
 
@@ -44,6 +46,7 @@ class HybridSystem:
     _last_pose: list[Pose] = field(default_factory=list, init=False, repr=False)
     _loads: dict[int, Any] = field(default_factory=dict, init=False, repr=False)
     _held: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
+    _modes: dict[Any, Mode] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def content(self) -> Content:
@@ -65,6 +68,17 @@ class HybridSystem:
             last[:] = (Pose(self.chain, self.formulation, q, self._loads),)
         return last[0]
 
+    def mode(
+        self, states: tuple[ContactState, ...], dents: tuple[PlasticState | None, ...] = ()
+    ) -> Mode:
+        """Return the mode in which the elements have these states and dents."""
+        if dents:
+            return Mode(self.names, states, dents)
+        found = self._modes.get(states)
+        if found is None:
+            found = self._modes[states] = Mode(self.names, states)
+        return found
+
     def held(self, states: tuple[ContactState, ...]) -> tuple[ConstraintCoordinate, ...]:
         """Return the coordinates whose speed the elements hold at zero in their states."""
         found: tuple[ConstraintCoordinate, ...] | None = self._held.get(states)
@@ -82,6 +96,20 @@ class HybridSystem:
     def names(self) -> tuple[str, ...]:
         """The names of the elements."""
         return tuple(element.name for element in self.elements)
+
+    @cached_property
+    def near(self) -> tuple[float | None, ...]:
+        """The gap (rad or m) within which each rigid contact is closed; None for others."""
+        scale = tolerances.CONTACT_GAP * self.rounding
+        return tuple(
+            scale * max(1.0, abs(float(element.bound))) if element.rigid else None
+            for element in self.elements
+        )
+
+    @cached_property
+    def tangents(self) -> tuple[ConstraintCoordinate | None, ...]:
+        """The coordinate along which each element slides, None where it has no friction."""
+        return tuple(element.tangent for element in self.elements)
 
     @cached_property
     def resolution(self) -> float:
@@ -105,6 +133,21 @@ class HybridSystem:
     def lever(self) -> float:
         """The length of the stretched chain (m)."""
         return float(self.scene_chain.L1 + self.scene_chain.L2)
+
+    @cached_property
+    def scale(self) -> float:
+        """The size (rad or m) of the places of a chain of this length."""
+        return max(1.0, self.lever)
+
+    @cached_property
+    def place_of_rounding(self) -> float:
+        """The gap (rad or m) at the start of an arc that is zero within round-off."""
+        return self.scale * tolerances.LEADING * self.rounding
+
+    @cached_property
+    def grazing(self) -> float:
+        """The gap (rad or m) above which a flight is certain to pass a contact."""
+        return self.scale * tolerances.GRAZING * self.rounding
 
     @cached_property
     def force_scale(self) -> float:

@@ -12,7 +12,7 @@ TRUNCATION = 2.0**-8
 NO_FORCE = 1e-9
 
 # Roundings of a position (relative to max(1 m or rad, |bound|)). A start, given in float64, is on a
-# contact if its gap is smaller. Read by start, collision and certificate.
+# contact if its gap is smaller. Read by start, system and certificate.
 CONTACT_GAP = 64
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
@@ -68,6 +68,10 @@ MOST_JUMPS = 20_000
 # by zeno.
 LONG_FLIGHT = 1e6
 
+# Share of the duration by which a run that measures another one goes beyond its failure, to see
+# whether the laws themselves end there. Read by measure.
+BEYOND = 0.01
+
 # Jumps without an impact after which a run is given up if it would take as many times as many for
 # the rest. Read by run.
 MANY_JUMPS = 1_000
@@ -113,7 +117,7 @@ LONGEST_PRESS = 1.0
 POLYNOMIAL = 16
 
 # Roundings of an event function's size at the start of an arc, and of its derivatives in units of
-# the longest step. Smaller leading coefficients are zero. Read by certificate.
+# the longest step. Smaller leading coefficients are zero. Read by certificate and system.
 LEADING = 256
 
 # Roundings of all coefficients of an event function at the start of an arc: forces that nearly
@@ -121,7 +125,7 @@ LEADING = 256
 LEADING_SHARE = 2048
 
 # Roundings of the lever arm. The error of a run may have turned a graze into a flight by this gap,
-# so that a smaller one leaves a doubt. Read by certificate.
+# so that a smaller one leaves a doubt. Read by system.
 GRAZING = 4096
 
 # Halvings of a step before a root that is not isolated counts as a double root. Read by roots.

@@ -86,18 +86,19 @@ def left_out(
     follow, the contact comes to rest, and a note says so. `recent` are the impacts of this jump, of
     which those in `struck` are the last.
     """
-    now = float(state.t)
-    limit = system.zeno_time
     flying = [s.number for s in struck if s.number not in state.touching]
     if not flying:
         return None
-    strikes, begins = [*past.strikes, *recent], now - limit
-    crowd = [strike for strike in strikes if strike.time >= begins]
-    _check_energy(system, state, pose, crowd)
-    if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
-        return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
-    # A contact with a very recent impact comes to rest with the others.
-    flying = list(dict.fromkeys(flying + [s.number for s in crowd]))
+    now, limit = float(state.t), system.zeno_time
+    strikes: Sequence[Strike] = recent
+    if past.strikes or len(recent) > 1:
+        strikes, begins = [*past.strikes, *recent], now - limit
+        crowd = [strike for strike in strikes if strike.time >= begins]
+        _check_energy(system, state, pose, crowd)
+        if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
+            return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
+        # A contact with a very recent impact comes to rest with the others.
+        flying = list(dict.fromkeys(flying + [s.number for s in crowd]))
     shortest = min([now - past.last.get(i, now) for i in flying])
     if not past.tired and shortest > tolerances.LONG_FLIGHT * limit:
         # Successive bounces do not shorten by so large a factor.

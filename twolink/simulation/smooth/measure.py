@@ -44,18 +44,18 @@ from twolink.simulation.smooth.taylor import (
 
 _LOWEST_ORDER = 7
 
-# Orders of a judge above that of the run, in the same precision: an error e⁻⁸ times as large.
-_MORE = 4
+MORE_ORDERS = 4
+"""Orders of a judge above that of the run, in the same precision: an error e⁻⁸ times as large."""
 
 MARGIN_OF_LIKE_PRECISIONS = 3.0
 """Factor on the difference from a judge of the same precision, whose error may be as large."""
 
-# Factor on the difference from a judge of four more orders.
-_MARGIN_OF_ORDERS = 2.0
+MARGIN_OF_ORDERS = 2.0
+"""Factor on the difference from a judge of four more orders."""
 
 # The growth of the truncation error of a step over a run, before the first measurement: that of one
 # in four random chains over 10 s, since a judge that is too coarse is the next run to be judged.
-_GROWTH = 5e3
+GROWTH = 5e3
 
 # The part of the accuracy for the truncation error of a run near round-off.
 _OF_TRUNCATION = 0.2
@@ -64,14 +64,14 @@ _OF_TRUNCATION = 0.2
 # median is 0.4).
 _ROUND_OFF = 0.1
 
-# The same of motions where it is large.
-_MOST_ROUND_OFF = 8
+MOST_ROUND_OFF = 8
+"""The same of motions where it is large."""
 
 # Allowance for the growth of truncation errors, where only that of round-off is known.
 _PESSIMISM = 10.0
 
-# Roundings of a speed that is computed from momenta.
-_A_VALUE = 4
+A_VALUE = 4
+"""Roundings of a speed that is computed from momenta."""
 
 
 @dataclass(frozen=True)
@@ -137,21 +137,23 @@ class _Search:
     @property
     def growth(self) -> float:
         """The growth of the truncation error of a step over the run."""
-        return _GROWTH if self.grown is None else float(self.grown.max())
+        return GROWTH if self.grown is None else float(self.grown.max())
 
     def _judged_by_order(self, precision: PrecisionName) -> Iterator[Measured]:
         """Yield runs that are judged by a higher order of their precision, until that is vain."""
         highest = PRECISIONS[precision].truncated_order
-        wanted = self.accuracy / _MARGIN_OF_ORDERS
+        wanted = self.accuracy / MARGIN_OF_ORDERS
         order = order_for(wanted / self.growth)
         if self.grown is None and order <= highest:
             # The growth of errors must be known where round-off is a part of them.
-            order = min(order, highest - _MORE)
+            order = min(order, highest - MORE_ORDERS)
         while order <= highest:
             order = self._cheapest_pair(precision, order, highest)
             kept = self._run(precision, order)
-            found = self._measured(kept, self._run(precision, order + _MORE), _MARGIN_OF_ORDERS)
-            self._learn(found.errors / _MARGIN_OF_ORDERS / truncation(order))
+            found = self._measured(
+                kept, self._run(precision, order + MORE_ORDERS), MARGIN_OF_ORDERS
+            )
+            self._learn(found.errors / MARGIN_OF_ORDERS / truncation(order))
             yield found
             order = max(order_for(wanted / self.growth), order + 2)
 
@@ -162,7 +164,7 @@ class _Search:
         """
 
         def cost(kept: int) -> int:
-            pair = kept, kept + _MORE
+            pair = kept, kept + MORE_ORDERS
             return sum(own * own for own in pair if (precision, own) not in self.runs)
 
         there = [own for kind, own in self.runs if kind == precision and order < own <= highest]
@@ -221,7 +223,7 @@ class _Search:
         """Return a run with the error that its difference from a judge of like precision bounds."""
         errors = margin * difference(kept, judge) + _sums(kept, self.times)
         if self.grown is not None:
-            errors = errors + _MOST_ROUND_OFF * PRECISIONS[kept.precision].rounding * self.grown
+            errors = errors + MOST_ROUND_OFF * PRECISIONS[kept.precision].rounding * self.grown
         return Measured(kept, errors, tuple(self.runs.values()))
 
 
@@ -231,17 +233,22 @@ def difference(first: Any, second: Any) -> Array:
     The runs have `q` and `u` of shape (2, n), in numbers of any precision.
     """
     earlier, later = np.concatenate([first.q, first.u]), np.concatenate([second.q, second.u])
+    return np.asarray(np.maximum.accumulate(apart(earlier, later).max(axis=0)))
+
+
+def apart(earlier: Any, later: Any) -> Array:
+    """Return the sizes of the differences of arrays, the second in numbers as long or longer."""
     if earlier.dtype != later.dtype:
         # NumPy does not convert between long double and heyoka's quadruple numbers.
         earlier = np.vectorize(type(later.flat[0]), otypes=[later.dtype])(earlier)
-    return np.asarray(np.maximum.accumulate(np.abs(later - earlier).max(axis=0).astype(float)))
+    return np.asarray(np.abs(later - earlier).astype(float))
 
 
 def _conversions(run: TaylorRun) -> Array:
     """Return the round-off (rad, rad/s) of values, which are converted from momenta and back."""
     states = np.concatenate([run.q, run.u]).astype(float)
     converted = np.abs(states[:, 0] - [*run.scene.q, *run.scene.u]).max()
-    return np.asarray(converted + _A_VALUE * _rounding(run))
+    return np.asarray(converted + A_VALUE * _rounding(run))
 
 
 def _sums(run: TaylorRun, times: Array) -> Array:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from twolink.chain import Chain
-from twolink.effects import discontinuities
+from twolink.effects import Effect, discontinuities
 from twolink.errors import IntegrationError, SimulationError
 from twolink.formulations import EquationsName
 from twolink.integration.precisions import PRECISIONS, PrecisionName
@@ -25,6 +25,7 @@ from twolink.scene import Scene
 from twolink.simulation.pool import IntegratorPool
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.times import merged
 from twolink.values import Content
 
 # Number of times between start and end at which loads are evaluated.
@@ -135,26 +136,42 @@ def taylor_run(
 
 
 def default_longest_step(scene: Scene) -> float:
+    """Return the cap of the step (s) of a scene, as `longest_steps` does."""
+    cap = float(longest_steps(scene.moving_chain, scene.effects, scene.q, scene.u, scene.duration))
+    if not cap > 0:
+        raise SimulationError(
+            "accelerations at the start must be finite in float64; got non-finite ones at"
+            f" q = {scene.q!r}, u = {scene.u!r}"
+        )
+    return cap
+
+
+def longest_steps(
+    chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, duration: float
+) -> Any:
     """Return the cap of the step (s), from the initial speeds and from the accelerations over time.
 
     The series of a chain that turns through a radian in a time τ does not converge much beyond τ.
     A longer step results from last coefficients that vanish by symmetry: a torque that begins as
     t³, for example, moves a chain at rest by t⁵ and then by t¹⁵.
+
+    q (rad), u (rad/s) and the numbers of chain and effects may be those of runs side by side,
+    shape (lanes,). The cap is NaN where accelerations at the start are not finite.
     """
-    later = np.linspace(0.0, scene.duration, _LOOKS)
-    jumps = [t for t in discontinuities(scene.effects) if 0 < t < scene.duration]
-    times = np.union1d(later, jumps)
+    later = np.linspace(0.0, duration, _LOOKS)
+    jumps = [t for t in discontinuities(effects) if 0 < t < duration]
+    times = merged(later, jumps)
+    if np.ndim(q[0]):
+        times = times[:, None]
     # At the initial pose, under the loads at each of these times.
-    lagrange = EQUATIONS["lagrange"]
-    _, rates = lagrange.rates(scene.moving_chain, scene.effects, scene.q, scene.u, times)
-    if not all(np.isfinite(du).all() for du in rates):
-        raise SimulationError(
-            "accelerations at the start must be finite in float64; got non-finite ones at"
-            f" q = {scene.q!r}, u = {scene.u!r}"
-        )
-    strongest = max(float(np.abs(du).max()) for du in rates)
-    fastest = max(*(abs(float(u)) for u in scene.u), math.sqrt(strongest), 1e-300)
-    return min(scene.duration, 1 / fastest)
+    _, rates = EQUATIONS["lagrange"].rates(chain, effects, q, u, times)
+    shape = np.broadcast_shapes(times.shape, np.shape(q[0]))
+    strongest = np.max([np.abs(np.broadcast_to(du, shape)).max(axis=0) for du in rates], axis=0)
+    speeds = np.max([np.abs(np.asarray(speed, dtype=float)) for speed in u], axis=0)
+    with np.errstate(invalid="ignore"):
+        fastest = np.maximum(np.maximum(speeds, np.sqrt(strongest)), 1e-300)
+        cap = np.minimum(duration, 1 / fastest)
+    return np.where(np.isfinite(strongest), cap, np.nan)
 
 
 class Steps(NamedTuple):
@@ -212,7 +229,8 @@ class _Compiled:
         with self.pool.lend() as integrator:
             self._start(integrator, scene)
             recorder = None if observe is None else _Recorder(integrator)
-            for outcome, taken, known in self._parts(integrator, grid, cap, recorder):
+            parts = parts_of_run(integrator, self.precision, grid, cap, recorder)
+            for outcome, taken, known in parts:
                 rows.append(known)
                 steps += taken
                 if observe is not None and recorder is not None and taken:
@@ -222,35 +240,11 @@ class _Compiled:
                 if outcome == outcomes.step_limit and progress is not None:
                     progress(float(integrator.time) / scene.duration)
             reached = float(integrator.time)
-        if outcome != outcomes.time_limit:
-            raise IntegrationError(
-                f"the motion could not be integrated beyond {reached:.6g} s ({outcome.name}); it"
-                f" must stay finite until {scene.duration:.6g} s"
-            )
+        check_arrival(outcome, reached, scene.duration)
         variables = np.concatenate(rows).T
         to_speeds = EQUATIONS[self.formulation].to_speeds
         speeds = np.array(to_speeds(self.chain, variables[:2], variables[2:]))
         return _Followed(variables[:2], speeds, steps)
-
-    def _parts(
-        self, integrator: Any, grid: Any, cap: float, recorder: _Recorder | None
-    ) -> Iterator[tuple[Any, int, Any]]:
-        """Yield the outcome, the number of steps and the states at times of each part of a run."""
-        own = PRECISIONS[self.precision]
-        ahead, begun = grid, 0
-        while True:
-            outcome, _, _, taken, _, found = integrator.propagate_grid(
-                ahead, max_delta_t=own.number(cap), max_steps=own.steps_at_once, callback=recorder
-            )
-            # After the first part, the first time is the end of the last part.
-            known = np.array(found)[begun:]
-            ahead = ahead[begun:][len(known) :]
-            yield outcome, taken, known
-            if outcome != heyoka().taylor_outcome.step_limit:
-                return
-            # The grid continues at exactly the time of the integrator.
-            integrator.time = own.number(integrator.time)
-            ahead, begun = np.concatenate([own.array([integrator.time]), ahead]), 1
 
     def step_times(self, scene: Scene, cap: float) -> Any:
         """Return the boundaries (s) of the steps of a motion, none longer than `cap` (s)."""
@@ -272,6 +266,44 @@ class _Compiled:
         second = EQUATIONS[self.formulation].from_speeds(self.chain, q, u)
         integrator.state[:] = [*q, *second]
         integrator.time = kind(0)
+
+
+def parts_of_run(
+    integrator: Any,
+    precision: PrecisionName,
+    grid: Any,
+    cap: float,
+    callback: Callable[[Any], bool] | None = None,
+) -> Iterator[tuple[Any, int, Any]]:
+    """Yield the outcome, the number of steps and the states at times (s) of each part of a run.
+
+    An integrator of heyoka goes along a grid of times; no step is longer than `cap` (s), and
+    `callback` is called after each.
+    """
+    own = PRECISIONS[precision]
+    ahead, begun = grid, 0
+    while True:
+        outcome, _, _, taken, _, found = integrator.propagate_grid(
+            ahead, max_delta_t=own.number(cap), max_steps=own.steps_at_once, callback=callback
+        )
+        # After the first part, the first time is the end of the last part.
+        known = np.array(found)[begun:]
+        ahead = ahead[begun:][len(known) :]
+        yield outcome, taken, known
+        if outcome != heyoka().taylor_outcome.step_limit:
+            return
+        # The grid continues at exactly the time of the integrator.
+        integrator.time = own.number(integrator.time)
+        ahead, begun = np.concatenate([own.array([integrator.time]), ahead]), 1
+
+
+def check_arrival(outcome: Any, reached: float, last: float) -> None:
+    """Raise `IntegrationError` unless a run that has reached a time (s) is at its last one."""
+    if outcome != heyoka().taylor_outcome.time_limit:
+        raise IntegrationError(
+            f"the motion could not be integrated beyond {reached:.6g} s ({outcome.name}); it"
+            f" must stay finite until {last:.6g} s"
+        )
 
 
 class _Recorder:
