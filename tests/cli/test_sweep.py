@@ -1,0 +1,64 @@
+import pytest
+from typer.testing import CliRunner
+
+from twolink.cli import app
+
+TEXT = """
+title = "Six starts"
+scene = "free_fall"
+[[axes]]
+parameter = "start.q.0"
+grid = {first = -3.0, last = 3.0, count = 6}
+[runs]
+duration = 1.0
+accuracy = 1e-6
+[keep]
+final = true
+first = [{name = "flip"}]
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    made = tmp_path / "sweep.toml"
+    made.write_text(TEXT)
+    return made
+
+
+def run(*words):
+    return CliRunner().invoke(app, ["sweep", *map(str, words)])
+
+
+def test_a_sweep_is_run_and_summed_up(file, tmp_path):
+    result = run(file, "--out", tmp_path / "a.zarr", "--workers", 1)
+    assert result.exit_code == 0, result.output
+    assert "Six starts" in result.output
+    assert "6 of 6" in result.output
+    again = run(file, "--out", tmp_path / "a.zarr")
+    assert again.output == result.output
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--out", "{}/a.nc"], "--out must be a .zarr folder; got"),
+        (["--out", "{}/none/a.zarr"], "--out must be in a folder that exists; got"),
+        (["--out", "{}/" + "a" * 300 + ".zarr"], "--out must be a folder that can be written to"),
+        (["--out", "/proc/a.zarr"], "--out must be a folder that can be written to or made; got"),
+        (["--out", "{}/a.zarr", "--workers", "0"], "--workers must be a whole number of 1 or more"),
+        (["--out", "{}/a.zarr", "--dask", "tcp://h:1", "--workers", "2"], "--workers must be left"),
+        ([], "--out is missing"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(file, tmp_path, words, sentence):
+    result = run(file, *[word.format(tmp_path) for word in words])
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert not (tmp_path / "a.zarr").exists()
+
+
+def test_a_file_that_is_no_sweep_is_refused(tmp_path):
+    (tmp_path / "a.toml").write_text("title = 3")
+    result = run(tmp_path / "a.toml", "--out", tmp_path / "a.zarr")
+    assert result.exit_code == 2
+    assert "must be a valid string; got 3" in result.stderr or "'scene' is missing" in result.stderr

@@ -1,0 +1,182 @@
+"""First times of uncoupled links, whose motions are known in closed form."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+
+from tests.ensembles.cases import UNCOUPLED, axis, ensemble, torques
+from twolink.ensembles.chunk import rows_of
+from twolink.ensembles.first_time import HAPPENS, NEVER, UNDECIDED, FirstTime
+from twolink.errors import ParameterError
+
+NAMES = ("q1", "q2", "either")
+LEVEL = {"name": "x", "of": "q2", "level": 1.0}
+
+
+def rows(asked):
+    return rows_of(asked, 0, asked.runs.count).arrays
+
+
+def test_a_crossing_is_at_its_time_within_the_bound():
+    # q2 = t + α t²/2 with α = 2 torque.
+    alphas = np.array([0.5, 1.0, 3.0])
+    found = rows(torques(*(alphas / 2), keep={"first": [LEVEL]}, u2=1.0))
+    truth = (np.sqrt(1 + 2 * alphas) - 1) / alphas
+    assert (found["x_verdict"] == HAPPENS).all()
+    assert (np.abs(found["x_time"] - truth) <= found["x_bound"]).all()
+    assert (found["x_bound"] < 1e-9).all()
+
+
+@pytest.mark.parametrize(
+    ("above", "verdict"),
+    [(1e-3, HAPPENS), (1e-5, HAPPENS), (0.0, UNDECIDED), (-1e-5, NEVER), (-1e-3, NEVER)],
+)
+def test_a_top_near_the_level_is_crossed_missed_or_undecided(above, verdict):
+    # q2 = 2 t − t²/2 (α = −1), whose top is 2 at 2 s.
+    level = {"name": "x", "of": "q2", "level": 2.0 - above}
+    found = rows(torques(-0.5, keep={"first": [level]}, u2=2.0))
+    assert found["x_verdict"][0] == verdict
+    if verdict == HAPPENS:
+        truth = 2 - math.sqrt(2 * above)
+        assert abs(found["x_time"][0] - truth) <= found["x_bound"][0]
+
+
+def test_a_level_at_the_start_is_undecided_or_crossed_at_once():
+    level = {"name": "x", "of": "q2", "level": 0.0}
+    found = rows(torques(0.0, keep={"first": [level]}, u2=1.0))
+    # The start is on the level, so that its side is unknown.
+    assert found["x_verdict"][0] in (UNDECIDED, HAPPENS)
+    if found["x_verdict"][0] == HAPPENS:
+        assert found["x_time"][0] <= found["x_bound"][0]
+
+
+def test_levels_are_crossed_from_both_sides():
+    falling = {"name": "x", "of": "q2", "level": -1.0}
+    found = rows(torques(-0.5, keep={"first": [falling, {**LEVEL, "name": "y"}]}))
+    assert abs(found["x_time"][0] - math.sqrt(2)) <= found["x_bound"][0]
+    assert found["y_verdict"][0] == NEVER
+    assert np.isnan(found["y_time"][0])
+    elbow = {"name": "x", "of": "elbow", "level": 1.0}
+    found = rows(torques(0.5, keep={"first": [elbow]}))
+    # The reaction −½ N m turns link 1, of 4/3 kg m²: q2 − q1 = (1 + 3/8) t²/2.
+    assert abs(found["x_time"][0] - math.sqrt(2 / 1.375)) <= found["x_bound"][0]
+
+
+def pendulum(*speeds, keep, duration=4.0):
+    """Return an ensemble of pendulums: link 1 from the horizontal, q1 down at π/2."""
+    scene = {**UNCOUPLED, "run": {"duration": duration}, "effects": {"gravity": {}}}
+    return ensemble(scene=scene, axes=[axis("start.u.0", *speeds)], keep=keep)
+
+
+def time_to_the_top(speed, down=math.pi / 2):
+    """Return the time (s) in which q1 falls from the horizontal through `down` to the top."""
+    # (4/3) q1″ = −(½ + 1) g sin(q1 − down).
+    rate = mpmath.mpf(1.5) * mpmath.mpf(9.81) / (mpmath.mpf(4) / 3)
+    squared = lambda x: speed**2 + 2 * rate * mpmath.cos(x)  # noqa: E731
+    return float(mpmath.quad(lambda x: 1 / mpmath.sqrt(squared(x)), [-math.pi / 2, 0, math.pi]))
+
+
+def test_flips_of_a_pendulum():
+    # At the top its speed would be the root of ω² − 2 · 11.04.
+    limit = math.sqrt(2 * 1.5 * 9.81 / (4 / 3))
+    speeds = limit + np.array([-1.0, -1e-3, 1e-3, 1.0, 5.0])
+    found = rows(pendulum(*speeds, keep={"first": [{"name": "flip", "of": "q1"}]}))
+    assert found["flip_verdict"].tolist() == [NEVER, NEVER, HAPPENS, HAPPENS, HAPPENS]
+    for speed, time, bound in zip(
+        speeds[2:], found["flip_time"][2:], found["flip_bound"][2:], strict=True
+    ):
+        assert abs(time - time_to_the_top(speed)) <= bound
+        assert bound < 1e-4
+
+
+def test_the_first_flip_is_the_earlier_one_of_both_links():
+    keep = {"first": [{"name": name, "of": name} for name in NAMES]}
+    scene = {
+        "chain": {"mass": [1.0, 1.0], "length": [1.0, 1.0]},
+        "start": {"q": [-1.5, 0.0], "u": [0.0, 0.0]},
+        "run": {"duration": 8.0},
+        "effects": {"gravity": {}},
+    }
+    grid = {"first": -1.5, "last": 4.6, "count": 24}
+    found = rows(ensemble(scene=scene, axes=[axis("start.q.1", grid=grid)], keep=keep))
+    decided = (found["q1_verdict"] > 0) & (found["q2_verdict"] > 0)
+    assert decided.sum() > 12
+    times = [np.where(found[f"{n}_verdict"] == HAPPENS, found[f"{n}_time"], 99) for n in NAMES]
+    first = np.minimum(times[0], times[1])
+    assert len(set(times[0] < times[1])) == 2
+    assert np.abs(first - times[2])[decided].max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("gravity", "of", "verdict"),
+    [({"direction": [0.0, -1.0]}, "q2", HAPPENS), ({"g": -9.81}, "q2", HAPPENS), ({}, "q2", NEVER)],
+)
+def test_upright_is_against_gravity_whatever_its_direction(gravity, of, verdict):
+    # Link 2 is heavy and starts a little from where gravity of the usual direction hangs it.
+    scene = {
+        "chain": {"mass": [1.0, 1.0], "length": [1.0, 1.0]},
+        "start": {"q": [1.57, 1.4], "u": [0.0, 2.5]},
+        "run": {"duration": 1.0},
+        "effects": {"gravity": gravity},
+    }
+    found = rows(ensemble(scene=scene, keep={"first": [{"of": of}]}))
+    assert found["flip_verdict"][0] == verdict
+
+
+def test_flips_without_gravity_are_undecided():
+    found = rows(
+        ensemble(axes=[axis("effects.gravity.g", 0.0, 9.81)], keep={"first": [{"of": "q1"}]})
+    )
+    assert found["flip_verdict"][0] == UNDECIDED
+    assert found["flip_verdict"][1] != UNDECIDED
+
+
+def test_a_time_with_a_large_bound_is_undecided():
+    keep = {"first": [{**LEVEL, "within": 1e-18}]}
+    assert rows(torques(0.5, keep=keep))["x_verdict"][0] == UNDECIDED
+
+
+@pytest.mark.parametrize(
+    ("fields", "sentence"),
+    [
+        ({"name": "a b"}, "name must be letters, digits and underscores; got 'a b'"),
+        ({"of": "q3"}, "of must be one of q1, q2, elbow, either; got 'q3'"),
+        ({"level": math.nan}, "level must be a finite real number; got nan"),
+        ({"within": 0.0}, "within must be a positive number; got 0.0"),
+        ({"of": "elbow"}, "level must be given for the elbow"),
+        ({"of": "either", "level": 1.0}, "of must be one angle where a level is given"),
+    ],
+)
+def test_conditions_that_make_no_sense_are_refused(fields, sentence):
+    with pytest.raises(ParameterError, match=f"keep.first: {sentence}"):
+        FirstTime(**fields)
+
+
+def flips_of_a_grid(count, duration):
+    """Return the flips of either link from a grid of poses that is its own mirror image."""
+    hanging = math.pi / 2
+    grid = {"first": hanging - 3.0, "last": hanging + 3.0, "count": count}
+    axes = [axis(f"start.q.{k}", grid=grid) for k in (0, 1)]
+    keep = {"energy": True, "first": [{"name": "flip", "of": "either"}]}
+    return rows(ensemble(axes=axes, keep=keep, runs={"accuracy": 1e-7, "duration": duration}))
+
+
+def test_a_flip_that_energy_forbids_never_happens():
+    found = flips_of_a_grid(9, 6.0)
+    # T + V is least where link 2 is upright and link 1 hangs: V = g (−1/2 − 1 + 1/2).
+    forbidden = found["energy_start"] < -9.81
+    assert 10 < forbidden.sum() < 70
+    assert (found["flip_verdict"][forbidden] == NEVER).all()
+    assert (found["flip_verdict"][~forbidden] == HAPPENS).sum() > 20
+
+
+def test_the_mirror_image_of_a_run_flips_at_the_same_time():
+    found = flips_of_a_grid(8, 3.0)
+    one, other = found["flip_time"], found["flip_time"][::-1]
+    assert (found["flip_verdict"] == found["flip_verdict"][::-1]).all()
+    happens = found["flip_verdict"] == HAPPENS
+    bounds = found["flip_bound"] + found["flip_bound"][::-1]
+    # The starts are mirror images within a rounding of each angle, which grows like an error.
+    assert (np.abs(one - other) <= bounds + 1e-9)[happens].all()

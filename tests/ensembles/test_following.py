@@ -1,0 +1,120 @@
+import numpy as np
+import pytest
+
+from tests.ensembles.cases import starts
+from twolink.ensembles.chunk import rows_of
+from twolink.ensembles.compiled import LANES, System
+from twolink.ensembles.following import Follower, LostError
+from twolink.errors import SimulationError
+from twolink.scene import Scene
+from twolink.simulation import simulate
+
+FALL = Scene.load("free_fall")
+
+
+def followed(q, u, order, scene=FALL, duration=3.0, growths=None):
+    """Return a follower of starts that has come to the end, and its blocks."""
+    system = System(scene.moving_chain, scene.effects, ())
+    none = np.zeros((0, LANES))
+    follower = Follower(system, system.lanes(none, q, u, duration), none, order, growths)
+    blocks = [tuple(np.copy(part) for part in block[:4]) for block in follower.blocks()]
+    return follower, blocks
+
+
+def random_starts(random):
+    return random.uniform(-3, 3, (2, LANES)), random.normal(size=(2, LANES))
+
+
+@pytest.mark.parametrize("order", [7, 11, 15])
+def test_the_bound_holds_and_is_not_far_above_the_error(order, random):
+    q, u = random_starts(random)
+    follower, _ = followed(q, u, order)
+    for lane in range(0, LANES, 4):
+        start = {"q": tuple(q[:, lane]), "u": tuple(u[:, lane])}
+        scene = Scene(FALL.chain, **start, duration=3.0, effects=FALL.effects)
+        truth = simulate(scene, accuracy=1e-13, samples=2)
+        ends = follower.ends
+        error = max(
+            np.abs(ends.q[:, lane] - truth.q[:, -1]).max(),
+            np.abs(ends.u[:, lane] - truth.u[:, -1]).max(),
+        )
+        bound = ends.errors[lane]
+        assert error <= bound + truth.error
+        if np.isfinite(bound):
+            # The error may be smaller at the end than it was before.
+            assert bound <= 1e4 * error + 1e-10
+
+
+def test_bits_do_not_depend_on_the_neighbours_in_lanes(random):
+    q, u = random_starts(random)
+    # Neighbours that turn by hundreds of radians, and need ten times the steps.
+    wild_q, wild_u = q.copy(), u.copy()
+    wild_q[:, ::2] += 400.0
+    wild_u[:, ::2] *= 60.0
+    one, blocks = followed(q, u, 11)
+    other, others = followed(wild_q, wild_u, 11)
+    assert len(others) > len(blocks)
+    assert np.array_equal(one.ends.q[:, 1::2], other.ends.q[:, 1::2])
+    assert np.array_equal(one.ends.u[:, 1::2], other.ends.u[:, 1::2])
+    assert np.array_equal(one.ends.errors[1::2], other.ends.errors[1::2])
+    order = random.permutation(LANES)
+    mixed, _ = followed(q[:, order], u[:, order], 11)
+    assert np.array_equal(one.ends.u[:, order], mixed.ends.u)
+    assert np.array_equal(one.ends.errors[order], mixed.ends.errors)
+
+
+def test_steps_join_and_end_at_the_duration(random):
+    _, blocks = followed(*random_starts(random), 11, duration=20.0)
+    starts_of, lengths = (np.concatenate([block[k] for block in blocks]) for k in (0, 1))
+    assert len(blocks) > 1
+    assert (starts_of[0] == 0).all()
+    ends = starts_of + lengths
+    assert np.abs(ends[:-1] - starts_of[1:])[lengths[1:] > 0].max() < 1e-12
+    assert np.abs(ends.max(axis=0) - 20.0).max() < 1e-12
+
+
+def test_given_error_growths_enlarge_the_bound(random):
+    q, u = random_starts(random)
+    without, _ = followed(q, u, 15)
+    grown = np.full_like(without.growths, 1e9)
+    with_growths, _ = followed(q, u, 15, growths=grown)
+    assert (with_growths.ends.errors >= 8 * 2.0**-52 * 1e9).all()
+    assert (with_growths.ends.errors > without.ends.errors).all()
+
+
+def test_an_error_that_is_too_large_to_be_known_is_infinite():
+    # A chaotic motion over a minute: two runs have nothing in common.
+    q, u = np.full((2, LANES), 2.8), np.zeros((2, LANES))
+    q[0] += np.linspace(0, 0.1, LANES)
+    q -= np.pi
+    follower, _ = followed(q, u, 7, duration=40.0)
+    assert np.isinf(follower.ends.errors).all()
+
+
+def test_lanes_whose_start_is_not_finite_are_named(random):
+    q, u = random_starts(random)
+    u[0, [3, 5]] = 1e200
+    with pytest.raises(LostError) as caught:
+        followed(q, u, 11)
+    assert np.flatnonzero(caught.value.lanes).tolist() == [3, 5]
+
+
+def test_compiled_rates_that_are_not_those_of_the_formulas_are_noticed(random, monkeypatch):
+    system = System(FALL.moving_chain, FALL.effects, ())
+    none = np.zeros((0, LANES))
+    heavier = System(FALL.moving_chain.convert(lambda x: 1.01 * float(x)), FALL.effects, ())
+    lanes = heavier.lanes(none, *random_starts(random), 1.0)
+    with pytest.raises(SimulationError, match="must be those of the formulas; got others"):
+        list(Follower(system, lanes, none, 11).blocks())
+
+
+@pytest.mark.slow
+def test_bounds_hold_for_a_thousand_runs():
+    asked = starts(32, runs={"accuracy": 1e-6, "duration": 10.0}, keep={"final": True})
+    rows = rows_of(asked, 0, 1024).arrays
+    finer = starts(32, runs={"accuracy": 1e-9, "duration": 10.0}, keep={"final": True})
+    truth = rows_of(finer, 0, 1024).arrays
+    apart = np.maximum(*(np.abs(rows[k] - truth[k]).max(axis=1) for k in "qu"))
+    sure = truth["error"] < rows["error"] / 10
+    assert sure.sum() > 200
+    assert (apart <= rows["error"] + truth["error"])[sure].all()

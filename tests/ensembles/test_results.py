@@ -1,0 +1,77 @@
+import numpy as np
+import pytest
+
+from tests.ensembles.cases import axis, ensemble, words_of
+from twolink import Results, sweep
+from twolink.errors import FileError
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    asked = ensemble(
+        title="A few",
+        axes=[
+            axis("effects.gravity.g", 1.6, 9.81, name="g"),
+            {"parameter": "start.u.1", "uniform": {"low": 0.0, "high": 9.0}, "name": "speed"},
+            axis("start.q.0", 0.0, 1.0, 2.0, name="q1"),
+        ],
+        runs={"duration": 2.0, "draws": 4, "accuracy": 1e-6},
+        keep={"final": True, "first": [{"name": "flip"}]},
+    )
+    return sweep(asked, tmp_path_factory.mktemp("results") / "a.zarr", workers=1)
+
+
+def test_a_dataset_has_units_and_coordinates(found):
+    flat = found.dataset()
+    assert flat.sizes == {"run": 24, "link": 2}
+    assert set(flat.coords) == {"g", "speed", "q1"}
+    assert flat["u"].attrs["units"] == "rad s-1"
+    assert flat["g"].values[:4].tolist() == [1.6] * 4
+
+
+def test_a_grid_has_a_dimension_for_each_fixed_axis(found):
+    grid = found.grid()
+    assert grid["q"].dims == ("g", "q1", "draw", "link")
+    chosen = grid.sel(g=9.81, q1=2.0, draw=3)
+    flat = found.dataset()
+    run = int(np.flatnonzero((flat["g"] == 9.81) & (flat["q1"] == 2.0))[3])
+    assert (chosen["q"].values == flat["q"].values[run]).all()
+    assert float(chosen["speed"]) == float(flat["speed"][run])
+
+
+def test_a_summary_counts_runs_errors_and_verdicts(found):
+    summary = Results.load(found.path).summary()
+    assert summary.title == "A few"
+    rows = words_of(summary)
+    assert "runs 24 of 24" in rows
+    counts = np.bincount(found.array("flip_verdict"), minlength=3)
+    assert f"flip {counts[0]} undecided, {counts[1]} happens, {counts[2]} never" in rows
+
+
+def test_a_folder_without_results_is_refused(tmp_path):
+    with pytest.raises(FileError, match="must be the result of a sweep; got another folder"):
+        Results.load(tmp_path)
+
+
+def test_a_summary_counts_the_runs_of_unknown_error(tmp_path):
+    grid = {"first": -1.0, "last": -0.9, "count": 3}
+    axes = [axis("start.q.0", grid=grid), axis("start.q.1", -1.5)]
+    asked = ensemble(axes=axes, runs={"duration": 60.0}, keep={"final": True})
+    found = sweep(asked, tmp_path / "a.zarr", workers=1)
+    assert np.isinf(found.array("error")).all()
+    rows = words_of(found.summary())
+    assert "global error measured; too large to be known at the end of 3 runs" in rows
+    assert any(row.endswith("met by 0 of 3") for row in rows)
+
+
+def test_the_accuracy_counts_only_where_states_are_kept(tmp_path):
+    """Of first times alone, runs are only as accurate as the verdicts require."""
+    axes = [axis("start.q.0", 0.5, 3.0)]
+    for name, keep in (("times", {}), ("states", {"final": True})):
+        asked = ensemble(
+            axes=axes, runs={"duration": 2.0}, keep={"first": [{"name": "flip"}], **keep}
+        )
+        found = sweep(asked, tmp_path / f"{name}.zarr", workers=1)
+        words = " ".join(words_of(found.summary()))
+        assert ("met by" in words) == (name == "states")
+        assert ("as first times require" in words) == (name == "times")

@@ -1,0 +1,61 @@
+import numpy as np
+
+from tests.ensembles.cases import axis, ensemble
+from twolink.ensembles.chunk import rows_of
+from twolink.simulation import simulate
+from twolink.simulation.hybrid import tolerances
+
+
+def test_first_times_and_extremes_through_impacts_are_those_of_the_trajectory():
+    asked = ensemble(
+        scene="drop",
+        axes=[axis("effects.surface.friction", 0.1, 0.4)],
+        keep={
+            "extremes": True,
+            "first": [
+                {"name": "folds", "of": "elbow", "level": -1.0},
+                {"name": "rises", "of": "q1", "level": 2.5},
+                {"name": "far", "of": "q1", "level": 20.0},
+            ],
+        },
+    )
+    rows = rows_of(asked, 0, 2).arrays
+    for run, value in enumerate((0.1, 0.4)):
+        truth = simulate(asked.family.scene([value]), samples=2001)
+        angles = {"folds": truth.q[1] - truth.q[0] + 1.0, "rises": 2.5 - truth.q[0]}
+        for name, left in angles.items():
+            outside = np.flatnonzero(left < 0)
+            assert rows[f"{name}_verdict"][run] == (1 if len(outside) else 2)
+            if len(outside):
+                time = rows[f"{name}_time"][run]
+                assert truth.t[outside[0] - 1] <= time <= truth.t[outside[0]]
+                q, _ = truth.at(time)
+                exact = q[1, 0] - q[0, 0] + 1.0 if name == "folds" else 2.5 - q[0, 0]
+                assert abs(exact) < 1e-9
+        assert rows["far_verdict"][run] == 2
+        assert (truth.q.max(axis=1) <= rows["largest"][run][:2] + 1e-8).all()
+        assert (truth.q.max(axis=1) >= rows["largest"][run][:2] - 1e-3).all()
+
+
+def test_a_run_that_ends_early_has_a_reason_and_the_times_before_it(monkeypatch):
+    """A pendulum with friction has a mode for each half swing: four take about 3 s."""
+    monkeypatch.setattr(tolerances, "MANY_JUMPS", 4)
+    scene = {
+        "chain": {"mass": [1.0, 1.0], "length": [1.0, 1.0]},
+        "start": {"q": [1.0, 1.2]},
+        "run": {"duration": 1000.0},
+        "effects": {"gravity": {}, "joint_friction": {"kinetic": [0.02, 0.02]}},
+    }
+    first = [{"name": "far", "of": "q1", "level": 50.0}, {"name": "down", "of": "q1", "level": 1.5}]
+    rows = rows_of(
+        ensemble(scene=scene, keep={"final": True, "impacts": True, "first": first}), 0, 1
+    )
+    assert "is not followed further" in rows.reasons[0]
+    assert np.isnan(rows.arrays["q"]).all()
+    # No number of impacts is known without the end, and no verdict on it.
+    assert np.isnan(rows.arrays["impacts"][0])
+    assert rows.arrays["impacts_verdict"][0] == 0
+    # It has not happened before the end of the run; the time after the end is unknown.
+    assert rows.arrays["far_verdict"][0] == 0
+    assert rows.arrays["down_verdict"][0] == 1
+    assert 0 < rows.arrays["down_time"][0] < 1

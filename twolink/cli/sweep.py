@@ -1,0 +1,176 @@
+"""The command `twolink sweep`."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from twolink.cli.limits import Force, limits_of
+from twolink.cli.terminal import (
+    check_folder,
+    check_target,
+    console,
+    print_table,
+    progress_bar,
+    refuse,
+)
+from twolink.suffixes import PLOTS
+from twolink.text import either, one_line, quoted
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from twolink.ensembles.ensemble import Ensemble
+    from twolink.ensembles.results import Results
+
+_SUFFIX = ".zarr"
+
+
+def sweep(
+    file: Annotated[
+        Path, typer.Argument(metavar="SWEEP", help="A sweep: a TOML file of a scene and axes.")
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(help=f"The folder of the results, a {_SUFFIX} store; begun or continued."),
+    ],
+    workers: Annotated[
+        int | None, typer.Option(help="How many processes to use. Default: one for each core.")
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            help="Use a Dask cluster: the address of its scheduler, such as tcp://host:8786, or "
+            "local for one on this machine."
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            help=f"Draw the first times of a condition to this {either(PLOTS)} file: over two axes "
+            "a map, otherwise their distribution."
+        ),
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Run many variants of a scene, into one store of results.
+
+    The same command again continues an interrupted sweep. Exit code 0: every run is done, and those
+    that failed have a reason in the results. 1: the sweep could not be finished. 2: the input was
+    refused.
+    """
+    _check_out(out)
+    check_target("--plot", plot, PLOTS)
+    if workers is not None and workers < 1:
+        refuse(f"--workers must be a whole number of 1 or more; got {workers}")
+    if workers is not None and dask is not None and dask != "local":
+        refuse(
+            f"--workers must be left out with a running cluster, which has its own; got {workers}"
+        )
+    from twolink.ensembles.file import load
+
+    asked = load(file)
+    if plot is not None and not asked.document["keep"]["first"]:
+        refuse("--plot must be of a sweep that keeps first times ([keep] first); got one without")
+    with _executor(dask, workers) as executor, _bar(asked) as progress:
+        found = _swept(asked, out, executor, workers, progress, force)
+    print_table(console(), found.summary())
+    if plot is not None:
+        from twolink.viz.plots.ensemble import ensemble_plot
+        from twolink.viz.plots.style import save
+
+        save(ensemble_plot(found), plot)
+
+
+def _swept(
+    asked: Ensemble,
+    out: Path,
+    executor: Executor | None,
+    workers: int | None,
+    progress: Callable[[int, int], None],
+    force: bool,
+) -> Results:
+    from twolink.ensembles.run import sweep as run_sweep
+
+    return run_sweep(
+        asked,
+        out,
+        executor=executor,
+        workers=workers if executor is None else None,
+        progress=progress,
+        limits=limits_of(force),
+    )
+
+
+def _check_out(out: Path) -> None:
+    """Refuse a folder in which a store cannot be made."""
+    if out.suffix != _SUFFIX:
+        refuse(f"--out must be a {_SUFFIX} folder; got {one_line(out, 300)}")
+    if not out.absolute().parent.is_dir():
+        refuse(f"--out must be in a folder that exists; got {one_line(out, 300)}")
+    check_folder("--out", out)
+
+
+@contextmanager
+def _executor(dask: str | None, workers: int | None) -> Iterator[Executor | None]:
+    """Yield the executor of a Dask cluster, or None where none was asked for."""
+    if dask is None:
+        yield None
+        return
+    from twolink.optional import distributed
+
+    module: Any = distributed()
+    if dask == "local":
+        with (
+            # A worker that is busy while the cluster closes would log a failed heartbeat.
+            module.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                dashboard_address=None,
+                silence_logs=logging.CRITICAL,
+            ) as cluster,
+            module.Client(cluster) as client,
+        ):
+            yield client.get_executor()
+        return
+    try:
+        client = module.Client(dask, timeout="10s")
+    except (OSError, ValueError) as error:
+        known = "local or the address of a scheduler that answers"
+        refuse(f"--dask must be {known}; got {quoted(dask)} ({one_line(error, 300)})")
+    with client:
+        yield client.get_executor()
+
+
+@contextmanager
+def _bar(asked: Ensemble) -> Iterator[Callable[[int, int], None]]:
+    """Show a bar with the rate of runs, the load of the machine and the time left."""
+    from time import monotonic
+
+    with progress_bar() as bar:
+        task = bar.add_task(asked.title, total=asked.runs.count)
+        begun: list[tuple[float, int]] = []
+
+        def progress(done: int, count: int) -> None:
+            begun[:] = begun or [(monotonic(), done)]
+            spent, before = monotonic() - begun[0][0], begun[0][1]
+            words = f"{asked.title}: {done} of {count} runs"
+            if done > before and spent > 0:
+                rate = (done - before) / spent
+                words += f", {rate:.3g} a second, {_left((count - done) / rate)} left"
+            words += f", load {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
+            bar.update(task, description=words, completed=done)
+
+        yield progress
+
+
+def _left(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}"

@@ -1,0 +1,86 @@
+"""Parts of motions, as polynomials with a bound on their error: shared by all kept quantities.
+
+Runs are followed side by side in lanes. The last index of every array is the lane.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twolink.chain import Chain
+from twolink.effects import Effect
+
+Array = NDArray[np.float64]
+
+
+class Lanes(NamedTuple):
+    """Runs side by side: their numbers are arrays with an entry for each lane, or floats.
+
+    `chain` has its rotors; `q` (rad) and `u` (rad/s) are the starts, of shape (2, lanes).
+    """
+
+    chain: Chain
+    effects: tuple[Effect, ...]
+    q: Array
+    u: Array
+    duration: float
+
+    @property
+    def width(self) -> int:
+        """The number of lanes."""
+        return int(self.q.shape[1])
+
+
+class Block(NamedTuple):
+    """Consecutive steps: starts and lengths (s), shape (n, lanes), and angles as polynomials.
+
+    `angles` has the coefficients of q1 and q2 (rad) in the time since the start of a step, shape
+    (n, 2, p + 1, lanes). Where `clocks`, of shape (n, p + 1, lanes), are given, the variable is
+    another one, and they are the coefficients of the time since the start; lengths are then those
+    of the variable. `errors`, shape (n, lanes), bound the errors (rad, rad/s) up to the end of each
+    step. Steps of a run that has ended have length 0.
+    """
+
+    starts: Array
+    lengths: Array
+    angles: Array
+    errors: Array
+    clocks: Array | None = None
+
+
+class Impacts(NamedTuple):
+    """The numbers of impacts of runs and of those that measure them, shape (lanes,).
+
+    `endless` is whether bounces die away, which are infinitely many.
+    """
+
+    own: Any
+    other: Any
+    endless: Any
+
+
+class Ends(NamedTuple):
+    """The ends of runs: q (rad) and u (rad/s), shape (2, lanes), and the bound on their errors.
+
+    `impacts` is None in scenes without contacts.
+    """
+
+    q: Array
+    u: Array
+    errors: Array
+    impacts: Impacts | None = None
+
+
+def values_at(coefficients: Array, x: Array) -> Array:
+    """Return the values of polynomials, shape (n, …, p + 1, lanes), each at its x (n, lanes).
+
+    By Horner's scheme, entry by entry: no bit of an entry depends on its neighbours.
+    """
+    places: Any = x.reshape(x.shape[0], *(1,) * (coefficients.ndim - 3), x.shape[1])
+    value: Array = coefficients[..., -1, :]
+    for k in range(coefficients.shape[-2] - 2, -1, -1):
+        value = value * places + coefficients[..., k, :]
+    return value

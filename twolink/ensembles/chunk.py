@@ -1,0 +1,327 @@
+"""The computation of a chunk of runs: in lanes as far as possible, and else one by one.
+
+A chunk is a range of runs. Results do not depend on the division into chunks.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twolink.effects import ContactEffect, PiecewiseEffect
+from twolink.ensembles.blocks import Ends
+from twolink.ensembles.compiled import LANES, System
+from twolink.ensembles.ensemble import PRECISIONS_OF_RUNS, Ensemble
+from twolink.ensembles.family import Parts
+from twolink.ensembles.following import PLACES, Follower, LostError
+from twolink.ensembles.numbers import Shape, numbers_in
+from twolink.ensembles.single import single
+from twolink.errors import SimulationError, TwolinkError
+from twolink.integration.precisions import PRECISIONS
+from twolink.limits import DEFAULT_LIMITS, Limits
+from twolink.simulation.motion import has_events
+from twolink.simulation.smooth.measure import GROWTH, MARGIN_OF_ORDERS, MORE_ORDERS, order_for
+
+Array = NDArray[np.float64]
+
+# Number of runs whose scenes are compared to find the numbers that vary.
+_PROBES = 8
+
+
+@dataclass
+class Rows:
+    """The results of a chunk: arrays by the names of their variables, and reasons of failures."""
+
+    arrays: dict[str, Any]
+    reasons: list[str]
+    steps: int = field(default=0)
+
+    @classmethod
+    def empty(cls, ensemble: Ensemble, values: Array) -> Rows:
+        """Return the rows of runs that have not been made."""
+        count = len(values)
+        arrays = {variable.name: variable.empty(count) for variable in ensemble.variables}
+        for axis, column in zip(ensemble.runs.axes, values.T, strict=True):
+            arrays[axis.name] = column.copy()
+        return cls(arrays, [""] * count)
+
+    def put(self, place: int, values: dict[str, Any], error: float, precision: str) -> None:
+        """Set the results of a run."""
+        for name, value in values.items():
+            self.arrays[name][place] = value
+        self.arrays["error"][place] = error
+        self.arrays["precision"][place] = PRECISIONS_OF_RUNS.index(precision)
+
+
+def rows_of(ensemble: Ensemble, first: int, last: int, limits: Limits = DEFAULT_LIMITS) -> Rows:
+    """Return the results of the runs from `first` to before `last`."""
+    values = ensemble.values(first, last)
+    rows = Rows.empty(ensemble, values)
+    left: Sequence[int] = range(len(values))
+    template = _template(ensemble.fingerprint, _Hidden(ensemble))
+    if template is not None:
+        left = _in_lanes(ensemble, template, values, rows)
+    for place in left:
+        if not rows.reasons[place]:
+            _alone(ensemble, values[place], rows, place, limits)
+    return rows
+
+
+def goes_in_lanes(ensemble: Ensemble) -> bool:
+    """Return whether the runs of an ensemble are made in lanes."""
+    return _template(ensemble.fingerprint, _Hidden(ensemble)) is not None
+
+
+def _alone(ensemble: Ensemble, values: Array, rows: Rows, place: int, limits: Limits) -> None:
+    """Make a run by itself; a run that fails has a reason, unless its results are known already."""
+    known = bool(rows.arrays["precision"][place])
+    try:
+        scene = ensemble.family.scene(values)
+        found = single(scene, ensemble.kept, ensemble.accuracy, ensemble.refine, limits)
+    except TwolinkError as error:
+        if not known:
+            rows.reasons[place] = str(error)
+        return
+    if known and (found.failure or (found.undecided and found.error > rows.arrays["error"][place])):
+        # The result in double precision is better: keep it.
+        return
+    rows.reasons[place] = found.failure
+    if found.failure:
+        kept = {name: value for name, value in found.values.items() if name in rows.arrays}
+        # A verdict that needs the end of the run is unknown.
+        rows.put(place, {**kept, **_without_end(ensemble, kept)}, found.error, found.precision)
+    else:
+        rows.put(place, found.values, found.error, found.precision)
+
+
+def _without_end(ensemble: Ensemble, values: dict[str, Any]) -> dict[str, Any]:
+    """Return fill values for those that a run which ended early does not have."""
+    return {
+        variable.name: variable.fill
+        for variable in ensemble.variables
+        if variable.name in values and variable.needs_end(values[variable.name])
+    }
+
+
+class _Hidden:
+    """An argument that a cache ignores, since another argument, the fingerprint, determines it."""
+
+    def __init__(self, ensemble: Ensemble) -> None:
+        self.ensemble = ensemble
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Hidden)
+
+    def __hash__(self) -> int:
+        return 0
+
+
+class _Template(NamedTuple):
+    """A system, and the numbers and the form of the scene that it was made of."""
+
+    system: System
+    numbers: list[float]
+    shape: Shape
+
+
+@functools.lru_cache(maxsize=8)
+def _template(fingerprint: str, hidden: _Hidden) -> _Template | None:
+    """Return the system of an ensemble that has one, or None: its runs are made one by one."""
+    ensemble = hidden.ensemble
+    count = ensemble.runs.count
+    places = {int(k) for k in np.linspace(0, count - 1, _PROBES)} | set(range(min(count, 2)))
+    probes = [parts for parts in map(functools.partial(_probe, ensemble), sorted(places)) if parts]
+    base = ensemble.family.scene(ensemble.family.values)
+    if has_events(base) or _may_have_events(ensemble, base.effects):
+        return None
+    numbers, shape = numbers_in((base.moving_chain, base.effects))
+    varying: set[int] = set()
+    for parts in probes:
+        others, form = numbers_in((parts.chain, parts.effects))
+        if form == shape:
+            varying |= {k for k, x in enumerate(others) if not _same(x, numbers[k])}
+    system = System(base.moving_chain, base.effects, tuple(sorted(varying)))
+    try:
+        system.check()
+    except SimulationError:
+        return None
+    return _Template(system, numbers, shape)
+
+
+def _may_have_events(ensemble: Ensemble, effects: tuple[Any, ...]) -> bool:
+    """Return whether other numbers of effects may give modes."""
+    kinds = (ContactEffect, PiecewiseEffect)
+    return ensemble.family.changes("effects") and any(isinstance(e, kinds) for e in effects)
+
+
+def _probe(ensemble: Ensemble, number: int) -> Parts | None:
+    """Return the parts of a run, or None where a value is refused."""
+    try:
+        return ensemble.family.parts(ensemble.values(number, number + 1)[0])
+    except TwolinkError:
+        return None
+
+
+def _same(one: float, other: float) -> bool:
+    """Return whether two floats are the same, zeros of either sign apart."""
+    return one == other and np.signbit(one) == np.signbit(other)
+
+
+class _Prepared(NamedTuple):
+    """Runs that fit a system: their places, their parameters (parameters, n), and starts (2, n)."""
+
+    places: Any
+    numbers: Array
+    q: Array
+    u: Array
+
+
+def _in_lanes(ensemble: Ensemble, template: _Template, values: Array, rows: Rows) -> list[int]:
+    """Make runs in lanes, and return the places of those that are to be made by themselves."""
+    prepared, alone = _prepared(ensemble, template, values, rows)
+    needs_state = any(quantity.of_state for quantity in ensemble.kept) or not ensemble.kept
+    growths = np.zeros((PLACES + 1, len(prepared.places)))
+    left = np.arange(len(prepared.places))
+    orders = _orders(ensemble.accuracy)
+    for order in orders:
+        again = []
+        for done in _stage(ensemble, template.system, prepared, left, order, growths):
+            alone += [int(prepared.places[k]) for k in done.lost]
+            rows.steps += done.steps
+            growths[:, done.lanes] = done.growths
+            fine = ~done.undecided
+            if needs_state:
+                fine &= done.errors <= ensemble.accuracy
+            for number, lane in enumerate(done.lanes):
+                values_of = {name: array[number] for name, array in done.values.items()}
+                place = int(prepared.places[lane])
+                rows.put(place, values_of, done.errors[number], "double")
+            again += [int(lane) for lane in done.lanes[~fine]]
+        left = np.array(sorted(again), int)
+    if ensemble.refine:
+        alone += [int(prepared.places[k]) for k in left]
+    return sorted(alone)
+
+
+def _orders(accuracy: float) -> list[int]:
+    """Return the orders of the kept runs that are tried in turn."""
+    highest = PRECISIONS["double"].truncated_order
+    # The growth of errors must be known where round-off is a part of them.
+    first = min(order_for(accuracy / MARGIN_OF_ORDERS / GROWTH), highest - MORE_ORDERS)
+    return [first, highest]
+
+
+def _prepared(
+    ensemble: Ensemble, template: _Template, values: Array, rows: Rows
+) -> tuple[_Prepared, list[int]]:
+    """Return the runs that fit the system, and the places of those that do not.
+
+    A run whose scene is refused has a reason.
+    """
+    family, system = ensemble.family, template.system
+    if not family.changes("chain") and not family.changes("effects"):
+        q, u = family.starts(values)
+        return _Prepared(np.arange(len(values)), np.zeros((0, len(values))), q, u), []
+    places, numbers, starts, others = [], [], [], []
+    for place, row in enumerate(values):
+        try:
+            parts = family.parts(row)
+        except TwolinkError as error:
+            rows.reasons[place] = str(error)
+            continue
+        own, form = numbers_in((parts.chain, parts.effects))
+        fits = form == template.shape and all(
+            _same(x, y) or k in system.varying
+            for k, (x, y) in enumerate(zip(own, template.numbers, strict=True))
+        )
+        if not fits:
+            others.append(place)
+            continue
+        places.append(place)
+        numbers.append([own[k] for k in system.varying])
+        starts.append((*parts.q, *parts.u))
+    start: Array = np.array(starts).reshape(-1, 4).T
+    found = _Prepared(np.array(places, int), np.array(numbers).T, start[:2], start[2:])
+    return found, others
+
+
+class _Done(NamedTuple):
+    """Runs in lanes: their numbers, values, errors and growths, and the runs that were lost."""
+
+    lanes: Any
+    values: dict[str, Any]
+    errors: Array
+    growths: Array
+    undecided: Any
+    lost: list[int]
+    steps: int
+
+
+def _stage(
+    ensemble: Ensemble,
+    system: System,
+    prepared: _Prepared,
+    left: Any,
+    order: int,
+    growths: Array,
+) -> Iterator[_Done]:
+    """Yield runs in groups of lanes, by a kept run of an order."""
+    for first in range(0, len(left), LANES):
+        group = left[first : first + LANES]
+        lost: list[int] = []
+        while len(group):
+            try:
+                yield _group(ensemble, system, prepared, group, lost, order, growths[:, group])
+                break
+            except LostError as error:
+                gone = error.lanes[: len(group)]
+                lost += [int(k) for k in group[gone]]
+                group = group[~gone]
+        else:
+            nothing = np.empty(0)
+            none = np.empty((PLACES + 1, 0))
+            yield _Done(group, {}, nothing, none, nothing.astype(bool), lost, 0)
+
+
+def _group(
+    ensemble: Ensemble,
+    system: System,
+    prepared: _Prepared,
+    group: Any,
+    lost: list[int],
+    order: int,
+    growths: Array,
+) -> _Done:
+    """Return up to `LANES` runs; lanes without a run repeat others."""
+    filled = group[np.arange(LANES) % len(group)]
+    numbers, q, u = (np.ascontiguousarray(rows[:, filled]) for rows in prepared[1:])
+    lanes = system.lanes(numbers, q, u, ensemble.duration)
+    known = growths[:, np.arange(LANES) % len(group)]
+    follower = Follower(system, lanes, numbers, order, known)
+    accumulators = [quantity.accumulator(lanes) for quantity in ensemble.kept]
+    with np.errstate(all="ignore"):
+        for block in follower.blocks():
+            for each in accumulators:
+                each.add(block)
+    assert isinstance(follower.ends, Ends)
+    values: dict[str, Any] = {}
+    for each in accumulators:
+        values |= each.values(follower.ends)
+    undecided = np.zeros(LANES, bool)
+    for each in accumulators:
+        undecided |= each.undecided()
+    count = len(group)
+    return _Done(
+        group,
+        {name: array[:count] for name, array in values.items()},
+        follower.ends.errors[:count],
+        np.asarray(follower.growths)[:, :count],
+        undecided[:count],
+        lost,
+        follower.steps * count,
+    )

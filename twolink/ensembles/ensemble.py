@@ -1,0 +1,82 @@
+"""An ensemble: the scenes of its runs, the quantities to keep, and the required accuracy.
+
+It is plain data: every worker receives it, and it determines every run.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from typing import Any
+
+from twolink.ensembles.axes import Array, Runs
+from twolink.ensembles.family import Family
+from twolink.ensembles.quantity import Quantity, Variable
+from twolink.errors import ParameterError
+from twolink.text import quoted
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """The runs of a family of scenes, and the quantities that are kept of each.
+
+    `accuracy` (rad, rad/s) is the global error allowed for states. With `refine` a run that is not
+    accurate enough, or has an undecided verdict, is repeated in longer precision. Equal
+    `document`s describe equal ensembles.
+    """
+
+    family: Family
+    runs: Runs
+    kept: tuple[Quantity, ...]
+    accuracy: float
+    duration: float
+    refine: bool = False
+    title: str = "untitled"
+    document: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        """Require quantities that can be kept, each variable once."""
+        known = [axis.name for axis in self.runs.axes]
+        for quantity in self.kept:
+            quantity.check(self.family, self.duration)
+            known += [variable.name for variable in quantity.variables]
+        twice = next((name for name in known if known.count(name) > 1), None)
+        if twice is not None:
+            raise ParameterError(
+                "the names of axes and kept quantities must be different; got"
+                f" {quoted(twice)} twice"
+            )
+        taken = next((name for name in known if name in RESERVED), None)
+        if taken is not None:
+            raise ParameterError(
+                f"the names of axes must not be those of results ({', '.join(RESERVED)}); got"
+                f" {quoted(taken)}"
+            )
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """The variables of the kept quantities, and those of every result."""
+        own = tuple(variable for quantity in self.kept for variable in quantity.variables)
+        return (*own, *_OF_EVERY_RUN)
+
+    @property
+    def fingerprint(self) -> str:
+        """A hash (SHA-256) of all that determines the results."""
+        text = json.dumps(self.document, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def values(self, first: int, last: int) -> Array:
+        """Return the value of each axis in the runs from `first` to before `last`: (n, axes)."""
+        return self.runs.values(first, last)
+
+
+PRECISIONS_OF_RUNS = ("none", "double", "long double", "quadruple")
+
+_OF_EVERY_RUN = (
+    Variable("error", "largest global error of q (rad) and u (rad/s), measured", "rad"),
+    Variable("precision", "precision of the run", flags=PRECISIONS_OF_RUNS, dtype="u1"),
+)
+
+RESERVED = (*(variable.name for variable in _OF_EVERY_RUN), "reason", "done", "run")
+"""Names of arrays in results that no axis may have."""

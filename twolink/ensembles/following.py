@@ -1,0 +1,277 @@
+"""Runs of a smooth scene in lanes, each with the measured error of its trajectory.
+
+The mechanism is that of `twolink.simulation.smooth.measure`: a run of order p is kept, and a second
+run of order p + 4, the judge, has an error of at most half of it, so that twice their difference
+bounds the error of the kept run; the round-off of sums and of the growth of errors is added. The
+two are compared at the end of every step of the kept run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twolink.ensembles.blocks import Block, Ends, Lanes
+from twolink.ensembles.compiled import FORMULATION, LANES, System
+from twolink.errors import SimulationError
+from twolink.integration.precisions import PRECISIONS
+from twolink.optional import heyoka
+from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.measure import (
+    A_VALUE,
+    MARGIN_OF_ORDERS,
+    MORE_ORDERS,
+    MOST_ROUND_OFF,
+    truncation,
+)
+from twolink.simulation.smooth.taylor import longest_steps
+
+Array = NDArray[np.float64]
+
+# Steps that are kept at once. Their number is a part of the result: the last step of a run differs
+# by a rounding where it begins a block.
+_STEPS = 128
+
+# A run of more steps than these is ended: it would take a minute.
+MOST_STEPS = 4_000_000
+
+# The difference (rad, rad/s) up to which errors are small enough that that of the judge is a part
+# of them; beyond it the error is unknown.
+_LINEAR = 1e-2
+
+PLACES = 64
+"""Intervals of a run in each of which the growth of errors is known."""
+
+# The time (s) between two places at which the judge is asked where a run has ended.
+_BEYOND = 1e-9
+
+# The rounding of float64.
+_ROUNDING = PRECISIONS["double"].rounding
+
+# The largest relative difference of the rates of the compiled system and of the scene's formulas.
+_SAME_RATES = 1e-9
+
+
+class LostError(Exception):
+    """Some lanes cannot be followed to the end: a mask of shape (lanes,)."""
+
+    def __init__(self, lanes: Any) -> None:
+        """Store the mask."""
+        super().__init__()
+        self.lanes = lanes
+
+
+class _Part(NamedTuple):
+    """Steps of an integrator: times at their starts and ends (s), (n + 1, lanes).
+
+    `lengths` (s) are of shape (n, lanes), `coefficients` of shape (n, 4, p + 1, lanes), and `end`,
+    of shape (4, lanes), has the variables at the end.
+    """
+
+    times: Array
+    lengths: Array
+    coefficients: Array
+    end: Array
+
+
+class _Recorder:
+    """A callback that keeps the steps of an integrator, and ends a part after some steps."""
+
+    def __init__(self, integrator: Any) -> None:
+        self._views = integrator.tc, integrator.last_h, integrator.time
+        self._coefficients = np.empty((_STEPS, *integrator.tc.shape))
+        self._lengths = np.empty((_STEPS, LANES))
+        self._times = np.empty((_STEPS + 1, LANES))
+        self._begin(integrator)
+
+    def _begin(self, integrator: Any) -> None:
+        self._times[0] = integrator.time
+        self._count = 0
+
+    def __call__(self, integrator: Any) -> bool:
+        """Keep a step of all lanes."""
+        place = self._count
+        self._coefficients[place], self._lengths[place], self._times[place + 1] = self._views
+        self._count = place + 1
+        return self._count < _STEPS
+
+    def part(self, integrator: Any, until: float, cap: Array) -> _Part:
+        """Return the next steps towards a time (s), at most `_STEPS`, in memory that is reused."""
+        self._begin(integrator)
+        integrator.propagate_until(until, max_delta_t=cap, callback=self, write_tc=True)
+        _check_outcomes(integrator)
+        n = self._count
+        return _Part(
+            self._times[: n + 1], self._lengths[:n], self._coefficients[:n], integrator.state
+        )
+
+
+@dataclass
+class Follower:
+    """Runs in lanes, by an order and that of its judge, to the end or until one is lost.
+
+    `growths` are the growths of errors up to evenly spaced times that a pair of a lower order has
+    measured, shape (places, lanes); after the runs they are those that this pair has measured.
+    """
+
+    system: System
+    lanes: Lanes
+    numbers: Array
+    order: int
+    growths: Array | None = None
+    ends: Ends | None = None
+    steps: int = 0
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield the steps of all runs. Raises `LostError` for lanes that do not reach the end."""
+        chain, effects, q, u, duration = self.lanes
+        with np.errstate(all="ignore"):
+            cap = longest_steps(chain, effects, tuple(q), tuple(u), duration)
+        _check(np.isfinite(cap))
+        before, variables = np.zeros(LANES), np.empty((4, LANES))
+        compare = _Comparison(self)
+        kept_pool, judge_pool = (
+            self.system.integrator(order) for order in (self.order, self.order + MORE_ORDERS)
+        )
+        with kept_pool.lend() as kept, judge_pool.lend() as judge:
+            for integrator in (kept, judge):
+                self._start(integrator)
+            recorder = _Recorder(kept)
+            while (before < duration).any():
+                part = recorder.part(kept, duration, cap)
+                if not self.steps:
+                    self._check_rates(part)
+                self.steps += len(part.lengths)
+                moves = np.diff(part.times, axis=0) > 0
+                errors = compare.errors(part, moves, _judged(judge, part.times, cap))
+                lengths = np.where(moves, part.lengths, 0.0)
+                yield Block(part.times[:-1], lengths, part.coefficients[:, :2], errors)
+                ended = (part.times[-1] >= duration) & (before < duration)
+                variables[:, ended] = _at_the_end(part, moves)[:, ended]
+                before = part.times[-1].copy()
+                _check((before >= duration) | (self.steps < MOST_STEPS))
+        self.growths = np.maximum.accumulate(compare.growths, axis=0)
+        self.ends = Ends(variables[:2], self.speeds(variables), compare.so_far)
+
+    def speeds(self, variables: Array) -> Array:
+        """Return u (rad/s), shape (2, …), of variables (4, …)."""
+        to_speeds = EQUATIONS[FORMULATION].to_speeds
+        chain = self.lanes.chain
+        return np.array(to_speeds(chain, (variables[0], variables[1]), tuple(variables[2:])))
+
+    def _start(self, integrator: Any) -> None:
+        """Set an integrator to the starts."""
+        chain, q, u = self.lanes.chain, tuple(self.lanes.q), tuple(self.lanes.u)
+        second = EQUATIONS[FORMULATION].from_speeds(chain, q, u)
+        integrator.state[:] = [*q, *second]
+        # Equations have no parameters after the last one that they use.
+        integrator.pars[:] = self.numbers[: len(integrator.pars)]
+        integrator.set_time(0.0)
+
+    def _check_rates(self, part: _Part) -> None:
+        """Raise `SimulationError` unless the compiled rates are those of the formulas.
+
+        Formulas with parameters could take another branch than with a run's own numbers. The lanes
+        are compared at their starts; the parts of each scene have been read for them.
+        """
+        chain, effects, *_ = self.lanes
+        start = part.coefficients[0, :, 0]
+        first, second = EQUATIONS[FORMULATION].rates(
+            chain, effects, tuple(start[:2]), tuple(start[2:]), 0.0
+        )
+        own = np.array([np.broadcast_to(rate, LANES) for rate in (*first, *second)])
+        compiled = part.coefficients[0, :, 1]
+        sizes = np.abs(own).max(axis=0) + np.abs(start).max(axis=0)
+        if not (np.abs(compiled - own) <= _SAME_RATES * sizes).all():
+            raise SimulationError(
+                "the compiled rates of an ensemble must be those of the formulas; got others: "
+                "please report this"
+            )
+
+
+class _Comparison:
+    """The error of a kept run so far, from its differences from the judge, in each lane."""
+
+    def __init__(self, follower: Follower) -> None:
+        self._follower = follower
+        self._known = follower.growths
+        self._duration = follower.lanes.duration
+        self._unit = truncation(follower.order)
+        self._difference = np.zeros(LANES)
+        self._size = np.zeros(LANES)
+        self._steps = np.zeros(LANES)
+        self.growths = np.zeros((PLACES + 1, LANES))
+        self.so_far = np.zeros(LANES)
+
+    def errors(self, kept: _Part, moves: Any, judged: Array) -> Array:
+        """Return the bounds on the error (rad, rad/s) up to the end of each step (n, lanes).
+
+        `moves` says in which steps a run has not ended before, shape (n, lanes); `judged` has the
+        variables of the judge at the ends of the steps, shape (n, 4, lanes).
+        """
+        ours = np.concatenate([kept.coefficients[1:, :, 0], kept.end[None]])
+        first, second = (self._states(variables) for variables in (ours, judged))
+        apart = np.abs(second - first).max(axis=0)
+        apart[np.isnan(apart)] = np.inf
+        apart[~moves] = 0.0
+        steps = np.cumsum(moves, axis=0) + self._steps
+        differences = np.maximum.accumulate(np.maximum(apart, self._difference))
+        sizes = np.maximum.accumulate(np.maximum(np.abs(first).max(axis=0), self._size))
+        self._difference, self._size, self._steps = differences[-1], sizes[-1], steps[-1]
+        growths = differences / self._unit
+        # The first of the evenly spaced times that is not before the end of a step.
+        place = np.ceil(kept.times[1:] * (PLACES / self._duration)).astype(int)
+        place, lanes = np.minimum(place, PLACES), np.arange(LANES)
+        if self._known is not None:
+            growths = np.maximum(growths, self._known[place, lanes])
+        np.maximum.at(self.growths, (place, lanes), growths)
+        sums = (A_VALUE + steps) * _ROUNDING * sizes
+        found = MARGIN_OF_ORDERS * differences + sums + MOST_ROUND_OFF * _ROUNDING * growths
+        found[differences > _LINEAR] = np.inf
+        self.so_far = found[-1]
+        return np.asarray(found)
+
+    def _states(self, variables: Array) -> Array:
+        """Return q and u, shape (4, n, lanes), of variables of shape (n, 4, lanes)."""
+        rows = np.ascontiguousarray(variables.transpose(1, 0, 2))
+        return np.concatenate([rows[:2], self._follower.speeds(rows)])
+
+
+def _at_the_end(part: _Part, moves: Any) -> Array:
+    """Return the variables after the last step of each run, shape (4, lanes).
+
+    While other lanes go on, an integrator may move a run that has ended by a rounding of the time.
+    """
+    states = np.concatenate([part.coefficients[1:, :, 0], part.end[None]])
+    last = len(moves) - 1 - np.argmax(moves[::-1], axis=0)
+    return np.asarray(states[last, :, np.arange(LANES)].T)
+
+
+def _judged(integrator: Any, times: Array, cap: Array) -> Array:
+    """Return the variables of the judge at the ends of steps, shape (n, 4, lanes).
+
+    `times` (s), shape (n + 1, lanes), begin where the judge is. A lane that has ended goes on a
+    little, since times must rise; its values are not used.
+    """
+    grid = times + _BEYOND * np.cumsum(np.diff(times, axis=0, prepend=-1.0) <= 0, axis=0)
+    # At exactly the first time.
+    integrator.set_time(grid[0])
+    _, found = integrator.propagate_grid(grid, max_delta_t=cap)
+    _check_outcomes(integrator)
+    return np.asarray(found[1:])
+
+
+def _check_outcomes(integrator: Any) -> None:
+    """Raise `LostError` for lanes whose state is no longer finite."""
+    lost = heyoka().taylor_outcome.err_nf_state
+    _check(np.array([result[0] != lost for result in integrator.propagate_res]))
+
+
+def _check(fine: Any) -> None:
+    """Raise `LostError` unless a condition holds in all lanes."""
+    if not fine.all():
+        raise LostError(np.logical_not(fine))

@@ -1,0 +1,27 @@
+"""Names of the numbers of a scene that sweeps vary, and by which motions are differentiated."""
+
+from __future__ import annotations
+
+JOINT = "."
+"""The sign between the keys that lead to a number in a scene file."""
+
+SYMBOLS = {
+    "q1": "start.q.0",
+    "q2": "start.q.1",
+    "u1": "start.u.0",
+    "u2": "start.u.1",
+    "m1": "chain.mass.0",
+    "m2": "chain.mass.1",
+    "L1": "chain.length.0",
+    "L2": "chain.length.1",
+    "g": "effects.gravity.g",
+}
+"""The symbols of the derivation that stand for the keys of a number."""
+
+
+def keys_of(parameter: str) -> tuple[str, ...]:
+    """Return the keys that lead to a parameter in a scene file: (start, q, 0) for start.q.0 or q1.
+
+    They need not lead to a number of a certain scene.
+    """
+    return tuple(SYMBOLS.get(parameter, parameter).split(JOINT))

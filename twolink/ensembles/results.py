@@ -1,0 +1,121 @@
+"""The results of a sweep: arrays with units, read from their store."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from twolink.ensembles.axes import FixedValues
+from twolink.ensembles.file import axes_of
+from twolink.ensembles.store import attributes
+from twolink.inputs import as_path
+from twolink.optional import xarray, zarr
+from twolink.tables import Table, table
+
+# Reasons that a summary lists.
+_MOST_REASONS = 5
+
+# Runs of which only first times are kept are as accurate as those require.
+_OF_TIMES = "as first times require, each of which has its own bound"
+
+
+@dataclass(frozen=True)
+class Results:
+    """The results of a sweep in a folder, which may be written to still."""
+
+    path: Path
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Results:
+        """Return the results in a folder. Raises `FileError` where there are none."""
+        folder = as_path("path", path)
+        attributes(folder)
+        return cls(folder)
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """The sweep, its axes and shape, and the versions and the machine that made it."""
+        return attributes(self.path)
+
+    def array(self, name: str) -> Any:
+        """Return an array by its name, with an entry for each run: shape (runs, …)."""
+        return zarr().open_group(self.path, mode="r")[name][:]
+
+    @property
+    def runs_done(self) -> Any:
+        """Whether each run is written, shape (runs,)."""
+        chunk, count = int(self.attributes["chunk"]), int(np.prod(self.attributes["shape"]))
+        return np.repeat(self.array("done"), chunk)[:count]
+
+    def dataset(self) -> Any:
+        """Return an xarray dataset, read lazily, with the runs along one dimension `run`."""
+        found = xarray().open_zarr(self.path, consolidated=False, chunks=None)
+        names = self.attributes["axes"]
+        return found.drop_vars("done").set_coords(names)
+
+    def grid(self) -> Any:
+        """Return an xarray dataset with a dimension for each fixed axis, and `draw` for draws.
+
+        Random axes are variables along `draw`.
+        """
+        about, flat = self.attributes, self.dataset().reset_coords()
+        axes = axes_of(about["sweep"])
+        fixed = {
+            axis.name: axis.values.numbers for axis in axes if isinstance(axis.values, FixedValues)
+        }
+        names = [*fixed, "draw"]
+        shape = tuple(about["shape"])
+        found = {}
+        for name, variable in flat.data_vars.items():
+            if name in names:
+                continue
+            values = variable.values.reshape(*shape, *variable.shape[1:])
+            found[name] = ((*names, *variable.dims[1:]), values, variable.attrs)
+        made = xarray().Dataset(found, fixed, about)
+        return made.isel(draw=0) if shape[-1] == 1 else made
+
+    def summary(self) -> Table:
+        """Return a table of the runs: how many, their errors and verdicts, and why some failed."""
+        done = self.runs_done
+        reasons = self.array("reason")[done]
+        failed = reasons != ""
+        errors = self.array("error")[done][~failed]
+        accuracy = float(self.attributes["sweep"]["scene"]["run"]["accuracy"])
+        rows: list[tuple[str, str]] = [("runs", f"{int(done.sum())} of {len(done)}")]
+        if failed.any():
+            rows.append(("failed", str(int(failed.sum()))))
+        if len(errors):
+            met = int((errors <= accuracy).sum())
+            median, unknown = float(np.median(errors)), int(np.isinf(errors).sum())
+            words = f"{median:.1e} median, measured" if np.isfinite(median) else "measured"
+            lost = f"; too large to be known at the end of {unknown} runs" if unknown else ""
+            rows.append(("global error", f"{words}{lost}"))
+            asked = f"{accuracy:.1e} met by {met} of {len(errors)}"
+            rows.append(("accuracy", asked if self._keeps_states() else _OF_TIMES))
+        rows += self._verdicts(done)
+        common = Counter(reasons[failed].tolist()).most_common(_MOST_REASONS)
+        rows += [(f"{count} failed", str(reason)) for reason, count in common]
+        return table(str(self.attributes["title"]), ("", ""), rows)
+
+    def _keeps_states(self) -> bool:
+        """Return whether values are kept that an error of the state changes."""
+        keep = self.attributes["sweep"]["keep"]
+        return not keep["first"] or any(keep[key] for key in keep if key != "first")
+
+    def _verdicts(self, done: Any) -> list[tuple[str, str]]:
+        """Return the counts of each verdict."""
+        group = zarr().open_group(self.path, mode="r")
+        found = []
+        for name in sorted(group.array_keys()):
+            if not name.endswith("_verdict"):
+                continue
+            words = group[name].attrs["flag_meanings"].split()
+            counts = np.bincount(group[name][:][done], minlength=len(words))
+            text = ", ".join(f"{n} {word}" for n, word in zip(counts, words, strict=True))
+            found.append((name.removesuffix("_verdict"), text))
+        return found

@@ -1,0 +1,197 @@
+"""One run by itself: scenes with modes, and runs that lanes do not decide.
+
+The run and its error are those of `simulate`: of a smooth scene in the precision that its accuracy
+needs, of one with events judged by an independent run. The quantities are the same accumulators as
+in lanes, in one lane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twolink.ensembles.blocks import Block, Ends, Impacts, Lanes
+from twolink.ensembles.compiled import FORMULATION
+from twolink.ensembles.quantity import Accumulator, Quantity
+from twolink.limits import Limits
+from twolink.scene import Scene
+from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY
+from twolink.simulation.hybrid.run import HybridRun
+from twolink.simulation.motion import has_events
+from twolink.simulation.series import powers
+from twolink.simulation.smooth.measure import measured_run
+from twolink.simulation.smooth.taylor import Steps, TaylorRun, taylor_run
+
+Array = NDArray[np.float64]
+
+# Places at which a run is compared with the one that measures it, as many as `simulate` has.
+_PLACES = 4001
+
+# Accuracies (rad, rad/s) that are tried in turn while a verdict is undecided: those of double, long
+# double and quadruple precision.
+_FINER = (1e-10, 1e-13, 1e-17, 1e-22)
+
+
+class Single(NamedTuple):
+    """The values of a run, by the names of variables; why it ended early, or empty; its error."""
+
+    values: dict[str, Any]
+    failure: str
+    error: float
+    precision: str
+    undecided: bool
+
+
+class _Run(NamedTuple):
+    """A measured run: its steps, its ends, and why it ended early, or empty."""
+
+    blocks: Callable[[], Iterator[Block]]
+    ends: Ends
+    precision: str
+    failure: str
+
+
+def single(
+    scene: Scene, kept: Sequence[Quantity], accuracy: float, refine: bool, limits: Limits
+) -> Single:
+    """Return the kept quantities of a run. Raises `SimulationError` if it cannot be integrated.
+
+    With `refine` an undecided run is repeated at finer accuracies, as far as precisions go.
+    """
+    finer = [value for value in _FINER if value < accuracy] if refine else []
+    found = _once(scene, kept, accuracy, limits)
+    for wanted in finer:
+        if not found.undecided:
+            break
+        again = _once(scene, kept, wanted, limits)
+        if not again.error <= found.error:
+            break
+        found = again
+    return found
+
+
+def _once(scene: Scene, kept: Sequence[Quantity], accuracy: float, limits: Limits) -> Single:
+    """Return the kept quantities of a run at one accuracy."""
+    run = (_with_events if has_events(scene) else _smooth)(scene, accuracy, limits)
+    q, u = (np.array(pair, dtype=float)[:, None] for pair in (scene.q, scene.u))
+    lanes = Lanes(scene.moving_chain, scene.effects, q, u, scene.duration)
+    accumulators: list[Accumulator] = [quantity.accumulator(lanes) for quantity in kept]
+    for block in run.blocks():
+        for each in accumulators:
+            each.add(block)
+    values: dict[str, Any] = {}
+    for each in accumulators:
+        values |= {name: rows[0] for name, rows in each.values(run.ends).items()}
+    undecided = any(bool(np.any(each.undecided())) for each in accumulators)
+    return Single(values, run.failure, float(run.ends.errors[0]), run.precision, undecided)
+
+
+def _smooth(scene: Scene, accuracy: float, limits: Limits) -> _Run:
+    """Return a measured run of a scene without events."""
+    times = np.linspace(0.0, scene.duration, _PLACES)
+    found = measured_run(scene, times, accuracy, FORMULATION, _progress(scene, limits))
+    kept = found.kept
+    return _Run(
+        lambda: _steps(kept, times, found.errors),
+        _ends(kept, found.errors),
+        kept.precision,
+        "",
+    )
+
+
+def _steps(run: TaylorRun, times: Array, errors: Array) -> Iterator[Block]:
+    """Yield the steps of a run, which is repeated for them."""
+    taken: list[Steps] = []
+    taylor_run(
+        run.scene,
+        np.array([0.0, run.scene.duration]),
+        formulation=run.formulation,
+        precision=run.precision,
+        order=run.order,
+        longest_step=run.longest_step,
+        optimised=run.optimised,
+        observe=taken.append,
+    )
+    # A run that restarted with optimized code begins anew.
+    first = max(k for k, steps in enumerate(taken) if steps.starts[0] == 0)
+    for steps in taken[first:]:
+        clocks = np.zeros_like(steps.coefficients[:, 0])
+        clocks[:, 1] = clocks[:, 1] + 1
+        yield _block(steps.starts, steps.lengths, steps.coefficients[:, :2], clocks, times, errors)
+
+
+def _with_events(scene: Scene, accuracy: float, limits: Limits) -> _Run:
+    """Return a measured run of a scene with events, as far as it goes."""
+    from twolink.simulation.hybrid.measure import measured_run as through_events
+
+    times = np.linspace(0.0, scene.duration, _PLACES)
+    progress = _progress(scene, limits)
+    found = through_events(scene, times, accuracy, FORMULATION, progress, limits)
+    kept, reached = found.kept, times[: len(found.errors)]
+    ends = _ends(kept, found.errors)._replace(impacts=_impacts(kept, found.judge))
+    return _Run(
+        lambda: _arcs(kept.polynomials, reached, found.errors),
+        ends,
+        kept.precision,
+        kept.failure,
+    )
+
+
+def _impacts(kept: HybridRun, judge: HybridRun) -> Impacts:
+    """Return the numbers of impacts of a run and of the one that measures it, in one lane."""
+    endless = any(s.impulse.regime == BOUNCES_DIE_AWAY for r in (kept, judge) for s in r.strikes)
+    own, other = (np.array([len(run.strikes)]) for run in (kept, judge))
+    return Impacts(own, other, np.array([endless]))
+
+
+def _arcs(polynomials: Any, times: Array, errors: Array) -> Iterator[Block]:
+    """Yield the steps of a run with events as one block."""
+    clocks = polynomials.clocks.copy()
+    by_time = ~polynomials.by_clock
+    clocks[by_time, 1] = clocks[by_time, 1] + 1
+    yield _block(
+        polynomials.starts,
+        polynomials.ends,
+        polynomials.coefficients[:, :2],
+        clocks,
+        times,
+        errors,
+    )
+
+
+def _block(
+    starts: Any, lengths: Any, angles: Any, clocks: Any, times: Array, errors: Array
+) -> Block:
+    """Return steps in one lane, whose variable is the share of the step.
+
+    In powers of the time coefficients of short steps may exceed float64.
+    """
+    scale = powers(lengths, angles.shape[2])
+    scaled = (angles * scale[:, None]).astype(float)[..., None]
+    own_clocks = (clocks * scale).astype(float)[..., None]
+    begins, moves = np.asarray(starts, dtype=float)[:, None], (lengths > 0)[:, None]
+    ends = begins + own_clocks.sum(axis=1)
+    return Block(begins, moves.astype(float), scaled, _until(ends, times, errors), own_clocks)
+
+
+def _until(ends: Array, times: Array, errors: Array) -> Array:
+    """Return the bound on the error up to the ends of steps, from that up to times (s)."""
+    place = np.searchsorted(times, ends[:, 0])
+    found: Array = np.append(errors, errors[-1])[np.minimum(place, len(errors))][:, None]
+    return found
+
+
+def _ends(run: Any, errors: Array) -> Ends:
+    """Return the end of a run in one lane, rounded to float64."""
+    q, u = (np.array(rows, dtype=float)[:, -1:] for rows in (run.q, run.u))
+    rounded = np.spacing(max(np.abs(q).max(), np.abs(u).max())) / 2
+    return Ends(q, u, np.array([errors.max() + rounded]))
+
+
+def _progress(scene: Scene, limits: Limits) -> Callable[[str], Callable[[float], None]]:
+    """Return a function from the name of a run to one that takes its share, and enforces limits."""
+    description = f"the motion over {scene.duration:g} s"
+    return lambda name: limits.timed(description, None)

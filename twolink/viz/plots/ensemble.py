@@ -1,0 +1,129 @@
+"""Pictures of an ensemble: a map of first times over two axes, or their distribution.
+
+A pixel of a map has the colour of its time, or it is one of three kinds without a time: it never
+happens, it is undecided, or the run failed.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap, LogNorm
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from twolink.ensembles.first_time import HAPPENS, NEVER, UNDECIDED
+from twolink.ensembles.results import Results
+from twolink.errors import PictureError
+from twolink.viz.plots.style import Palette, figure, note, palette_of, plain
+
+_VERDICT = "_verdict"
+
+
+def ensemble_plot(found: Results, theme: str = "light") -> Figure:
+    """Return a map of the first condition that is kept, or the distribution of its times.
+
+    A map has the first fixed axis along x and the second along y. Raises `PictureError` for results
+    without first times.
+    """
+    name = _condition(found)
+    grid = found.grid()
+    long = [dim for dim in grid[f"{name}{_VERDICT}"].dims if grid.sizes[dim] > 1]
+    palette = palette_of(theme)
+    if len(long) == 2 and "draw" not in long:
+        return _map(found, grid.squeeze(), name, long, palette)
+    return _distribution(found, name, palette)
+
+
+def _condition(found: Results) -> str:
+    """Return the name of the first condition that is kept."""
+    first = found.attributes["sweep"]["keep"]["first"]
+    if not first:
+        raise PictureError(
+            "the results of a sweep must have first times for a picture (first in [keep]); got none"
+        )
+    return str(first[0]["name"])
+
+
+def _map(found: Results, grid: Any, name: str, axes_of: list[str], palette: Palette) -> Figure:
+    x, y = axes_of
+    # Lists of values need not rise, and may have a value twice.
+    grid = grid.drop_duplicates([x, y]).sortby([x, y])
+    drawn, (axes,) = figure(palette, plain(found.attributes["title"]), size=(7.2, 6.2))
+    times, verdicts, failed = (
+        grid[key].transpose(y, x).values for key in (f"{name}_time", f"{name}{_VERDICT}", "reason")
+    )
+    failed = failed != ""
+    places = grid[x].values, grid[y].values
+    kinds = np.full(times.shape, np.nan)
+    kinds[(verdicts == NEVER) & ~failed] = 0
+    kinds[(verdicts == UNDECIDED) & ~failed] = 1
+    kinds[failed] = 2
+    colours = [palette.bands[0], palette.faint, palette.lines[1]]
+    axes.pcolormesh(
+        *places, kinds, cmap=ListedColormap(colours), vmin=-0.5, vmax=2.5, rasterized=True
+    )
+    happens = np.where((verdicts == HAPPENS) & ~failed, times, np.nan)
+    if np.isfinite(happens).any():
+        least, most = np.nanmin(happens), np.nanmax(happens)
+        scale = LogNorm(least, most) if 0 < least < most else None
+        mesh = axes.pcolormesh(*places, happens, cmap="viridis_r", norm=scale, rasterized=True)
+        bar = drawn.colorbar(mesh, ax=axes)
+        bar.set_label(f"first time of {name} (s)", color=palette.ink)
+        bar.ax.tick_params(which="both", colors=palette.ink)
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    _legend(axes, kinds, colours, palette)
+    note(drawn, palette, _sentence(found, name))
+    return drawn
+
+
+def _legend(axes: Axes, kinds: Any, colours: list[str], palette: Palette) -> None:
+    """Name the kinds of pixels without a time that are there."""
+    words = ("never", "undecided", "failed")
+    shown = [
+        Patch(facecolor=colours[kind], edgecolor=palette.ink, linewidth=0.5, label=words[kind])
+        for kind in range(3)
+        if (kinds == kind).any()
+    ]
+    if shown:
+        axes.legend(
+            handles=shown, loc="upper left", bbox_to_anchor=(0.0, -0.1), ncols=3, frameon=False,
+            labelcolor=palette.ink,
+        )  # fmt: skip
+
+
+def _distribution(found: Results, name: str, palette: Palette) -> Figure:
+    """Return the share of runs in which a condition has happened, against time."""
+    drawn, (axes,) = figure(palette, plain(found.attributes["title"]))
+    done = found.runs_done & (found.array("reason") == "")
+    verdicts, times = found.array(f"{name}{_VERDICT}")[done], found.array(f"{name}_time")[done]
+    duration = float(found.attributes["sweep"]["scene"]["run"]["duration"])
+    happened = np.sort(times[verdicts == HAPPENS])
+    count = max(len(verdicts), 1)
+    steps = np.concatenate([[0.0], happened, [duration]])
+    shares = np.concatenate([np.arange(len(happened) + 1), [len(happened)]]) / count
+    axes.step(steps, shares, where="post", color=palette.lines[0])
+    undecided = int((verdicts == UNDECIDED).sum())
+    if undecided:
+        # They may have happened at any time, or never.
+        axes.fill_between(
+            steps, shares, shares + undecided / count, step="post", color=palette.bands[0],
+            linewidth=0,
+        )  # fmt: skip
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel(f"share of runs with {name}")
+    axes.set_ylim(0, 1)
+    note(drawn, palette, _sentence(found, name))
+    return drawn
+
+
+def _sentence(found: Results, name: str) -> str:
+    """Return the counts of runs and times, and the largest bound, in a sentence."""
+    bounds = found.array(f"{name}_bound")
+    known = bounds[np.isfinite(bounds)]
+    largest = f"; their bounds are {known.max():.1e} s or less" if len(known) else ""
+    done, count = int(found.runs_done.sum()), len(bounds)
+    return f"{done} of {count} runs, {len(known)} times{largest}."
