@@ -1,0 +1,112 @@
+"""A motion and its derivatives with measured errors.
+
+Each run is judged by one that shares neither its precision nor its equations: momenta in double,
+Lagrange's equations in long double, momenta in 113 bits. The finer run is kept, and its difference
+from the coarser one, which is the error of the coarser one, bounds its own. Both runs share the
+slopes of the scene's numbers, whose own measured error is added.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twolink.formulations import EquationsName
+from twolink.integration.precisions import PrecisionName
+from twolink.scene import Scene
+from twolink.simulation.smooth.measure import MARGIN_OF_LIKE_PRECISIONS, apart
+from twolink.variations.directions import Direction
+from twolink.variations.system import VariedMotion, varied_motion
+
+Array = NDArray[np.float64]
+
+LADDER: tuple[tuple[PrecisionName, EquationsName], ...] = (
+    ("double", "momenta"),
+    ("long double", "lagrange"),
+    ("quadruple", "momenta"),
+)
+"""The precision and the equations of each run: none has either in common with its judge."""
+
+
+@dataclass(frozen=True)
+class MeasuredVariation:
+    """The kept run in float64: q, u (2, n) and dq, du (k, 2, n), with their errors so far.
+
+    `error`, shape (n,), is that of q (rad) and u (rad/s), and `errors`, shape (k, n), that of the
+    derivatives by each parameter, in rad and rad/s for a unit of it.
+    """
+
+    q: Array
+    u: Array
+    dq: Array
+    du: Array
+    error: Array
+    errors: Array
+    precision: PrecisionName
+    runs: int
+
+    def within(self, accuracy: float) -> NDArray[np.bool_]:
+        """Return at which samples the motion and the derivatives are as accurate as allowed.
+
+        The accuracy is absolute for q (rad) and u (rad/s), and relative to the largest derivative
+        by the same parameter over the run.
+        """
+        allowed = accuracy * largest(self.dq, self.du)[:, None]
+        return np.asarray((self.error <= accuracy) & (self.errors <= allowed).all(axis=0))
+
+
+def measured_variation(
+    scene: Scene,
+    directions: Sequence[Direction],
+    times: Array,
+    accuracy: float,
+    progress: Callable[[str], Callable[[float], None]],
+) -> MeasuredVariation:
+    """Return the first pair of runs that meets an accuracy, or the finest one."""
+
+    def run(rung: tuple[PrecisionName, EquationsName]) -> VariedMotion:
+        precision, formulation = rung
+        report = progress(f"{formulation}, {precision}")
+        return varied_motion(scene, directions, times, formulation, precision, report)
+
+    coarse = run(LADDER[0])
+    for runs, (_, rung) in enumerate(pairwise(LADDER), start=2):
+        fine = run(rung)
+        found = _measured(coarse, fine, directions, runs)
+        if found.within(accuracy).all():
+            break
+        coarse = fine
+    return found
+
+
+def largest(dq: Array, du: Array) -> Array:
+    """Return the largest size over the run of the derivatives by each parameter, shape (k,)."""
+    return np.asarray(np.abs(np.concatenate([dq, du], axis=1)).max(axis=(1, 2)))
+
+
+def _measured(
+    coarse: VariedMotion, fine: VariedMotion, directions: Sequence[Direction], runs: int
+) -> MeasuredVariation:
+    """Return the finer of two runs, with its error."""
+    q, u, dq, du = (np.array(x, dtype=float) for x in (fine.q, fine.u, fine.dq, fine.du))
+    of_state = np.concatenate([apart(coarse.q, fine.q), apart(coarse.u, fine.u)])
+    slopes = np.concatenate([apart(coarse.dq, fine.dq), apart(coarse.du, fine.du)], axis=1)
+    margin, doubts = MARGIN_OF_LIKE_PRECISIONS, np.array([each.doubt for each in directions])
+    error = margin * np.maximum.accumulate(of_state.max(axis=0))
+    errors = margin * np.maximum.accumulate(slopes.max(axis=1), axis=1)
+    sizes = np.maximum.accumulate(np.abs(np.concatenate([dq, du], axis=1)).max(axis=1), axis=1)
+    return MeasuredVariation(
+        q=q,
+        u=u,
+        dq=dq,
+        du=du,
+        # The results are rounded to float64.
+        error=error + np.spacing(np.abs(np.concatenate([q, u])).max()) / 2,
+        errors=errors + doubts[:, None] * sizes + np.spacing(sizes) / 2,
+        precision=fine.precision,
+        runs=runs,
+    )
