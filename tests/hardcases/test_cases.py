@@ -2,10 +2,11 @@
 
 import pytest
 
+from twolink.engines.marks import Mark
 from twolink.hardcases.catalogue import CASES
 from twolink.hardcases.input_trial import InputTrial
 from twolink.hardcases.parallel import parallel_scoreboard
-from twolink.hardcases.record import Column, Mark
+from twolink.hardcases.record import Column
 from twolink.hardcases.run import OURS, failed_by_us, outcome
 from twolink.simulation.smooth.equations import EQUATIONS
 

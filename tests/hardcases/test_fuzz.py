@@ -172,7 +172,7 @@ def test_a_scene_that_is_written_and_broken_is_a_scene_or_is_refused(scene, data
     read_or_refused(Scene.parse, text)
 
 
-def test_a_traceback_would_be_seen():
+def test_the_check_detects_tracebacks_and_messages_of_two_lines():
     """The check can fail: another exception, or a message of two lines, is detected."""
 
     def crash(_):

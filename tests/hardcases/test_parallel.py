@@ -20,7 +20,7 @@ def marks(board):
 
 
 @pytest.mark.slow
-def test_it_is_the_scoreboard():
+def test_the_parallel_scoreboard_is_the_serial_one():
     cases = [case_named(name) for name in NAMES]
     reports = []
     board = parallel_scoreboard(cases, OURS, lambda done, running: reports.append((done, running)))
@@ -33,7 +33,7 @@ def test_it_is_the_scoreboard():
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are looked for in /proc")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_interrupted_it_leaves_nothing_running(number, tmp_path):
+def test_an_interrupt_ends_all_processes(number, tmp_path):
     arguments = ["hardcases", "--case", "small-oscillation-1e6-s", "--case", "chaos-100-s"]
     command = "from twolink.cli import app; app()"
     environment = {**os.environ, "TMPDIR": str(tmp_path)}

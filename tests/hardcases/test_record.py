@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from twolink.hardcases.record import Mark, Outcome, Result
+from twolink.engines.marks import Mark, Result
+from twolink.hardcases.record import Outcome
 from twolink.tables import Tone
 
 
@@ -15,11 +16,11 @@ from twolink.tables import Tone
         (Result(1.0, warned=True), Mark.PASS, "pass"),
         (Result(1.5), Mark.MISSED, "missed × 1.50"),
         (Result(10.0), Mark.MISSED, "missed × 10.0"),
-        # Beyond ten times the bound it matters whether a word was said.
+        # Beyond ten times the bound an answer without a warning is a silent error.
         (Result(10.1), Mark.SILENT, "silently wrong"),
         (Result(1e6, warned=True), Mark.MISSED, "missed × 1e+06"),
         (Result(math.inf), Mark.SILENT, "silently wrong"),
-        # NaN speaks for itself.
+        # NaN is not silent.
         (Result(math.inf, finite=False), Mark.MISSED, "missed × ∞"),
         (Result(math.nan), Mark.MISSED, "missed × ∞"),
     ],

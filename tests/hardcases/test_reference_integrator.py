@@ -85,7 +85,7 @@ def test_torques_are_followed_from_piece_to_piece():
     assert expected.q[1] == pytest.approx([0, 0, 0, 0.125, 0.5], abs=1e-15)
 
 
-def test_a_floor_that_presses_takes_nothing():
+def test_an_elastic_floor_conserves_energy():
     """Bars that fall on a stiff floor and fly off: D is a little below it, and the energy stays."""
     y, k = 1.2, 1e8
     reference = ReferenceMotion(BARS, (0.3, -0.2), (0.0, 0.0), 0.7, presses=k, floor=y)
@@ -124,7 +124,7 @@ def test_growth_is_that_of_the_unstable_pose():
     ],
 )
 def test_stored_references_are_reproduced(name, count):
-    """The longest, zero-gravity, is left out: energy and momentum vouch for it."""
+    """Without the longest, zero-gravity, which conserves energy and momentum."""
     made = stored_references.computed(name, count)
     expected, growth = stored_references.stored(name)
     assert expected.t.tolist() == stored_references.times(name).tolist()

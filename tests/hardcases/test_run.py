@@ -7,10 +7,12 @@ import warnings
 
 import pytest
 
-from twolink.engines.registry import SIMULATORS, simulator_named
+from tests.simulators import simulator_named
+from twolink.engines.marks import Mark, Result
+from twolink.engines.registry import SIMULATORS
 from twolink.errors import EngineError, SimulationError
 from twolink.hardcases.catalogue import CASES, case_named
-from twolink.hardcases.record import Case, Column, Mark, Result
+from twolink.hardcases.record import Case, Column
 from twolink.hardcases.run import columns, document, failed_by_us, outcome, scoreboard
 from twolink.hardcases.trajectory_trial import Answer, TrajectoryTrial
 from twolink.simulation.smooth.equations import EQUATIONS
@@ -76,14 +78,14 @@ def work_on_a_busy_machine(check):
         (work_on_a_busy_machine, Mark.PASS, ""),
     ],
 )
-def test_cells_of_this_library(does, mark, said):
+def test_each_result_of_a_case_has_its_mark(does, mark, said):
     found = outcome(case(does, seconds=0.2), Column("kane"))
     assert found.mark is mark
     assert said in found.said
     assert found.call == ("" if mark is Mark.PASS else "a case with kane")
 
 
-def test_the_scoreboard_goes_on_after_a_failure():
+def test_the_scoreboard_continues_after_a_failure():
     cases = [dataclasses.replace(case(does), name=does.__name__) for does in (crash, warn, refuse)]
     started = []
     board = scoreboard(

@@ -1,8 +1,9 @@
 """The scoreboard as tables."""
 
 from tests.test_tables import printed
+from twolink.engines.marks import Mark
 from twolink.hardcases.catalogue import CASES
-from twolink.hardcases.record import Column, Mark, Outcome
+from twolink.hardcases.record import Column, Outcome
 from twolink.hardcases.tables import counts_table, group_table
 from twolink.tables import length
 

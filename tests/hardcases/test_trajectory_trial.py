@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twolink.engines.registry import simulator_named
+from tests.simulators import simulator_named
 from twolink.hardcases.catalogue import case_named
 from twolink.hardcases.reference_integrator import ReferenceStates
 from twolink.hardcases.trajectory_trial import NO_ANSWER, Answer, best_method, near
@@ -31,12 +31,12 @@ def test_the_factor_is_the_error_in_units_of_the_bound():
     [
         (1e-6, 0.0, 1e9, 1e-6),
         (1e-6, 1e-12, 1.0, 1e-6),
-        # A thousand tolerances, grown.
+        # A thousand tolerances times the growth.
         (1e-6, 1e-12, 1e6, 1e-3),
-        # Beyond that an answer is none.
+        # The largest bound.
         (1e-6, 1e-12, 1e9, NO_ANSWER),
         (0.1, 1e-12, 1e9, 0.1),
-        # Unless no more was asked for.
+        # The accuracy, or a thousand tolerances, may exceed it.
         (1e-6, 1e-4, 1e9, 0.1),
     ],
 )

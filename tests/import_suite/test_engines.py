@@ -87,5 +87,5 @@ def test_pybullet_crashes(name):
         ("pybullet", "xacro-expression"),
     ],
 )
-def test_accepts_what_is_no_number(engine, name):
+def test_engines_accept_non_numbers(engine, name):
     assert isolated(engine, f"invalid/{name}.urdf") == "accepts"

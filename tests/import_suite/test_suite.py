@@ -42,7 +42,7 @@ def same_text(one: bytes, two: bytes) -> bool:
     return all(math.isclose(float(a), float(b), rel_tol=1e-12, abs_tol=1e-12) for a, b in pairs)
 
 
-def test_the_files_are_what_the_command_writes(tmp_path):
+def test_the_stored_files_are_those_that_the_command_writes(tmp_path):
     files = suite()
     assert {f.relative_to(FOLDER).as_posix() for f in FOLDER.rglob("*.*")} == set(files)
     for path, content in files.items():

@@ -341,7 +341,7 @@ def test_singular_poses_are_left_out_and_counted():
     )
 
 
-def test_where_every_pose_is_singular_nothing_is_passed():
+def test_a_comparison_in_singular_poses_only_is_refused():
     with pytest.raises(
         ParameterError, match="sticking impact: impulses: J M⁻¹ Jᵀ of D is singular"
     ):
@@ -353,7 +353,7 @@ def posed(chain, states, roundings=50, joints=THE_SOURCES, found=None):
     return Problem(chain, scale, states, roundings, found=found)
 
 
-def test_it_grows_with_the_condition_of_the_contact():
+def test_the_tolerance_grows_with_the_condition_of_the_contact():
     """By 1/sin² of the elbow where both rows bar: G's condition is the square of that of J."""
     found = np.ones((4, 200))
     wide, narrow = (
@@ -371,7 +371,7 @@ def as_an_engine(problem):
     return replace(problem, scale=replace(problem.scale, in_space=True))
 
 
-def test_it_is_not_vacuous():
+def test_the_tolerance_in_ordinary_poses_is_1e_minus_10_of_the_values_or_less():
     """In an ordinary pose it is some 1e-12 of the value: ten digits at least are compared."""
     states = random_contact_states(1000, seed=(SEED, 4))
     model = PlanarModel(GENERAL, THE_SOURCES, 9.81)
@@ -416,7 +416,7 @@ def test_sizes_are_those_of_the_quantities(joint, count):
 @pytest.mark.parametrize("quantity", CONTACT, ids=lambda quantity: quantity.name)
 @pytest.mark.parametrize("bend", [None, 1e-3, 1e-6])
 def test_float64_errors_are_within_the_tolerance(formulation, quantity, bend):
-    """Against 50 digits, also where the chain is all but stretched: our way alone is allowed."""
+    """Against 50 digits, also nearly stretched; the tolerance is that of our solution alone."""
     draw = random_contact_states if bend is None else bent_by(bend)
     states = draw(20, seed=(SEED, 6))
     joints = JointConvention((1, -1), (0.0, 0.0))
@@ -442,7 +442,7 @@ RESTING = {"frictionless contact: force", "frictionless contact: motion"}
 STICKING = {"sticking contact: forces", "sticking contact: motion"}
 
 
-def test_another_restitution_is_seen(urdf, engine, monkeypatch):
+def test_a_wrong_restitution_is_detected(urdf, engine, monkeypatch):
     right = impacts.smooth_impulse
     wrong = lambda v, response, e: right(v, response, e * (1 + 1e-9))  # noqa: E731
     monkeypatch.setattr(contact, "smooth_impulse", wrong)
@@ -450,7 +450,7 @@ def test_another_restitution_is_seen(urdf, engine, monkeypatch):
 
 
 @pytest.mark.parametrize("factor", [0, -1, 1 + 1e-9])
-def test_another_drift_is_seen(urdf, engine, monkeypatch, factor):
+def test_a_wrong_bias_is_detected(urdf, engine, monkeypatch, factor):
     right = directions.PointCoordinate.bias
     wrong = lambda *state: factor * right(*state)  # noqa: E731
     monkeypatch.setattr(directions.PointCoordinate, "bias", wrong)
@@ -460,7 +460,7 @@ def test_another_drift_is_seen(urdf, engine, monkeypatch, factor):
     assert {c.against for c in verdict.comparisons if not c.passed} == {engine.name}
 
 
-def test_another_tangent_is_seen(urdf, engine, monkeypatch):
+def test_a_reversed_tangent_is_detected(urdf, engine, monkeypatch):
     """A quarter turn the other way: the motion stays, the second force changes its sign."""
 
     def wrong(self, chain):
@@ -482,7 +482,7 @@ def test_another_tangent_is_seen(urdf, engine, monkeypatch):
     [(kane, "partial_velocities", "Lagrange"), (lagrange, "position_gradients", "Kane")],
     ids=["kane", "lagrange"],
 )
-def test_another_row_is_seen(urdf, engine, monkeypatch, text, jacobian, other, factor):
+def test_a_wrong_row_is_detected(urdf, engine, monkeypatch, text, jacobian, other, factor):
     """The part of u1 in D's velocity, or of q1 in its position, in one formulation."""
     right = getattr(text, jacobian)
 
@@ -499,7 +499,7 @@ def test_another_row_is_seen(urdf, engine, monkeypatch, text, jacobian, other, f
     assert all(c.passed for c in others)
 
 
-def test_another_mass_matrix_is_seen(urdf, engine, monkeypatch):
+def test_a_wrong_mass_matrix_is_detected(urdf, engine, monkeypatch):
     right = lagrange.mass_matrix
 
     def wrong(chain, q):
@@ -513,15 +513,15 @@ def test_another_mass_matrix_is_seen(urdf, engine, monkeypatch):
     assert "sticking contact: motion" not in failed(verdict)
 
 
-def test_another_gravity_is_seen(engine):
-    """9.81 against 9.80665: impacts know none."""
+def test_a_wrong_gravity_is_detected(engine):
+    """9.81 against 9.80665: impacts do not depend on gravity."""
     other = parse_planar_urdf(GENERAL.to_urdf(), gravity=(0, 0, -9.80665))
     found = failed(verify_contact(other, states=FEW, engine=engine))
     assert found == RESTING | {"sticking contact: forces", "given force on D: motion"}
 
 
 class Deaf(PinocchioChain):
-    """An engine that does not hear of the force on D, nor of the restitution."""
+    """An engine that ignores the force on D and the restitution."""
 
     def forward_dynamics(self, angles, speeds, torques, end_force=None):
         return super().forward_dynamics(angles, speeds, torques)
@@ -531,19 +531,19 @@ class Deaf(PinocchioChain):
 
 
 class Driftless(PinocchioChain):
-    """An engine whose D has no acceleration of its own."""
+    """An engine that leaves out the bias, the acceleration of D due to speeds."""
 
     def point_motion(self, point, angles, speeds, accelerations):
         return 0 * super().point_motion(point, angles, speeds, accelerations)
 
 
-def test_a_broken_engine_is_seen(urdf):
+def test_a_wrong_engine_is_detected(urdf):
     deaf = failed(verify_contact(urdf, states=FEW, engine=Deaf(urdf)))
     assert deaf == IMPACT | {"given force on D: motion"}
     assert failed(verify_contact(urdf, states=FEW, engine=Driftless(urdf))) == RESTING | STICKING
 
 
-def test_not_a_number_is_seen(urdf, engine, monkeypatch):
+def test_nan_is_detected(urdf, engine, monkeypatch):
     monkeypatch.setattr(
         contact, "smooth_impulse", lambda v, *_: impacts.Impulse(v / (v - v), 0, "")
     )
@@ -588,7 +588,7 @@ def unused(function: str, line: str, change: str) -> bool:
     ],
     ids=["kane", "lagrange"],
 )
-def test_every_break_of_a_formulation_is_seen(urdf, engine, text, jacobian, other, unseen):
+def test_every_mutant_of_a_formulation_is_detected(urdf, engine, text, jacobian, other, unseen):
     def judge(mutant: Mutant) -> bool:
         broken = Formulation("broken", mutant.module, getattr(mutant.module, jacobian))
         verdict = verify_contact(urdf, states=FEW, formulations={"kane": broken}, engine=engine)
@@ -609,7 +609,7 @@ def test_every_break_of_a_formulation_is_seen(urdf, engine, text, jacobian, othe
     ],
     ids=["modes", "impacts"],
 )
-def test_every_break_of_the_solution_is_seen(
+def test_every_mutant_of_the_solution_is_detected(
     urdf, engine, monkeypatch, home, user, functions, equivalent
 ):
     def skip(function: str, line: str, change: str) -> bool:

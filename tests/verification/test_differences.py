@@ -36,7 +36,7 @@ def test_the_largest_is_that_of_the_verdict():
             assert list(worst) == comparison.state["angles"]
 
 
-def test_a_wrong_formula_is_beyond_the_tolerance_nearly_everywhere():
+def test_a_wrong_formula_exceeds_the_tolerance_in_most_states():
     broken = SimpleNamespace(**vars(kane))
     broken.velocity_terms = lambda chain, q, u: tuple(-x for x in kane.velocity_terms(chain, q, u))
     formulations = {"kane": Formulation("Kane", broken, kane.partial_velocities)}

@@ -36,7 +36,7 @@ def test_magnitudes_bound_the_quantities(joint):
     assert np.all(np.abs(Cu) <= scale.inertia_force(still) * (1 + 1e-12))
 
 
-def test_it_grows_with_the_operations_and_with_the_angles():
+def test_the_tolerance_grows_with_operations_and_angles():
     few = tolerance("mass matrix", problem(GENERAL, roundings=10))
     many = tolerance("mass matrix", problem(GENERAL, roundings=1000))
     assert np.all(many > few)
@@ -57,7 +57,7 @@ def test_conditioning_enters_the_solution():
 
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("offset", [0.0, 1.3, -math.pi / 2])
-def test_conditioning_is_that_of_the_elbow_however_it_is_counted(sign, offset):
+def test_conditioning_does_not_depend_on_the_convention_of_joint_angles(sign, offset):
     """The chain is ill-conditioned where it is stretched, not where a joint angle is zero."""
     light = Chain.point_masses((1e-6, 1.0))
     joints = JointConvention((1, sign), (0.0, offset))
@@ -69,7 +69,7 @@ def test_conditioning_is_that_of_the_elbow_however_it_is_counted(sign, offset):
     assert stretched > 1e5 * bent
 
 
-def test_units_do_not_change_it():
+def test_the_relative_tolerance_does_not_depend_on_units():
     """In millimetres and grams the relative tolerance is the same: κ₂(M) would not be."""
     k, m = 1000.0, 1000.0
     scaled = Chain(
@@ -82,7 +82,7 @@ def test_units_do_not_change_it():
     assert tolerance("mass matrix", problem(scaled)) == pytest.approx(ours * m * k * k)
 
 
-def test_an_engines_sizes_widen_it():
+def test_the_sizes_of_an_engine_widen_the_tolerance():
     scale = Scale.of(GENERAL, joint=True)
     sizes = Sizes(radius=(9.0, 0.0), length=0.0, inertia=(0.0, 7.0), tip=0.0, origin=3.0)
     wide = scale.widened(sizes)
@@ -91,12 +91,12 @@ def test_an_engines_sizes_widen_it():
     assert (wide.length, wide.tip, wide.origin) == (scale.length, scale.tip, 3.0)
 
 
-def test_a_bound_that_needs_the_value_found_asks_for_it():
+def test_a_bound_that_needs_the_found_value_is_refused_without_it():
     with pytest.raises(ValueError, match="found"):
         tolerance("∂θ̈/∂τ", problem(GENERAL))
 
 
-def test_it_is_some_units_in_the_last_place():
+def test_the_tolerance_is_some_units_in_the_last_place():
     """Of an ordinary mass matrix it allows some 1e-15 to 1e-14 of its largest entry."""
     share = tolerance("mass matrix", problem(GENERAL)) / np.abs(
         Scale.of(GENERAL, joint=False).mass_matrix[:, :, None]

@@ -92,7 +92,7 @@ def test_the_worst_state_reproduces_the_difference():
     verdict = verify(SHIPPED, states=300, seed=SEED)
     worst = next(c for c in verdict.comparisons if c.quantity == "mass matrix")
     angles = np.array(worst.state["angles"])[:, None]
-    theirs = PinocchioChain(SHIPPED).mass_matrix(angles)
+    theirs = PinocchioChain(SHIPPED).evaluate("mass_matrix", angles=angles)
     from twolink import kane
 
     q = SHIPPED.joints.absolute_angles(tuple(map(float, angles[:, 0])))

@@ -1,8 +1,8 @@
-"""The checks can fail: each formula is broken in turn, and `verify` sees it.
+"""The checks can fail: each formula is broken in turn, and `verify` detects it.
 
 Every sign, sine, cosine, factor, and every u1, q1, m1, C1, … of the texts of Kane, Lagrange and the
-kinematics is changed, one at a time, for a general chain. A few changes are none; each is listed
-with its reason.
+kinematics is changed, one at a time, for a general chain. A few changes have no effect; each is
+listed with its reason.
 """
 
 from dataclasses import replace
@@ -44,7 +44,7 @@ def engine(urdf):
 
 
 def survivors(found, judge) -> list[str]:
-    """Return the mutants that pass for right; one that cannot even be evaluated is seen too."""
+    """Return the mutants that pass; one that cannot be evaluated counts as detected."""
     alive = []
     count = 0
     for mutant in found:
@@ -92,7 +92,7 @@ def agree_with_rotors(broken, other) -> bool:
 
 
 @pytest.mark.slow
-def test_every_break_of_kane_is_seen(urdf, engine):
+def test_every_mutant_of_kane_is_detected(urdf, engine):
     def judge(mutant: Mutant) -> bool:
         formulation = Formulation("Kane", mutant.module, mutant.module.partial_velocities)
         broken = {"kane": formulation}
@@ -103,7 +103,7 @@ def test_every_break_of_kane_is_seen(urdf, engine):
 
 
 @pytest.mark.slow
-def test_every_break_of_lagrange_is_seen(urdf, engine):
+def test_every_mutant_of_lagrange_is_detected(urdf, engine):
     def judge(mutant: Mutant) -> bool:
         formulation = Formulation("Lagrange", mutant.module, mutant.module.position_gradients)
         broken = {"lagrange": formulation}
@@ -114,7 +114,7 @@ def test_every_break_of_lagrange_is_seen(urdf, engine):
 
 
 @pytest.mark.slow
-def test_every_break_of_the_kinematics_is_seen(urdf, engine):
+def test_every_mutant_of_the_kinematics_is_detected(urdf, engine):
     model = PlanarModel(GENERAL, urdf.joints, urdf.gravity)
 
     def judge(mutant: Mutant) -> bool:
@@ -130,7 +130,7 @@ def printed_slip(chain, q, u):
     return T1 + T2 + chain.I_C2 * (u[0] * u[0] - u[1] * u[1]) / 2
 
 
-def test_the_printed_slip_is_seen(urdf, engine, monkeypatch):
+def test_the_printed_slip_is_detected(urdf, engine, monkeypatch):
     monkeypatch.setattr(lagrange, "kinetic_energy", printed_slip)
     verdict = verify(urdf, states=STATES, engine=engine)
     failed = {(c.quantity, c.source) for c in verdict.comparisons if not c.passed}
@@ -140,7 +140,7 @@ def test_the_printed_slip_is_seen(urdf, engine, monkeypatch):
 
 
 @pytest.mark.parametrize("factor", [1 + 1e-10, -1, 0.5])
-def test_a_factor_on_the_mass_matrix_is_seen(urdf, engine, monkeypatch, factor):
+def test_a_factor_on_the_mass_matrix_is_detected(urdf, engine, monkeypatch, factor):
     right = kane.mass_matrix
 
     def wrong(chain, q):
@@ -153,7 +153,7 @@ def test_a_factor_on_the_mass_matrix_is_seen(urdf, engine, monkeypatch, factor):
     assert {"mass matrix", "forward dynamics", "kinetic energy"} <= failed
 
 
-def test_another_gravity_is_seen(urdf, engine):
+def test_a_wrong_gravity_is_detected(urdf, engine):
     """9.81 against 9.80665."""
     other = parse_planar_urdf(GENERAL.to_urdf(), gravity=(0, 0, -9.80665))
     verdict = verify(other, states=STATES, engine=engine)
@@ -162,13 +162,13 @@ def test_another_gravity_is_seen(urdf, engine):
     assert "mass matrix" not in failed
 
 
-def test_not_a_number_is_seen(urdf, engine, monkeypatch):
+def test_nan_is_detected(urdf, engine, monkeypatch):
     monkeypatch.setattr(kane, "kinetic_energy", lambda chain, q, u: u[0] / (u[0] - u[0]))
     with pytest.warns(RuntimeWarning):
         assert not verify(urdf, states=STATES, engine=engine).passed
 
 
-def test_infinity_is_seen(urdf, engine, monkeypatch):
+def test_infinity_is_detected(urdf, engine, monkeypatch):
     """The tolerance of accelerations grows with those found: infinite ones are not within it."""
     monkeypatch.setattr(
         kane, "forward_dynamics", lambda chain, q, u, loads: (q[0] / (q[0] - q[0]), q[1])

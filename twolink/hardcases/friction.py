@@ -17,7 +17,8 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.sampled_torque import SampledTorque
-from twolink.hardcases.record import Case, Result
+from twolink.engines.marks import Result
+from twolink.hardcases.record import Case
 from twolink.hardcases.reference_integrator import ReferenceStates
 from twolink.hardcases.trajectory_trial import Answer, Judge, TrajectoryTrial, near
 from twolink.scene import Scene

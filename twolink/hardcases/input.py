@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import partial
@@ -12,15 +13,18 @@ from typing import Any
 from twolink.chain import Chain
 from twolink.effects import effect_class
 from twolink.effects.gravity import Gravity
+from twolink.engines.child import tell
 from twolink.errors import TwolinkError
 from twolink.files import scratch_folder
 from twolink.formulations import EquationsName
 from twolink.hardcases.hostile_urdf import URDFS
 from twolink.hardcases.input_trial import InputTrial, refused
-from twolink.hardcases.record import Case, Result
+from twolink.hardcases.record import Case
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.urdf import parse_planar_urdf, read_planar_urdf
+
+_SECONDS = 20.0
 
 _EXPECTED = "rejected with one sentence that states the received value and the requirement"
 _BOUND = (
@@ -30,7 +34,7 @@ _BOUND = (
 
 
 def _case(name: str, hard: str, trial: InputTrial, expected: str = _EXPECTED) -> Case:
-    return Case(name, "input", hard, expected, "the input itself", _BOUND, trial)
+    return Case(name, "input", hard, expected, "the input itself", _BOUND, trial, _SECONDS)
 
 
 def _simulated(**changes: Any) -> Callable[[EquationsName], object]:
@@ -239,14 +243,15 @@ HOSTILE: dict[str, Callable[[Path], object]] = {
 }
 
 
-def hostile_attempt(name: str) -> Result:
-    """Return the finding on one of `HOSTILE`; the task of a process of its own."""
+def hostile_attempt(name: str) -> tuple[float, str]:
+    """Return factor and sentence of one of `HOSTILE`, which may crash, hang or fill the memory."""
     with scratch_folder("input") as folder:
-        return refused(lambda: HOSTILE[name](folder))
+        found = refused(lambda: HOSTILE[name](folder))
+    return found.factor, found.said
 
 
 def _hostile(name: str, *, urdf: str = "", harmless: bool = False) -> InputTrial:
-    return InputTrial(hostile=name, hostile_attempt=hostile_attempt, urdf=urdf, harmless=harmless)
+    return InputTrial(hostile=name, urdf=urdf, harmless=harmless)
 
 
 def _of_urdf(name: str, urdf: str, hard: str, *, harmless: bool = False) -> Case:
@@ -374,3 +379,7 @@ CASES = (
         "each rejected with one sentence that shows no contents of another file",
     ),
 )
+
+
+if __name__ == "__main__":
+    tell(lambda: hostile_attempt(sys.argv[1]))

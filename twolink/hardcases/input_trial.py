@@ -1,7 +1,7 @@
 """A trial of input that must be rejected: with one sentence, in bounded time and memory.
 
-Hostile input runs in a sandbox, also for this library. An external engine gets the same state, or
-the same URDF through its own reader; only this library reads scene files.
+Hostile input runs in a process of its own, also for this library. An external engine gets the same
+state, or the same URDF through its own reader; only this library reads scene files.
 """
 
 from __future__ import annotations
@@ -10,21 +10,28 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from twolink.chain import Chain
-from twolink.errors import TwolinkError
+from twolink.engines.child import value_of
+from twolink.engines.contract import Engine
+from twolink.engines.faults import CannotError, EngineFault
+from twolink.engines.marks import Result
+from twolink.engines.messages import Model
+from twolink.engines.remote_engine import RemoteEngine
+from twolink.errors import EngineError, TwolinkError
 from twolink.formulations import EquationsName
-from twolink.hardcases.record import Result, Subject
-
-if TYPE_CHECKING:
-    from twolink.engines.sandbox import TaskResult
+from twolink.hardcases.hostile_urdf import URDFS
+from twolink.hardcases.state_trial import accelerations, without_accelerations
 
 # A message may quote the received value, with this limit on its length (characters).
 _LONGEST_SENTENCE = 500
 # A message states the requirement: "<name> must be …; got …".
 _REQUIREMENT = re.compile(r"\b(must|allowed)\b")
 
+_HOSTILE = "twolink.hardcases.input"
 _SECONDS, _MEMORY = 20.0, 2 * 2**30
 
 
@@ -33,14 +40,13 @@ class InputTrial:
     """Input that must be rejected.
 
     `attempt` takes a formulation and must raise `TwolinkError`. With a `hostile` name,
-    `hostile_attempt` returns the finding on it instead, in a sandbox. External engines get the
+    `twolink.hardcases.input` is run on it instead. External engines get the
     `urdf` of a name in `hostile_urdf.URDFS`, or `state`, keywords of their forward dynamics;
     `harmless` input may also be loaded within the limits.
     """
 
     attempt: Callable[[EquationsName], object] | None = None
     hostile: str = ""
-    hostile_attempt: Callable[[str], Result] | None = None
     urdf: str = ""
     state: dict[str, Any] | None = None
     harmless: bool = False
@@ -56,44 +62,59 @@ class InputTrial:
         return self._found[self.hostile]
 
     def _hostile_result(self) -> Result:
-        from twolink.engines.sandbox import run_sandboxed
+        try:
+            factor, said = value_of(_HOSTILE, self.hostile, seconds=_SECONDS, memory=_MEMORY)
+        except EngineFault as fault:
+            factor, said = math.inf, str(fault)
+        return Result(factor, said=said)
 
-        assert self.hostile_attempt is not None
-        done = run_sandboxed(self.hostile_attempt, self.hostile, seconds=_SECONDS, memory=_MEMORY)
-        if done.kind != "finished":
-            return Result(math.inf, said=f"{done.kind}: {done.said}")
-        result: Result = done.result
-        return result
-
-    def unsupported(self, subject: Subject) -> str | None:
+    def unsupported(self, engine: Engine) -> str | None:
         """Return why an engine cannot be tried with this, or None if it can."""
         if self.state is not None:
-            return None
+            return without_accelerations(engine)
         if not self.urdf:
             return "scene files are this library's own"
-        return None if subject.reads_urdf else f"{subject.name} reads no URDF"
+        return None if "urdf" in engine.reads else f"{engine.name} reads no URDF"
 
-    def external(self, subject: Subject, seconds: float) -> tuple[Result | None, TaskResult, str]:
-        """Return whether an engine rejects it; any answer counts as accepted."""
-        limit = min(seconds, _SECONDS)
+    def call(self, engine: Engine) -> str:
+        """Return the input of an engine."""
         if self.state is not None:
-            state: dict[str, Any] = {"q": (0.3, -0.4), "u": (0.1, -0.2), **self.state}
-            done = subject.accelerations(
-                Chain.uniform_bars(), state["q"], state["u"], 9.81, (0.0, 0.0), limit
-            )
-            call = f"{subject.name}.accelerations(uniform bars, **{self.state!r})"
-        else:
-            done = subject.reading(self.urdf, limit)
-            call = f"{subject.name} reads the URDF '{self.urdf}' of twolink.hardcases.hostile_urdf"
-        if done.kind == "refused":
-            return Result(0.0, said=done.said), done, call
-        if done.kind != "finished":
-            return None, done, call
-        numbers = [float(x) for x in done.result]
+            return f"{engine.name}: forward_dynamics(uniform bars, **{self.state!r})"
+        return f"{engine.name} reads the URDF '{self.urdf}' of twolink.hardcases.hostile_urdf"
+
+    def external(self, engine: RemoteEngine) -> Result:
+        """Return whether an engine rejects it; any answer counts as accepted."""
+        try:
+            numbers = self._answer(engine)
+        except CannotError:
+            raise
+        except EngineError as error:
+            return Result(0.0, said=str(error))
         finite = all(map(math.isfinite, numbers))
         said = f"it is accepted; the answer is {numbers}"
         factor = 0.0 if self.harmless else math.inf
-        return Result(factor, bool(done.warnings), said, finite=finite), done, call
+        return Result(factor, bool(engine.heard), said, finite=finite)
+
+    def _answer(self, engine: Engine) -> list[float]:
+        """Return the accelerations that an engine answers, none if it only reads."""
+        if self.state is not None:
+            state: dict[str, Any] = {"q": (0.3, -0.4), "u": (0.1, -0.2), **self.state}
+            chain = Chain.uniform_bars()
+            return list(accelerations(engine, chain, state["q"], state["u"], 9.81, (0.0, 0.0)))
+        engine.load(
+            Model(
+                id=self.urdf,
+                urdf=URDFS[self.urdf](),
+                gravity=(0.0, 0.0, -9.81),
+                joints=("joint1", "joint2"),
+                tip="D",
+            )
+        )
+        if "forward_dynamics" not in engine.answers:
+            return []
+        rest, turning = np.zeros((1, 2)), np.full((1, 2), 0.1)
+        states = {"angles": rest, "speeds": turning, "torques": rest}
+        return [float(x) for x in engine.evaluate("forward_dynamics", states)[0]]
 
 
 def refused(attempt: Callable[[], object]) -> Result:

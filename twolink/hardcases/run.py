@@ -6,17 +6,20 @@ import math
 import warnings
 from collections.abc import Callable, Iterable
 from time import perf_counter, process_time
-from typing import TYPE_CHECKING
+from typing import Any
 
+from twolink.engines.attach import attach
+from twolink.engines.contract import Engine
+from twolink.engines.faults import EngineFault
+from twolink.engines.marks import Mark, Result
+from twolink.engines.registry import SIMULATORS, by_name
+from twolink.engines.remote_engine import RemoteEngine
+from twolink.engines.session import Session
 from twolink.environment import package_versions, this_machine
-from twolink.errors import TwolinkError
+from twolink.errors import EngineError, TwolinkError
 from twolink.formulations import EquationsName
-from twolink.hardcases.record import Case, Column, LateError, Mark, Outcome, Result, Subject
-from twolink.hardcases.sandboxed import Sandboxed
+from twolink.hardcases.record import Case, Column, LateError, Outcome
 from twolink.simulation.smooth.equations import EQUATIONS, equations_named
-
-if TYPE_CHECKING:
-    from twolink.engines.sandbox import TaskResult
 
 OURS = tuple(Column(name) for name in EQUATIONS)
 
@@ -31,8 +34,6 @@ def columns(names: Iterable[str] | None = None) -> tuple[Column, ...]:
     A name may be abbreviated to the beginning of one of its words if that is unique. Raises
     `EngineError` for an unknown name, or an engine that is not installed.
     """
-    from twolink.engines.registry import SIMULATORS, by_name
-
     engines = tuple(Column(engine.name, engine) for engine in SIMULATORS)
     if names is None:
         return (
@@ -51,11 +52,9 @@ def columns(names: Iterable[str] | None = None) -> tuple[Column, ...]:
 
 def outcome(case: Case, column: Column) -> Outcome:
     """Return the outcome of a case in a column; exceptions other than interrupts are outcomes."""
-    return (
-        of_subject(case, Sandboxed(column.engine))
-        if column.engine
-        else _of_ours(case, equations_named(column.name))
-    )
+    if column.engine:
+        return _of_engine(case, column.engine)
+    return _of_ours(case, equations_named(column.name))
 
 
 def scoreboard(
@@ -104,69 +103,51 @@ def _of_ours(case: Case, formulation: EquationsName) -> Outcome:
     return Outcome.of(result, perf_counter() - begin, call)
 
 
-def of_subject(case: Case, subject: Subject) -> Outcome:
-    """Return the outcome of a case with an external engine."""
-    reason = case.trial.unsupported(subject)
-    if reason is not None:
+def _of_engine(case: Case, engine: Engine) -> Outcome:
+    """Return the outcome of a case with an engine, in a process of its own."""
+    if reason := case.trial.unsupported(engine):
         return Outcome(Mark.CANNOT, said=reason)
-    result, done, call = case.trial.external(subject, case.seconds)
-    if result is not None:
-        return Outcome.of(result, done.seconds, call, _printed(done))
-    mark = _MARKS[done.kind]
-    return Outcome(mark, None, done.seconds, f"{done.kind}: {done.said}", call, _printed(done))
+    with Session(attach(engine.name), case.seconds) as session:
+        return of_engine(case, RemoteEngine(session, case.name))
 
 
-_MARKS = {
-    "refused": Mark.REFUSED,
-    "crash": Mark.CRASH,
-    "out of memory": Mark.CRASH,
-    "hang": Mark.HANG,
-}
-
-
-def _printed(done: TaskResult) -> str:
-    return "\n".join([*done.warnings, done.output]).strip()
+def of_engine(case: Case, engine: RemoteEngine) -> Outcome:
+    """Return the outcome of a case with an engine; its errors and faults are outcomes."""
+    if reason := case.trial.unsupported(engine):
+        return Outcome(Mark.CANNOT, said=reason)
+    call, begin = case.trial.call(engine), perf_counter()
+    try:
+        result = case.trial.external(engine)
+    except (EngineError, EngineFault) as error:
+        mark = Mark.of(error)
+        if mark is Mark.CANNOT:
+            return Outcome(mark, said=str(error))
+        said = f"refused: {error}" if mark is Mark.REFUSED else str(error)
+        notes = [getattr(error, "output", ""), *getattr(error, "__notes__", ())]
+        heard = "\n".join([*engine.heard, *notes]).strip()
+        return Outcome(mark, None, perf_counter() - begin, said, call, heard)
+    return Outcome.of(result, perf_counter() - begin, call, "\n".join(engine.heard))
 
 
 def document(board: dict[str, dict[str, Outcome]], cases: Iterable[Case]) -> dict[str, object]:
     """Return a scoreboard, its cases and its environment as JSON-compatible data."""
-    described = {
-        case.name: {
-            "group": case.group,
-            "hard": case.hard,
-            "expected": case.expected,
-            "reference": case.reference,
-            "bound": case.bound,
-        }
-        for case in cases
-    }
+    about = ("group", "hard", "expected", "reference", "bound")
+    described = {case.name: {key: getattr(case, key) for key in about} for case in cases}
+
+    def outcomes(row: dict[str, Outcome]) -> dict[str, dict[str, Any]]:
+        return {name: {**vars(found), "mark": found.mark.value} for name, found in row.items()}
+
     return {
         "versions": {**package_versions("heyoka", "numpy", "scipy"), **_engine_versions(board)},
         "machine": this_machine(),
         "cases": {
-            name: {
-                **described[name],
-                "outcomes": {
-                    column: {
-                        "mark": found.mark.value,
-                        "factor": found.factor,
-                        "seconds": found.seconds,
-                        "said": found.said,
-                        "call": found.call,
-                        "output": found.output,
-                    }
-                    for column, found in row.items()
-                },
-            }
-            for name, row in board.items()
+            name: {**described[name], "outcomes": outcomes(row)} for name, row in board.items()
         },
     }
 
 
 def _engine_versions(board: dict[str, dict[str, Outcome]]) -> dict[str, str]:
     """Return the versions of the external engines in a scoreboard."""
-    from twolink.engines.registry import SIMULATORS
-
     tried = {name for row in board.values() for name in row}
     return {engine.name: engine.version for engine in SIMULATORS if engine.name in tried}
 

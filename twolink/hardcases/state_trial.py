@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,15 +25,16 @@ from twolink.chain import Chain
 from twolink.compilation import Compiled
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
+from twolink.engines.contract import Engine
+from twolink.engines.joint_model import JOINTS
+from twolink.engines.marks import Result
+from twolink.engines.messages import Model, Parameters
+from twolink.engines.remote_engine import RemoteEngine
 from twolink.formulations import FORMULATIONS, EquationsName
 from twolink.hardcases import exact
-from twolink.hardcases.record import Result, Subject
 from twolink.simulation.smooth.equations import MomentumEquations
 from twolink.verification.states import Array, States
 from twolink.verification.tolerance import Problem, Scale, tolerance
-
-if TYPE_CHECKING:
-    from twolink.engines.sandbox import TaskResult
 
 Numbers = tuple[float, float]
 
@@ -69,21 +70,21 @@ class StateTrial:
 
         return self._compared(forward(self.q, self.u), self._bound(Compiled(forward).depth))
 
-    def unsupported(self, subject: Subject) -> str | None:
-        """Return None: every engine has forward dynamics."""
-        return None
+    def unsupported(self, engine: Engine) -> str | None:
+        """Return why an engine cannot be tried, or None if it can."""
+        return without_accelerations(engine)
 
-    def external(self, subject: Subject, seconds: float) -> tuple[Result | None, TaskResult, str]:
-        """Return the error of an engine's forward dynamics."""
-        done = subject.accelerations(self.chain, self.q, self.u, self.g, self.torque, seconds)
-        call = (
-            f"{subject.name}.accelerations({self.chain!r}, q={self.q!r}, u={self.u!r}, "
+    def call(self, engine: Engine) -> str:
+        """Return the question to an engine."""
+        return (
+            f"{engine.name}: forward_dynamics({self.chain!r}, q={self.q!r}, u={self.u!r}, "
             f"gravity={(0.0, self.g)!r}, torque={self.torque!r})"
         )
-        if done.kind != "finished":
-            return None, done, call
-        result = self._compared(done.result, self._bound_of_engine(), warned=bool(done.warnings))
-        return result, done, call
+
+    def external(self, engine: RemoteEngine) -> Result:
+        """Return the error of an engine's forward dynamics."""
+        found = accelerations(engine, self.chain, self.q, self.u, self.g, self.torque)
+        return self._compared(found, self._bound_of_engine(), warned=bool(engine.heard))
 
     def _loads(self, q: Pair, u: Pair) -> Any:
         chain = self.chain
@@ -161,6 +162,29 @@ class StateTrial:
         speeds = compared(found[:2], expected[:2], bound[:2], "u of p", "rad/s")
         forces_found = compared(found[2:], expected[2:], bound[2:], "dp/dt", "N m")
         return max(speeds, forces_found, key=lambda result: _worst(result.factor))
+
+
+def without_accelerations(engine: Engine) -> str | None:
+    """Return why an engine cannot be asked for `accelerations`, or None if it can."""
+    if "parameters" in engine.reads and "forward_dynamics" in engine.answers:
+        return None
+    return "the engine has no forward dynamics of parameters"
+
+
+def accelerations(
+    engine: Engine, chain: Chain, q: Numbers, u: Numbers, g: float, torque: Numbers
+) -> Numbers:
+    """Return an engine's du (rad/s²) under gravity along y (m/s²) and motor torques (N m)."""
+    mass, length, centre, inertia = chain.mass, chain.length, chain.centre, chain.inertia
+    given = Parameters(mass=mass, length=length, centre=centre, inertia=inertia, gravity=g)
+    engine.load(Model(id="state", parameters=given))
+    states = {
+        "angles": np.array([JOINTS.joint_angles(q)]),
+        "speeds": np.array([JOINTS.joint_speeds(u)]),
+        "torques": np.array([torque]),
+    }
+    ((first, second),) = engine.evaluate("forward_dynamics", states).tolist()
+    return JOINTS.absolute_speeds((first, second))
 
 
 def compared(

@@ -9,7 +9,6 @@ recomputes the named references, or all of them. Each is a motion in 113 bits or
 from __future__ import annotations
 
 import json
-import math
 import sys
 from functools import cache
 from pathlib import Path
@@ -75,11 +74,6 @@ def recompute(names: list[str]) -> None:
         table[name] = computed(name)
         with atomic_write(FILE) as file:
             file.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
-
-
-def largest_growth(name: str) -> float:
-    """Return the largest growth of an initial error."""
-    return float(max(stored(name)[1], default=math.nan))
 
 
 if __name__ == "__main__":

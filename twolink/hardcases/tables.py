@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from twolink.hardcases.record import Case, Column, Mark, Outcome
+from twolink.engines.marks import Mark
+from twolink.hardcases.record import Case, Column, Outcome
 from twolink.hardcases.run import counts
 from twolink.tables import Cell, Table, table
 from twolink.tables import Column as TableColumn

@@ -14,16 +14,19 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from twolink import lagrange
 from twolink.effects import potential_energy
-from twolink.engines.contract import Array
+from twolink.engines.contract import Array, Engine
+from twolink.engines.joint_model import JOINTS
+from twolink.engines.marks import Result
+from twolink.engines.messages import Method, Model, Move, Moved
+from twolink.engines.remote_engine import RemoteEngine
+from twolink.engines.scenes import joint_state, parameters_of
 from twolink.errors import IntegrationError
 from twolink.formulations import EquationsName
-from twolink.hardcases.record import Result, Subject
 from twolink.hardcases.reference_integrator import ReferenceMotion, ReferenceStates
 from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
@@ -31,10 +34,6 @@ from twolink.simulation.motion import has_modes
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.taylor import default_longest_step
 from twolink.verification.tolerance import EPSILON
-
-if TYPE_CHECKING:
-    from twolink.engines.messages import Method
-    from twolink.engines.sandbox import TaskResult
 
 ENGINE_ACCURACY, NO_ANSWER = 1e-6, 1e-2
 
@@ -127,37 +126,41 @@ class TrajectoryTrial:
                 accuracy,
                 trajectory=trajectory,
             )
-            found.append(self._judged(answer, _warned(trajectory.notes)))
+            found.append(self._judged(answer, bool(trajectory.notes)))
         if self.also is not None:
             found += self.also(formulation, check)
         self._found[text] = worst(found)
         return self._found[text]
 
-    def unsupported(self, subject: Subject) -> str | None:
+    def unsupported(self, engine: Engine) -> str | None:
         """Return why an engine cannot express the scene, or None if it can."""
-        return subject.unsupported(self.scene)
+        return engine.unsupported(self.scene)
 
-    def external(self, subject: Subject, seconds: float) -> tuple[Result | None, TaskResult, str]:
+    def call(self, engine: Engine) -> str:
+        """Return the method and its parameters for an engine."""
+        method = best_method(engine.methods, self.scene)
+        values = ", ".join(f"{value:.3g}" for value in self._values(engine, method))
+        return f"{engine.name}, {method.name}: prepared(scene)({method.parameter} {values})"
+
+    def external(self, engine: RemoteEngine) -> Result:
         """Return the worst result of an engine's own method and integrator."""
-        method = best_method(subject.methods, self.scene)
-        fine = _TOLERANCES.get(subject.name, _TOLERANCE)
-        parameters = (
-            (self.tolerances or (fine,)) if method.parameter == "tolerance" else (self._step,)
-        )
+        method = best_method(engine.methods, self.scene)
         times = np.linspace(0.0, self.scene.duration, self.samples)
-        done = subject.motions(self.scene, method.name, parameters, times, seconds)
-        parameter_name = "tolerance" if method.parameter == "tolerance" else "step"
-        values = ", ".join(f"{parameter:.3g}" for parameter in parameters)
-        call = f"{subject.name}, {method.name}: prepared(scene)({parameter_name} {values})"
-        if done.kind != "finished":
-            return None, done, call
+        engine.load(_model(engine, self.scene))
         found = []
-        for parameter, (q, u, warnings) in zip(parameters, done.result, strict=True):
-            tolerance = parameter if method.parameter == "tolerance" else 0.0
+        for value in self._values(engine, method):
+            moved = engine.move(_move(self.scene, method, value, times))
+            tolerance = value if method.parameter == "tolerance" else 0.0
             accuracy = max(ENGINE_ACCURACY, self.scene.accuracy)
-            answer = Answer(self.scene, times, q, u, accuracy, tolerance)
-            found.append(self._judged(answer, bool(warnings or done.warnings)))
-        return worst(found), done, call
+            answer = Answer(self.scene, times, *_absolute(moved), accuracy, tolerance)
+            found.append(self._judged(answer, bool(moved.warnings)))
+        return worst(found)
+
+    def _values(self, engine: Engine, method: Method) -> tuple[float, ...]:
+        """Return the values of a method's parameter, one for each motion."""
+        if method.parameter == "step":
+            return (self._step,)
+        return self.tolerances or (_TOLERANCES.get(engine.name, _TOLERANCE),)
 
     @cached_property
     def _step(self) -> float:
@@ -170,6 +173,33 @@ class TrajectoryTrial:
             return Result(math.inf, warned, "the answer is not finite or incomplete", finite=False)
         found = worst([judge(answer) for judge in self.judges])
         return Result(found.factor, warned, found.said)
+
+
+def _model(engine: Engine, scene: Scene) -> Model:
+    """Return the message that loads a scene, whole if an engine reads it, or its parameters."""
+    if "scene" in engine.reads:
+        return Model(id="scene", scene=scene.to_toml())
+    return Model(id="scene", parameters=parameters_of(scene)[0])
+
+
+def _move(scene: Scene, method: Method, value: float, times: Array) -> Move:
+    angles, speeds = joint_state(scene)
+    return Move(
+        seq=0,
+        test="scene",
+        angles=angles,
+        speeds=speeds,
+        method=method.name,
+        parameter=value,
+        times=tuple(times.tolist()),
+    )
+
+
+def _absolute(moved: Moved) -> tuple[Array, Array]:
+    """Return q (rad) and u (rad/s) of a motion, shape (2, n)."""
+    theta, omega = (np.array(rows).T for rows in (moved.angles, moved.speeds))
+    q, u = JOINTS.absolute_angles((*theta,)), JOINTS.absolute_speeds((*omega,))
+    return np.array(q), np.array(u)
 
 
 # Engines' methods for stiff problems, in order of preference.
@@ -189,10 +219,6 @@ def best_method(methods: tuple[Method, ...], scene: Scene) -> Method:
 
 def _order(method: Method) -> float:
     return method.order or 0
-
-
-def _warned(notes: tuple[str, ...]) -> bool:
-    return bool(notes)
 
 
 def worst(results: list[Result]) -> Result:

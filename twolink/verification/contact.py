@@ -18,7 +18,6 @@ from twolink.contact.states import ContactState
 from twolink.effects import ContactEffect, Effect
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
-from twolink.engines.chain_engine import ChainEngine
 from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.errors import ParameterError
 from twolink.formulations import FORMULATIONS, Formulation, FormulationName
@@ -183,31 +182,13 @@ def _directions(states: ContactStates, count: int) -> Array:
     return np.array([[x, y], [-y, x]][:count])
 
 
-def _frictionless_impact(engine: ChainEngine, states: Any) -> Array:
-    along = _directions(states, 1)
-    return engine.impact(states.angles, states.speeds, along, states.restitution[0])
-
-
-def _sticking_impact(engine: ChainEngine, states: Any) -> Array:
-    along = _directions(states, 2)
-    return engine.impact(states.angles, states.speeds, along, states.restitution[1])
-
-
-def _frictionless_contact(engine: ChainEngine, states: Any) -> Array:
-    return engine.held(states.angles, states.speeds, states.torques, _directions(states, 1))
-
-
-def _sticking_contact(engine: ChainEngine, states: Any) -> Array:
-    return engine.held(states.angles, states.speeds, states.torques, _directions(states, 2))
-
-
 def _solved_for(
     situation: str,
     parts: Mapping[str, tuple[str, tuple[int, int]]],
     algorithm: str,
     inputs: tuple[str, ...],
     text: Callable[[Any], Callable[..., Any]],
-    call: Callable[[ChainEngine, Any], Array],
+    call: Callable[[Any, Any], Array],
 ) -> tuple[Quantity, ...]:
     """Return the quantities of one contact problem, given their units and solution rows."""
     return tuple(
@@ -235,7 +216,7 @@ CONTACT: tuple[Quantity, ...] = (
         "impulseDynamics",
         ("angles", "speeds", "normal", "restitution"),
         lambda texts: texts.frictionless_impact,
-        _frictionless_impact,
+        lambda engine, s: engine.impact(s.angles, s.speeds, _directions(s, 1), s.restitution[0]),
     ),
     *_solved_for(
         "sticking impact",
@@ -243,7 +224,7 @@ CONTACT: tuple[Quantity, ...] = (
         "impulseDynamics",
         ("angles", "speeds", "normal"),
         lambda texts: texts.sticking_impact,
-        _sticking_impact,
+        lambda engine, s: engine.impact(s.angles, s.speeds, _directions(s, 2), s.restitution[1]),
     ),
     *_solved_for(
         "frictionless contact",
@@ -251,7 +232,7 @@ CONTACT: tuple[Quantity, ...] = (
         "forwardDynamics",
         (*_DRIVEN, "normal"),
         lambda texts: texts.frictionless_contact,
-        _frictionless_contact,
+        lambda engine, s: engine.held(s.angles, s.speeds, s.torques, _directions(s, 1)),
     ),
     *_solved_for(
         "sticking contact",
@@ -259,7 +240,7 @@ CONTACT: tuple[Quantity, ...] = (
         "forwardDynamics",
         (*_DRIVEN, "normal"),
         lambda texts: texts.sticking_contact,
-        _sticking_contact,
+        lambda engine, s: engine.held(s.angles, s.speeds, s.torques, _directions(s, 2)),
     ),
     Quantity(
         "given force on D: motion",
@@ -278,7 +259,7 @@ def verify_contact(
     states: int = 10_000,
     seed: int = 1,
     formulations: Mapping[FormulationName, Formulation] = FORMULATIONS,
-    engine: ChainEngine | None = None,
+    engine: PinocchioChain | None = None,
     draw: Callable[..., ContactStates] = random_contact_states,
     progress: Progress = lambda share: None,
     limits: Limits = DEFAULT_LIMITS,

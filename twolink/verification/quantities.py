@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from twolink.compilation import Compiled
-from twolink.engines.chain_engine import ChainEngine
+from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.engines.quantities import QUANTITIES
 from twolink.verification.states import Array, States
 
@@ -35,7 +35,7 @@ class Quantity:
     algorithm: str
     inputs: tuple[str, ...]
     text: Callable[[Any], Callable[..., Any]]
-    call: Callable[[ChainEngine, States], Array]
+    call: Callable[[Any, States], Array]
     part: int | None = None
     by: str | None = None
     from_world: bool = False
@@ -73,11 +73,11 @@ class Formula:
         return np.stack(columns, axis=1)
 
 
-def _inverse_derivatives(engine: ChainEngine, states: States) -> Array:
+def _inverse_derivatives(engine: PinocchioChain, states: States) -> Array:
     return engine.inverse_dynamics_derivatives(states.angles, states.speeds, states.accelerations)
 
 
-def _forward_derivatives(engine: ChainEngine, states: States) -> Array:
+def _forward_derivatives(engine: PinocchioChain, states: States) -> Array:
     return engine.forward_dynamics_derivatives(states.angles, states.speeds, states.torques)
 
 
@@ -90,7 +90,7 @@ def _of(name: str, algorithm: str) -> Quantity:
         algorithm,
         asked.inputs,
         attrgetter(name),
-        lambda engine, s: getattr(engine, name)(*(getattr(s, key) for key in asked.inputs)),
+        lambda engine, s: engine.evaluate(name, **{x: getattr(s, x) for x in asked.inputs}),
     )
 
 
@@ -156,7 +156,7 @@ _PARTS = (
 
 
 def _motion_of(point: str) -> Iterator[Quantity]:
-    def call(engine: ChainEngine, states: States) -> Array:
+    def call(engine: PinocchioChain, states: States) -> Array:
         return engine.point_motion(point, states.angles, states.speeds, states.accelerations)
 
     for part, (name, algorithm) in enumerate(_PARTS):
@@ -173,7 +173,7 @@ def _at(name: str, point: str) -> Callable[[Any], Callable[..., Any]]:
     return lambda texts: getattr(texts, name)(point)
 
 
-def _angular_motion(engine: ChainEngine, states: States) -> Array:
+def _angular_motion(engine: PinocchioChain, states: States) -> Array:
     return engine.angular_motion(states.angles, states.speeds, states.accelerations)
 
 
@@ -199,3 +199,24 @@ MOTION: tuple[Quantity, ...] = (
     ),
     _of("potential_energy", "computePotentialEnergy"),
 )
+
+
+def _asked(name: str) -> Quantity:
+    """Return a quantity of the contract of engines, at D, of an engine that may use any frame."""
+    found = replace(_of(name, ""), from_world=True)
+    if not QUANTITIES[name].vector:
+        return found
+    return replace(
+        found,
+        name=f"{'Jacobian' if name == 'jacobian' else name} of D",
+        text=_at(name, "D"),
+    )
+
+
+_OF_MOTION = ("position", "velocity", "acceleration", "potential_energy")
+
+ASKED: dict[str, tuple[tuple[Quantity, ...], tuple[Quantity, ...]]] = {
+    name: ((), (_asked(name),)) if name in _OF_MOTION else ((_asked(name),), ())
+    for name in QUANTITIES
+}
+"""Each quantity of the contract of engines, as a part of `DYNAMICS` or of `MOTION`."""

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from twolink.engines.marks import Mark, Result
 from twolink.tables import Cell, Column, Table, Tone, table
 
 KEY = (
@@ -47,9 +48,14 @@ class Comparison:
         return self.units / self.allowed_units
 
     @property
+    def mark(self) -> Mark:
+        """The mark: a pass if the difference is within the tolerance in every state."""
+        return Result(self.share, finite=math.isfinite(self.difference)).mark
+
+    @property
     def passed(self) -> bool:
         """Whether the difference is within the tolerance in every state."""
-        return math.isfinite(self.difference) and self.difference <= self.allowed
+        return self.mark is Mark.PASS
 
 
 @dataclass(frozen=True)

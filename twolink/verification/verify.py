@@ -12,6 +12,7 @@ import numpy as np
 from twolink.chain import Chain
 from twolink.data import data_path
 from twolink.engines.chain_engine import ChainEngine
+from twolink.engines.marks import excess
 from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.environment import package_versions, this_machine
 from twolink.formulations import FORMULATIONS, Formulation, FormulationName
@@ -70,15 +71,17 @@ def motion_plan(
     formulations: Mapping[FormulationName, Formulation] = FORMULATIONS,
     engine: ChainEngine | None = None,
     motion: PointMotion | None = None,
+    quantities: tuple[Iterable[Quantity], Iterable[Quantity]] = (DYNAMICS, MOTION),
 ) -> ComparisonPlan:
     """Return the comparison plan of `verify`: equations of motion and motion of the points."""
+    of_dynamics, of_motion = quantities
     model = PlanarModel(Chain.from_links(urdf.links), urdf.joints, urdf.gravity)
     texts: dict[str, JointSpace] = {name: JointSpace(f, model) for name, f in formulations.items()}
     kinematics = {"kinematics": motion or PointMotion(model)}
     return ComparisonPlan(
         urdf,
         engine or PinocchioChain(urdf),
-        groups=(*cases(DYNAMICS, texts), *cases(MOTION, kinematics)),
+        groups=(*cases(of_dynamics, texts), *cases(of_motion, kinematics)),
         names={**{name: f.name for name, f in formulations.items()}, "kinematics": KINEMATICS},
     )
 
@@ -184,10 +187,7 @@ class BatchResult:
     @property
     def excess(self) -> Array:
         """The differences in units of the tolerance, shape (…, n)."""
-        least = np.finfo(float).tiny
-        allowed = np.where(self.allowed > 0, self.allowed, least)
-        excess = np.where(self.difference == 0, 0.0, self.difference / allowed)
-        return np.where(np.isfinite(excess), excess, np.inf)
+        return excess(self.difference, self.allowed)
 
     @property
     def shares(self) -> Array:
@@ -196,8 +196,8 @@ class BatchResult:
 
     def worst(self) -> Comparison:
         """Return the comparison at the state with the largest share."""
-        excess = self.excess
-        worst = np.unravel_index(np.argmax(excess), excess.shape)
+        shares = self.excess
+        worst = np.unravel_index(np.argmax(shares), shares.shape)
         at = worst[-1]
         allowed_units = float(self.allowed_units[at])
         return Comparison(
@@ -208,7 +208,7 @@ class BatchResult:
             against=self.against,
             difference=float(self.difference[worst]),
             allowed=float(self.allowed[worst]),
-            units=float(excess[worst]) * allowed_units,
+            units=float(shares[worst]) * allowed_units,
             allowed_units=allowed_units,
             state={
                 field.name: [float(x) for x in getattr(self.states, field.name)[:, at]]
