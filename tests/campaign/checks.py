@@ -223,7 +223,7 @@ def friction_brakes(seen: Seen) -> Verdict:
             continue
         force = seen.normal[i]
         if element.kind != FRICTION:
-            # A surface that pulls is the fault, not its friction.
+            # The fault is a surface that pulls, not its friction.
             force = np.where(seen.normal[i] > 0, seen.tangential[i], 0.0)
         speed = element.slides.speed(seen.chain, seen.q, seen.u)
         slow = 4 * seen.slack * element.slides.reach(seen.chain) + _ROUNDING

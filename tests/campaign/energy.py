@@ -10,7 +10,7 @@ from tests.campaign.seen import CUSHION, Seen
 from twolink import kinematics, lagrange
 from twolink.effects import ConservativeEffect
 
-# Of these none gives energy for ever: each has a potential, takes energy, or does no work.
+# Effects that cannot supply energy: each has a potential, dissipates energy, or does no work.
 _PASSIVE = (
     "Gravity",
     "JointDamping",

@@ -29,8 +29,9 @@ OUTCOMES = (OK, NOT_MET, OUT_OF_RANGE, REFUSED, CUT_SHORT, VIOLATION, CRASH, HAN
 class Judged:
     """The judgement of a scene: `wrong` has the names of failed checks with their sentences.
 
-    `seconds` is the time of the simulation, `remark` the sentence of a refusal or a note, and
-    `compared_with` describes the outcome of the reference run, if there was one.
+    `seconds` is the computing time of the simulation of a motion of `duration` (s), `remark` the
+    sentence of a refusal or a note, and `compared_with` describes the outcome of the reference run,
+    if there was one.
     """
 
     index: int
@@ -39,6 +40,7 @@ class Judged:
     wrong: tuple[tuple[str, str], ...] = ()
     remark: str = ""
     compared_with: str = ""
+    duration: float = 0.0
 
 
 def judge(seed: int, index: int, *, reference: bool, report: Callable[[str, Any], None]) -> Judged:
@@ -60,8 +62,9 @@ def judge(seed: int, index: int, *, reference: bool, report: Callable[[str, Any]
 
 def _simulated(scene: Scene, index: int, report: Callable[[str, Any], None]) -> tuple[Judged, Any]:
     """Simulate a scene and check its trajectory, which is returned if there is one."""
-    report("simulate", Judged(index, HANG, 0.0, (("hang", "simulate has not ended in time"),)))
-    started = time.perf_counter()
+    late = Judged(index, HANG, 0.0, (("hang", "simulate has not ended in time"),))
+    report("simulate", replace(late, duration=scene.duration))
+    started = time.process_time()
     trajectory, outcome, remark = None, OK, ""
     with Printed() as printed:
         try:
@@ -71,7 +74,7 @@ def _simulated(scene: Scene, index: int, report: Callable[[str, Any], None]) -> 
             outcome = OUT_OF_RANGE if _is_out_of_range(remark) else REFUSED
         except Exception as error:
             outcome, remark = CRASH, f"{type(error).__name__}: {str(error)[:300]}"
-    seconds = time.perf_counter() - started
+    seconds = time.process_time() - started
     wrong = [("printed", printed.text[:300])] if printed.text else []
     if trajectory is not None:
         report(
@@ -86,7 +89,8 @@ def _simulated(scene: Scene, index: int, report: Callable[[str, Any], None]) -> 
     outcome = VIOLATION if wrong and outcome != CRASH else outcome
     if outcome == CRASH:
         wrong = [("crash", remark), *wrong]
-    return Judged(index, outcome, seconds, tuple(wrong), remark), trajectory
+    found = Judged(index, outcome, seconds, tuple(wrong), remark, duration=scene.duration)
+    return found, trajectory
 
 
 def _is_out_of_range(sentence: str) -> bool:

@@ -1,4 +1,4 @@
-"""Whatever is printed meanwhile, by Python or by libraries, on the terminal's descriptors."""
+"""Capture of output to descriptors 1 and 2, from Python and from libraries."""
 
 from __future__ import annotations
 

@@ -19,6 +19,9 @@ from tests.campaign.judge import (
 # Number of refusals, in this number of scenes, that is no failure of the campaign.
 _REFUSED, _OF = 5, 2000
 
+# Scenes of at most this many seconds of motion that take longer to compute (s) are named.
+_SHORT, _LONG = 3.0, 10.0
+
 
 def is_good(results: list[Judged]) -> bool:
     """Return whether nothing is wrong, and few scenes are refused."""
@@ -52,9 +55,12 @@ def report(results: list[Judged], command: str) -> str:
 def _times(results: list[Judged]) -> list[str]:
     seconds = [judged.seconds for judged in results] or [0.0]
     slowest = sorted(results, key=lambda judged: -judged.seconds)[:5]
+    slow = [judged for judged in results if judged.seconds > _LONG and judged.duration <= _SHORT]
     return [
         f"seconds to simulate: median {median(seconds):.2f}, most {max(seconds):.1f}",
         "slowest: " + ", ".join(f"{judged.index} ({judged.seconds:.1f} s)" for judged in slowest),
+        f"motions of at most {_SHORT:g} s that take above {_LONG:g} s: {len(slow)}"
+        + "".join(f", {judged.index} ({judged.seconds:.1f} s)" for judged in slow),
     ]
 
 

@@ -12,9 +12,13 @@ from typing import Any
 import numpy as np
 
 from tests.campaign.judge import CRASH, Judged, judge
+from tests.processes import computed
 
 # Scenes a worker does before it is replaced: compiled code takes memory.
 _SCENES_A_WORKER = 150
+
+# Limits of waiting, in units of those of computing.
+_ASLEEP = 10
 
 # Time limit (s) of the checks of a scene.
 _CHECKS = 120.0
@@ -22,9 +26,11 @@ _CHECKS = 120.0
 
 @dataclass(frozen=True)
 class Campaign:
-    """A seed, time limits (s) and the share of scenes that are compared with a reference.
+    """A seed, time limits and the share of scenes that are compared with a reference.
 
-    `judge` judges one scene in a worker process, so it must be picklable.
+    Limits are seconds of computing, so that other work on the machine does not change the outcome;
+    a process that waits is ended after `_ASLEEP` times as many. `judge` judges one scene in a
+    worker process, so it must be picklable.
     """
 
     seed: int
@@ -58,12 +64,12 @@ class Worker:
         self.done = 0
         self.index: int | None = None
         self.known: Judged | None = None
-        self.deadline = 0.0
+        self.deadlines = 0.0, 0.0
 
     def begin(self, index: int) -> None:
         """Hand over a scene."""
         self.index, self.known = index, None
-        self.deadline = time.monotonic() + self.campaign.seconds("start")
+        self._expect("start")
         self.pipe.send(index)
 
     def heard(self) -> Judged | None:
@@ -79,12 +85,25 @@ class Worker:
             self.done, self.index = self.done + 1, None
             return judged
         self.known = judged
-        self.deadline = time.monotonic() + self.campaign.seconds(stage)
+        self._expect(stage)
         return None
+
+    def _expect(self, stage: str) -> None:
+        """Set the ends of a stage that begins: in seconds of computing, and by the clock."""
+        limit = self.campaign.seconds(stage)
+        self.deadlines = self._computed() + limit, time.monotonic() + _ASLEEP * limit
+
+    def _computed(self) -> float:
+        """Return the seconds that the process has computed, 0 if it has ended."""
+        try:
+            return computed(self.process.pid or 0)
+        except OSError:
+            return 0.0
 
     def late(self) -> Judged | None:
         """Return the partial judgement of a scene that has taken too long, and end the process."""
-        if self.index is None or time.monotonic() < self.deadline:
+        work, clock = self.deadlines
+        if self.index is None or (self._computed() < work and time.monotonic() < clock):
             return None
         if self.known is None:
             return self._ended("drawing the scene has not ended in time")

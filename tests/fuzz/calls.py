@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import itertools
 import sys
+import tomllib
 import warnings
 from collections.abc import Callable
 from decimal import Decimal
@@ -19,19 +20,22 @@ import sympy
 
 from tests.effects.test_inputs_of_effects import GOOD
 from tests.fuzz.dice import Dice, Input
-from tests.fuzz.files import bad_file, damaged_trajectory
+from tests.fuzz.files import SWEEP, bad_file, damaged_trajectory
 from twolink.accuracy.drift import energy_drift
 from twolink.accuracy.enclosure import enclosure
 from twolink.accuracy.reference import reference
 from twolink.accuracy.study import study
 from twolink.chain import Chain
 from twolink.effects import Effect, EndForce, Gravity, JointDamping, JointStop, effect_class
+from twolink.ensembles.run import sweep
 from twolink.errors import TwolinkError
 from twolink.limits import Limits
 from twolink.loads import Force, Torque
 from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
 from twolink.urdf import parse_planar_urdf, read_planar_urdf
+from twolink.variations.sensitivity import sensitivity
+from twolink.variations.spectrum import lyapunov
 from twolink.verification import verify
 from twolink.verification.contact import verify_contact
 
@@ -56,7 +60,7 @@ class Acting(Effect):
 
 
 class Liar:
-    """An object that does not do what it says."""
+    """An object whose methods break their contracts."""
 
     def __float__(self) -> float:
         raise OverflowError("too large")
@@ -85,7 +89,7 @@ NUMBERS = (
 )  # fmt: skip
 THINGS = (
     None, "", "D", "taylor", "a\nb", "\x00", "\udcff", "x" * 5000, (), [], {}, set(), {1: 2}, [1],
-    (1, 2, 3), ((1, 2), (3, 4)), object(), float, Scene, Gravity, Gravity(), len, Ellipsis,
+    (1, 2, 3), ((1, 2), (3, 4)), object(), float, Scene, Gravity, Gravity(), hash, Ellipsis,
     NotImplemented, np.zeros(2), np.zeros(0), np.zeros((2, 2)), np.array(["a", "b"]),
     np.array([None, 1]), np.full(2, np.nan), np.ma.masked, range(2), slice(1), Path("none"),
     Path("\x00"), Limits(), SMOOTH, CHAIN, memoryview(b"ab"), bytearray(b"ab"), type, Liar(),
@@ -127,7 +131,7 @@ def _simulated(
 
 
 def _mutated(scene: Scene, function: Callable[..., Any]) -> Trajectory:
-    """Simulate a scene, change what its own effect does, and simulate it again."""
+    """Simulate a scene, change the load of its own effect, and simulate it again."""
     acting = Acting(lambda c, q, u, t: (Torque(1, 1.0),))
     made = dataclasses.replace(scene, effects=(acting, *scene.effects))
     before = simulate(made, samples=3)
@@ -169,7 +173,13 @@ def _right(dice: Dice, folder: Path, out: Path) -> tuple[Callable[..., object], 
                   "limits": Limits()}),
         (verify_contact, {"urdf": read_planar_urdf(folder / "good.urdf"), "states": 3, "seed": 1}),
         (reference, {"scene": scene, "digits": 8, "times": (0.0, 0.01), "limits": Limits()}),
-        (enclosure, {"scene": SMOOTH, "digits": 8, "times": (0.01,), "limits": Limits()}),
+        (enclosure, {"scene": scene, "digits": 8, "times": (0.01,), "limits": Limits()}),
+        (sensitivity, {"scene": SMOOTH, "by": ("q1", "m2"), "accuracy": 1e-6, "samples": 5,
+                       "progress": None, "limits": Limits()}),
+        (lyapunov, {"scene": SMOOTH, "seconds": 0.5, "blocks": 2, "progress": None,
+                    "limits": Limits()}),
+        (sweep, {"ensemble": {**tomllib.loads(SWEEP)}, "out": out / "s.zarr", "workers": 1,
+                 "executor": None, "chunk": None, "progress": None, "limits": Limits()}),
         (energy_drift, {"scene": SWINGS, "seconds": 100.0, "methods": ("rk4",)}),
         (study, {"scene": SMOOTH, "methods": ("rk4",), "engines": False, "budget": 0.01}),
         (Scene.load, {"path": folder / "good.toml"}), (Scene.from_dict, {"table": table}),

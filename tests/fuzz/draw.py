@@ -40,6 +40,11 @@ def _right(dice: Dice, folder: Path, out: Path) -> tuple[str, list[str], Options
          ["--samples", "--states", "--seed"]),
         ("record", [dice.choice((scene, kept))],
          {"--out": str(out / "f.html"), "--fps": "5", "--speed": "1"}, ["--fps", "--speed"]),
+        ("sensitivity", [scene], {"--by": "q1", "--samples": "5", "--out": str(out / "s.csv")},
+         ["--samples", "--accuracy"]),
+        ("sensitivity", [scene], {"--lyapunov": "5"}, ["--lyapunov"]),
+        ("sweep", [str(folder / "sweep.toml")], {"--out": str(out / "s.zarr"), "--workers": "1"},
+         ["--workers"]),
         ("hardcases", [], {"--explain": "zeno"}, []),
         ("scenes", [], {}, []),
     ]  # fmt: skip
@@ -109,7 +114,21 @@ def _words(dice: Dice, folder: Path, out: Path) -> Input:
     """Return a command line of words that mean nothing."""
     words = [dice.text() for _ in range(dice.randrange(1, 5))]
     if dice.happens(0.5):
-        words.insert(0, dice.choice(("simulate", "verify", "plot", "record", "reference", "drift")))
+        words.insert(
+            0,
+            dice.choice(
+                (
+                    "simulate",
+                    "verify",
+                    "plot",
+                    "record",
+                    "reference",
+                    "drift",
+                    "sensitivity",
+                    "sweep",
+                )
+            ),
+        )
     words = [word.replace("\0", "") for word in words]
     if words and words[0] in ("verify",):
         words.append("--states=0")

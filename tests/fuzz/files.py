@@ -19,6 +19,31 @@ KINDS = (".npz", ".csv", ".parquet")
 
 _HUGE = 2**31
 
+SWEEP = """
+[[axes]]
+parameter = "start.q.0"
+values = [0.1, 0.2]
+
+[runs]
+accuracy = 1e-4
+
+[keep]
+final = true
+first = [{name = "x", of = "q1", level = 0.15}]
+
+[scene.chain]
+mass = [1.0, 1.0]
+length = [1.0, 1.0]
+
+[scene.start]
+q = [0.0, 0.5]
+
+[scene.run]
+duration = 0.1
+
+[scene.effects.gravity]
+"""
+
 
 def prepare(folder: Path) -> None:
     """Write the good files, from which bad ones are made, and paths that are no files."""
@@ -27,6 +52,7 @@ def prepare(folder: Path) -> None:
     (folder / "good.toml").write_text(short, encoding="utf-8")
     text = (data_path("scenes") / "bounce_to_rest.toml").read_text(encoding="utf-8")
     (folder / "contact.toml").write_text(text, encoding="utf-8")
+    (folder / "sweep.toml").write_text(SWEEP, encoding="utf-8")
     (folder / "good.urdf").write_bytes(data_path("twolink.urdf").read_bytes())
     trajectory = simulate(Scene.load(folder / "good.toml"), samples=11)
     for kind in KINDS:

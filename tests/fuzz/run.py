@@ -11,11 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.fuzz.dice import Input
+from tests.processes import computed
 
 PATIENCE, ASLEEP = 10.0, 600.0
 """Seconds of computing after which a command hangs, and of waiting: the machine may be busy."""
 
 _CODES = {0, 1, 2, 129, 130, 143}
+_SIGNALS = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
 
 
 @dataclass(frozen=True)
@@ -32,9 +34,12 @@ def run(given: Input, scratch: Path) -> Ended:
     """Run a command in a fork, with its streams in files."""
     streams = {name: scratch / f"std{name}" for name in ("out", "err")}
     begin = time.monotonic()
+    # A signal that came between the fork and `_become` would end the campaign in the child, too.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
     child = os.fork()
     if child == 0:
         _become(given, streams, scratch / "out")
+    signal.pthread_sigmask(signal.SIG_SETMASK, before)
     code = _awaited(child, given, begin)
     said = {
         name: file.read_bytes().decode(errors="replace") if file.exists() else ""
@@ -49,6 +54,7 @@ def _become(given: Input, streams: dict[str, Path], folder: Path) -> None:
     """Be the command, in a folder; never returns."""
     code = 70
     try:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _SIGNALS)
         for number, name in ((1, "out"), (2, "err")):
             handle = os.open(streams[name], os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
             os.dup2(handle, number)
@@ -63,13 +69,14 @@ def _become(given: Input, streams: dict[str, Path], folder: Path) -> None:
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else 70
     except KeyboardInterrupt:
-        # It came before the command began; the command itself lets none out, as a test shows.
+        # The signal came before the command began: the command itself handles signals.
         code = 130
     except BaseException:
         import traceback
 
         os.write(2, traceback.format_exc().encode(errors="replace"))
     finally:
+        signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
         for stream in (sys.stdout, sys.stderr):
             try:
                 stream.flush()
@@ -120,22 +127,15 @@ def _awaited(child: int, given: Input, begin: float) -> int | None:
         if not struck and waited > (given.interrupted or 0.0):
             os.kill(child, int(given.environment["SIGNAL"]))
             struck = True
-        if waited > ASLEEP or _computed(child) > PATIENCE:
+        if waited > ASLEEP or computed(child) > PATIENCE:
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
             return None
         time.sleep(0.005)
 
 
-def _computed(process: int) -> float:
-    """Return the seconds that a process has computed."""
-    with open(f"/proc/{process}/stat", encoding="utf-8") as stream:
-        fields = stream.read().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
 def faults(given: Input, ended: Ended, before: set[Path], scratch: Path) -> list[str]:
-    """Return the fault of the end of a command, or nothing."""
+    """Return the faults of the end of a command."""
     found = []
     if ended.code is None:
         found.append(f"hangs after {PATIENCE:g} s of computing, or {ASLEEP:g} s")
@@ -149,11 +149,16 @@ def faults(given: Input, ended: Ended, before: set[Path], scratch: Path) -> list
         found.append(f"exit code {ended.code} where 0 is due")
     if given.refused and ended.err.count("\n") != 1:
         found.append(f"{ended.err.count(chr(10))} lines of a refusal")
-    if len(ended.err) > 1500:
-        found.append(f"{len(ended.err)} characters of complaint")
+    # A progress bar is drawn again and again, and erased.
+    complaint = ended.err.rpartition("\x1b[2K")[2]
+    if len(complaint) > 1500:
+        found.append(f"{len(complaint)} characters of complaint")
     if "FORCE_COLOR" not in given.environment and "\x1b" in ended.out + ended.err:
         found.append("an escape sequence")
+    # A store of results is a folder, whose files it may have.
+    stores = [out for out in given.out if out.suffix == ".zarr"]
     left = {path for path in scratch.rglob("*") if path not in before} - set(given.out)
+    left = {path for path in left if not any(path.is_relative_to(store) for store in stores)}
     if left:
         found.append(f"left behind: {', '.join(sorted(path.name for path in left))}")
     if ended.code == 2:
@@ -168,6 +173,7 @@ def _killed_before_it_began(given: Input, ended: Ended) -> bool:
 
 def _new(file: Path, before: set[Path]) -> bool:
     try:
-        return file.is_file() and file not in before
+        made = file.is_dir() if file.suffix == ".zarr" else file.is_file()
+        return made and file not in before
     except OSError:
         return False
