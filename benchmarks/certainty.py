@@ -5,7 +5,7 @@ Random general chains from random starts, 10 s, and random scenes with friction,
 without compilation, divided by that of the cheapest bare run whose true error meets the accuracy,
 by the same integrator compiled in the same way, over its orders, precisions and formulations. The
 two are timed in turn, several times, and the shortest processor times are compared: those depend
-little on what else the machine does. Then the true error
+little on other load of the machine. Then the true error
 divided by the reported one, at 41 times: 21 samples, and 20 times between them. The true error is
 that to a quadruple run by Kane's equations, or, with events, to a run of accuracy 1e-14 by them.
 """

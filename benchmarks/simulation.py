@@ -21,7 +21,7 @@ from twolink.data import data_path
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
-from twolink.engines.registry import simulator_named
+from twolink.engines.registry import SIMULATORS, by_name
 from twolink.formulations import EquationsName
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
@@ -73,7 +73,8 @@ def cheapest_order(scene: Scene) -> int:
 
 def engine(name: str, method: str, scene: Scene, parameter: float) -> Run:
     """Return a run of an external engine at one setting, timed without set-up."""
-    prepared, ends = simulator_named(name).prepared(scene, method), np.array([0.0, scene.duration])
+    engine = by_name(name, {each.name: each for each in SIMULATORS})
+    prepared, ends = engine.prepared(scene, method), np.array([0.0, scene.duration])
 
     def run() -> tuple[tuple[float, ...], float]:
         motion = prepared(parameter, ends)

@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from twolink import kane, kinematics, lagrange
-from twolink.arithmetic import cos, sign, sin
+from twolink.arithmetic import cos, sign, sin, sine_and_cosine
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 
@@ -26,7 +26,7 @@ KINDS = {
 
 @pytest.mark.parametrize("number", KINDS.values(), ids=KINDS)
 @pytest.mark.parametrize("formulation", [kane, lagrange], ids=["kane", "lagrange"])
-def test_one_text_in_any_arithmetic(number, formulation):
+def test_one_formula_works_in_any_arithmetic(number, formulation):
     """The same function bodies run on every kind of number, and give that kind back."""
     chain = CHAIN.convert(number)
     q, u, du = ((number(a), number(b)) for a, b in ((0.3, -0.4), (1.1, -0.7), (2.0, 0.5)))
@@ -51,6 +51,15 @@ def test_long_double_keeps_its_digits():
     with mpmath.workdps(30):
         exact = mpmath.sin(mpmath.mpf(1) / 3)
         assert abs(mpmath.mpf(np.format_float_positional(sin(third), 25)) - exact) < 1e-18
+
+
+@pytest.mark.parametrize(
+    "x", [0.7, np.longdouble("0.7"), mpmath.mpf("0.7"), sp.Rational(7, 10), 0.7 + 0.2j]
+)
+def test_sine_and_cosine_are_those_of_the_library_of_a_number(x):
+    s, c = sine_and_cosine(x)
+    assert (s, c) == (sin(x), cos(x))
+    assert type(s) is type(sin(x))
 
 
 def test_mpmath_keeps_its_digits():

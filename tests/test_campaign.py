@@ -187,13 +187,13 @@ def test_a_good_trajectory_passes_all_checks(runs, name):
 
 
 @pytest.mark.parametrize(("check", "name", "tamper"), TAMPERINGS)
-def test_a_check_fires_on_what_was_tampered_with(runs, check, name, tamper):
+def test_a_check_fires_on_a_tampered_run(runs, check, name, tamper):
     sentence = CHECKS[check](Seen(tamper(runs[name])))
     assert sentence
     assert "cannot be checked" not in sentence
 
 
-def test_each_check_is_shown_to_fire():
+def test_each_check_has_a_tampering_that_it_detects():
     assert {check for check, *_ in TAMPERINGS} == set(CHECKS)
 
 
@@ -227,14 +227,14 @@ def test_all_effects_are_drawn():
     assert drawn == {name for _, name in EFFECTS.values()}
 
 
-def test_what_is_printed_below_python_is_seen(capfd):
+def test_output_of_c_libraries_is_captured(capfd):
     with Printed() as printed:
         os.write(2, b"a library speaks\n")
     assert printed.text == "a library speaks"
     assert capfd.readouterr().err == ""
 
 
-def test_a_report_names_what_is_wrong_and_how_to_repeat_it():
+def test_a_report_names_the_violations_and_the_command_to_repeat_them():
     good = Judged(0, OK, 0.1)
     bad = Judged(3, VIOLATION, 2.0, (("rest", "D sticks and moves"),))
     text = report([good, bad], "again")
@@ -248,13 +248,29 @@ def test_a_report_names_what_is_wrong_and_how_to_repeat_it():
     assert not is_good([Judged(0, REFUSED, 0.0)] * 6 + [good])
 
 
+def test_slow_scenes_of_short_motions_are_named():
+    slow, long, quick = (
+        Judged(number, OK, seconds, duration=duration)
+        for number, seconds, duration in [(1, 12.0, 3.0), (2, 12.0, 10.0), (3, 9.0, 3.0)]
+    )
+    text = report([slow, long, quick], "again")
+    assert "motions of at most 3 s that take above 10 s: 1, 1 (12.0 s)" in text
+
+
 def _sleep(seed, index, *, reference, report):
     report("simulate", Judged(index, HANG, 0.0))
-    time.sleep(60)
+    time.sleep(600)
+
+
+def _work(seed, index, *, reference, report):
+    report("simulate", Judged(index, HANG, 0.0))
+    while True:
+        pass
 
 
 @pytest.mark.slow
-def test_a_scene_that_takes_too_long_is_ended():
-    campaign = Campaign(seed=7, limit=0.5, judge=_sleep)
+@pytest.mark.parametrize(("judge", "limit"), [(_sleep, 0.2), (_work, 0.5)])
+def test_a_scene_that_takes_too_long_is_ended(judge, limit):
+    campaign = Campaign(seed=7, limit=limit, judge=judge)
     (judged,) = judged_scenes(campaign, [0], 1, lambda text: None)
     assert judged.outcome == HANG

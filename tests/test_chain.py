@@ -140,7 +140,7 @@ def test_exact_numbers_have_the_range_of_float64(make, size):
             make(mass, length)
 
 
-def test_an_array_of_objects_has_numbers_in_it():
+def test_an_entry_of_an_array_that_is_no_number_is_refused():
     with pytest.raises(ParameterError, match="link 2: mass must be a number; got None"):
         Chain.uniform_bars((1.0, np.array([None, 1])), (1.0, 1.0))
 

@@ -67,9 +67,9 @@ def test_the_page_has_all_quantities_and_counts():
 
 
 def test_the_python_engine_of_the_page_agrees(tmp_path, monkeypatch):
-    from twolink.conformance.attach import attach
     from twolink.conformance.runner import conform
     from twolink.conformance.suites import suite
+    from twolink.engines.attach import attach
 
     (code,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
     (tmp_path / "my_module.py").write_text(code)

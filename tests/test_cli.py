@@ -67,7 +67,7 @@ def test_json_holds_the_verdict(tmp_path):
     assert os.listdir(tmp_path) == ["verdict.json"]
 
 
-def test_json_is_json_also_where_nothing_is_a_number(tmp_path, monkeypatch):
+def test_a_verdict_with_nan_is_valid_json(tmp_path, monkeypatch):
     monkeypatch.setattr(lagrange, "kinetic_energy", lambda chain, q, u: u[0] / (u[0] - u[0]))
     file = tmp_path / "verdict.json"
     with pytest.warns(RuntimeWarning):

@@ -38,7 +38,7 @@ def texts(f, chain):
 @pytest.mark.slow
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 @given(chain=chains(), state=states())
-def test_compiled_is_the_text_to_the_last_bit(formulation, chain, state):
+def test_compiled_formulas_agree_with_their_source_to_the_last_bit(formulation, chain, state):
     for text, arguments in texts(formulation, chain).values():
         inputs = (state.q, state.u, state.du)[:arguments]
         assert np.array_equal(Compiled(text)(*inputs), text(*inputs))
@@ -76,7 +76,7 @@ def test_sine_and_cosine_of_arrays_are_within_one_unit(largest, random):
             assert abs(mpmath.cos(exact) - mpmath.mpf(float(c))) <= 2.0**-52
 
 
-def test_idle_operations_are_not_written():
+def test_operations_with_zero_and_one_are_omitted():
     # A mass of 1 kg, a length of 1 m and a centre on the axis: no product, no term for them.
     chain = Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (0.5, 0.0)), (0.1, 0.1))
     assert Compiled(lambda q: lagrange.mass_matrix(chain, q)).operations == {

@@ -12,7 +12,7 @@ GUIDE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_files_that_are_named_are_there(page):
+def test_files_named_on_the_pages_exist(page):
     text = (ROOT / page).read_text(encoding="utf-8")
     for name in re.findall(r"`((?:twolink|tests|docs|models)/[\w./]*)`", text):
         if not re.search(r"/a/(test_)?b\.py$", name):
@@ -38,7 +38,7 @@ def test_files_that_are_named_are_there(page):
         ("twolink/hardcases/friction.py", ["CASES"]),
     ],
 )
-def test_what_is_to_be_extended_has_its_name(file, names):
+def test_the_guide_uses_names_that_exist_in_the_code(file, names):
     text = (ROOT / file).read_text(encoding="utf-8")
     for name in names:
         assert f"`{name}`" in GUIDE

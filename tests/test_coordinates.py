@@ -27,7 +27,7 @@ def jacobian(joints):
     )
 
 
-def test_angles_there_and_back(joints):
+def test_joint_angles_are_the_inverse_of_absolute_angles(joints):
     assert joints.joint_angles(joints.absolute_angles(THETA)) == pytest.approx(THETA)
 
 

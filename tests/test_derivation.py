@@ -21,19 +21,19 @@ def cited(text):
     return re.findall(r"\((6\.\d+[a-z]?)\)", text), re.findall(r"[Ss]ection (6\.\d+)", text)
 
 
-def test_every_number_stands_once():
+def test_every_equation_number_is_unique():
     assert len(TAGS) == len(set(TAGS))
     assert [tag for tag in TAGS if tag[-1].isdigit()] == [f"6.{n}" for n in range(1, 10)]
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_what_the_code_cites_is_on_the_page(path):
+def test_equations_cited_by_the_code_are_on_the_page(path):
     equations, sections = cited(path.read_text(encoding="utf-8"))
     assert set(equations) <= set(TAGS)
     assert all(f"\n## {section} " in PAGE for section in sections)
 
 
-def test_the_code_does_cite():
+def test_the_code_cites_equations_and_sections():
     equations, sections = cited("\n".join(path.read_text(encoding="utf-8") for path in MODULES))
     assert {"6.2", "6.3", "6.4", "6.7", "6.8", "6.9"} <= set(equations)
     assert {"6.1", "6.2"} == set(sections)

@@ -15,6 +15,7 @@ from twolink import files
 from twolink.errors import FileError
 from twolink.files import (
     atomic_write,
+    check_folder,
     check_no_mark,
     check_readable,
     check_writable,
@@ -35,7 +36,7 @@ def test_a_file_is_replaced_when_all_is_written(tmp_path):
 
 
 @pytest.mark.parametrize("fault", [RuntimeError, KeyboardInterrupt])
-def test_what_goes_wrong_leaves_the_old_file(tmp_path, fault):
+def test_a_failed_write_leaves_the_old_file(tmp_path, fault):
     file = tmp_path / "a.txt"
     file.write_text("old")
 
@@ -117,7 +118,7 @@ WORDS = {
 
 
 @pytest.mark.parametrize("name", [*WORDS, "none", "file/below"])
-def test_what_cannot_be_read_has_its_own_sentence(name, things):
+def test_each_kind_of_unreadable_file_has_its_own_message(name, things):
     words = WORDS.get(name, "there is no file of this name")
     for check in (lambda path: read_bytes(path, 100), lambda path: check_readable(path, 100)):
         with pytest.raises(FileError) as caught:
@@ -126,7 +127,7 @@ def test_what_cannot_be_read_has_its_own_sentence(name, things):
 
 
 @pytest.mark.parametrize("name", [*WORDS, "none/file", "file/below"])
-def test_what_cannot_be_written_is_left_alone(name, things):
+def test_unwritable_paths_are_refused_and_left_unchanged(name, things):
     words = WORDS.get(name, "its folder does not exist")
     before = sorted(path.name for path in things.iterdir())
     for attempt in (check_writable, write):
@@ -154,12 +155,12 @@ def test_the_standard_output_is_not_replaced(tmp_path):
     assert "the standard output" in run.stderr
 
 
-def test_a_folder_that_only_looks_writable(tmp_path):
+def test_a_folder_that_refuses_new_files_is_detected(tmp_path):
     with pytest.raises(FileError, match="cannot be written"):
         check_writable(Path("/proc/x.json"))
 
 
-def test_what_is_too_large_is_not_read(tmp_path):
+def test_a_file_that_is_too_large_is_not_read(tmp_path):
     file = tmp_path / "a"
     with file.open("wb") as stream:
         stream.truncate(10**12)
@@ -196,7 +197,7 @@ with atomic_write(Path(sys.argv[1])) as file, scratch_folder("kind", sys.argv[2]
 """
 
 
-def test_what_a_killed_process_leaves_is_removed_by_the_next(tmp_path):
+def test_leftovers_of_a_killed_process_are_removed_by_the_next(tmp_path):
     beside, scratch = tmp_path / "beside", tmp_path / "scratch"
     beside.mkdir()
     scratch.mkdir()
@@ -220,14 +221,14 @@ def test_what_a_killed_process_leaves_is_removed_by_the_next(tmp_path):
     assert list(scratch.iterdir()) == []
 
 
-def test_a_scratch_folder_goes_with_what_is_in_it(tmp_path):
+def test_a_scratch_folder_is_removed_with_its_contents(tmp_path):
     with scratch_folder("kind", str(tmp_path)) as folder:
         (folder / "deep" / "deeper").mkdir(parents=True)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_file_that_is_cleaned_up_before_it_is_locked_is_made_again(tmp_path, monkeypatch):
-    lock, taken = files._lock, []
+    lock, taken = files.locked, []
 
     def stolen(handle):
         if not taken:
@@ -235,7 +236,7 @@ def test_a_file_that_is_cleaned_up_before_it_is_locked_is_made_again(tmp_path, m
             next(tmp_path.glob(".twolink-*")).unlink()
         return lock(handle)
 
-    monkeypatch.setattr(files, "_lock", stolen)
+    monkeypatch.setattr(files, "locked", stolen)
     write(tmp_path / "a")
     assert (tmp_path / "a").read_text() == "new"
 
@@ -286,6 +287,16 @@ def test_a_folder_that_cannot_be_made_is_one_sentence(things):
     for name in ("file", "file/below", "x" * 300):
         with pytest.raises(FileError, match="cannot be written"), new_folder(things / name):
             pass
+
+
+def test_a_folder_is_checked_without_making_it(things):
+    for name in ("new", "new/below", "folder"):
+        check_folder(things / name)
+    for name in ("file", "file/below", "x" * 300):
+        with pytest.raises(FileError, match="cannot be written"):
+            check_folder(things / name)
+    assert not (things / "new").exists()
+    assert not list((things / "folder").iterdir())
 
 
 def test_a_file_that_may_not_be_written_is_not_replaced(tmp_path, monkeypatch):

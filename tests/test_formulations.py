@@ -12,7 +12,7 @@ from twolink.formulations import FORMULATIONS, EquationsOfMotion, FormulationNam
 from twolink.loads import Force
 
 
-def test_both_formulations_are_there_by_name():
+def test_both_formulations_are_registered_by_name():
     assert [f.equations for f in FORMULATIONS.values()] == [kane, lagrange]
     assert typing.get_args(FormulationName) == tuple(FORMULATIONS)
 
@@ -27,7 +27,7 @@ def test_every_function_of_the_contract_is_there():
 
 
 @pytest.mark.parametrize("name", FORMULATIONS)
-def test_each_has_what_a_mode_is_made_of(name, random):
+def test_each_formulation_has_a_consistent_mass_matrix_and_force(name, random):
     """M is symmetric and positive, its determinant is its own, and the force of a load is its
     power by the speeds."""
     formulation = FORMULATIONS[name].equations

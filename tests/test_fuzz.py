@@ -29,7 +29,7 @@ from twolink.errors import ParameterError
         (Input([]), Ended(0, "\x1b[31m", "", 0.1), "an escape sequence"),
     ],
 )
-def test_the_checks_fire(given, ended, words, tmp_path):
+def test_each_fault_is_detected(given, ended, words, tmp_path):
     found = faults(given, ended, set(), tmp_path)
     assert found == [] if words is None else any(fault.startswith(words) for fault in found)
 
@@ -62,7 +62,7 @@ def warns():
         (warns, {}, 70, "UserWarning: a library says so"),
     ],
 )
-def test_how_calls_are_judged(function, arguments, code, words, tmp_path):
+def test_calls_are_judged_by_their_exit_code(function, arguments, code, words, tmp_path):
     (tmp_path / "out").mkdir()
     given = Input(["call"], call=functools.partial(_called, function, arguments))
     ended = run(given, tmp_path)

@@ -30,6 +30,7 @@ from twolink.urdf.repair import repair_file
 from twolink.values import is_value
 from twolink.verification import verify
 from twolink.verification.contact import verify_contact
+from twolink.viz import display
 
 LEAVES = st.one_of(
     st.floats(width=32),
@@ -77,7 +78,7 @@ MAKERS |= {"chain": (Chain, CHAIN), "scene": (Scene, SCENE)}
 @pytest.mark.parametrize("name", MAKERS)
 @settings(max_examples=60)
 @given(data=st.data())
-def test_anything_is_a_value_or_refused(name, data):
+def test_arbitrary_arguments_make_a_value_or_are_refused(name, data):
     maker, fields = MAKERS[name]
     changed = data.draw(st.sets(st.sampled_from(sorted(fields)), min_size=1, max_size=2))
     given_fields = {**fields, **{field: data.draw(JUNK, label=field) for field in changed}}
@@ -129,6 +130,7 @@ URDF = data_path("twolink.urdf")
         Scene.load,
         Trajectory.load,
         TRAJECTORY.save,
+        TRAJECTORY.record,
         Chain.from_urdf,
         read_planar_urdf,
         read_description,
@@ -139,7 +141,7 @@ URDF = data_path("twolink.urdf")
         lambda folder: Scene.parse(FALL.to_toml(), folder=folder),
     ],
 )
-def test_a_path_is_a_path(call, wrong):
+def test_arguments_that_are_no_paths_are_refused(call, wrong):
     with pytest.raises(TwolinkError, match=r"must be a path; got "):
         call(wrong)
 
@@ -190,6 +192,22 @@ def test_a_path_is_a_path(call, wrong):
         (lambda: energy_drift(SWINGS, seconds=1e308), "the time must be 100 s to 1e[+]12 s; got"),
         (lambda: TRAJECTORY.position("D"), "point must be a Point; got 'D'"),
         (lambda: TRAJECTORY.velocity((1, 2)), r"point must be a Point; got \(1, 2\)"),
+        (lambda: TRAJECTORY.plot([]), r"kind must be a string; got \[\]"),
+        (lambda: TRAJECTORY.plot("angles", FALL), "a motion must be a Trajectory; got <Scene"),
+        (lambda: TRAJECTORY.plot("angles", names=3), "names must be a sequence of strings; got 3"),
+        (lambda: TRAJECTORY.plot("angles", theme=[]), r"theme must be a string; got \[\]"),
+        (lambda: TRAJECTORY.record("never.html", fps="30"), "fps must be a number; got '30'"),
+        (lambda: TRAJECTORY.record("never.html", fps=math.nan), "fps must be 0.01 to 240; got nan"),
+        (lambda: TRAJECTORY.record("never.html", speed=None), "speed must be a number; got None"),
+        (lambda: TRAJECTORY.record("never.html", theme={}), "theme must be a string; got {}"),
+        (lambda: TRAJECTORY.record("never.png", at="1"), "at must be a number; got '1'"),
+        (
+            lambda: TRAJECTORY.record("never.mp4", size=640),
+            "size must be a pair of numbers; got 64",
+        ),
+        (lambda: TRAJECTORY.record("never.mp4", size=(640, "a")), r"size\[1\] must be a number; g"),
+        (lambda: TRAJECTORY.record("never.mp4", size=(640.5, 360)), "size must be a whole number"),
+        (lambda: display.film(TRAJECTORY, FALL), "a ghost must be a Trajectory; got <Scene"),
         (lambda: replace(TRAJECTORY, q="q"), "q must be an array of numbers; got 'q'"),
         (lambda: replace(TRAJECTORY, t=iter((1,))), "t must be an array of numbers; got <tuple_i"),
     ],

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from twolink.conformance.attach import attach
 from twolink.conformance.harness_check import check_harness
 from twolink.conformance.runner import conform
 from twolink.conformance.suites import suite
+from twolink.engines.attach import attach
 
 FOLDER = Path(__file__).parent.parent / "examples" / "harness"
 LONGEST = 150
@@ -48,19 +48,19 @@ def harness(request, tmp_path, monkeypatch):
     return command
 
 
-def test_it_keeps_to_the_protocol(harness):
+def test_an_example_keeps_to_the_protocol(harness):
     checks = check_harness(attach(harness), 30.0)
     assert [(check.name, check.said) for check in checks if not check.passed] == []
 
 
-def test_it_agrees(harness):
+def test_an_example_agrees_with_the_vectors(harness):
     found = conform(harness, attach(harness), {"evaluation": suite("evaluation")}, seconds=30.0)
     assert found.agrees, [(result.id, result.said) for result in found.failed]
     assert len(found.compared) == 130
 
 
 @pytest.mark.parametrize("language", HARNESSES)
-def test_it_is_short_and_says_how_to_build_it(language):
+def test_an_example_is_short_and_has_its_build_command(language):
     text = (FOLDER / f"engine.{language}").read_text()
     assert len(text.splitlines()) <= LONGEST
     _, build, command = HARNESSES[language]

@@ -42,7 +42,7 @@ def test_numbers_of_any_kind(given, kept):
 @pytest.mark.parametrize(
     "given", ["1", b"1", None, True, np.True_, [1.0], (1.0,), {}, np.zeros(2), object(), float, 1j]
 )
-def test_what_is_no_number_is_refused(given):
+def test_non_numbers_are_refused(given):
     with pytest.raises(ParameterError, match="x must be a number; got ") as caught:
         inputs.as_number("x", given)
     assert "\n" not in str(caught.value)
@@ -76,13 +76,13 @@ def test_real_numbers_are_float64(kind):
 
 
 @pytest.mark.parametrize("given", [0.0, -1.0, math.nan, math.inf])
-def test_what_is_not_positive_is_refused(given):
+def test_numbers_that_are_not_positive_are_refused(given):
     with pytest.raises(ParameterError, match="x must be a positive number; got"):
         inputs.as_positive("x", given)
 
 
 @pytest.mark.parametrize("given", [math.nan, math.inf])
-def test_what_is_not_finite_is_refused(given):
+def test_non_finite_numbers_are_refused(given):
     with pytest.raises(ParameterError, match="x must be a finite real number; got"):
         inputs.as_real("x", given)
 
@@ -104,7 +104,7 @@ def test_other_values_for_a_flag_are_refused(given):
 
 
 @pytest.mark.parametrize("given", [0, -1, 1.0, "1", None, True])
-def test_what_is_no_count_is_refused(given):
+def test_values_that_are_no_counts_are_refused(given):
     with pytest.raises(ParameterError, match="n must be a whole number of 1 or more; got"):
         inputs.as_count("n", given, 1)
 
@@ -122,12 +122,12 @@ def test_sequences_become_tuples(given):
 @pytest.mark.parametrize(
     "given", [1.0, "ab", (1.0,), (1.0, 2.0, 3.0), {1.0, 2.0}, {1: 2, 3: 4}, None, np.array(1.0)]
 )
-def test_what_is_no_pair_is_refused(given):
+def test_values_that_are_no_pairs_are_refused(given):
     with pytest.raises(ParameterError, match="q must be a pair of numbers; got"):
         inputs.as_pair("q", given)
 
 
-def test_an_entry_is_named():
+def test_a_wrong_entry_is_named_by_its_index():
     with pytest.raises(ParameterError, match=r"q\[1\] must be a number; got 'b'"):
         inputs.as_pair("q", (1.0, "b"))
     with pytest.raises(ParameterError, match=r"q\[0\] must be a number; got array"):
@@ -141,7 +141,7 @@ def test_a_generator_without_an_end_is_refused(monkeypatch):
 
 
 @pytest.mark.parametrize("given", ["abc", "1", [[1.0]], None, {}, ["a"], [1.0, [2.0]]])
-def test_what_is_no_row_of_times_is_refused(given):
+def test_values_that_are_no_row_of_times_are_refused(given):
     with pytest.raises(ParameterError, match="times must be a number of seconds, or a row of"):
         inputs.as_times(given)
 
@@ -151,7 +151,7 @@ def test_times():
     assert inputs.as_times(x / 2 for x in range(3)).tolist() == [0.0, 0.5, 1.0]
 
 
-def test_what_is_shown_is_one_short_line():
+def test_a_quoted_value_is_one_short_line():
     class Rude:
         def __repr__(self):
             raise RuntimeError

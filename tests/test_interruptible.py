@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -35,7 +36,7 @@ def test_the_first_error_ends_the_others():
     assert ended.wait(5)
 
 
-def test_ctrl_c_is_answered_while_a_call_answers_nothing():
+def test_ctrl_c_is_answered_during_an_unresponsive_call():
     released = threading.Event()
     ended = threading.Event()
 
@@ -78,7 +79,7 @@ except ValueError as error:
 """
 
 
-def test_a_process_ends_beside_calls_that_were_abandoned():
+def test_a_process_exits_while_abandoned_calls_still_run():
     """With its exit code, and with all that was printed."""
     start = time.monotonic()
     run = subprocess.run(
@@ -89,7 +90,31 @@ def test_a_process_ends_beside_calls_that_were_abandoned():
 
 
 @pytest.mark.parametrize("code", [0, 130, None, "words"])
-def test_a_process_without_such_calls_ends_as_ever(code):
+def test_a_process_without_abandoned_calls_exits_normally(code):
     with pytest.raises(SystemExit) as caught:
         end_process(code)
     assert caught.value.code == code
+
+
+VANISHING = """
+import atexit, sys, threading, time
+from twolink import interruptible
+atexit.register(print, "last steps")
+interruptible.side_by_side(lambda go_on: 1)
+while interruptible._any_left():
+    time.sleep(0.001)
+if sys.argv[1] == "left":
+    # As a thread that has ended for Python, and not yet for the system.
+    interruptible._NUMBERS.add(threading.get_native_id())
+interruptible.end_process(130)
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="threads are seen on Linux")
+@pytest.mark.parametrize(("thread", "said"), [("left", ""), ("gone", "last steps\n")])
+def test_a_thread_that_is_still_ending_is_not_joined(thread, said):
+    """It would abort the interpreter's last steps."""
+    run = subprocess.run(
+        [sys.executable, "-c", VANISHING, thread], capture_output=True, text=True, check=False
+    )
+    assert (run.returncode, run.stdout, run.stderr) == (130, said, "")

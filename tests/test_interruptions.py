@@ -41,6 +41,10 @@ WRITERS = {
     ),
     "plot --out": (["plot", FREE_FALL, "--kind", "angles", "--out", "{out}/a.svg"], "a.svg"),
     "reference --out": (["reference", FREE_FALL, "--digits", 8, "--out", "{out}/a.json"], "a.json"),
+    "sensitivity --out": (
+        ["sensitivity", FREE_FALL, "--by", "q1", "--samples", 50, "--out", "{out}/a.csv"],
+        "a.csv",
+    ),
     "urdf repair --out": (["urdf", "repair", URDF, "--out", "{out}/a.urdf"], "a.urdf"),
     "urdf write --out": (["urdf", "write", "--out", "{out}/a.urdf"], "a.urdf"),
     "urdf convert --out": (
@@ -74,6 +78,14 @@ WRITERS = {
         "new/free_fall.json",
     ),
 }
+# A command whose output is continued; tests/ensembles/test_run.py interrupts it.
+STORES = {"sweep --out": ["sweep", "{out}/../sweep.toml", "--workers", 1, "--out", "{out}/a.zarr"]}
+SWEEP = """
+scene = "free_fall"
+axes = [{parameter = "start.q.0", values = [0.0, 0.1]}]
+runs = {duration = 0.5}
+keep = {final = true}
+"""
 FILM = ["record", CONTACT, "--fps", 10, "--size", "160x160", "--out", "{out}/a.mp4"]
 OTHERS = {
     "view": (["view", FREE_FALL, "--no-browser"], ("twolink.cli.view", "film_of")),
@@ -81,13 +93,14 @@ OTHERS = {
     "urdf show": (["urdf", "show", URDF], ("twolink.urdf.description", "read_description")),
 }
 
-# The same with much to do: what is interrupted while it computes.
+# The same with much to do: the commands are interrupted while they compute.
 LONG = {
     "simulate --out": {50: 200_000},
     "verify --json": {3: 300_000},
     "plot --kind all": {3: 300_000},
     "record --out": {1: 120},
     "reference --out": {8: 60},
+    "sensitivity --out": {50: 100_000},
     "report --out": {3: 300_000},
     "accuracy --out": {1: 100},
     "drift --out": {100: 100_000},
@@ -193,13 +206,13 @@ def test_the_table_has_every_command_and_each_of_its_rows_is_tested():
     text = DOCUMENT.read_text(encoding="utf-8")
     rows = [line.split("|")[1] for line in text.splitlines() if line.startswith("| `")]
     named = {name for row in rows for name in re.findall("`([^`]+)`", row)}
-    assert named == {*WRITERS, *OTHERS}
+    assert named == {*WRITERS, *STORES, *OTHERS}
     for name, command in commands(get_command(app)):
         writes = any("--out" in option.opts or option.name == "json_file" for option in
                      command.params)  # fmt: skip
         found = [entry for entry in named if entry == name or entry.startswith(f"{name} ")]
         assert found, name
-        assert all(entry in WRITERS for entry in found) == writes, name
+        assert all(entry in {*WRITERS, *STORES} for entry in found) == writes, name
 
 
 def test_every_tested_command_works(out):
@@ -296,6 +309,20 @@ def test_a_full_disk_is_one_sentence_and_leaves_nothing(name, out):
     assert list((out.parent / "tmp").iterdir()) == []
 
 
+@pytest.mark.parametrize("name", STORES)
+def test_a_full_disk_begins_no_store(name, out):
+    (out.parent / "sweep.toml").write_text(SWEEP)
+    process = started(STORES[name], out, preexec_fn=no_space)
+    _, said = process.communicate(timeout=240)
+    assert process.returncode == 1, said
+    assert re.fullmatch(r"twolink: .*a\.zarr: cannot be made \(File too large\)\n", said)
+    assert list(out.iterdir()) == []
+    assert list((out.parent / "tmp").iterdir()) == []
+    process = started(STORES[name], out)
+    _, said = process.communicate(timeout=240)
+    assert process.returncode == 0, said
+
+
 def without_privileges():
     """Give up the privilege of root to write where nobody may."""
     drop_from_bounding_set, override = 24, 1
@@ -338,7 +365,7 @@ def opens_nothing_new(code):
 
 @pytest.mark.parametrize("code", [errno.EROFS, errno.ENOSPC, errno.EDQUOT], ids=errno.errorcode.get)
 @pytest.mark.parametrize("name", marked(WRITERS))
-def test_a_file_system_that_takes_no_new_file(name, code, out, monkeypatch):
+def test_a_file_system_that_refuses_new_files_is_one_sentence(name, code, out, monkeypatch):
     """A single file is refused before any work; a folder is found out at its first file."""
     monkeypatch.setattr(files.os, "open", opens_nothing_new(code))
     words, target = WRITERS[name]

@@ -139,7 +139,7 @@ def test_static_friction_is_exceeded_at_the_computed_time():
 
 
 @pytest.mark.parametrize(("rising", "begins"), [(1.0, True), (-1.0, False)])
-def test_at_the_limit_the_next_moment_decides(rising, begins):
+def test_a_torque_at_the_static_limit_is_decided_by_its_rate(rising, begins):
     """A torque that is the limit exactly, and rises or falls."""
     push = JointTorque((2.0, 0.0), (rising, 0.0), (1.0, 0.0))
     _, found = run(scene(push, JointFriction((2.0, 0.0)), duration=0.5))
@@ -173,7 +173,7 @@ def test_the_threshold_of_sticking(at_A, at_B, mode):
         ((HELD[0] / 0.99, HELD[1] / 0.99), (State.STICKS, State.STICKS)),
     ],
 )
-def test_what_exceeds_its_static_limit_slips_and_the_rest_is_held(static, mode):
+def test_the_joint_beyond_its_static_limit_slips_and_the_other_sticks(static, mode):
     friction = JointFriction((0.2 * static[0], 0.9 * static[1]), static)
     _, found = run(scene(friction, Gravity(), chain=BARS, duration=0.05))
     assert tuple(found.events[0][1].values()) == mode
@@ -188,7 +188,7 @@ def test_a_chain_whose_joint_friction_is_exceeded_does_not_rest():
 
 
 @pytest.mark.parametrize(("q", "way"), [((0.0, 0.0), -1), ((0.0, math.pi), 1)])
-def test_a_chain_along_x_slides_where_a_moment_later_shows(q, way):
+def test_a_chain_along_x_slides_in_the_direction_of_its_acceleration(q, way):
     """D cannot move along x at first: the motion is that with friction of the known direction."""
     _, found = run(scene(Gravity(), EndForce(-3.0, 0.2), q=q, chain=BARS, duration=0.1))
     _, known = run(
@@ -199,7 +199,7 @@ def test_a_chain_along_x_slides_where_a_moment_later_shows(q, way):
 
 
 @pytest.mark.slow
-def test_friction_only_takes_energy_and_the_balance_closes():
+def test_friction_dissipates_energy_and_the_balance_closes():
     """The change of T is the work of friction and gravity, by Simpson's rule between samples."""
     start = scene(
         Gravity(), JointFriction((1.0, 0.5), (1.3, 0.8)), EndForce(-4.0, 0.3), chain=GENERAL,
@@ -243,7 +243,7 @@ def test_bounces_accumulate_and_then_it_rests(restitution):
         assert [s.time for s in found.impacts[:5]] == pytest.approx(times, abs=1e-11)
 
 
-def test_it_leaves_the_stop_when_the_torque_turns():
+def test_the_joint_leaves_its_stop_when_the_torque_changes_sign():
     """A sine pushes into the stop for half a period: it leaves when the sine turns."""
     sine = JointTorque(amplitude=(2.0, 0.0), frequency=(1.0, 0.0))
     t, found = run(scene(JointStop("A", upper=0.0), sine, duration=6.0))
@@ -302,7 +302,7 @@ def test_the_threshold_of_sticking_on_a_floor(share, sticks, kinetic):
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.6])
-def test_it_comes_to_rest_on_a_floor_and_never_enters(restitution):
+def test_the_chain_comes_to_rest_on_a_floor_and_never_enters_it(restitution):
     start = scene(
         Gravity(), floor(1.2, restitution=restitution, friction=0.4), chain=BARS, q=(0.3, -0.2),
         duration=2.0,
@@ -343,7 +343,7 @@ def test_the_elbow_is_struck_on_its_circle():
 
 
 @pytest.mark.parametrize(("speed", "reason"), [(0.2, "painleve"), (6.0, "ambiguous")])
-def test_painleves_cases_are_given_up(speed, reason):
+def test_the_judge_gives_up_in_painleves_cases(speed, reason):
     """A rough floor that wedges a link that leans into its slide; the other way is as ever."""
     q = (1.1, 1.3)
     J = np.array([[-math.cos(q[0]), -math.cos(q[1])], [-math.sin(q[0]), -math.sin(q[1])]])

@@ -9,7 +9,7 @@ from twolink.errors import TooMuchError
 from twolink.limits import UNLIMITED, Forecast, Limits, in_bytes, in_time
 
 
-def test_a_forecast_goes_by_the_recent_pace():
+def test_a_forecast_uses_the_recent_pace():
     forecast = Forecast(1.0)
     assert forecast.total(0.1, 0.5) == 0.0
     assert forecast.total(0.2, 1.0) == 0.0
@@ -18,14 +18,14 @@ def test_a_forecast_goes_by_the_recent_pace():
     assert forecast.total(0.4, 3.0) == pytest.approx(2.0 + 7.0)
 
 
-def test_one_slow_part_is_no_forecast():
+def test_one_slow_part_does_not_dominate_the_forecast():
     forecast = Forecast(1.0)
     forecast.total(0.2, 1.0)
     assert forecast.total(0.2, 5.0) < 10
     assert forecast.total(0.4, 6.0) < 10
 
 
-def test_a_run_that_stands_still_never_ends():
+def test_the_forecast_of_a_run_without_progress_is_infinite():
     forecast = Forecast(1.0)
     forecast.total(0.2, 1.0)
     forecast.total(0.2, 2.0)
@@ -60,7 +60,7 @@ def test_a_run_that_is_too_long_is_ended(share, words, monkeypatch):
     assert reports[0] == share
 
 
-def test_nothing_ends_a_run_without_limits(monkeypatch):
+def test_unlimited_never_ends_a_run(monkeypatch):
     set_clock(monkeypatch, range(0, 10_000, 100))
     progress = UNLIMITED.timed("the motion")
     for _ in range(50):
@@ -68,7 +68,7 @@ def test_nothing_ends_a_run_without_limits(monkeypatch):
     UNLIMITED.check_memory("samples", 1e300)
 
 
-def test_memory():
+def test_excessive_memory_is_refused_in_one_sentence():
     Limits().check_memory("3 samples", 1e3)
     with pytest.raises(TooMuchError) as caught:
         Limits().check_memory("samples", 7e12)
@@ -78,7 +78,7 @@ def test_memory():
     )
 
 
-def test_growth_is_refused_before_it_is_there():
+def test_predicted_growth_of_memory_is_refused():
     growth = Forecast(1e6)
     bounds = Limits(memory=1e9)
     bounds.check_growth("the motion", growth, 0.01, 1e8)
@@ -88,7 +88,7 @@ def test_growth_is_refused_before_it_is_there():
         bounds.check_growth("the motion", Forecast(1e99), 0.9, 2e9)
 
 
-def test_a_short_stretch_that_grows_fast_is_no_estimate_of_the_whole():
+def test_a_short_part_of_fast_growth_does_not_dominate_the_estimate():
     """Many short bounces take memory at a pace that the rest of the motion does not keep."""
     growth = Forecast(1e6)
     bounds = Limits(memory=1e9)
@@ -97,7 +97,7 @@ def test_a_short_stretch_that_grows_fast_is_no_estimate_of_the_whole():
     bounds.check_growth("the motion", growth, 0.9, 1.3e8)
 
 
-def test_words():
+def test_sizes_and_times_are_printed_with_units():
     assert in_bytes(2.5e9) == "2.5 GB"
     assert in_bytes(12) == "12 bytes"
     assert in_time(90) == "1.5 minutes"

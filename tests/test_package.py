@@ -50,5 +50,5 @@ def test_the_package_is_a_command():
     assert done.stdout == f"twolink {VERSION}\n"
 
 
-def test_type_checkers_are_told_of_the_types():
+def test_the_package_is_marked_as_typed():
     assert (ROOT / "twolink" / "py.typed").read_text() == ""

@@ -23,7 +23,7 @@ def masked(text: str) -> list[str]:
     return [" ".join(line.split()) for line in numberless.splitlines() if line.split()]
 
 
-def test_both_commands_are_present():
+def test_the_readme_begins_with_two_commands():
     assert [command for command, _ in CONSOLE] == [
         "pip install uv && uv run twolink report",
         "uv run twolink simulate drop",
@@ -89,7 +89,7 @@ def test_every_link_leads_to_a_file():
             assert (folder / link).exists(), link
 
 
-def test_it_is_one_page_with_a_moving_picture():
+def test_the_readme_is_one_page_with_the_animated_picture():
     assert len(README.splitlines()) < 150
     assert "](docs/drop.svg)" in README
 
@@ -111,6 +111,7 @@ def test_the_map_shows_every_layer():
             "data",
             "environment",
             "suffixes",
+            "times",
             "__main__",
         ):
             assert module in inside, module

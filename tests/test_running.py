@@ -52,7 +52,7 @@ def test_all_tests_run_on_all_cores_and_named_files_in_one_process(project):
 @pytest.mark.parametrize(
     "arguments", [["-p", "no:xdist"], ["--pdb"], ["-x", "-n", "0"]], ids=" ".join
 )
-def test_one_process_can_be_had(project, arguments):
+def test_options_select_one_process(project, arguments):
     output = run_in(project, *arguments)
     assert "5 passed" in output
     assert "worker" not in output

@@ -57,7 +57,7 @@ def test_text_wraps_between_words():
         assert word in words
 
 
-def test_all_columns_in_several_tables():
+def test_a_wide_table_is_split_with_all_columns():
     heads = [f"engine{n}" for n in range(20)]
     wide = table("Board", ["case", *heads], [["one", *["pass"] * 20], ["two", *["x"] * 20]])
     text = printed(wide, 60, split=True)

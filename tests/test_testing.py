@@ -11,15 +11,15 @@ ONE = ("evaluation",)
 
 
 @pytest.mark.parametrize("engine", [Arm, Arm()], ids=["class", "object"])
-def test_a_right_engine(engine):
+def test_a_right_engine_passes(engine):
     assert assert_conforms(engine, suites=ONE).sentence == "arm agrees in all 130 tests."
 
 
-def test_a_name():
+def test_an_engine_is_given_by_its_name():
     assert assert_conforms("pinocchio", suites=ONE).engine.name == "Pinocchio"
 
 
-def test_a_wrong_engine():
+def test_a_wrong_engine_raises_an_assertion_error():
     with pytest.raises(AssertionError) as caught:
         assert_conforms(NoHalf, suites=ONE)
     lines = str(caught.value).splitlines()
@@ -39,7 +39,7 @@ def test_known_failures(tmp_path):
         assert_conforms(Arm, suites=ONE, expect=file)
 
 
-def test_bad_arguments():
+def test_unknown_engines_and_suites_are_refused():
     with pytest.raises(EngineError, match="did you mean"):
         assert_conforms("pinnochio", suites=ONE)
     with pytest.raises(ParameterError, match="suite must be one of"):

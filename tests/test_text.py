@@ -14,7 +14,7 @@ from twolink.text import as_sentence, choice, either, name_of_source, one_line, 
         ("two\nlines\tand a tab", "two\nlines\tand a tab"),
     ],
 )
-def test_nothing_steers_a_terminal(text, shown):
+def test_control_characters_are_escaped(text, shown):
     assert printable(text) == shown
     assert printable(shown) == shown
     shown.encode("utf-8")
@@ -30,12 +30,12 @@ def test_one_line_is_one_line_and_bounded():
 @pytest.mark.parametrize(
     "value", ["y" * 9999, list(range(9999)), 10**9999, {"a": "\x1b" * 500}], ids=type
 )
-def test_what_was_received_is_short(value):
+def test_quoted_values_are_short(value):
     assert len(quoted(value)) <= 200
     assert "\x1b" not in quoted(value)
 
 
-def test_a_name_that_is_unknown_has_a_neighbour():
+def test_an_unknown_name_is_refused_with_the_nearest_one():
     assert choice("the kind", "angels", ["angles", "phase"]) == (
         "the kind must be one of angles, phase; got 'angels' (did you mean 'angles'?)"
     )

@@ -34,7 +34,7 @@ class Kind(Enum):
 @pytest.mark.parametrize(
     "value", [1, 0.5, "a", None, True, 1j, np.longdouble(0.1), (1, (2.0,)), Kind.ONE, Gravity()]
 )
-def test_values(value):
+def test_immutable_objects_are_values(value):
     assert is_value(value)
     assert content(value) == content(value)
 
@@ -42,7 +42,7 @@ def test_values(value):
 @pytest.mark.parametrize(
     "thing", [[1], {}, {1}, np.zeros(2), Plain(), Open(1.0), Frozen([1]), Frozen(Plain()), len, int]
 )
-def test_what_may_change_is_no_value(thing):
+def test_mutable_objects_are_no_values(thing):
     assert not is_value(thing)
 
 
@@ -58,7 +58,7 @@ def test_what_may_change_is_no_value(thing):
         (Chain.uniform_bars(), replace(Chain.uniform_bars(), _exact_inertia=None)),
     ],
 )
-def test_what_differs_in_any_way_has_other_content(one, other):
+def test_different_values_have_different_content(one, other):
     assert content(one) != content(other)
 
 
@@ -68,7 +68,7 @@ def test_like_objects_share_a_key_if_they_are_values():
     assert Content((Gravity(),)) != Content((Gravity(9.8),))
 
 
-def test_what_may_change_is_found_within_one_run_only():
+def test_the_content_of_mutable_objects_is_equal_within_one_run_only():
     thing, own = Plain(), Own()
     assert Content((thing,)) != Content((thing,))
     assert Content((thing,), own) == Content((thing,), own)

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from twolink.accuracy.reference import reference
     from twolink.chain import Chain, Point
     from twolink.compilation import Compiled
+    from twolink.ensembles.results import Results
+    from twolink.ensembles.run import sweep
     from twolink.errors import (
         EngineError,
         ParameterError,
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
     from twolink.scene import Scene
     from twolink.simulation.simulate import simulate
     from twolink.simulation.trajectory import Trajectory
+    from twolink.variations.sensitivity import Sensitivity, sensitivity
+    from twolink.variations.spectrum import lyapunov
     from twolink.verification.verify import verify
 
 # Public names and their modules, imported on first use: `twolink --help` needs none.
@@ -34,15 +38,20 @@ _HOMES = {
     "EngineError": "twolink.errors",
     "ParameterError": "twolink.errors",
     "Point": "twolink.chain",
+    "Results": "twolink.ensembles.results",
     "Scene": "twolink.scene",
     "SceneError": "twolink.errors",
+    "Sensitivity": "twolink.variations.sensitivity",
     "SimulationError": "twolink.errors",
     "Trajectory": "twolink.simulation",
     "TwolinkError": "twolink.errors",
     "UrdfError": "twolink.errors",
     "enclosure": "twolink.accuracy.enclosure",
+    "lyapunov": "twolink.variations.spectrum",
     "reference": "twolink.accuracy.reference",
+    "sensitivity": "twolink.variations.sensitivity",
     "simulate": "twolink.simulation",
+    "sweep": "twolink.ensembles.run",
     "verify": "twolink.verification",
 }
 
@@ -52,16 +61,21 @@ __all__ = [
     "EngineError",
     "ParameterError",
     "Point",
+    "Results",
     "Scene",
     "SceneError",
+    "Sensitivity",
     "SimulationError",
     "Trajectory",
     "TwolinkError",
     "UrdfError",
     "__version__",
     "enclosure",
+    "lyapunov",
     "reference",
+    "sensitivity",
     "simulate",
+    "sweep",
     "verify",
 ]
 

@@ -10,6 +10,7 @@ not imported already, so SymPy and mpmath cost nothing if they are not used.
 import cmath
 import math
 import sys
+from collections.abc import Callable
 from types import ModuleType
 from typing import Any
 
@@ -29,8 +30,11 @@ def _library_of(x: Scalar) -> ModuleType:
     return _LIBRARIES[kind]
 
 
-# Sines are evaluated very often: known types are looked up without a call.
 _LIBRARIES: dict[type, ModuleType] = {}
+
+# Sines are evaluated very often: the functions of known types are looked up without a call.
+_SINES: dict[type, Callable[[Scalar], Scalar]] = {}
+_COSINES: dict[type, Callable[[Scalar], Scalar]] = {}
 
 
 def _find_library(kind: type) -> ModuleType:
@@ -54,12 +58,18 @@ def _find_library(kind: type) -> ModuleType:
 
 def sin(x: Scalar) -> Scalar:
     """Return the sine of x (rad), in the type of x."""
-    return (_LIBRARIES.get(type(x)) or _library_of(x)).sin(x)
+    return (_SINES.get(type(x)) or _SINES.setdefault(type(x), _library_of(x).sin))(x)
 
 
 def cos(x: Scalar) -> Scalar:
     """Return the cosine of x (rad), in the type of x."""
-    return (_LIBRARIES.get(type(x)) or _library_of(x)).cos(x)
+    return (_COSINES.get(type(x)) or _COSINES.setdefault(type(x), _library_of(x).cos))(x)
+
+
+def sine_and_cosine(x: Scalar) -> Pair:
+    """Return the sine and the cosine of x (rad), in the type of x."""
+    library = _LIBRARIES.get(type(x)) or _library_of(x)
+    return library.sin(x), library.cos(x)
 
 
 def sqrt(x: Scalar) -> Scalar:

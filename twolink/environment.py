@@ -26,7 +26,7 @@ def this_machine() -> dict[str, str | int | None]:
 
 
 def this_commit() -> str:
-    """Return the commit of the checkout that this library is in, or nothing if it is in none."""
+    """Return the commit of the checkout that contains this library, or an empty string."""
     root = Path(__file__).resolve().parent.parent
     if not (root / ".git").exists():
         return ""

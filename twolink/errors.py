@@ -9,7 +9,8 @@ from twolink.text import printable
 class TwolinkError(Exception):
     """Base class of all exceptions of the library.
 
-    A message may quote names of files and effects: what a terminal cannot show is escaped.
+    A message may quote names of files and effects: characters that a terminal cannot show are
+    escaped.
     """
 
     def __str__(self) -> str:

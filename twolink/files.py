@@ -69,7 +69,7 @@ def read_bytes(path: Path, largest: int) -> bytes:
 def check_readable(path: Path, largest: int) -> None:
     """Raise `FileError` for anything but a regular file of at most `largest` bytes.
 
-    It is not opened: that alone may wait for ever, and does something to some devices.
+    It is not opened, since opening a pipe may block, and opening a device may affect it.
     """
     try:
         found = path.stat()
@@ -113,6 +113,16 @@ def check_writable(path: Path) -> None:
     target = _target(path)
     try:
         with _temporary_file(target):
+            pass
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def check_folder(path: Path) -> None:
+    """Raise `FileError` where a folder could not be made, or not written to if it exists."""
+    try:
+        nearest = next(place for place in (path, *path.absolute().parents) if place.exists())
+        with scratch_folder("check", str(nearest)):
             pass
     except OSError as error:
         raise _unwritable(path, error) from error
@@ -245,7 +255,7 @@ def _temporary(
         try:
             handle = make(path)
             # Another process may have cleaned it up before it was locked.
-            if _lock(handle) and path.exists():
+            if locked(handle) and path.exists():
                 yield path
                 return
         finally:
@@ -254,7 +264,7 @@ def _temporary(
                 os.close(handle)
 
 
-def _lock(handle: int) -> bool:
+def locked(handle: int) -> bool:
     """Return whether a file or folder is now locked by this process, and was not by another."""
     if fcntl is None:
         return True

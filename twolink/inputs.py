@@ -29,7 +29,7 @@ from twolink.text import choice, quoted
 
 Name = TypeVar("Name", bound=str)
 
-# More entries than these are no input but a generator without an end.
+# Beyond this number of entries a generator is taken to be endless.
 MOST_ENTRIES = 10_000_000
 
 
@@ -209,7 +209,7 @@ def as_tuple(name: str, value: Any, wanted: str) -> tuple[Any, ...]:
     try:
         entries = tuple(islice(value, MOST_ENTRIES + 1))
     except TypeError:
-        # An array without dimensions says that it can be iterated over, and cannot.
+        # An array without dimensions has `__iter__`, and raises an error in it.
         refuse(name, value, wanted)
     if len(entries) > MOST_ENTRIES:
         raise ParameterError(f"{name} must have {MOST_ENTRIES} entries or fewer; got more")
@@ -249,8 +249,12 @@ def as_floats(name: str, value: Any, wanted: str = "an array of numbers") -> np.
 
 def _is_masked(value: Any) -> bool:
     """Return whether something is masked, of which NumPy would take the number beneath."""
+    # NumPy imports this module on demand, which takes 30 ms.
+    masked = sys.modules.get("numpy.ma")
+    if masked is None:
+        return False
     entries = value if isinstance(value, (list, tuple)) else ()
-    return any(isinstance(entry, np.ma.MaskedArray) for entry in (value, *entries))
+    return any(isinstance(entry, masked.MaskedArray) for entry in (value, *entries))
 
 
 def take_fields(owner: Any, where: str, *, real: bool = False) -> None:

@@ -1,7 +1,7 @@
 """Long calls that Ctrl-C ends at once: they run in threads, and the caller waits beside them.
 
 A step in hundreds of digits is one call of compiled code, which takes up to minutes and answers no
-signal. The caller of such code does, and leaves the call to itself: its result is not used.
+signal. The caller answers signals, and abandons the call without using its result.
 """
 
 from __future__ import annotations
@@ -14,12 +14,13 @@ from threading import Event, Thread
 from typing import Any, NoReturn
 from weakref import WeakSet
 
-# Time (s) between two looks at signals.
+# Time (s) between two checks for signals.
 _WAIT = 0.05
 
 
-# Threads that are used here, as long as they exist.
+# Threads that are used here, as long as they exist, and their numbers in the system.
 _THREADS: WeakSet[Thread] = WeakSet()
+_NUMBERS: set[int] = set()
 
 
 class AbandonedError(BaseException):
@@ -55,6 +56,7 @@ def side_by_side(*functions: Callable[[Callable[[], None]], Any]) -> list[Any]:
         for thread in threads:
             _THREADS.add(thread)
             thread.start()
+            _NUMBERS.add(thread.native_id or 0)
         while not errors and any(thread.is_alive() for thread in threads):
             for thread in threads:
                 thread.join(_WAIT)
@@ -68,12 +70,24 @@ def side_by_side(*functions: Callable[[Callable[[], None]], Any]) -> list[Any]:
 def end_process(code: Any) -> NoReturn:
     """End the process with an exit code, even if calls that were abandoned still compute.
 
-    At its end the interpreter ends the threads of such calls; inside compiled code this aborts the
-    process. Where there are any, the process ends without the interpreter's last steps.
+    At its end the interpreter ends the threads of such calls; inside compiled code, or while they
+    end by themselves, this aborts the process. Where there are any, the process ends without the
+    interpreter's last steps.
     """
-    if isinstance(code, int) and any(thread.is_alive() for thread in _THREADS):
+    if isinstance(code, int) and _any_left():
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError, AttributeError):
                 stream.flush()
         os._exit(code)
     sys.exit(code)
+
+
+def _any_left() -> bool:
+    """Return whether a thread that was used here still exists.
+
+    Python's threads are not alive any more while the system still ends them.
+    """
+    if any(thread.is_alive() for thread in _THREADS):
+        return True
+    # On Linux; elsewhere there is no such folder.
+    return any(os.path.exists(f"/proc/self/task/{number}") for number in _NUMBERS)

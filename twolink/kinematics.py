@@ -7,7 +7,7 @@ The x-axis points right, the y-axis down; vectors are pairs (x, y). Angles q are
 u = dq/dt (rad/s) and du = d²q/dt² (rad/s²). Entries may have any scalar type, or be arrays.
 """
 
-from twolink.arithmetic import Pair, cos, sin
+from twolink.arithmetic import Pair, cos, sin, sine_and_cosine
 from twolink.chain import Chain, Point
 
 
@@ -15,10 +15,10 @@ def position(chain: Chain, q: Pair, point: Point) -> Pair:
     """Return the position vector r of a point (m)."""
     q1, q2 = q
     link, a, b = point
-    s1, c1 = sin(q1), cos(q1)
+    s1, c1 = sine_and_cosine(q1)
     if link == 1:
         return a * c1 - b * s1, a * s1 + b * c1
-    s2, c2 = sin(q2), cos(q2)
+    s2, c2 = sine_and_cosine(q2)
     return chain.L1 * c1 + a * c2 - b * s2, chain.L1 * s1 + a * s2 + b * c2
 
 

@@ -9,7 +9,7 @@ This module shares no code with `kane.py` and `kinematics.py`, so that their agr
 for all of them.
 """
 
-from twolink.arithmetic import Matrix, Pair, Scalar, cos, sin
+from twolink.arithmetic import Matrix, Pair, Scalar, cos, sin, sine_and_cosine
 from twolink.chain import Chain, Point
 from twolink.loads import Force, Loads
 
@@ -91,10 +91,10 @@ def position_gradients(chain: Chain, q: Pair, point: Point) -> tuple[Pair, Pair]
     """Return the vectors ∂r/∂q_1 and ∂r/∂q_2 of a point (m)."""
     q1, q2 = q
     link, a, b = point
-    s1, c1 = sin(q1), cos(q1)
+    s1, c1 = sine_and_cosine(q1)
     if link == 1:
         return (-a * s1 - b * c1, a * c1 - b * s1), (0, 0)
-    s2, c2 = sin(q2), cos(q2)
+    s2, c2 = sine_and_cosine(q2)
     return (-chain.L1 * s1, chain.L1 * c1), (-a * s2 - b * c2, a * c2 - b * s2)
 
 
@@ -158,7 +158,7 @@ def determinant(chain: Chain, q: Pair) -> Scalar:
     """
     _, a, b = chain.C2
     elbow = q[1] - q[0]
-    s, c = sin(elbow), cos(elbow)
+    s, c = sine_and_cosine(elbow)
     h = a * s + b * c
     det = pivot_inertia(chain) * elbow_inertia(chain) + chain.m2 * chain.L1 * chain.L1 * (
         chain.I_C2 + chain.m2 * h * h

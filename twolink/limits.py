@@ -20,24 +20,24 @@ class Limits:
     seconds: float = 3600.0
     memory: float = 4e9
 
-    def check_memory(self, what: str, size: float) -> None:
+    def check_memory(self, description: str, size: float) -> None:
         """Raise `TooMuchError` if something would take more bytes than are allowed."""
         if size > self.memory:
             raise TooMuchError(
-                f"{what} would take about {in_bytes(size)} of memory; the limit is "
+                f"{description} would take about {in_bytes(size)} of memory; the limit is "
                 f"{in_bytes(self.memory)}{_LIFTED}"
             )
 
-    def check_time(self, what: str, seconds: float) -> None:
+    def check_time(self, description: str, seconds: float) -> None:
         """Raise `TooMuchError` if something is known to take more seconds than are allowed."""
         if seconds > self.seconds:
             raise TooMuchError(
-                f"{what} would take {in_time(seconds)}; the limit is {in_time(self.seconds)}"
+                f"{description} would take {in_time(seconds)}; the limit is {in_time(self.seconds)}"
                 f"{_LIFTED}"
             )
 
     def timed(
-        self, what: str, progress: Callable[[float], None] | None = None
+        self, description: str, progress: Callable[[float], None] | None = None
     ) -> Callable[[float], None]:
         """Return a progress callback that ends a run whose estimated time is too long.
 
@@ -55,14 +55,15 @@ class Limits:
                 if not math.isfinite(total):
                     estimate = "more time than can be estimated"
                 raise TooMuchError(
-                    f"{what} would take {estimate}; the limit is {in_time(self.seconds)}{_LIFTED}"
+                    f"{description} would take {estimate}; the limit is "
+                    f"{in_time(self.seconds)}{_LIFTED}"
                 )
             if progress is not None:
                 progress(share)
 
         return report
 
-    def check_growth(self, what: str, forecast: Forecast, share: float, size: float) -> None:
+    def check_growth(self, description: str, forecast: Forecast, share: float, size: float) -> None:
         """Raise `TooMuchError` if the final size is estimated to be larger than the limit.
 
         `size` (bytes) is the present one, at a share of the run. The estimate counts as soon as a
@@ -71,8 +72,8 @@ class Limits:
         total = max(forecast.total(share, size), size)
         if total > self.memory and size > _USED * self.memory:
             raise TooMuchError(
-                f"{what} would take about {in_bytes(total)} of memory ({share:.1%} are done); the "
-                f"limit is {in_bytes(self.memory)}{_LIFTED}"
+                f"{description} would take about {in_bytes(total)} of memory ({share:.1%} are "
+                f"done); the limit is {in_bytes(self.memory)}{_LIFTED}"
             )
 
 

@@ -70,6 +70,16 @@ def xarray() -> Any:
     return _extra("xarray", "xarray", "frames")
 
 
+def zarr() -> Any:
+    """Return the module zarr. Raises `SimulationError` if it is not installed."""
+    return _extra("zarr", "zarr", "sweeps")
+
+
+def distributed() -> Any:
+    """Return the module distributed, of Dask. Raises `SimulationError` if it is not installed."""
+    return _extra("distributed", "Dask", "cluster")
+
+
 def display() -> Any:
     """Return the module that draws, films and shows results.
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from twolink.conformance.contract import Engine
     from twolink.conformance.results import Report
-    from twolink.conformance.transport import Transport
+    from twolink.engines.transport import Transport
 
 # Failures in the message of an assertion; the report has all.
 _SHOWN = 10
@@ -38,19 +38,19 @@ def assert_conforms(
     """
     from twolink.conformance.expectations import read_expectations, with_expectations
     from twolink.conformance.runner import conform
-    from twolink.conformance.suites import chosen
+    from twolink.conformance.suites import items
 
     name, start = _attached(engine)
     known = () if expect is None else read_expectations(Path(expect))
-    report = with_expectations(conform(name, start, chosen(suites), seconds=seconds), known)
+    report = with_expectations(conform(name, start, items(suites), seconds=seconds), known)
     if not report.agrees:
         raise AssertionError(_summary(report))
     return report
 
 
 def _attached(engine: Engine | type[Engine] | str) -> tuple[str, Callable[[], Transport]]:
-    from twolink.conformance.attach import attach
-    from twolink.conformance.in_process import InProcess
+    from twolink.engines.attach import attach
+    from twolink.engines.in_process import InProcess
 
     if isinstance(engine, str):
         return engine, attach(engine)

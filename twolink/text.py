@@ -68,7 +68,7 @@ def nearest(name: str, known: Iterable[str], cutoff: float) -> list[str]:
     return get_close_matches(name[:100], list(known), n=3, cutoff=cutoff)
 
 
-def choice(what: str, received: object, known: Iterable[str]) -> str:
+def choice(name: str, received: object, known: Iterable[str]) -> str:
     """Return the sentence that rejects an unknown name, with the known names and the nearest.
 
     Of more than a dozen known names the first dozen are listed.
@@ -78,7 +78,7 @@ def choice(what: str, received: object, known: Iterable[str]) -> str:
     listed = ", ".join(names[:_MOST_NAMES])
     more = f", … ({len(names)} in all)" if len(names) > _MOST_NAMES else ""
     hint = f" (did you mean {' or '.join(map(repr, near))}?)" if near else ""
-    return f"{what} must be one of {listed}{more}; got {quoted(received)}{hint}"
+    return f"{name} must be one of {listed}{more}; got {quoted(received)}{hint}"
 
 
 def _escaped(match: re.Match[str]) -> str:

@@ -15,7 +15,7 @@ _BY_TEXT = (float, complex, Fraction, Decimal)
 
 
 class NotAValueError(Exception):
-    """An object may change, or nothing is known of its content."""
+    """An object is mutable, or its content is unknown."""
 
 
 def content(value: Any) -> Any:
@@ -63,11 +63,11 @@ class Own:
     """Keys of objects that are no values: one for each object, as long as this is used."""
 
     def __init__(self) -> None:
-        """Begin without any."""
+        """Begin without keys."""
         self._known: dict[int, tuple[Any, object]] = {}
 
     def key(self, thing: Any) -> object:
-        """Return the key of an object; the object is kept, so that no other has its number."""
+        """Return the key of an object; the object is kept, so that its `id` stays unique."""
         return self._known.setdefault(id(thing), (thing, object()))[1]
 
 

@@ -48,6 +48,13 @@ def test_an_engine_that_disagrees():
     assert text.splitlines()[-1].startswith("gravity-sign disagrees in ")
 
 
+def test_printed_warnings_are_reported():
+    found = run("conform", "tests.conformance.arm:Muttering", "--suite", "evaluation")
+    assert found.exit_code == 0, found.output
+    said = r"arm printed 11 warnings to its standard error; the first: [warning] \x1b[31mno licence"
+    assert said in found.output.splitlines()
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [

@@ -25,7 +25,7 @@ def test_skeletons_are_written(language, name, tmp_path, monkeypatch):
     assert (tmp_path / name).read_bytes() == (FOLDER / name).read_bytes()
 
 
-def test_another_file(tmp_path):
+def test_a_skeleton_is_written_to_the_named_file(tmp_path):
     assert run("c", "--out", str(tmp_path / "mine.c")).exit_code == 0
     assert (tmp_path / "mine.c").exists()
 

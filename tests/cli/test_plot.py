@@ -35,7 +35,7 @@ def test_each_kind_is_written_as_each_kind_of_file(tmp_path, kind, suffix):
 
 
 @pytest.mark.slow
-def test_all_kinds_have_a_file_each(tmp_path):
+def test_kind_all_writes_a_file_for_each_kind(tmp_path):
     result = plot(SLIDING, "--kind", "all", "--out", tmp_path / "slide.svg", *FEW)
     assert result.exit_code == 0, result.output
     names = {f"slide-{kind}.svg" for kind in (*OF_MOTION, "verification")}

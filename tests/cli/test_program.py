@@ -80,7 +80,7 @@ def test_a_refusal_is_one_short_sentence(words, sentence):
     assert result.stdout == ""
 
 
-def test_without_words_it_says_what_there_is():
+def test_the_program_without_arguments_lists_the_commands():
     assert run().exit_code == 0
     assert "Commands:" in run().stdout
 
@@ -108,7 +108,7 @@ def test_every_error_has_an_exit_code(error, code, words, monkeypatch):
     assert result.stderr == (f"twolink: {words}\n" if words else "")
 
 
-def test_a_fault_of_the_program_is_not_hidden(monkeypatch):
+def test_a_bug_of_the_program_raises_its_exception(monkeypatch):
     def fails(*_):
         raise ZeroDivisionError("a bug")
 
@@ -125,7 +125,7 @@ def test_a_full_standard_output_is_one_sentence(words):
     assert said == ("twolink: the standard output cannot be written to (No space left on device)\n")
 
 
-def test_a_reader_that_goes_away_is_one_sentence():
+def test_a_closed_standard_output_is_one_sentence():
     theirs, ours = os.pipe()
     os.close(theirs)
     process = started("scenes", stdout=ours)
@@ -168,7 +168,73 @@ def test_a_signal_that_a_library_turns_into_an_error_ends_the_program(number):
     assert ended.value.code == 128 + number
 
 
-def test_an_error_without_a_signal_stays_what_it_is():
+def ended(program):
+    """Run Python code in a process of its own, and return how it ended."""
+    return subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, check=False, text=True, timeout=20
+    )
+
+
+@pytest.mark.parametrize("rest", ["time.sleep(30)", "pass"])
+def test_a_signal_that_is_lost_in_a_library_ends_the_program(rest):
+    """Python reports exceptions of destructors and of some C code, and continues."""
+    program = (
+        "import os, signal, time\n"
+        "from twolink.cli.program import _ended_by_signals\n"
+        "class Lost:\n"
+        "    def __del__(self):\n"
+        "        os.kill(os.getpid(), signal.SIGTERM)\n"
+        "with _ended_by_signals():\n"
+        "    Lost()\n"
+        f"    {rest}\n"
+        "print('alive')\n"
+    )
+    run = ended(program)
+    assert (run.returncode, run.stdout, run.stderr) == (143, "", "")
+
+
+@pytest.mark.parametrize("wrong", ["", "        raise ValueError('of its own')\n"])
+def test_a_signal_that_comes_while_an_exception_is_reported_ends_the_program(wrong):
+    """The hook that reports exceptions of destructors would lose it as they do."""
+    program = (
+        "import os, signal, sys, time\n"
+        "from twolink.cli import program\n"
+        "class Struck(program._Signals):\n"
+        "    def unraisable(self, lost):\n"
+        "        self.report = lambda lost: os.kill(os.getpid(), signal.SIGTERM)\n"
+        "        super().unraisable(lost)\n"
+        "    def _send_again(self):\n"
+        "        os.kill(os.getpid(), signal.SIGTERM)\n"
+        "        super()._send_again()\n"
+        "program._Signals = Struck\n"
+        "class Lost:\n"
+        "    def __del__(self):\n"
+        f"{wrong}"
+        "        os.kill(os.getpid(), signal.SIGTERM)\n"
+        "with program._ended_by_signals():\n"
+        "    Lost()\n"
+        "    time.sleep(30)\n"
+        "print('alive')\n"
+    )
+    run = ended(program)
+    assert (run.returncode, run.stdout) == (143, "")
+
+
+def test_other_errors_of_destructors_are_reported():
+    program = (
+        "from twolink.cli.program import _ended_by_signals\n"
+        "class Wrong:\n"
+        "    def __del__(self):\n"
+        "        raise ValueError('of its own')\n"
+        "with _ended_by_signals():\n"
+        "    Wrong()\n"
+    )
+    run = ended(program)
+    assert run.returncode == 0
+    assert "ValueError: of its own" in run.stderr
+
+
+def test_an_error_without_a_signal_is_raised_unchanged():
     with pytest.raises(ValueError, match="of its own"), _ended_by_signals():
         raise ValueError("of its own")
 

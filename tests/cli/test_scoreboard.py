@@ -31,7 +31,7 @@ def test_a_page_and_a_document_are_written(tmp_path):
     assert result.stdout.endswith("index.html\n")
 
 
-def test_a_verdict_of_conform_is_taken(tmp_path):
+def test_a_verdict_written_by_conform_is_read(tmp_path):
     words = ["conform", "tests.conformance.arm:Arm", "--suite", "evaluation", "--json"]
     made = CliRunner().invoke(app, [*words, str(tmp_path / "arm.json")])
     assert made.exit_code == 0, made.output

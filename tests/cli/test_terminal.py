@@ -1,4 +1,4 @@
-"""Text is text: nothing from a file or a command line steers the terminal or is read as markup."""
+"""Text from files and command lines neither controls the terminal nor is read as markup."""
 
 import ast
 import io
@@ -18,7 +18,7 @@ CLI = Path(__file__).parent.parent.parent / "twolink" / "cli"
 
 @pytest.fixture
 def scene(tmp_path):
-    """A scene whose title, surface and file name are hostile."""
+    """A scene whose title and file name are hostile."""
     text = (data_path("scenes") / "free_fall.toml").read_text()
     lines = [f'title = "{HOSTILE}"', *(x for x in text.splitlines() if not x.startswith("title"))]
     file = tmp_path / "[red]\x1b[2J.toml"
@@ -36,6 +36,20 @@ def test_titles_are_printed_as_they_are(scene, tmp_path):
         assert result.exit_code == 0, result.output
         assert "[/nope] [bold]a[/] :smile: \\x1b[31mred\\x07" in result.stdout
         assert "\x1b" not in result.output
+
+
+def test_names_of_surfaces_are_printed_and_drawn_as_they_are(scene, tmp_path):
+    floor = f'point = [0.0, 0.5]\nnormal = [0.0, -1.0]\nname = "{HOSTILE}"\n'
+    scene.write_text(f"{scene.read_text()}\n[effects.surface]\n{floor}")
+    result = run("simulate", scene)
+    assert result.exit_code == 0, result.output
+    assert "D hits [/nope] [bold]a[/] :smile: \\x1b[31mred\\x07" in result.stdout
+    assert "\x1b" not in result.output
+    for out, *options in ("a.svg", "--kind", "contact"), ("a.html", "--fps", "2"):
+        result = run("plot" if options[0] == "--kind" else "record", scene, *options, "--out",
+                     tmp_path / out)  # fmt: skip
+        assert result.exit_code == 0, result.output
+        assert not set("\x1b\x07") & set((tmp_path / out).read_text())
 
 
 def test_titles_in_plots_and_pages(scene, tmp_path):
@@ -101,7 +115,7 @@ def test_say_escapes(capsys):
     assert capsys.readouterr().out == "a\\x1bb\nc\n"
 
 
-def test_json_of_half_a_character_is_json(tmp_path):
+def test_json_of_a_lone_surrogate_is_valid(tmp_path):
     import json
 
     write_json(tmp_path / "a.json", {"name": "\udcff", "x": float("nan")})
@@ -110,7 +124,7 @@ def test_json_of_half_a_character_is_json(tmp_path):
 
 @pytest.mark.parametrize("file", sorted(CLI.glob("*.py")), ids=lambda file: file.stem)
 def test_only_the_terminal_s_module_prints(file):
-    """All that is printed goes one way, on which text is text."""
+    """All output passes the module that escapes control characters."""
     tree = ast.parse(file.read_text())
     calls = {ast.unparse(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
     assert file.stem == "terminal" or not calls & {"typer.echo", "print", "Console", "typer.secho"}

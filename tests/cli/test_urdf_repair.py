@@ -27,7 +27,7 @@ def test_a_file_is_repaired(tmp_path):
     assert file.read_text() == FAULTY
 
 
-def test_a_sound_file_is_written_as_it_is(tmp_path):
+def test_a_valid_file_is_written_unchanged(tmp_path):
     out = tmp_path / "sound.urdf"
     assert "nothing to repair" in run(str(data_path("twolink.urdf")), "--out", str(out)).stdout
     assert out.read_bytes() == data_path("twolink.urdf").read_bytes()

@@ -11,7 +11,7 @@ def run(*arguments: object):
     return CliRunner().invoke(app, ["urdf", "write", *map(str, arguments)])
 
 
-def test_by_default_it_is_the_shipped_file(tmp_path):
+def test_the_default_parameters_give_the_shipped_file(tmp_path):
     out = tmp_path / "arm.urdf"
     result = run("--out", out)
     assert (result.exit_code, result.stdout.split()) == (0, [str(out)])
@@ -55,5 +55,5 @@ def test_refusals(tmp_path, arguments, words):
     assert not out.exists()
 
 
-def test_a_target_of_another_kind(tmp_path):
+def test_a_target_with_another_suffix_is_refused(tmp_path):
     assert run("--out", tmp_path / "arm.txt").exit_code == 2

@@ -42,12 +42,12 @@ def test_a_fault_is_found(tmp_path, text, fault):
     assert site(tmp_path, a=text, b="") == [fault]
 
 
-def test_a_load_of_a_style_is_found(tmp_path):
+def test_a_style_that_loads_from_another_host_is_found(tmp_path):
     (tmp_path / "x.css").write_text('@import "https://example.org/font.css";')
     assert site(tmp_path, a="") == ["x.css: loads https://example.org/font.css"]
 
 
-def test_the_exit_code_tells(tmp_path):
+def test_faults_have_exit_code_1(tmp_path):
     command = [sys.executable, "-m", "tests.docs.site", str(tmp_path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 1

@@ -80,7 +80,7 @@ def test_a_command_that_fails_is_an_error(tmp_path):
         (["error 1.7e-13, speed −5.494"], ["error 2.2e-13, speed −5.494"]),
     ],
 )
-def test_lines_agree(shown, printed):
+def test_equal_outputs_agree(shown, printed):
     assert agree(shown, printed)
 
 
@@ -96,5 +96,5 @@ def test_lines_agree(shown, printed):
         (["slides"], ["sticks"]),
     ],
 )
-def test_lines_disagree(shown, printed):
+def test_different_outputs_disagree(shown, printed):
     assert not agree(shown, printed)

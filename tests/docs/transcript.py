@@ -1,4 +1,4 @@
-"""Pages as scripts: run every code block of a page in order, and compare what it prints.
+"""Pages as scripts: run every code block of a page in order, and compare its output.
 
 - `console`: each line after `$ ` is a command for the shell, the lines below it are its output.
 - `python`: executed, in one namespace for all blocks of a page.
@@ -28,8 +28,8 @@ _FENCE = re.compile(r"^```(\{?[\w-]*\}?)[^\n]*\n(.*?)^```$", re.MULTILINE | re.D
 _FILE = re.compile(r"^(?:#|//) ([\w.-]+\.\w+)(?:; run by: (.+))?$")
 _UV = re.compile(r"\buv run (?:--(?:extra|group) \w+ )*")
 _NUMBER = re.compile(r"[-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-# What differs from run to run and between machines: times, sizes of files, units in the last place,
-# and numbers of steps, which the vector instructions of a processor may change by one.
+# Parts of the output that differ from run to run and between machines: times, sizes of files, units
+# in the last place, and numbers of steps, which vector instructions may change by one.
 _VARIES = re.compile(
     r"\d[\d.e+-]* (?:ms|µs|ns|kB|MB|min)\b"
     r"|<?\d[\d.]*/\d+\b"
@@ -51,7 +51,7 @@ class Block(NamedTuple):
 
 
 class Output(NamedTuple):
-    """A command or a block, what the page shows below it, and what it printed."""
+    """A command or a block, the output that the page shows, and its actual output."""
 
     line: int
     source: str
@@ -60,7 +60,7 @@ class Output(NamedTuple):
 
     @property
     def agrees(self) -> bool:
-        """Whether it printed what the page shows."""
+        """Whether the output is that of the page."""
         return agree(self.shown, self.printed)
 
 

@@ -93,7 +93,7 @@ def rebound(surface, speed=-1.0, sliding=0.0):
 
 
 @pytest.mark.parametrize("law", ["kelvin-voigt", "hertz"])
-def test_what_sticks_from_touch_to_release_loses_nothing(law):
+def test_a_contact_that_sticks_from_touch_to_release_loses_no_energy(law):
     """D comes in along the normal and sticks, until hardly anything presses it any more."""
     surface = floor(law, 1e7, friction=2.0)
     J = np.array([[math.cos(q) for q in Q], [-math.sin(q) for q in Q]])
@@ -106,7 +106,7 @@ def test_what_sticks_from_touch_to_release_loses_nothing(law):
     assert T[-1] == pytest.approx(T[0], rel=1e-6)
 
 
-def test_a_damped_cushion_is_met_where_it_has_sprung_back_to():
+def test_a_point_that_returns_meets_the_relaxed_surface_of_a_damper():
     """A point mass bounces on a Kelvin-Voigt floor, ever lower: by SciPy in one dimension."""
     k, c, g, v = 2e3, 20.0, 9.81, 2.0
     point = Chain(
@@ -215,7 +215,7 @@ def test_a_ball_has_hertzs_stiffness(law):
     assert cushion.law.stiffness == pytest.approx(4 / 3 * 0.1 * 2.1e11 / (2 * 0.91), rel=1e-14)
 
 
-def test_touched_at_rest_it_sinks_in():
+def test_a_point_released_on_the_surface_sinks_in():
     """D released on a Hertz floor, touching: it starts from no depth and no speed."""
     trajectory = simulate(scene(Gravity(), floor("hertz", 1e5), duration=0.05, accuracy=1e-8))
     depth = trajectory.position(BARS.D)[1] - HEIGHT
@@ -277,3 +277,52 @@ def test_the_shortest_flights_end_where_they_began():
     )
     q1, q2 = run.q
     assert (np.sin(q1) + np.sin(q2)).max() < HEIGHT + 1e-7
+
+
+@pytest.mark.parametrize(("stiffness", "drop"), [(1e8, 0.0), (3e9, 0.0), (1e10, 0.0), (1e10, 1e-4)])
+def test_two_points_in_one_place_move_as_one_on_twice_the_stiffness(stiffness, drop):
+    """They come out at one instant, dozens of times if they start at rest on the surface."""
+    chain = Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (1.0, 0.0)), (0.1, 0.1))
+    times, q = np.linspace(0.0, 0.03, 31), (0.3, 1.1)
+    runs = []
+    for on, share in ((("C2", "D"), 1), (("D",), 2)):
+        surface = floor("hertz", share * stiffness, height=HEIGHT + drop, on=on)
+        effects = (Gravity(), surface)
+        start = Scene(chain=chain, q=q, u=(0.0, 0.0), duration=0.03, effects=effects)
+        runs.append(hybrid_run(start, times))
+    two, one = runs
+    assert two.q == pytest.approx(one.q, abs=1e-11)
+    assert two.u == pytest.approx(one.u, abs=1e-11)
+    assert len(two.arcs) < 2 * len(one.arcs)
+
+
+@pytest.mark.parametrize("order", [15, 21])
+@pytest.mark.parametrize("count", [3, 4])
+def test_many_surfaces_in_one_place_act_as_one_of_their_stiffness(count, order):
+    """All begin at no depth, where dt/ds, the product of so many roots, is smallest."""
+    times = np.linspace(0.0, 0.02, 21)
+
+    def pressed(number, stiffness):
+        surfaces = (
+            CompliantSurface((0.0, HEIGHT), (0.0, -1.0), "hertz", stiffness, name=f"s{i}")
+            for i in range(number)
+        )
+        return hybrid_run(scene(Gravity(), *surfaces, duration=0.02), times, order=order)
+
+    many, one = pressed(count, 1e8), pressed(1, count * 1e8)
+    assert many.q == pytest.approx(one.q, abs=1e-11)
+    assert many.u == pytest.approx(one.u, abs=1e-11)
+
+
+def test_two_points_in_one_place_leave_a_damped_surface_together():
+    """The force of both falls to zero at one instant; one damper has the loss of two."""
+    chain = Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (1.0, 0.0)), (0.1, 0.1))
+    times, runs = np.linspace(0.0, 0.05, 51), []
+    for on, share in ((("C2", "D"), 1), (("D",), 2)):
+        surface = floor("kelvin-voigt", share * 1e9, share * 50.0, height=HEIGHT + 1e-3, on=on)
+        effects = (Gravity(), surface)
+        start = Scene(chain=chain, q=Q, u=(0.0, 0.0), duration=0.05, effects=effects)
+        runs.append(hybrid_run(start, times, order=15))
+    two, one = runs
+    assert two.u == pytest.approx(one.u, abs=1e-11)
+    assert len(two.arcs) < 2 * len(one.arcs)

@@ -90,19 +90,19 @@ def test_loads_that_cannot_be_compiled(effect, words):
         (lambda chain: (), "raised TypeError: "),
     ],
 )
-def test_loads_that_are_none(function, words):
+def test_wrong_functions_of_loads_are_refused(function, words):
     with pytest.raises(ParameterError, match=words):
         replace(SCENE, effects=(Acting(function),))
 
 
 @pytest.mark.parametrize("effect", [3, "gravity", None, Gravity, object(), Acting])
-def test_what_is_no_effect(effect):
+def test_objects_that_are_no_effects_are_refused(effect):
     words = "effects must be a sequence of instances of twolink.effects.Effect; got .* in it"
     with pytest.raises(ParameterError, match=words):
         replace(SCENE, effects=(effect,))
 
 
-def test_what_cannot_be_copied_or_compared():
+def test_effects_that_cannot_be_copied_or_compared_are_refused():
     locked = Acting(lambda *_: ())
     locked.lock = threading.Lock()
     with pytest.raises(ParameterError, match="Acting must be an object that copy"):

@@ -47,7 +47,7 @@ CONTRACTS = [
 @pytest.mark.parametrize(
     ("contract", "methods"), CONTRACTS, ids=lambda x: getattr(x, "__name__", "")
 )
-def test_an_incomplete_effect_is_refused_by_the_name_of_what_is_missing(contract, methods):
+def test_an_incomplete_effect_is_refused_with_the_name_of_the_missing_method(contract, methods):
     assert contract.__abstractmethods__ == methods
     for missing in methods:
         names = {name: lambda self, *_: () for name in methods - {missing}}
@@ -76,7 +76,7 @@ def test_smooth_loads_are_those_beside_contact_elements():
     assert len(contact_elements(acting, BARS)) == 4
 
 
-def test_an_effect_has_smooth_loads_unless_it_says_otherwise():
+def test_the_loads_of_an_effect_are_smooth_by_default():
     class Motor(Effect):
         def loads(self, chain, q, u, t=0.0):
             return motor_loads(1.0, 0.0)

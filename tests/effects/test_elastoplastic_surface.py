@@ -98,7 +98,7 @@ def dents(trajectory: Trajectory) -> list:
 
 
 @pytest.mark.parametrize("v", [0.01, 0.02, 0.05, 0.3, 1.0, 3.0])
-def test_a_point_mass_rebounds_as_quadrature_says(v):
+def test_the_rebound_of_a_point_mass_agrees_with_quadrature(v):
     """Restitution and permanent deformation to 1e-9, from the areas below both curves."""
     trajectory = struck(v)
     deepest = brentq(lambda d: compressed(d) - v * v / 2, 1e-9, 0.02, xtol=1e-18, rtol=1e-15)
@@ -115,7 +115,7 @@ def test_a_point_mass_rebounds_as_quadrature_says(v):
         assert rebound < 1
 
 
-def test_below_yield_it_is_hertz_to_the_last_step():
+def test_below_yield_the_motion_is_that_of_hertzs_law():
     stiffness = 4 / 3 * E_STAR * math.sqrt(0.05)
     hertz = CompliantSurface((0.0, HEIGHT), (0.0, -1.0), "hertz", stiffness, name="floor")
     for v in (0.001, 0.009):
@@ -126,7 +126,7 @@ def test_below_yield_it_is_hertz_to_the_last_step():
         assert [e.time for e in trajectory.events] == [e.time for e in same.events]
 
 
-def test_what_slides_loses_mu_times_the_normal_impulse():
+def test_sliding_loses_mu_times_the_normal_impulse():
     trajectory = struck(0.5, sliding=2.0, friction=0.2)
     vx, vy = trajectory.velocity(POINT.D)[:, -1]
     assert 2.0 - vx == pytest.approx(0.2 * (0.5 - vy), rel=1e-10)
@@ -187,7 +187,7 @@ def in_one_dimension(v: float, gravity: float, times: np.ndarray) -> tuple[np.nd
 
 
 @pytest.mark.parametrize(("v", "gravity", "duration"), [(0.05, 30.0, 0.04), (0.3, 100.0, 0.0095)])
-def test_pressed_again_it_follows_the_same_curve(v, gravity, duration):
+def test_a_dent_pressed_again_follows_the_curve_of_its_restitution(v, gravity, duration):
     """Held down by gravity D bounces in its dent: all of it by SciPy in one dimension."""
     trajectory = struck(v, Gravity(gravity), duration=duration)
     depths, again = in_one_dimension(v, gravity, trajectory.t)
@@ -198,7 +198,7 @@ def test_pressed_again_it_follows_the_same_curve(v, gravity, duration):
     assert Phase.PRESSED_AGAIN in phases
 
 
-def test_pressed_deeper_it_goes_on_where_it_was():
+def test_a_dent_pressed_deeper_continues_the_first_compression():
     """A push of 60 N while D lies in its dent: the loss is that of one deeper press."""
     push = 60 * math.cos(Q[1]), 60 * (math.cos(Q[0]) + math.cos(Q[1]))
     motors = SampledTorque((0.0, 0.006), (0.0, push[1]), (0.0, push[0]), "hold")
@@ -235,7 +235,7 @@ ONTO = {"q": Q, "u": speeds_of(1.0, -0.3), "duration": 0.1}
 
 
 @pytest.mark.slow
-def test_what_breaks_loose_is_not_stopped_by_rounding(random):
+def test_round_off_does_not_stop_a_contact_that_begins_to_slide(random):
     """It begins with no acceleration: static friction is no more than kinetic."""
     start = replace(chain_on(floor(friction=0.9)), **ONTO)
     for _ in range(60):
@@ -328,6 +328,21 @@ def test_the_energy_that_is_lost_is_the_area_between_both_curves():
     assert sum(work.values()) == pytest.approx(T - T[0], abs=1e-10)
 
 
+def test_two_points_in_one_place_are_followed_through_their_vibration():
+    """At rest on steel they come out after each swing, at the same instant."""
+    chain = Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (1.0, 0.0)), (0.1, 0.1))
+    steel = floor(
+        on=("C2", "D"), radius=0.02, modulus=(2.1e11, 7e10), poisson=(0.3, 0.33),
+        strength=(3e8, 1e9),
+    )  # fmt: skip
+    start = Scene(chain=chain, q=Q, u=(0.0, 0.0), duration=0.01, effects=(Gravity(), steel))
+    trajectory = simulate(start, samples=11)
+    assert trajectory.met, trajectory.failure
+    for event in trajectory.events:
+        first, second = event.mode.states
+        assert first is second
+
+
 @pytest.mark.slow
 def test_energy_is_never_gained_and_friction_keeps_its_cone():
     rng = np.random.default_rng(4)
@@ -348,14 +363,14 @@ def test_energy_is_never_gained_and_friction_keeps_its_cone():
         assert energy[-1] < energy[0]
 
 
-def test_kane_finds_the_same():
+def test_kanes_and_lagranges_equations_give_the_same_motion():
     start = chain_on(floor(1.2, friction=0.3))
     times = np.linspace(0.0, 1.0, 101)
     ours, theirs = (hybrid_run(start, times, formulation=name) for name in ("kane", "lagrange"))
     assert ours.q == pytest.approx(theirs.q, abs=1e-11)
 
 
-def test_it_is_saved_and_loaded(tmp_path):
+def test_a_trajectory_with_dents_is_saved_and_loaded(tmp_path):
     trajectory = simulate(chain_on(floor(1.2, friction=0.3)), samples=201)
     trajectory.save(tmp_path / "run.npz")
     back = Trajectory.load(tmp_path / "run.npz")

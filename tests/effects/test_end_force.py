@@ -16,7 +16,7 @@ Q, U = (0.3, -0.4), (1.1, -0.7)
 
 
 @pytest.mark.parametrize("formulation", [kane, lagrange])
-def test_its_generalized_force_is_its_power_per_speed(formulation):
+def test_the_generalized_force_gives_the_power_of_the_force(formulation):
     loads = EndForce(-3.0, 0.4).loads(GENERAL, Q, U)
     Fx, Fy = loads[0].components
     Q1, Q2 = formulation.generalized_active_force(GENERAL, Q, loads)
@@ -40,7 +40,7 @@ def test_one_sticking_state_among_many_is_refused():
         EndForce(-3.0, 0.4).loads(GENERAL, q, u)
 
 
-def test_without_friction_it_is_the_normal_force_alone():
+def test_without_friction_the_only_load_is_the_normal_force():
     assert EndForce(2.5).loads(GENERAL, Q, U) == (Force(GENERAL.D, (0, 2.5)),)
 
 

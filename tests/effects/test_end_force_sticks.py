@@ -54,7 +54,7 @@ def test_d_slides_sticks_and_stays():
     assert np.abs(trajectory.velocity(BARS.D)[0][late]).max() < 1e-13
 
 
-def test_works_close_the_balance_and_friction_only_takes():
+def test_the_works_are_the_change_of_kinetic_energy():
     effects = Gravity(), EndForce(-12.0, 0.3)
     trajectory = simulate(scene(*effects, u=(0.5, -2.0)))
     works, T = trajectory.work(), trajectory.kinetic_energy
@@ -62,7 +62,7 @@ def test_works_close_the_balance_and_friction_only_takes():
     assert sum(works.values()) == pytest.approx(T - T[0], abs=1e-9)
 
 
-def test_where_the_direction_is_known_there_are_no_modes():
+def test_friction_of_a_named_direction_has_no_modes():
     """With friction that never lets D stop, the modes give the motion of the named direction."""
     named = simulate(scene(EndForce(-1.0, 0.1, sliding=-1), u=(2.0, 2.0), duration=0.3))
     found = simulate(scene(EndForce(-1.0, 0.1), u=(2.0, 2.0), duration=0.3))
@@ -81,7 +81,7 @@ def test_static_friction_below_the_kinetic_is_refused():
 @pytest.mark.parametrize(
     ("q", "sliding", "words"), [((0.0, 0.0), -1, "backward"), ((0.0, np.pi), 1, "forward")]
 )
-def test_a_chain_along_x_starts_to_slide_where_it_will(q, sliding, words):
+def test_a_chain_along_x_starts_to_slide_in_the_direction_of_its_acceleration(q, sliding, words):
     """D cannot move along x at first; a moment later it does, and friction resists that."""
     found = simulate(scene(Gravity(), EndForce(-3.0, 0.2), q=q, duration=0.3))
     named = simulate(scene(Gravity(), EndForce(-3.0, 0.2, sliding=sliding), q=q, duration=0.3))

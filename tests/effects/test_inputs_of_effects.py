@@ -45,7 +45,7 @@ FIELDS = [(name, field) for name, fields in GOOD.items() for field in fields]
 WRONG = [None, "ab", object(), float, [None, None], ("a", "b"), np.eye(2), {"x": 1}, b"1"]
 
 
-def test_every_effect_is_here():
+def test_every_effect_has_an_example():
     assert set(GOOD) == set(EFFECTS)
 
 
@@ -65,7 +65,7 @@ def test_numbers_of_contacts_are_real(name, field):
 
 
 @pytest.mark.parametrize(("name", "field"), FIELDS)
-def test_what_is_wrong_is_refused_in_one_sentence(name, field):
+def test_wrong_values_are_refused_in_one_sentence(name, field):
     """Or accepted, where None stands for something, and any string is a name."""
     for value in WRONG:
         accepted = value is None or (field == "name" and isinstance(value, str))
@@ -94,7 +94,7 @@ def _array(values):
     return list(values) if isinstance(values[0], str) else np.array(values)
 
 
-def test_what_the_caller_keeps_changes_nothing():
+def test_later_changes_to_the_arguments_do_not_change_the_effect():
     times, A, B = np.array([0.0, 1.0]), [1.0, 2.0], [0.0, 1.0]
     torque = SampledTorque(times, A, B, "linear")
     A[0], times[1] = 99.0, 5.0
@@ -124,6 +124,6 @@ def test_sentences(make, words):
         make()
 
 
-def test_a_generator_without_end_is_no_pair():
+def test_a_generator_of_a_thousand_numbers_is_no_pair():
     with pytest.raises(ParameterError):
         JointDamping(itertools.islice(itertools.repeat(0.1), 1000))

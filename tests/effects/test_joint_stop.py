@@ -39,7 +39,7 @@ def test_a_free_link_rebounds_with_the_restitution():
     assert trajectory.q[0, after] == pytest.approx(expected, abs=1e-14)
 
 
-def test_between_two_stops_it_goes_to_and_fro():
+def test_a_link_bounces_between_two_elastic_stops_at_equal_intervals():
     stops = JointStop("A", lower=-1.0, upper=1.0, restitution=1.0)
     trajectory = simulate(scene(stops, u=(3.0, 0.0), duration=20.0))
     times = [impact.time for impact in trajectory.impacts]
@@ -78,7 +78,7 @@ def test_bounces_accumulate_and_then_it_rests(restitution):
     assert last_seen == (1 if restitution else 0)
 
 
-def test_it_never_passes_the_stop_between_samples():
+def test_the_elbow_never_passes_its_stops_between_samples():
     effects = JointStop("B", lower=-0.3, upper=0.4, restitution=0.6), Gravity()
     trajectory = simulate(scene(*effects, chain=GENERAL, q=(0.2, 0.1), duration=5.0))
     assert len(trajectory.impacts) > 20
@@ -88,7 +88,7 @@ def test_it_never_passes_the_stop_between_samples():
     assert elbow.max() <= 0.4 + 1e-14
 
 
-def test_it_leaves_the_stop_when_the_torque_turns():
+def test_the_joint_leaves_its_stop_when_the_torque_changes_sign():
     """A sine pushes into the stop for half a period: it leaves exactly when the sine turns."""
     sine = JointTorque(amplitude=(2.0, 0.0), frequency=(1.0, 0.0))
     trajectory = simulate(scene(JointStop("A", upper=0.0), sine, duration=6.0))

@@ -8,7 +8,7 @@ Q, U = (0.3, -0.4), (1.1, -0.7)
 
 
 @pytest.mark.parametrize("formulation", [kane, lagrange])
-def test_its_power_is_torque_times_joint_speed(formulation):
+def test_the_power_of_a_motor_is_torque_times_joint_speed(formulation):
     """The motor at B turns by u2 − u1, and reacts on link 1."""
     tau = (2.0, -3.0)
     Q1, Q2 = formulation.generalized_active_force(GENERAL, Q, JointTorque(tau).loads(GENERAL, Q, U))

@@ -147,7 +147,7 @@ def test_dfkis_mass_matrix():
     np.testing.assert_allclose(M, expected, rtol=1e-13)
 
 
-def test_rotors_without_inertia_are_none_and_urdfs_have_none():
+def test_rotors_without_inertia_are_omitted_and_others_are_refused_for_urdfs():
     assert MotorInertia((0.0, 0.0)).with_rotors(GENERAL) == GENERAL
     with pytest.raises(ParameterError, match="a chain must have no rotors for a URDF"):
         MOTORS.with_rotors(GENERAL).to_urdf()

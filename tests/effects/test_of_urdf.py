@@ -170,7 +170,7 @@ def test_the_torques_resist_the_joint_speeds(signs, equations, random):
         assert torques == pytest.approx(expected, abs=1e-13)
 
 
-def test_what_is_zero_or_absent_does_not_exist():
+def test_zero_or_absent_coefficients_make_no_effect():
     read = parse_planar_urdf(driven(dynamics(0.2, 0.0), "", kind="continuous"))
     assert effects_of(read, ALL) == (JointDamping((0.2, 0.0)),)
     read = parse_planar_urdf(driven("", dynamics(0.0, 0.3), kind="continuous"))
@@ -214,7 +214,7 @@ TURNED = at("0 0 0", "0 1.5 0")
         ("", dynamics(0.0, -0.2), ["friction"], ["'elbow'", "got -0.2", "N m"]),
     ],
 )
-def test_what_free_joints_do_not_have_is_refused(shoulder, elbow, asked, words):
+def test_effects_that_the_joints_do_not_have_are_refused(shoulder, elbow, asked, words):
     refused(driven(shoulder, elbow, kind="continuous"), asked, words)
 
 
@@ -274,7 +274,7 @@ def test_a_simulated_arm_stays_within_its_limits(signs, tmp_path):
     assert theta[0, -1] == pytest.approx(0.3 if signs[0] > 0 else -0.4, abs=1e-9)
 
 
-def test_nothing_of_it_is_imported_unless_it_is_asked_for(tmp_path):
+def test_the_module_is_imported_only_for_scenes_with_urdf_effects(tmp_path):
     (tmp_path / "arm.urdf").write_text(DFKI)
     scene = '[chain]\nurdf = "arm.urdf"\n{}\n[start]\nq = [0.0, 0.0]\n[run]\nduration = 1.0\n'
     (tmp_path / "plain.toml").write_text(scene.format(""))

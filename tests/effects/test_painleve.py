@@ -55,7 +55,7 @@ LEANING = 1.0
 
 @pytest.mark.parametrize("law", ["newton", "newton-routh", "poisson", "stronge"])
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
-def test_where_nothing_is_consistent_an_impact_without_collision_comes(law, restitution):
+def test_a_contact_without_a_consistent_mode_has_an_impact_without_collision(law, restitution):
     A, b, _ = contact(LEANING * 0.2, 2.0)
     assert A < 0 > b
     trajectory = simulate(scene(LEANING * 0.2, 2.0, law=law, restitution=restitution))
@@ -70,7 +70,7 @@ def test_where_nothing_is_consistent_an_impact_without_collision_comes(law, rest
     assert y.max() <= FLOOR + 5e-15
 
 
-def test_where_two_are_consistent_it_is_said():
+def test_two_consistent_modes_are_noted():
     A, b, _ = contact(LEANING * 6.0, 2.0)
     assert A < 0 < b
     trajectory = simulate(scene(LEANING * 6.0, 2.0))
@@ -80,7 +80,7 @@ def test_where_two_are_consistent_it_is_said():
 
 
 @pytest.mark.parametrize("speed", [0.2, 6.0])
-def test_sliding_the_other_way_is_as_ever(speed):
+def test_sliding_the_other_way_has_one_mode(speed):
     A, b, _ = contact(-LEANING * speed, 2.0)
     assert A > 0
     trajectory = simulate(scene(-LEANING * speed, 2.0))

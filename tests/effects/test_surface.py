@@ -38,7 +38,7 @@ def height_of_D(trajectory, times):
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 0.8])
 @pytest.mark.parametrize("friction", [0.0, 0.2, 0.8])
-def test_it_bounces_to_rest_and_never_enters_the_floor(restitution, friction):
+def test_the_chain_bounces_to_rest_and_never_enters_the_floor(restitution, friction):
     trajectory = simulate(
         scene(Gravity(), floor(1.2, restitution=restitution, friction=friction), duration=10.0)
     )
@@ -107,7 +107,7 @@ def test_static_friction_holds_more_than_kinetic():
     )
 
 
-def test_it_leaves_at_the_instant_at_which_nothing_pushes():
+def test_the_end_leaves_at_the_instant_of_zero_contact_force():
     """Torque of a sine lifts D off: just before, N is small and positive, and 0 at the instant."""
     q = (math.asin(0.6), math.asin(0.6))
     lift = JointTorque(amplitude=(-25.0, 0.0), frequency=(1.0, 0.0))
@@ -130,7 +130,7 @@ def test_it_leaves_at_the_instant_at_which_nothing_pushes():
 
 
 @pytest.mark.parametrize("gap", [-1e-9, 1e-9])
-def test_a_graze_is_neither_missed_nor_doubled(gap):
+def test_a_graze_is_found_exactly_once(gap):
     """A pendulum's lowest point passes a floor by a nanometre, above or below."""
     swing = scene(Gravity(), q=(0.4, 0.4), duration=2.0)
     t = np.linspace(0, 2, 200_001)
@@ -145,7 +145,7 @@ def test_a_graze_is_neither_missed_nor_doubled(gap):
         assert all(abs(speed) < 1e-3 for speed in speeds)
 
 
-def test_the_accumulation_is_the_limit_of_ever_more_bounces():
+def test_the_time_of_rest_does_not_depend_on_the_number_of_resolved_bounces():
     """Three precisions follow the bounces ever further down; the instant of rest is one."""
     start = scene(Gravity(), floor(1.2, restitution=0.6), duration=2.0)
     times, counts = [], []
@@ -214,7 +214,7 @@ def test_the_elbow_is_struck_on_its_circle(law, friction):
 
 
 @pytest.mark.parametrize("formulation", ["lagrange", "kane"])
-def test_what_rests_on_two_points_stays_there(formulation):
+def test_a_chain_that_rests_on_two_points_stays_at_rest(formulation):
     """D slides when B is struck, and the rest of its speed is round-off: it does not fly off."""
     chain = Chain.point_masses((1.0, 0.9923371066338436), (1.0, 0.9431624080780688))
     surface = floor(-0.3196961928711095, friction=0.254, law="poisson", on=("B", "D"))
@@ -251,7 +251,7 @@ def test_a_start_on_the_floor(speed, impacts):
     assert len([impact for impact in trajectory.impacts if impact.time == 0]) == impacts
 
 
-def test_newtons_gain_is_said_in_plain_words():
+def test_an_impact_that_gains_energy_by_newtons_law_is_reported():
     scene_file = data_path("scenes") / "published" / "kane_levinson_impact.toml"
     impact = simulate(Scene.load(scene_file)).impacts[0]
     assert impact.energy_change > 0

@@ -15,7 +15,7 @@ def test_every_name_has_a_precision_and_longer_ones_follow():
 
 
 @pytest.mark.parametrize("precision", PRECISIONS.values(), ids=tuple(PRECISIONS))
-def test_one_and_a_rounding_is_the_number_after_one(precision):
+def test_one_plus_the_rounding_is_the_number_after_one(precision):
     one, rounding = precision.number(1), precision.number(precision.rounding)
     assert one + rounding > one
     assert one + rounding / precision.number(2) == one

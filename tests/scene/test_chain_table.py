@@ -68,7 +68,7 @@ def test_joint_angles_of_a_chain_of_numbers():
         ("theta = ['a', 0]", "start.theta.0"),
     ],
 )
-def test_starts_that_are_refused(tmp_path, start, words):
+def test_wrong_starts_are_refused(tmp_path, start, words):
     with pytest.raises(SceneError, match=re.escape(words)):
         with_start(tmp_path, start)
 

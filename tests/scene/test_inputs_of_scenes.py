@@ -72,14 +72,14 @@ def test_a_chain_is_copied():
         ),
     ],
 )
-def test_what_is_wrong_is_refused_where_it_comes_in(change, words):
+def test_wrong_fields_are_refused_on_construction(change, words):
     with pytest.raises(ParameterError) as caught:
         replace(SCENE, **change)
     assert str(caught.value) == words
 
 
 @pytest.mark.parametrize("rotors", [3, (1.0,), "ab"])
-def test_rotors_are_rotors(rotors):
+def test_rotors_of_another_type_are_refused(rotors):
     with pytest.raises(ParameterError, match="rotors must be a sequence of rotors; got"):
         replace(SCENE.chain, rotors=rotors)
     assert replace(SCENE.chain, rotors=[Rotor(0.1, (1.0, 0.0))]).rotors == (Rotor(0.1, (1.0, 0.0)),)
@@ -102,7 +102,7 @@ def test_wrong_arguments_of_simulate(change, words):
     assert str(caught.value) == words
 
 
-def test_what_is_simulated_is_a_scene():
+def test_simulate_refuses_an_argument_that_is_no_scene():
     with pytest.raises(ParameterError, match=r"scene must be a Scene; got 'free_fall\.toml'"):
         simulate("free_fall.toml")
 

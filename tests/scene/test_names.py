@@ -32,7 +32,7 @@ def test_a_file_of_that_name_comes_first_and_a_folder_does_not(tmp_path, monkeyp
 
 
 @pytest.mark.parametrize("name", ["drp", "Drop", "drop.toml"])
-def test_a_name_that_is_nearly_one_is_answered_with_it(name):
+def test_a_misspelt_name_is_refused_with_the_nearest_one(name):
     with pytest.raises(SceneError, match=f"^{name}: there is no scene .*; did you mean drop"):
         Scene.load(name)
 

@@ -61,7 +61,7 @@ def refusal_from(source, load):
     return sentence
 
 
-def test_a_scene_holds_what_its_file_says():
+def test_a_parsed_scene_has_the_values_of_its_file():
     scene = Scene.parse(TEXT)
     assert scene == Scene(
         chain=Chain.uniform_bars((1.0, 2.0), (1.0, 0.5)),
@@ -115,7 +115,7 @@ def test_a_urdfs_joints_act_where_the_scene_asks_for_them(tmp_path):
     assert replace(asked, effects=named) == plain
 
 
-def test_a_scene_may_ask_for_nothing_of_its_urdf(tmp_path):
+def test_an_empty_list_of_urdf_effects_adds_none(tmp_path):
     assert Scene.load(with_urdf(tmp_path, "effects = []")) == Scene.load(with_urdf(tmp_path))
 
 
@@ -136,12 +136,12 @@ def test_a_scene_may_ask_for_nothing_of_its_urdf(tmp_path):
         ('effects = ["damping"]\nmass = [1.0, 1.0]', "must have urdf or mass, not both"),
     ],
 )
-def test_what_cannot_be_asked_of_a_urdf_is_refused(tmp_path, more, words):
+def test_wrong_lists_of_urdf_effects_are_refused(tmp_path, more, words):
     file = with_urdf(tmp_path, more)
     assert words in refusal_from(str(file), lambda: Scene.load(file))
 
 
-def test_the_schema_knows_what_may_be_asked_of_a_urdf():
+def test_the_schema_lists_the_effects_of_a_urdf():
     chain = scene_model(()).model_json_schema()["$defs"]["Chain"]["properties"]
     words, nothing = chain["effects"]["anyOf"]
     assert words["items"]["enum"] == ["damping", "friction", "limits"]
@@ -229,17 +229,21 @@ def test_files_that_cannot_be_read_are_refused(tmp_path):
     latin.write_bytes(b'title = "\xe4"')
     with pytest.raises(SceneError, match="byte 9 is not UTF-8"):
         Scene.load(latin)
+    marked = tmp_path / "marked.toml"
+    marked.write_bytes(b"\xef\xbb\xbf" + TEXT.encode())
+    with pytest.raises(SceneError, match="without a byte order mark; got a mark of UTF-8"):
+        Scene.load(marked)
 
 
 @pytest.mark.parametrize("file", SCENES, ids=lambda file: file.stem)
-def test_every_shipped_scene_loads_and_says_what_it_shows(file):
+def test_every_shipped_scene_loads_and_has_a_description(file):
     scene = Scene.load(file)
     assert scene.shows
     assert scene.title != "untitled"
     assert scene.effects
 
 
-def test_the_schema_knows_every_effect():
+def test_the_schema_has_every_effect():
     schema = scene_model().model_json_schema()
     text = json.dumps(schema)
     for name in EFFECTS:
@@ -307,7 +311,7 @@ def test_a_scene_of_a_urdf_reads_back_from_toml(tmp_path):
     assert_it_reads_back(Scene.load(with_urdf(tmp_path, 'effects = ["limits", "damping"]')))
 
 
-def test_toml_says_no_more_than_it_must():
+def test_toml_omits_values_that_are_defaults():
     gravity, damping = Gravity(9.80665), JointDamping((0.1, 0.0))
     bars = Chain.uniform_bars((1.0, 2.0), (1.0, 0.5))
     scene = Scene(bars, (0.1, 0.2), (0.0, 0.0), 3.0, (gravity, damping, Gravity()), title='"1"')
@@ -349,7 +353,7 @@ coefficient = [0.1, 0.0]
         Chain.uniform_bars((1, 2)).convert(float),
     ],
 )
-def test_what_was_made_of_uniform_bars_is_written_in_full(chain):
+def test_a_chain_changed_from_uniform_bars_is_written_in_full(chain):
     scene = replace(Scene.parse(TEXT), chain=chain)
     assert "inertia" in scene.to_toml()
     assert Scene.parse(scene.to_toml()) == scene
@@ -362,7 +366,7 @@ def test_numpys_floats_are_written_as_numbers():
 
 @dataclass(frozen=True)
 class Wind(Effect):
-    """An effect of a user's own."""
+    """A user-defined effect."""
 
     force: float
 
@@ -371,7 +375,7 @@ class Wind(Effect):
 
 
 class Heavier(Gravity):
-    """Nor is one that is made of a registered one."""
+    """A subclass of a registered effect, which is not registered itself."""
 
 
 @pytest.mark.parametrize(
@@ -391,7 +395,7 @@ class Heavier(Gravity):
         ),
     ],
 )
-def test_what_no_scene_file_can_say_is_refused(change, words):
+def test_scenes_that_no_file_can_express_are_refused(change, words):
     with pytest.raises(SceneError) as caught:
         replace(Scene.parse(TEXT), **change).to_toml()
     assert words in str(caught.value)
@@ -437,7 +441,7 @@ def test_a_scene_that_is_no_motion_is_refused(change, words):
         (lambda: EndForce(math.nan), "end force: normal must be a finite number; got nan"),
     ],
 )
-def test_effects_of_what_is_not_finite_are_refused(make, words):
+def test_non_finite_parameters_of_effects_are_refused(make, words):
     with pytest.raises(ParameterError) as caught:
         make()
     assert str(caught.value) == words
@@ -534,7 +538,7 @@ def test_start_duration_and_accuracy_are_float64(kind):
     ],
 )
 @pytest.mark.parametrize("name", ["q", "u", "duration", "accuracy"])
-def test_a_number_that_float64_has_not_is_refused(name, number):
+def test_a_number_outside_float64_is_refused(name, number):
     kept = {"q": (0.0, 0.0), "u": (0.0, 0.0), "duration": 1.0}
     given = {name: (0.0, number) if name in ("q", "u") else number}
     with pytest.raises(ParameterError, match=rf"{name}.* must be .*finite|float64 can hold"):

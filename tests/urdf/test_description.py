@@ -15,7 +15,7 @@ HANGING = arm(
 )
 
 
-def test_it_is_what_was_read():
+def test_the_description_has_the_values_that_were_read():
     described, read = describe(LUMPED), parse_planar_urdf(LUMPED)
     assert tuple(body.parameters for body in described.bodies) == read.links
     assert (described.sign, described.offset) == (read.joints.sign, read.joints.offset)
@@ -24,7 +24,7 @@ def test_it_is_what_was_read():
     assert [body.joint for body in described.bodies] == ["shoulder", "elbow"]
 
 
-def test_fixed_links_that_are_lumped():
+def test_lumped_links_are_described_with_mass_and_position():
     described = describe(LUMPED)
     parts = {part.link: (part.mass, part.position) for part in described.bodies[1].parts}
     assert parts["lower"] == (1.0, (0.0, 0.0, 0.0))

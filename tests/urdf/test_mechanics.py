@@ -30,7 +30,7 @@ def of(text: str) -> dict[str, object]:
         ({"wrist": joint("wrist", "upper", "hand", "fixed", at("1 0 0"))}, "joint number 3"),
     ],
 )
-def test_a_change_is_found(change, where):
+def test_a_change_of_mechanics_is_located(change, where):
     assert where in difference(of(arm()), of(arm(**change)), NONE)
 
 

@@ -68,7 +68,7 @@ def test_joints_are_ordered_from_the_base_not_as_written():
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (1, 0, 2), (2, 1, 0), (1, 2, 0)])
-def test_what_joints_have_is_ordered_from_the_base(order):
+def test_properties_of_joints_are_ordered_from_the_base(order):
     more = (
         '<limit lower="-1" upper="2" effort="1" velocity="1"/><dynamics damping="3" friction="4"/>'
     )
@@ -159,7 +159,7 @@ class TestLumping:
         "</inertial></link>",
     )
 
-    def test_two_links_as_one(self):
+    def test_two_fixed_links_are_lumped(self):
         lower = parse_planar_urdf(edited(self.SECOND), tip="tool").links[1]
         # Masses 1.5 at (0.25, 0) and 0.5 at (0.6, −0.4) along and across; y does not matter.
         along, across = (1.5 * 0.25 + 0.5 * 0.6) / 2, -0.5 * 0.4 / 2
@@ -177,14 +177,14 @@ class TestLumping:
         s, c = math.sin(0.5), math.cos(0.5)
         assert lower.inertia == pytest.approx(0.5 * s * s + 2 * 0.1 * s * c + 0.2 * c * c)
 
-    def test_what_weighs_nothing_changes_no_bit(self):
+    def test_a_weightless_link_changes_no_bit(self):
         nothing = '<inertial><mass value="0"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0"'
         weightless = f'<link name="tool">{nothing} izz="0"/></inertial></link>'
         text = edited(('<link name="tool"/>', weightless), ('value="1.5"', 'value="0.1"'))
         lower = parse_planar_urdf(text).links[1]
         assert (lower.mass, lower.centre, lower.inertia) == (0.1, (0.25, 0.0), 0.2)
 
-    def test_what_is_fixed_to_the_base_does_not_move(self):
+    def test_a_mass_fixed_to_the_base_changes_nothing(self):
         inertial = PLAIN[PLAIN.index("<inertial>") : PLAIN.index("</link>")]
         text = edited(('<link name="base"/>', f'<link name="base">{inertial}</link>'))
         assert parse_planar_urdf(text).links == parse_planar_urdf(PLAIN).links
@@ -221,7 +221,7 @@ class TestTip:
         assert urdf.joints.offset[1] == pytest.approx(math.atan2(0.5, 0.9))
         only(urdf.notes, "'far'")
 
-    def test_twice_the_mass_centre(self):
+    def test_without_a_frame_d_is_at_twice_the_mass_centre(self):
         urdf = parse_planar_urdf(edited(*self.NONE))
         assert (urdf.tip, urdf.tip_position) == (None, (0.5, 0.0, 0.0))
         assert urdf.links[1].length == 0.5
@@ -236,7 +236,7 @@ class TestTip:
         assert urdf.links[1].length == pytest.approx(0.5, rel=1e-15)
 
     @pytest.mark.parametrize("axis", ["x", "y"])
-    def test_no_length(self, axis):
+    def test_the_second_link_may_have_no_length(self, axis):
         # Turned by a yaw, the x-axis of the lower link's frame is along the joint's axis.
         yaw = "0" if axis == "x" else "-1.5707963267948966"
         text = edited(
@@ -259,7 +259,7 @@ class TestTip:
         assert urdf.links[1].centre == (0.25, 0.0)
         only(urdf.notes, "x-axis")
 
-    def test_no_such_frame(self):
+    def test_an_unknown_tip_is_refused(self):
         names(refusal(PLAIN, tip="hand"), "'hand'", "'lower'", "'tool'")
         names(refusal(PLAIN, tip="upper"), "'upper'", "'lower'", "'tool'")
 
@@ -276,7 +276,7 @@ class TestGravity:
         assert urdf.joints.sign == (-1, -1)
         assert urdf.links[0].centre == pytest.approx((0.4, -0.1), abs=1e-15)
 
-    def test_none(self):
+    def test_without_gravity_the_frame_is_that_of_the_axes(self):
         urdf = parse_planar_urdf(PLAIN, gravity=(0.0, 0.0, 0.0))
         assert urdf.gravity == 0.0
         assert urdf.axes == ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
@@ -294,7 +294,7 @@ class TestGravity:
         assert urdf.gravity_note == urdf.notes[0]
 
     @pytest.mark.parametrize("roll", ["1.5707963267948966", "1.5708"])
-    def test_normal_but_for_typing(self, roll):
+    def test_gravity_normal_to_the_plane_within_typed_digits(self, roll):
         text = edited((SHOULDER_ORIGIN, f'<origin rpy="{roll} 0 0"/>'))
         urdf = parse_planar_urdf(text, tip="tool")
         assert (urdf.gravity, urdf.axes[0]) == (0.0, (1.0, 0.0, 0.0))
@@ -307,7 +307,7 @@ class TestGravity:
         np.testing.assert_allclose(axes @ axes.T, np.eye(3), rtol=0, atol=1e-15)
         assert np.linalg.det(axes) == pytest.approx(1.0, abs=1e-15)
 
-    def test_oblique(self):
+    def test_oblique_gravity_acts_by_its_component_in_the_plane(self):
         lean = 0.3
         text = edited((SHOULDER_ORIGIN, f'<origin rpy="{lean} 0 0"/>'))
         urdf = parse_planar_urdf(text, tip="tool")
@@ -356,7 +356,7 @@ class TestGravity:
         ("1.5707963267948966", False, True),
     ],
 )
-def test_axes_that_are_parallel_but_for_typing(roll, accepted, noted):
+def test_only_axes_parallel_within_typed_digits_are_accepted(roll, accepted, noted):
     text = edited((ELBOW_ORIGIN, f'<origin xyz="1 0 0" rpy="{roll} 0 0"/>'))
     if not accepted:
         names(refusal(text), "'shoulder'", "'elbow'", "parallel")
@@ -429,7 +429,7 @@ def test_axes_that_are_parallel_but_for_typing(roll, accepted, noted):
         ),
     ],
 )
-def test_what_is_not_a_planar_two_link_chain(edits, words):
+def test_files_without_a_planar_two_link_chain_are_refused(edits, words):
     text = PLAIN
     for old, new in edits:
         assert old in text
@@ -437,7 +437,7 @@ def test_what_is_not_a_planar_two_link_chain(edits, words):
     names(refusal(text), *words)
 
 
-def test_no_inertia_about_a_is_no_harm_if_link_2_has_inertia():
+def test_link_1_may_have_no_inertia_about_a_if_link_2_has_inertia():
     text = edited(('iyy="0.3"', 'iyy="0"'), ('xyz="0.4 0 -0.1"', 'xyz="0 0 0"'))
     assert parse_planar_urdf(text).links[0].inertia == 0.0
 

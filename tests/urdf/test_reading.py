@@ -81,7 +81,7 @@ def test_text_that_is_not_urdf(text, words):
     names(refusal(text), *words)
 
 
-def test_text_that_is_too_large():
+def test_text_that_is_too_large_is_refused():
     names(refusal("<robot>" + " " * 17_000_000 + "</robot>"), "16 MB")
 
 
@@ -117,7 +117,7 @@ def test_links_that_are_not_a_tree(edit, words):
     names(refusal(edited(edit)), *words)
 
 
-def test_links_that_are_all_in_one_loop():
+def test_a_loop_of_all_links_is_refused():
     joint = '<joint name="{0}" type="fixed"><parent link="{1}"/><child link="{2}"/></joint>'
     loop = joint.format("i", "a", "b") + joint.format("j", "b", "a")
     sentence = refusal(f'<robot name="r"><link name="a"/><link name="b"/>{loop}</robot>')
@@ -166,7 +166,7 @@ def test_numbers_that_are_not_finite_numbers(old, new, words, number):
         pytest.param(('type="fixed"', ""), ["'mount'", "type"], id="no type"),
     ],
 )
-def test_what_the_standard_requires(edit, words):
+def test_files_that_break_the_standard_are_refused(edit, words):
     names(refusal(edited(edit)), *words)
 
 
@@ -211,7 +211,7 @@ def test_revolute_needs_a_limit():
     names(refusal(text), "'elbow'", "limit")
 
 
-def test_what_a_simulator_ignores_is_ignored():
+def test_elements_for_simulators_are_ignored():
     ignored = (
         '<material name="m"><color rgba="a b"/></material><gazebo><joint name="elbow"/></gazebo>'
         '<transmission name="t"><joint name="shoulder"/></transmission><!-- <!DOCTYPE> ${x} -->'
@@ -220,13 +220,13 @@ def test_what_a_simulator_ignores_is_ignored():
     assert parse_planar_urdf(text).links == parse_planar_urdf(PLAIN).links
 
 
-def test_a_namespace_changes_nothing():
+def test_a_namespace_is_ignored():
     # Drake's Acrobot.urdf has one.
     text = edited(("<robot ", '<robot xmlns="http://drake.mit.edu" '))
     assert parse_planar_urdf(text).links == parse_planar_urdf(PLAIN).links
 
 
-def test_nothing_is_too_deep_for_a_stack():
+def test_deep_trees_and_nesting_do_not_overflow_the_stack():
     count = 20_000
     links = "".join(f'<link name="n{i}"/>' for i in range(count))
     joints = "".join(

@@ -113,7 +113,7 @@ def test_a_fault_is_repaired_and_named(fault):
     assert repair_urdf(text) == repaired
 
 
-def test_a_sound_file_stays_as_it_is():
+def test_a_valid_file_needs_no_repair():
     for text in (SOUND, SHIPPED):
         assert repair_urdf(text) == Repair(text, (), ())
 
@@ -262,7 +262,7 @@ def test_messy_robots_keep_their_mechanics(messy: Messy):
     assert (after.links, after.joints) == (before.links, before.joints)
 
 
-def test_an_arm_with_many_faults():
+def test_many_faults_of_an_arm_are_repaired():
     text = robot(
         link("upper"),
         link("lower"),

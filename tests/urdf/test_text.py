@@ -100,7 +100,7 @@ def test_files_that_are_not_plain(tmp_path):
     "content",
     [PLAIN.encode(), "Ä".encode(), b"\xef\xbb\xbf<r/>", b"<?xml version='1.0'?>\xe2\x82\xac"],
 )
-def test_lenient_reading_of_what_is_read_strictly_is_the_same(content):
+def test_lenient_and_strict_reading_of_valid_text_agree(content):
     assert decoded_leniently(content)[0] == decoded(content)
 
 

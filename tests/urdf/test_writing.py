@@ -62,7 +62,7 @@ def test_integers_and_numpy_numbers_are_written_as_numbers():
     assert write_planar_urdf((link, link)) == write_planar_urdf((BAR, BAR))
 
 
-def test_the_shipped_file_is_what_is_written():
+def test_the_shipped_file_is_the_one_that_is_written():
     assert data_path("twolink.urdf").read_text(encoding="utf-8") == write_planar_urdf((BAR, BAR))
 
 
@@ -104,7 +104,7 @@ def test_a_name_that_is_not_text(name):
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("field", ["mass", "length", "inertia", "centre"])
-def test_a_parameter_that_is_not_finite(field, value):
+def test_non_finite_parameters_are_refused(field, value):
     parameters = {"mass": 1.0, "length": 1.0, "centre": (0.5, 0.0), "inertia": 0.1}
     parameters[field] = (value, 0.0) if field == "centre" else value
     with pytest.raises(ParameterError, match="finite"):

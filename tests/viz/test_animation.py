@@ -47,7 +47,7 @@ def test_the_picture_of_the_readme_is_this_scene_and_small():
     assert re.sub(r"-?[\d.]+", "#", shown) == re.sub(r"-?[\d.]+", "#", made)
 
 
-def test_it_is_a_picture_without_scripts_or_requests():
+def test_an_animation_has_no_scripts_or_requests():
     root = ET.fromstring(animation(trajectory_of("drop")))
     tags = {element.tag.partition("}")[2] for element in root.iter()}
     assert tags <= {
@@ -60,7 +60,7 @@ def test_it_is_a_picture_without_scripts_or_requests():
 
 
 @pytest.mark.slow
-def test_it_moves_and_stands_still_where_this_is_preferred():
+def test_an_animation_moves_unless_reduced_motion_is_preferred():
     need_browser()
     running = "document.getAnimations().filter((each) => each.playState === 'running').length"
     with Browser() as browser:
@@ -76,7 +76,7 @@ def test_it_moves_and_stands_still_where_this_is_preferred():
 @pytest.mark.parametrize(
     ("flags", "moves"), [((), True), (("--force-prefers-reduced-motion",), False)]
 )
-def test_it_does_so_as_an_image_of_a_page(monkeypatch, tmp_path, flags, moves):
+def test_an_image_moves_unless_reduced_motion_is_preferred(monkeypatch, tmp_path, flags, moves):
     """A browser's own setting reaches images; the emulation of a page does not."""
     need_browser()
     monkeypatch.setattr(twolink.viz.browser, "_FLAGS", (*twolink.viz.browser._FLAGS, *flags))
@@ -94,7 +94,7 @@ def test_it_does_so_as_an_image_of_a_page(monkeypatch, tmp_path, flags, moves):
 
 
 @pytest.mark.slow
-def test_it_is_written_from_the_command_line(tmp_path):
+def test_the_module_writes_an_animation(tmp_path):
     file = tmp_path / "drop.svg"
     command = [sys.executable, "-m", "twolink.viz.animation", "drop", str(file)]
     subprocess.run(command, check=True, cwd=ROOT)

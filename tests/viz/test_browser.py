@@ -32,7 +32,7 @@ def pretender(tmp_path, script, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_long_temporary_path_is_no_hindrance(scratch, monkeypatch):
+def test_a_browser_starts_with_a_long_temporary_path(scratch, monkeypatch):
     """A browser's socket stands in it, and the path of a socket is short."""
     need_browser()
     long = scratch / ("long" * 20)
@@ -94,7 +94,7 @@ def test_a_browser_that_refuses_a_command_is_quoted(scratch, monkeypatch):
     assert gone(str(scratch))
 
 
-def test_our_own_errors_end_it_too(scratch, monkeypatch):
+def test_an_error_of_the_caller_ends_the_browser(scratch, monkeypatch):
     answer = r'{"id":1,"result":{}}\0'
     pretender(scratch, f"printf '{answer}' >&4; sleep 1000", monkeypatch)
     with pytest.raises(ZeroDivisionError), Browser():

@@ -41,7 +41,7 @@ def test_rates_are_exact(fps, tmp_path):
     check_decoded(found, ".mp4", (64, 48), fps, COUNT)
 
 
-def test_a_film_can_begin_before_all_of_it_is_there(tmp_path):
+def test_a_film_can_be_played_while_it_is_loaded(tmp_path):
     written(tmp_path / "film.mp4")
     data = (tmp_path / "film.mp4").read_bytes()
     assert 0 < data.index(b"moov") < data.index(b"mdat")

@@ -53,7 +53,7 @@ def test_surfaces_are_hatched_behind_their_edge():
     assert film.about["surfaces"][0][0] == "floor (for D)"
 
 
-def test_no_surface_no_command():
+def test_a_scene_without_surfaces_draws_none():
     paths = {path for path, _, _ in commands(film_of("free_fall", 2.0).setup)}
     assert not any("surface" in path or "contact" in path for path in paths)
 
@@ -121,7 +121,7 @@ def test_contacts_are_marked_while_they_last(frame):
         assert shown == {"held": True, "slipping": False, "pushed-on": False, "pushed-back": False}
 
 
-def test_a_contact_of_an_instant_is_marked_a_little_longer():
+def test_an_instantaneous_contact_is_marked_for_a_minimum_time():
     trajectory = trajectory_of("hertz_bounce", 1.0)
     film = film_of("hertz_bounce", 1.0)
     left = next(e.entered for e in trajectory.events[2:] if e.what == "moves freely")
@@ -250,7 +250,7 @@ def test_the_letter_of_D_does_not_lie_on_the_arrow_of_friction():
     assert labels["D"][3:5] == [0.0, 1.0]
 
 
-def test_a_surface_says_which_points_it_stops():
+def test_the_label_of_a_surface_names_its_points():
     film = film_of("slide_and_stop", 2.0)
     assert [label[0] for label in film.about["surfaces"]] == ["floor (for D)"]
 
@@ -271,7 +271,7 @@ def covers(mark, point):
     return np.hypot(*(point - start - along * way)) <= radius
 
 
-def test_all_that_is_drawn_of_contacts_and_impacts_has_a_mark():
+def test_drawings_of_contacts_and_impacts_lie_inside_their_marks():
     film = film_of("bounce_to_rest", 2.0)
     for number in (14, 20, 30):
         frame = film.frame(number)
@@ -298,7 +298,7 @@ def test_the_mark_of_a_joint_s_impulse_moves_with_the_joint():
     assert len(frame.words["marks"]) == 1 + 4
 
 
-def test_a_label_of_an_impulse_ends_before_its_mark_is_faint():
+def test_the_label_of_an_impulse_ends_before_its_mark_fades():
     film = film_of("bounce_to_rest", 1.4)
     time = trajectory_of("bounce_to_rest", 1.4).impacts[0].time
 

@@ -11,7 +11,7 @@ def test_the_box_holds_all_points_with_room():
     assert (box.top, box.bottom) == pytest.approx((-0.14, 2.04))
 
 
-def test_a_small_motion_looks_small():
+def test_a_small_motion_has_a_box_of_half_the_reach():
     box = box_of(np.array([[0.0, 0.0], [0.0, 0.01]]), reach=2.0)
     assert box.right - box.left == pytest.approx(1.0)
     assert box.bottom - box.top == pytest.approx(1.0)
@@ -24,7 +24,7 @@ def test_grid_lines_stand_at_round_numbers(size, spacing):
 
 @pytest.mark.parametrize("window", [(1280, 720), (640, 480), (320, 900), (3840, 2160)])
 @pytest.mark.parametrize("rows", [0, 3])
-def test_the_box_is_seen_between_the_strips(window, rows):
+def test_the_box_fits_between_the_strips(window, rows):
     box = Box(-2.1, 2.1, -0.5, 2.1)
     framing = Framing(box, *window, rows)
     corners = np.array([[box.left, box.top], [box.right, box.bottom]])

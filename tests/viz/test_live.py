@@ -102,7 +102,7 @@ def listening(inode_of_port):
     return found
 
 
-def test_it_listens_to_this_machine_alone():
+def test_the_server_listens_on_the_local_address_only():
     async def check():
         async with served() as live:
             return listening(live.port)
@@ -133,7 +133,7 @@ def test_a_port_that_is_taken_is_refused():
     asyncio.run(check())
 
 
-def test_it_serves_the_page_and_all_that_it_names():
+def test_the_server_serves_the_page_and_its_files():
     async def check():
         client = AsyncHTTPClient(force_instance=True)
         async with served() as live:
@@ -167,7 +167,7 @@ def test_pages_from_elsewhere_are_not_answered():
     asyncio.run(check())
 
 
-def test_elsewhere_the_address_is_the_key():
+def test_other_machines_need_the_key_in_the_address():
     """Listening to other machines: no page and no stream without the random word in the address."""
 
     async def check():
@@ -214,7 +214,7 @@ def test_each_view_has_a_key_of_its_own():
     [("192.0.2.1:80", True), ("[2001:db8::1]:80", True), (socket.gethostname(), True),
      ("localhost:1", True), ("evil.example", False), ("", False), ("1.evil.example:80", False)],
 )  # fmt: skip
-def test_hosts_that_are_answered_elsewhere(host, known):
+def test_only_known_hosts_are_answered(host, known):
     assert LiveView(film_of("drop", 1.0), host="0.0.0.0").knows(host) is known
 
 
@@ -259,7 +259,7 @@ def test_the_last_frame_comes_even_to_a_page_that_is_slow():
     assert asyncio.run(asyncio.wait_for(check(), 20))["frame"] == 60
 
 
-def test_while_nobody_looks_nothing_moves():
+def test_the_clock_stands_still_without_a_client():
     async def check():
         async with served() as live:
             await asyncio.sleep(0.2)
@@ -270,7 +270,7 @@ def test_while_nobody_looks_nothing_moves():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("preferred", "moves"), [("no-preference", True), ("reduce", False)])
-def test_a_page_of_a_reader_who_prefers_no_motion_stands_still(preferred, moves):
+def test_a_page_stands_still_if_reduced_motion_is_preferred(preferred, moves):
     """The page is accessible, too."""
     need_browser()
     command = [sys.executable, "-u", "-m", "twolink", "view", "small_swings", "--no-browser"]

@@ -24,7 +24,7 @@ def test_states_are_those_of_the_dense_output():
 
 
 @pytest.mark.parametrize(("name", "largest"), [("free_fall", 1e-6), ("bounce_to_rest", 2e-4)])
-def test_between_samples_cubics_stand_in(name, largest, tmp_path):
+def test_cubics_interpolate_between_samples(name, largest, tmp_path):
     trajectory = trajectory_of(name, 2.0)
     loaded = kept(trajectory, tmp_path)
     times = np.linspace(0, 2, 1999)

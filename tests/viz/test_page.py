@@ -36,7 +36,7 @@ def test_an_archive_holds_every_frame_in_order():
     assert reports == sorted(reports)
 
 
-def test_a_page_is_one_file_that_names_no_other():
+def test_a_page_is_one_file_without_references_to_others():
     page = player_page(film_of("free_fall", 2.0))
     outside = re.sub(r"<!--.*?-->|<script>.*?</script>", "", page, flags=re.DOTALL)
     # Addresses: the empty icon, without which a browser asks for one, and the stills.
@@ -62,7 +62,7 @@ def test_the_page_contains_the_film():
     assert zlib.decompress(b64decode(packed[1])) == archive(film)
 
 
-def test_a_player_may_be_dark_where_its_reader_is():
+def test_a_player_may_have_both_colour_schemes():
     film = film_of("drop", 1.0)
     head, rest = unpacked(archive(film, dark=True))
     plain, same = unpacked(archive(film))
@@ -93,7 +93,7 @@ def test_titles_cannot_break_out_of_the_page():
     assert page.count("<script") == 3
 
 
-def test_a_frame_message_is_a_frame_with_the_state_of_play():
+def test_a_frame_message_has_the_frame_and_the_state_of_the_player():
     film = film_of("drop", 1.0)
     head, rest = unpacked(frame_message(film.frame(3), {"playing": True}))
     assert head["state"] == {"playing": True}

@@ -70,14 +70,14 @@ def picture(page, number):
     return np.array(Image.open(BytesIO(base64.b64decode(url.partition(",")[2]))).convert("RGB"))
 
 
-def test_it_asks_the_network_for_nothing(page, film_page):
+def test_the_page_makes_no_network_requests(page, film_page):
     asked = {event["request"]["url"] for event in page.events("Network.requestWillBeSent")}
     # The page itself; its parts have no address of another host.
     assert film_page in asked
     assert all(url == film_page or url.startswith(("data:", "blob:")) for url in asked)
 
 
-def test_it_waits_at_the_start(page):
+def test_the_player_waits_at_the_start(page):
     assert state(page) == (0, False, 1.0)
     assert page.value("document.title") == "Bounce to rest"
 
@@ -97,7 +97,7 @@ def test_play_and_pause(page, means):
     assert state(page)[0] == frame
 
 
-def test_it_plays_in_real_time(page):
+def test_the_player_plays_in_real_time(page):
     """By its own clock: between two pictures as many frames as the time between them has."""
     press(page, " ", "Space")
     watched = page.value(
@@ -112,7 +112,7 @@ def test_it_plays_in_real_time(page):
     assert frames == pytest.approx(30 * seconds, abs=10)
 
 
-def test_it_stops_at_the_end_and_begins_anew(page):
+def test_the_player_stops_at_the_end_and_restarts(page):
     press(page, "End")
     assert state(page) == (60, False, 1.0)
     click(page, "button.play")
@@ -190,7 +190,7 @@ def test_the_end_is_at_its_pixel(browser, tmp_path, theme, size):
     page.call("Page.close")
 
 
-def test_it_is_dark_where_its_reader_is(browser, tmp_path):
+def test_the_player_follows_the_colour_scheme_of_the_reader(browser, tmp_path):
     """And becomes light with the surroundings: the same pixels as of a film in that theme."""
     pages = {name: tmp_path / f"{name}.html" for name in ("either", "light", "dark")}
     for name, file in pages.items():
@@ -394,7 +394,7 @@ def test_the_keyboard_alone_reaches_everything_in_order(page):
     assert page.value(ring) != "none"
 
 
-def test_nothing_moves_by_itself_for_readers_who_prefer_so(browser, tmp_path):
+def test_the_player_stands_still_if_reduced_motion_is_preferred(browser, tmp_path):
     """A film in a page waits; `test_live` has a stream."""
     file = tmp_path / "film.html"
     file.write_text(player_page(film_of("bounce_to_rest", 1.0)), encoding="utf-8")

@@ -43,7 +43,7 @@ def test_pages_need_no_browser(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("suffix", [".mp4", ".webm", ".gif", ".png"])
-def test_without_a_browser_nothing_else_is_written(suffix, tmp_path, monkeypatch):
+def test_without_a_browser_no_file_is_written(suffix, tmp_path, monkeypatch):
     monkeypatch.setenv(BROWSER, "/nowhere")
     with pytest.raises(PictureError, match="no Chromium or Chrome was found"):
         record(film_of("drop", 1.0, fps=25), tmp_path / f"a{suffix}")
@@ -126,11 +126,11 @@ def test_a_browser_that_dies_or_hangs_leaves_no_file(number, words, scratch, tmp
             os.killpg(browsers[0], number)
 
     film = replace(film_of("bounce_to_rest", 1.0), fps=60.0)
-    (tmp_path / "film.mp4").write_bytes(b"what was there before")
+    (tmp_path / "film.mp4").write_bytes(b"the old film")
     with pytest.raises(BrowserError, match=words):
         record(film, tmp_path / "film.mp4", size=SIZE, patience=3.0, progress=strike)
     assert struck
-    assert (tmp_path / "film.mp4").read_bytes() == b"what was there before"
+    assert (tmp_path / "film.mp4").read_bytes() == b"the old film"
     assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
     assert list(scratch.iterdir()) == []
     assert processes_with(str(scratch)) == []
@@ -177,7 +177,7 @@ def test_a_killed_recording_is_cleaned_up_by_the_next(real, tmp_path, scratch):
     if real:
         need_browser()
     target, browsers = tmp_path / "film.mp4", [None, None]
-    target.write_bytes(b"what was there before")
+    target.write_bytes(b"the old film")
     if not real:
         programs = tmp_path / "programs"
         for number, pause in enumerate((0.3, 0.0)):
@@ -199,7 +199,7 @@ def test_a_killed_recording_is_cleaned_up_by_the_next(real, tmp_path, scratch):
     assert killed.poll() is None
     killed.kill()
     killed.communicate()
-    assert target.read_bytes() == b"what was there before"
+    assert target.read_bytes() == b"the old film"
     beside, folders = left()
     assert len(beside) == 1
     assert {name.rpartition("-")[0] for name in folders} == {"twolink-web", "twolink-page"}

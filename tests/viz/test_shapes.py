@@ -12,7 +12,7 @@ def area(shape):
     return float(np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).sum() / 2)
 
 
-def test_areas_are_those_of_the_shapes():
+def test_shapes_have_their_areas():
     # A polygon of 40 corners has 0.41 % less than its circle.
     assert area(disc((3, -2), 0.5)) == pytest.approx(math.pi * 0.25, rel=5e-3)
     assert area(ring((1, 1), 0.3, 0.5)) == pytest.approx(math.pi * 0.16, rel=5e-3)
@@ -33,7 +33,7 @@ def test_an_arrow_ends_at_its_head(length):
     assert np.isfinite(found.corners).all()
 
 
-def test_an_arrow_of_no_length_is_nothing():
+def test_an_arrow_of_zero_length_has_no_faces():
     assert len(arrow((1, 2), (1, 2), 0.1).faces) == 0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import struct
 
 import numpy as np
@@ -166,6 +167,18 @@ def test_a_missing_mesh_is_rejected(robot):
     with pytest.raises(
         UrdfError, match=r"mesh must be an existing file; got package://meshes/part\.stl"
     ):
+        film_with(robot)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["/dev/zero", "file:///dev/zero", "http://localhost/part.stl", "package://", "fifo.stl", "."],
+)
+def test_a_mesh_that_is_no_regular_file_is_not_opened(name, robot):
+    """A device would be read without an end, a pipe waited for, and an address fetched."""
+    os.mkfifo(robot.parent / "fifo.stl")
+    robot.write_text(ROBOT.format(mesh=name))
+    with pytest.raises(UrdfError, match="mesh must be an existing file; got"):
         film_with(robot)
 
 

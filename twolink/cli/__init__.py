@@ -23,7 +23,9 @@ from twolink.cli.reference import reference
 from twolink.cli.report import report
 from twolink.cli.scenes import scenes
 from twolink.cli.scoreboard import scoreboard
+from twolink.cli.sensitivity import sensitivity
 from twolink.cli.simulate import simulate
+from twolink.cli.sweep import sweep
 from twolink.cli.terminal import FAILED, say, warn
 from twolink.cli.urdf import app as urdf
 from twolink.cli.verify import verify
@@ -46,6 +48,8 @@ COMMANDS = (
     golden,
     scoreboard,
     simulate,
+    sweep,
+    sensitivity,
     accuracy,
     drift,
     hardcases,

@@ -12,18 +12,16 @@ from twolink.cli.terminal import (
     FAILED,
     check_target,
     console,
+    print_table,
     progress_bar,
     refuse,
     say,
-    styled,
     write_json,
 )
 from twolink.suffixes import PLOTS
 from twolink.text import either, one_line
 
 if TYPE_CHECKING:
-    from rich.text import Text
-
     from twolink.conformance.results import Report, TestResult
 
 # The table fits a terminal of this width.
@@ -44,9 +42,7 @@ def conform(
     ],
     suite: Annotated[
         list[str] | None,
-        typer.Option(
-            help="Only this suite (repeatable). Default: all but hardcases, the hard cases."
-        ),
+        typer.Option(help="Only this suite (repeatable). Default: all but hardcases and verify."),
     ] = None,
     seconds: Annotated[
         float, typer.Option(help="Time limit of each answer, with the start of the engine.")
@@ -76,7 +72,7 @@ def conform(
         ),
     ] = None,
 ) -> None:
-    """Check a dynamics engine, and say what is wrong.
+    """Check a dynamics engine, and name its mistakes.
 
     The engine answers messages; see docs/check_your_engine.md. Exit code 0: all agree. 1: some do
     not. 2: the input was refused.
@@ -108,13 +104,13 @@ def _report(
     engine: str, suite: list[str] | None, seconds: float, memory: int, expect: Path | None
 ) -> Report:
     """Run the suites under a progress bar, and take known failures out."""
-    from twolink.conformance.attach import attach
     from twolink.conformance.expectations import read_expectations, with_expectations
     from twolink.conformance.runner import conform as run
-    from twolink.conformance.suites import with_cases
+    from twolink.conformance.suites import items
+    from twolink.engines.attach import attach
 
     start = attach(engine, memory=memory)
-    suites = with_cases(suite)
+    suites = items(suite)
     known = () if expect is None else read_expectations(expect)
     with progress_bar() as bar:
         task = bar.add_task("conformance", total=1.0)
@@ -131,8 +127,8 @@ def _report(
 
 def _check_harness(engine: str, seconds: float, memory: int) -> None:
     """Print each check of the protocol, and end with exit code 1 if one fails."""
-    from twolink.conformance.attach import attach
     from twolink.conformance.harness_check import check_harness
+    from twolink.engines.attach import attach
 
     checks = check_harness(attach(engine, memory=memory), seconds)
     for check in checks:
@@ -173,49 +169,23 @@ def _plot(report: Report, target: Path) -> None:
 
 def _print_report(report: Report) -> None:
     """Print the table, the causes, and the verdict."""
-    from rich import box
-    from rich.table import Table
-
-    from twolink.conformance.results import rows
+    from twolink.conformance.scoreboard_tables import results_table
 
     page = console(_WIDE)
     about = report.engine
     page.print(f"{about.name} {about.version}, {about.precision}, {report.attachment}\n")
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for name in ("suite", "quantity"):
-        table.add_column(name, no_wrap=True)
-    table.add_column("pass", justify="right", no_wrap=True)
-    table.add_column("digits", justify="right", no_wrap=True)
-    table.add_column("otherwise", overflow="fold")
-    before = ""
-    for (suite, quantity), results in rows(report.results).items():
-        table.add_row("" if suite == before else suite, quantity, *_cells(results))
-        before = suite
-    page.print(table)
+    print_table(page, results_table(report.results))
     page.print("digits: correct digits of the worst answer (LRE).\n", style="dim")
     for name, results in report.causes().items():
         _print_cause(name, results)
     for result in report.failed:
         if not result.cause:
             say(f"{result.id}: {result.verdict}; {one_line(result.said, 300)}")
+    count, first = report.printed
+    if count:
+        many = f"{count} warnings" if count > 1 else "a warning"
+        say(f"{about.name} printed {many} to its standard error; the first: {first}")
     page.print(report.sentence, style="bold green" if report.agrees else "bold red", soft_wrap=True)
-
-
-def _cells(results: tuple[TestResult, ...]) -> tuple[str, str, Text]:
-    """Return passes of tests, the digits of the worst answer, and the other marks."""
-    from collections import Counter
-
-    from twolink.hardcases import Mark
-
-    marks = Counter(result.mark for result in results)
-    put = len(results) - marks[Mark.CANNOT]
-    digits = [result.digits for result in results if not math.isnan(result.digits)]
-    others = [f"{count} {mark.value}" for mark, count in marks.items() if mark is not Mark.PASS]
-    return (
-        f"{marks[Mark.PASS]}/{put}" if put else "–",
-        f"{min(digits):.1f}" if digits else "–",
-        styled(", ".join(others)),
-    )
 
 
 def _print_cause(name: str, results: tuple[TestResult, ...]) -> None:

@@ -99,7 +99,7 @@ def _print_board(
     cases: tuple[Case, ...], chosen: tuple[Column, ...], board: dict[str, dict[str, Outcome]]
 ) -> None:
     """Print the scoreboard, and why this library fails where it does."""
-    from twolink.hardcases import Mark
+    from twolink.engines.marks import Mark
     from twolink.hardcases.run import OURS, counts, failed_by_us, verdict
     from twolink.hardcases.tables import group_table
 

@@ -1,4 +1,4 @@
-"""The option --force: limits of time and memory, and none."""
+"""The option --force, which lifts the limits of time and memory."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Force = Annotated[
 
 
 def limits_of(force: bool) -> Limits:
-    """Return the limits of a run: none if it is to be done by force."""
+    """Return the limits of a run; with --force, no limits."""
     from twolink.limits import DEFAULT_LIMITS, UNLIMITED
 
     return UNLIMITED if force else DEFAULT_LIMITS

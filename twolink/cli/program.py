@@ -11,6 +11,7 @@ import re
 import signal
 import sys
 import threading
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from itertools import pairwise
@@ -22,6 +23,10 @@ from typer.core import TyperGroup
 from twolink.cli.terminal import BAD_INPUT, FAILED, flush, warn
 from twolink.errors import BrowserError, FileError, IntegrationError, TwolinkError
 from twolink.text import choice, one_line, quoted
+
+# Seconds until a signal is sent again whose exception was lost in a library, and then between
+# repetitions until it is raised.
+_AGAIN_AFTER, _AGAIN_EVERY = 0.01, 1.0
 
 # Errors of valid commands that failed.
 _FAULTS = (BrowserError, FileError, IntegrationError)
@@ -88,32 +93,75 @@ def _leave_nothing_to_write() -> None:
         os.close(nowhere)
 
 
+class _Signals:
+    """Signals that end the work: raised as `SystemExit`, and sent again where that is lost.
+
+    Python reports exceptions of destructors and of some C code by `sys.unraisablehook`, and
+    continues without them.
+    """
+
+    def __init__(self) -> None:
+        """Begin without signals."""
+        self.received: list[int] = []
+        self.report = sys.unraisablehook
+        self._raised = self._reporting = False
+
+    def end(self, number: int, frame: object) -> None:
+        """Raise `SystemExit` on a signal, but not in the hook, which would lose it again."""
+        self.received.append(number)
+        if not self._reporting:
+            self._raised = True
+            raise SystemExit(128 + number)
+
+    def unraisable(self, lost: Any) -> None:
+        """Send a signal again whose exception was lost, or that comes now; report all else."""
+        self._reporting, before = True, len(self.received)
+        of_signal = bool(self.received) and isinstance(lost.exc_value, SystemExit)
+        if not of_signal:
+            self.report(lost)
+        if of_signal or len(self.received) > before:
+            self._raised = False
+            threading.Thread(target=self._send_again, daemon=True).start()
+        self._reporting = False
+
+    def _send_again(self) -> None:
+        time.sleep(_AGAIN_AFTER)
+        while not self._raised:
+            os.kill(os.getpid(), self.received[-1])
+            time.sleep(_AGAIN_EVERY)
+
+    def close(self) -> None:
+        """Send nothing again."""
+        self._raised = True
+
+
 @contextmanager
 def _ended_by_signals() -> Iterator[None]:
     """Let SIGTERM, SIGHUP and Ctrl-C end the work within, with everything put away.
 
     A signal that is ignored, as by nohup, stays ignored.
     """
-    received: list[int] = []
-
-    def end(number: int, frame: object) -> None:
-        received.append(number)
-        raise SystemExit(128 + number)
-
+    signals = _Signals()
+    received = signals.received
+    sys.unraisablehook = signals.unraisable
     before: dict[int, Any] = {}
     if threading.current_thread() is threading.main_thread():
         for name in ("SIGTERM", "SIGHUP", "SIGINT"):
             number = getattr(signal, name, None)
             if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-                before[number] = signal.signal(number, end)
+                before[number] = signal.signal(number, signals.end)
     try:
         yield
+        if received:
+            raise SystemExit(128 + received[-1])
     except Exception as error:
         # A library may turn the exception of a signal into an error of its own.
         if received:
             raise SystemExit(128 + received[-1]) from error
         raise
     finally:
+        signals.close()
+        sys.unraisablehook = signals.report
         for number, handler in before.items():
             signal.signal(number, handler)
 

@@ -38,7 +38,7 @@ def record(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Record a motion to a film, a picture, or a page that plays it.
+    """Record a motion to a film, a picture, or a web page.
 
     Every frame is drawn once, at its exact time, by a headless Chromium or Chrome; a .html needs
     none. A film is decoded again and checked. Exit code 0: the file was written. 1: browser or

@@ -20,12 +20,14 @@ from twolink.cli.terminal import (
     progress_bar,
     refuse,
     styled,
+    warn,
     write_json,
 )
 from twolink.files import atomic_write, new_folder
 from twolink.text import quoted
 
 if TYPE_CHECKING:
+    from twolink.accuracy.enclosed_impact import EnclosedImpact
     from twolink.accuracy.enclosure import Enclosure
     from twolink.accuracy.reference import Reference
     from twolink.scene import Scene
@@ -62,8 +64,10 @@ def reference(
     """Compute a motion to many digits, verified by a second run.
 
     The two runs differ in precision, order and equations. With events, 113 bits give up to 28
-    digits. --rigorous gives intervals that provably contain a smooth motion, by ball arithmetic.
-    Exit code 0: all digits are right. 1: fewer, as printed. 2: the input was refused.
+    digits. --rigorous gives intervals that provably contain the motion and its impacts, by ball
+    arithmetic; v and T are the normal speed and the kinetic energy before and after an impact, P
+    and Pt its normal and tangential impulses. Exit code 0: all digits are right. 1: fewer, or a
+    proof that ends before, as printed. 2: the input was refused.
     """
     several = len(scenes) > 1 or (out is not None and os.path.isdir(out))
     if several:
@@ -105,9 +109,12 @@ class _Asked:
         return self._found(file, scene, enclosure, lambda scene: self.digits or _PROVEN)
 
     def is_complete(self, found: Reference | Enclosure) -> bool:
-        """Return whether all digits are there; those of an enclosure are."""
-        digits = getattr(found, "digits", None)
-        return digits is None or min(digits) >= self._wanted(found.scene)
+        """Return whether all digits are there, and a proof has reached the last time."""
+        from twolink.accuracy.reference import Reference
+
+        if isinstance(found, Reference):
+            return min(found.digits) >= self._wanted(found.scene)
+        return found.ended is None
 
     def _wanted(self, scene: Scene) -> int:
         """Return the digits to ask for: as many as a scene can give, unless it alone is asked."""
@@ -155,6 +162,8 @@ def _times(text: str) -> tuple[float, ...] | None:
 
 
 def _print(found: Reference | Enclosure) -> None:
+    from twolink.accuracy.reference import Reference
+
     page = console()
     page.print(styled((found.scene.title, "bold")))
     page.print(found.how, soft_wrap=True)
@@ -168,6 +177,32 @@ def _print(found: Reference | Enclosure) -> None:
             page.print(
                 f"  {name} {sign}{value} {unit}", no_wrap=True, overflow="ignore", crop=False
             )
+    page.print()
+    if not isinstance(found, Reference):
+        _print_impacts(found)
+
+
+def _print_impacts(found: Enclosure) -> None:
+    """Print the impacts of a proof, and the reason if it ended before the last time."""
+    for number, impact in enumerate(found.impacts, 1):
+        _print_impact(number, impact)
+    if found.ended is not None:
+        warn(f"twolink: the proof ends at {found.ended.time:.9g} s: {found.ended.reason}")
+
+
+def _print_impact(number: int, impact: EnclosedImpact) -> None:
+    """Print the intervals of an impact: its time, speeds, impulses and energies."""
+    page = console()
+    page.print(styled(f"  impact {number}: {impact.name}, {impact.regime}"), soft_wrap=True)
+    at_joint = impact.unit == "rad"
+    (v, w), (T, rest) = impact.normal_speed, impact.kinetic_energy
+    speed, impulse = ("rad/s", "N m s") if at_joint else ("m/s", "N s")
+    rows = [("t", impact.time, "s"), ("v-", v, speed), ("v+", w, speed)]
+    rows += [("P", impact.normal_impulse, impulse)]
+    rows += [] if at_joint else [("Pt", impact.tangential_impulse, impulse)]
+    for name, value, unit in [*rows, ("T-", T, "J"), ("T+", rest, "J")]:
+        sign = "" if value.centre.startswith("-") else " "
+        page.print(f"  {name:2} {sign}{value} {unit}", no_wrap=True, overflow="ignore", crop=False)
     page.print()
 
 

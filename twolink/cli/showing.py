@@ -158,13 +158,14 @@ def _by_pinocchio(first: Trajectory, step: float) -> Trajectory:
 
     from twolink.engines.scipy_pinocchio import ScipyOverPinocchio
     from twolink.simulation.run import Statistics
+    from twolink.times import merged
 
     scene = first.scene
     # States at frames are the engine's own, not interpolated between samples.
     finer = max(1, math.ceil(step * 120))
     frames = np.arange(math.floor(scene.duration / step * (1 + 1e-12)) + 1) * step
     between = (frames[:, None] + step * np.arange(finer) / finer).ravel()
-    times = np.union1d(between[between < scene.duration], [0.0, scene.duration])
+    times = merged(between[between < scene.duration], [0.0, scene.duration])
     run = ScipyOverPinocchio().prepared(scene, "DOP853")(_ENGINE_TOLERANCE, times)
     return replace(
         first,

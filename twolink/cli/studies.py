@@ -32,7 +32,7 @@ def check_budget(budget: float) -> None:
 
 
 def names_in(words: str) -> tuple[str, ...]:
-    """Return the names between commas; none, where there is nothing."""
+    """Return the names between commas, without empty ones."""
     return tuple(name.strip() for name in words.split(",") if name.strip())
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
+from twolink import files
 from twolink.errors import FileError
 from twolink.files import atomic_write, check_writable
 from twolink.tables import Table, Tone
@@ -54,7 +55,7 @@ def refuse(sentence: str) -> NoReturn:
 
 
 def fail(sentence: str) -> NoReturn:
-    """Say in one sentence why a command that was called rightly failed; end with exit code 1."""
+    """Print the reason for the failure of a valid command in one sentence; end with exit code 1."""
     warn(f"twolink: {one_line(sentence)}")
     raise typer.Exit(FAILED)
 
@@ -93,21 +94,18 @@ def check_folder(option: str, path: Path | None) -> None:
     if path is None:
         return
     try:
-        nearest = next(place for place in (path, *path.absolute().parents) if place.exists())
-        fit = nearest.is_dir() and os.access(nearest, os.W_OK)
-    except OSError:
-        fit = False
-    if not fit:
+        files.check_folder(path)
+    except FileError:
         refuse(
             f"{option} must be a folder that can be written to or made; got {one_line(path, 300)}"
         )
 
 
 def console(wide: int = WIDE) -> Console:
-    """Return where tables go: as wide as the terminal is, or as `wide` as the widest table.
+    """Return the console for tables: as wide as the terminal, or as `wide` as the widest table.
 
-    Text is text on it: nothing in a string is read as markup or as an emoji's name, and control
-    characters come out as escapes. With `soft_wrap` a terminal gets lines that end between words,
+    It prints strings as they are: markup and names of emojis are not interpreted, and control
+    characters are escaped. With `soft_wrap` a terminal gets lines that end between words,
     and a file whole lines.
     """
     return _page(width=None if sys.stdout.isatty() else wide)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import numpy as np
+
 from twolink.errors import SimulationError
 from twolink.integration.method import Array, NumericMethod, Rates
 
@@ -41,9 +43,11 @@ class SciPyMethod(NumericMethod):
         span = (float(times[0]), float(times[-1]))
         # SciPy interpolates values between the ends, and does not report its steps.
         inside = times if len(times) > 2 else None
-        solution = solve_ivp(
-            rates, span, start, method=self.name, t_eval=inside, rtol=fineness, atol=fineness
-        )
+        # Numbers that overflow are refused below or by the caller, in a sentence.
+        with np.errstate(all="ignore"):
+            solution = solve_ivp(
+                rates, span, start, method=self.name, t_eval=inside, rtol=fineness, atol=fineness
+            )
         if not solution.success:
             raise SimulationError(f"SciPy's {self.name} gives up: {solution.message}")
         if inside is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import MISSING, fields
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
 
 from twolink.effects import EFFECTS, effect_class
 from twolink.errors import SceneError
@@ -22,10 +22,10 @@ def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
     """Return the pydantic model of a scene file with these effects."""
     from pydantic import Field
 
-    return _table(
+    return table_model(
         "Scene",
         title=(str, "untitled"),
-        shows=(str, Field("", description="one line on what the scene shows")),
+        shows=(str, Field("", description="one line on the subject of the scene")),
         chain=(_chain_table(), ...),
         start=(_start_table(), ...),
         run=(_run_table(), ...),
@@ -34,7 +34,7 @@ def scene_model(effects: tuple[str, ...] = tuple(EFFECTS)) -> type[BaseModel]:
 
 
 # An effect may have a field of any name, so `title` is positional only.
-def _table(title: str, /, **entries: Any) -> type[BaseModel]:
+def table_model(title: str, /, **entries: Any) -> type[BaseModel]:
     """Return the model of a table, which has no other keys."""
     from pydantic import ConfigDict, create_model
 
@@ -48,7 +48,7 @@ _Pair = tuple[float, float]
 def _chain_table() -> type[BaseModel]:
     from pydantic import AfterValidator, Field
 
-    return _table(
+    return table_model(
         "Chain",
         mass=(_Pair | None, Field(None, description="masses of links 1 and 2, kg")),
         length=(_Pair | None, Field(None, description="lengths, m")),
@@ -78,7 +78,7 @@ def _chain_table() -> type[BaseModel]:
 def _start_table() -> type[BaseModel]:
     from pydantic import Field
 
-    return _table(
+    return table_model(
         "Start",
         q=(
             _Pair | None,
@@ -94,7 +94,7 @@ def _run_table() -> type[BaseModel]:
     from pydantic import Field
 
     positive = Annotated[float, Field(gt=0)]
-    return _table(
+    return table_model(
         "Run",
         duration=(positive, Field(description="s")),
         accuracy=(positive, Field(1e-9, description="global error in q (rad) and u (rad/s)")),
@@ -108,9 +108,9 @@ def _effects_table(effects: tuple[str, ...]) -> type[BaseModel]:
     order = Field(None, description="all effects by name as they act; default: kind by kind")
     entries: dict[str, Any] = {"order": (tuple[str, ...] | None, order)}
     for name in effects:
-        one = _table(f"{name} table", **_entries(effect_class(name)))
+        one = table_model(f"{name} table", **_entries(effect_class(name)))
         entries[name] = (one | list[one] | None, None)  # type: ignore[valid-type]
-    return _table("Effects", **entries)
+    return table_model("Effects", **entries)
 
 
 def _each_once(words: tuple[str, ...]) -> tuple[str, ...]:
@@ -139,7 +139,7 @@ def checked(model: type[BaseModel], table: dict[str, Any], source: str) -> dict[
         return model.model_validate(_with_tuples(table)).model_dump()
     except ValidationError as error:
         fault = error.errors()[0]
-        raise SceneError(f"{source}: {_sentence(fault)}") from error
+        raise SceneError(f"{source}: {_sentence(fault, model)}") from error
 
 
 def _with_tuples(value: Any) -> Any:
@@ -151,13 +151,13 @@ def _with_tuples(value: Any) -> Any:
     return [_with_tuples(entry) for entry in value] if isinstance(value, list) else value
 
 
-def _sentence(fault: Any) -> str:
+def _sentence(fault: Any, model: type[BaseModel]) -> str:
     """Return a validation error of pydantic as a sentence."""
     # Places that are not keys, such as "gravity table", are names of pydantic models.
     place = [str(part) for part in fault["loc"]]
     key = ".".join(part for part in place if part.isidentifier() or part.isdigit())
     if fault["type"] == "extra_forbidden":
-        return _unknown_key(place)
+        return _unknown_key(place, model)
     if fault["type"] == "too_long" or (fault["type"] == "missing" and place[-1].isdigit()):
         return f"{key.removesuffix('.1')} must be two numbers; got {quoted(fault['input'])}"
     if fault["type"] == "missing":
@@ -171,19 +171,35 @@ def _sentence(fault: Any) -> str:
     return f"{key} must be {required}; got {quoted(fault['input'])}"
 
 
-def _unknown_key(place: list[str]) -> str:
+def _unknown_key(place: list[str], model: type[BaseModel]) -> str:
     """Return the sentence that rejects a key."""
     if place[:-1] == ["effects"]:
         return choice("effect", place[-1], EFFECTS)
-    where = ".".join(part for part in place[:-1] if part.isidentifier()) or "the scene"
-    return choice(f"a key of {where}", place[-1], _keys_beside(place))
+    of_all = f"the {model.__name__.lower()}"
+    where = ".".join(part for part in place[:-1] if part.isidentifier()) or of_all
+    return choice(f"a key of {where}", place[-1], _keys_beside(place, model))
 
 
-def _keys_beside(place: list[str]) -> list[str]:
+def _keys_beside(place: list[str], model: type[BaseModel]) -> list[str]:
     """Return the valid keys of the table of an unknown key."""
-    if len(place) == 1:
-        return list(scene_model().model_fields)
-    if place[0] == "effects" and place[1] in EFFECTS:
+    if place[0] == "effects" and len(place) > 2 and place[1] in EFFECTS:
         return [field.name for field in fields(effect_class(place[1]))]
-    field = scene_model().model_fields.get(place[0])
-    return list(getattr(field.annotation, "model_fields", ())) if field is not None else []
+    table: Any = model
+    for part in place[:-1]:
+        if not part.isdigit():
+            table = _table_in(table, part)
+    return list(getattr(table, "model_fields", ()))
+
+
+def _table_in(table: Any, key: str) -> Any:
+    """Return the model of the table, or of the tables in a list, that a key has."""
+    field = getattr(table, "model_fields", {}).get(key)
+    if field is None:
+        return None
+    waiting = [field.annotation]
+    while waiting:
+        kind = waiting.pop()
+        if hasattr(kind, "model_fields"):
+            return kind
+        waiting += get_args(kind)
+    return None

@@ -76,9 +76,11 @@ def _chain_of_numbers(given: dict[str, Any]) -> Chain:
 
 def effects_of(tables: dict[str, Any]) -> list[Effect]:
     """Return the named effects, in the order of the file or the requested one."""
-    order = tables.pop("order", None)
+    order = tables.get("order")
     found = []
     for name, value in tables.items():
+        if name == "order":
+            continue
         for table in value if isinstance(value, list) else [value]:
             if table is not None:
                 found.append((name, effect_class(name)(**table)))

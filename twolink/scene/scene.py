@@ -153,27 +153,32 @@ class Scene:
         `table` is left unchanged. Raises `SceneError` as `load` does; `source` begins its sentence.
         """
         source = name_of_source(as_word("source", source))
-        check_tables(table, source)
-        named = table.get("effects")
-        known = [name for name in named if name in EFFECTS] if isinstance(named, dict) else []
-        given = checked(scene_model(tuple(known)), table, source)
+        given = checked_tables(table, source)
         try:
-            described = chain_of(given["chain"], folder)
-            q, u = start_of(given["start"], described.joints)
-            effects = effects_of(given["effects"])
-            return cls(
-                chain=described.chain,
-                q=q,
-                u=u,
-                effects=described.effects(effects),
-                joints=described.joints,
-                notes=described.notes(effects),
-                title=given["title"],
-                shows=given["shows"],
-                **given["run"],
-            )
+            return cls.from_checked(given, folder)
         except TwolinkError as error:
             raise SceneError(f"{source}: {error}") from error
+
+    @classmethod
+    def from_checked(cls, given: dict[str, Any], folder: Path = Path()) -> Scene:
+        """Return the scene of tables that `checked_tables` returned; they are left unchanged.
+
+        Raises `TwolinkError` for values that are wrong together or for their kind of object.
+        """
+        described = chain_of(given["chain"], folder)
+        q, u = start_of(given["start"], described.joints)
+        effects = effects_of(given["effects"])
+        return cls(
+            chain=described.chain,
+            q=q,
+            u=u,
+            effects=described.effects(effects),
+            joints=described.joints,
+            notes=described.notes(effects),
+            title=given["title"],
+            shows=given["shows"],
+            **given["run"],
+        )
 
     def to_toml(self) -> str:
         """Return a TOML text that `Scene.parse` reads back to an equal scene, bit for bit.
@@ -189,6 +194,17 @@ class Scene:
                 " scene that differs when its TOML is read back"
             )
         return text
+
+
+def checked_tables(table: Any, source: str) -> dict[str, Any]:
+    """Return the tables of a scene file with values of the right types, and with all defaults.
+
+    Raises `SceneError` on the first value of another type, in a sentence that begins with `source`.
+    """
+    check_tables(table, source)
+    named = table.get("effects")
+    known = [name for name in named if name in EFFECTS] if isinstance(named, dict) else []
+    return checked(scene_model(tuple(known)), table, source)
 
 
 def _start(name: str, value: Any) -> Pair:

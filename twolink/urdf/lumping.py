@@ -52,7 +52,7 @@ def two_bodies(tree: Tree) -> tuple[RigidBody, RigidBody]:
     """
     moving = _moving_joints(tree)
     poses: list[Pose] = []
-    # How many joints move a link, and where it stands in the frame of the last of these.
+    # The number of joints that move a link, and its pose in the frame of the last of these.
     stands: dict[str, tuple[int, Pose]] = {tree.root: (0, Pose())}
     for joint in tree.joints:
         count, parent = stands[joint.parent]

@@ -94,7 +94,7 @@ def _marked(trajectory: Trajectory) -> list[Impact]:
 
 
 def _style(whole: float, bar: float) -> str:
-    """Return the colours in both schemes, and what moves in a period (s)."""
+    """Return the colours in both schemes, and the animations with their period (s)."""
     return (
         f"{_colours(LIGHT)}@media (prefers-color-scheme: dark) {{ {_colours(DARK)}}}\n"
         f"line {{ stroke-linecap: round; stroke-width: {bar:.4f}; }}\n"

@@ -1,4 +1,4 @@
-"""Pictures of results from Python: plots, films, pages, and what notebooks show.
+"""Pictures of results from Python: plots, films, pages, and the displays of notebooks.
 
 `twolink` calls these functions through `twolink.optional.display`.
 """
@@ -19,6 +19,16 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from twolink.chain import Chain
+from twolink.inputs import (
+    as_count,
+    as_number,
+    as_pair,
+    as_path,
+    as_real,
+    as_words,
+    check_instance,
+    nearest_float,
+)
 from twolink.scene import Scene
 from twolink.simulation import Trajectory
 from twolink.viz.film import Film
@@ -49,8 +59,11 @@ def plot(
     `names` are those of the further ones, by default their titles. Raises `PictureError` for an
     unknown kind or theme, and for a kind that does not suit so many trajectories.
     """
+    for each in trajectories:
+        check_instance("a motion", each, Trajectory)
     first, *others = trajectories
-    return plot_of(kind, first, theme, dict(zip(_names(others, names), others, strict=True)))
+    named = _names(others, as_words("names", names))
+    return plot_of(kind, first, theme, dict(zip(named, others, strict=True)))
 
 
 def film(
@@ -64,9 +77,12 @@ def film(
 
     `fps` is in frames per second and `speed` in seconds of motion per second of film.
     """
+    for each in ghosts:
+        check_instance("a ghost", each, Trajectory)
     runs = [Run(name, each) for name, each in zip(_names(ghosts, ()), ghosts, strict=True)]
     first = Run(trajectory.scene.title, trajectory)
-    return Film((first, *runs), fps=fps, speed=speed, theme=theme_named(theme))
+    frames, pace = nearest_float(as_number("fps", fps)), nearest_float(as_number("speed", speed))
+    return Film((first, *runs), fps=frames, speed=pace, theme=theme_named(theme))
 
 
 def record(
@@ -81,10 +97,12 @@ def record(
 
     `size` is in pixels, `at` the time of a .png (s); `options` are those of `film`.
     """
-    file = Path(path)
+    file = as_path("path", path)
+    width, height = (as_count("size", length) for length in as_pair("size", size))
     if file.suffix == ".gif":
         options.setdefault("fps", 25.0)
-    record_film(film(trajectory, *ghosts, **options), file, size=size, at=at)
+    still = None if at is None else as_real("at", at)
+    record_film(film(trajectory, *ghosts, **options), file, size=(width, height), at=still)
 
 
 def page(trajectory: Trajectory) -> str:
@@ -109,7 +127,7 @@ def show(trajectory: Trajectory) -> None:
     shell = sys.modules.get("IPython")
     if shell is not None and getattr(shell.get_ipython(), "kernel", None) is not None:
         cell: Any = importlib.import_module("IPython.display")
-        # Of a bare frame IPython would say that it has a class for it.
+        # IPython warns of a bare iframe, and recommends its own class.
         cell.display(cell.HTML(f"<div>{player(trajectory)}</div>"))
         return
     with tempfile.NamedTemporaryFile(

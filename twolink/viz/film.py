@@ -14,6 +14,7 @@ import numpy as np
 
 from twolink.errors import PictureError
 from twolink.text import printable
+from twolink.times import merged
 from twolink.viz.commands import (
     background,
     background_parts,
@@ -97,7 +98,7 @@ class Film:
         """The times of all frames (s)."""
         count = int(np.floor(self.duration * self.fps / self.speed + 1e-9)) + 1
         grid = self.start + np.minimum(np.arange(count) * self.speed / self.fps, self.duration)
-        return grid if self.still is None else np.union1d(grid, [self.still])
+        return grid if self.still is None else merged(grid, [self.still])
 
     @cached_property
     def moments(self) -> tuple[Moments, ...]:

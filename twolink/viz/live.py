@@ -62,7 +62,7 @@ class Clock:
     speed: float = 1.0
 
     def advance(self, seconds: float) -> None:
-        """Go on by some time on the wall (s); at the last frame the film stops."""
+        """Advance by a wall-clock time (s); the film stops at its last frame."""
         if self.playing:
             self.frame = min(self.last, self.frame + seconds * self.fps * self.speed)
             self.playing = self.frame < self.last
@@ -104,13 +104,13 @@ class LiveView:
     def __init__(
         self, film: Film, *, host: str = LOOPBACK, port: int = 0, follows: bool = False
     ) -> None:
-        """Take the film, and where to listen."""
+        """Store the film and the address to listen on."""
         self.film = film
         self.host = host
         self.port = port
         self.clock = Clock(len(film.times) - 1, film.fps)
         self.pages: set[_Stream] = set()
-        # Who can reach loopback is on this machine; elsewhere the address itself is the key.
+        # Only this machine reaches loopback; other addresses contain a random key.
         self._key = "" if host in _OWN else secrets.token_urlsafe(16)
         self._setup = setup_message(film, follows)
         self._server: tornado.httpserver.HTTPServer | None = None
@@ -192,7 +192,7 @@ class LiveView:
             page.show(message)
 
     def welcome(self, page: _Stream) -> None:
-        """Take in a page that has just connected."""
+        """Add a page that has just connected, and send it the film and the present frame."""
         self.pages.add(page)
         page.send(self._setup)
         page.send(self._message())
@@ -226,7 +226,7 @@ class LiveView:
 
     def _message(self) -> bytes:
         clock, film = self.clock, self.film
-        # Of a run known at its samples the frames are samples, and what lies between them is not.
+        # A run known at its samples alone has no frames between them.
         sampled = any(run.is_sampled for run in film.runs)
         frame = float(int(clock.frame)) if sampled else clock.frame
         time = film.start + frame * film.speed / film.fps
@@ -296,7 +296,7 @@ class _Stream(_Guarded, tornado.websocket.WebSocketHandler):
         _spawn(self._sent(message))
 
     def show(self, message: bytes) -> None:
-        """Send a frame, once the page has taken the last one; of those that wait, the newest."""
+        """Send a frame once the last one is sent; of waiting frames only the newest is sent."""
         self._next = message
         if not self._busy:
             self._busy = True
@@ -319,7 +319,7 @@ _TASKS: set[asyncio.Task[None]] = set()
 
 
 def _spawn(work: Any) -> None:
-    """Run a coroutine beside; it is kept until it is done."""
+    """Run a coroutine as a task; a reference is kept until it is done."""
     task = asyncio.ensure_future(work)
     _TASKS.add(task)
     task.add_done_callback(_TASKS.discard)

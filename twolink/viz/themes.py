@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 from twolink.errors import PictureError
+from twolink.inputs import as_word
 from twolink.text import choice
 
 
@@ -85,6 +86,6 @@ def recoloured(theme: Theme, into: Theme) -> dict[str, str]:
 
 def theme_named(name: str) -> Theme:
     """Return a theme by name. Raises `PictureError` for an unknown name."""
-    if name not in THEMES:
+    if as_word("theme", name) not in THEMES:
         raise PictureError(choice("theme", name, THEMES))
     return THEMES[name]

@@ -1,4 +1,4 @@
-"""The plot of errors against settings: lines, labels, units, and what is left out."""
+"""The plot of errors against settings: lines, labels, units, and omissions."""
 
 import math
 from dataclasses import replace
@@ -65,7 +65,7 @@ def test_seventeen_engines_have_as_many_styles():
 
 
 @pytest.mark.parametrize("error", [math.nan, math.inf, 0.0, 1e30])
-def test_errors_that_no_axis_has_are_left_out(error):
+def test_errors_outside_of_logarithmic_axes_are_omitted(error):
     (axes,) = convergence_plot({"general": [curve("one", errors=(1e-1, error, 1e-2))]}).axes
     assert list(labelled(axes)["one, euler"].get_ydata()) == [1e-1, 1e-2]
     (empty,) = convergence_plot({"general": [curve("one", errors=(error,) * 3)]}).axes

@@ -27,7 +27,7 @@ def test_the_difference_of_neighbours_grows_from_their_start(run):
     ]
 
 
-def test_equal_motions_say_so(run):
+def test_a_note_states_that_motions_are_equal(run):
     made = difference(run("free_fall"), "light", {"again": run("free_fall")})
     assert "Equal at all times." in made.get_supxlabel()
 
@@ -40,7 +40,7 @@ def test_samples_at_the_same_times_suffice(run):
     assert values == pytest.approx(1e-3)
 
 
-def test_what_cannot_be_compared_is_refused(run):
+def test_motions_that_cannot_be_compared_are_refused(run):
     one = replace(run("free_fall"), _dense=None)
     other = replace(one, t=one.t * 0.999, q=one.q, u=one.u)
     with pytest.raises(PictureError, match="must have samples at the same times"):

@@ -55,7 +55,7 @@ def test_the_axes_carry_units(found):
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_no_words_lie_over_others(found, theme):
+def test_labels_do_not_overlap(found, theme):
     figure = drift_plot(found, theme)
     figure.draw_without_rendering()
     boxes = [text.get_window_extent() for text in figure.axes[0].texts if text.get_text().strip()]

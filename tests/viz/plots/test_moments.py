@@ -1,4 +1,4 @@
-"""The times of a plot: what happens at the start is visible, and a long rest is not drawn."""
+"""The times of a plot: events at the start are visible, and a long rest is not drawn."""
 
 import numpy as np
 

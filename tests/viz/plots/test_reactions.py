@@ -18,7 +18,7 @@ def test_reactions_are_the_trajectorys(run):
         assert axes.get_ylabel() == f"force at {joint} (N)"
 
 
-def test_of_two_motions(run):
+def test_reactions_of_two_motions_share_axes(run):
     trajectory = run("stick_slip")
     above, _ = reactions(trajectory, "dark", {"again": trajectory}).axes
     assert len(above.lines) == 4

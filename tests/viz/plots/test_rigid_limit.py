@@ -31,7 +31,7 @@ def test_lines_are_the_data_and_carry_their_measured_rates(figure):
     assert np.array_equal(below.lines[1].get_ydata(), GIVEN_BACK.measured)
 
 
-def test_theory_goes_through_the_stiffest(figure):
+def test_the_theoretical_line_passes_through_the_stiffest_point(figure):
     for limit, line in zip(LIMITS, figure.axes[0].lines[::2], strict=True):
         x, y = line.get_data()
         assert y[-1] == limit.misses[-1]

@@ -34,7 +34,7 @@ def drawn(palette, ends=(0.0, 0.01, 0.02, 1.0, 1.0, 1.0)):
 
 
 @palettes
-def test_labels_that_would_meet_are_moved_apart(palette):
+def test_overlapping_labels_are_moved_apart(palette):
     made, axes = drawn(palette)
     words = label_lines(axes)
     assert [word.get_text() for word in words] == [f"line {k} (m)" for k in range(6)]

@@ -52,7 +52,7 @@ def test_the_page_has_versions_marks_digits_causes_settings_and_the_proof(page):
         assert words in page
 
 
-def test_what_engines_say_is_no_markup(page):
+def test_texts_of_engines_are_escaped(page):
     assert "no &lt;b&gt;axis&lt;/b&gt;" in page
     found = Targets()
     found.feed(page)

@@ -63,14 +63,14 @@ def test_tags_are_closed_and_links_lead_to_sections():
     assert set(inside) <= set(reader.ids)
 
 
-def test_nothing_is_fetched():
+def test_the_page_loads_no_other_file():
     document = page("title", "", SECTIONS)
     for address in read(document).addresses:
         assert address.startswith(("#", "data:")), address
     assert not re.search(r"url\((?!['\"]?data:)|@import", document)
 
 
-def test_words_are_words_and_no_tags():
+def test_text_is_escaped():
     assert "<p>x &lt; y &amp; z</p>" in page("title", "", SECTIONS)
     assert "<title>a &lt; b</title>" in page("a < b", "", [])
 
@@ -84,7 +84,7 @@ def test_columns_of_numbers_are_set_to_the_right():
     assert '<table class="board">' in found
 
 
-def test_a_picture_is_light_or_dark_as_its_surroundings_are():
+def test_a_picture_follows_the_colour_scheme_of_the_reader():
     light, dark = (
         base64.b64decode(url)
         for url in re.search(
@@ -101,7 +101,7 @@ def test_a_picture_is_the_same_each_time():
     assert picture(figure(), "a") == picture(figure(), "a")
 
 
-def test_it_is_written_atomically(tmp_path):
+def test_the_page_is_written_atomically(tmp_path):
     write(tmp_path / "index.html", page("τ", "", []))
     assert "τ" in (tmp_path / "index.html").read_text(encoding="utf-8")
     assert [file.name for file in tmp_path.iterdir()] == ["index.html"]

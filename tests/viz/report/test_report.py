@@ -26,7 +26,7 @@ def made(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_it_is_one_page_of_less_than_5_megabytes(made):
+def test_the_report_is_one_page_of_less_than_5_megabytes(made):
     output, folder = made
     assert [file.name for file in folder.iterdir()] == ["index.html"]
     assert (folder / "index.html").stat().st_size < 5_000_000
@@ -39,7 +39,7 @@ def test_the_readme_shows_its_output(made):
 
 
 @pytest.mark.slow
-def test_it_has_all_sections(made):
+def test_the_report_has_all_sections(made):
     document = (made[1] / "index.html").read_text(encoding="utf-8")
     for words in (
         "All 60 comparisons agree at 200 states",
@@ -74,7 +74,7 @@ def test_every_option_that_it_names_is_an_option_of_report(made):
 
 
 @pytest.mark.slow
-def test_nothing_in_it_is_fetched(made):
+def test_the_report_loads_no_other_file(made):
     document = (made[1] / "index.html").read_text(encoding="utf-8")
     reader = read(re.sub(r"<script.*?</script>", "", document, flags=re.DOTALL))
     for address in reader.addresses:
@@ -119,7 +119,7 @@ def test_bad_input_is_one_sentence_and_nothing_is_written(arguments, sentence, t
 
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [390, 1280])
-def test_a_browser_opens_it_without_a_word_or_a_request(made, width):
+def test_a_browser_opens_the_report_without_messages_or_requests(made, width):
     need_browser()
     address = (made[1] / "index.html").as_uri()
     with Browser() as browser:
@@ -162,7 +162,7 @@ def test_verdicts_come_first_then_films_then_tables(made):
 
 
 @pytest.mark.slow
-def test_a_stopped_sweep_is_told(made):
+def test_a_sweep_stopped_by_its_budget_is_reported(made):
     document = (made[1] / "index.html").read_text(encoding="utf-8")
     assert ">never<" not in document
     if "budget ended</td>" in document:
@@ -210,7 +210,7 @@ def test_on_a_phone_every_result_is_visible(made):
 
 
 @pytest.mark.slow
-def test_the_words_below_a_curve_are_about_both_sides_of_impacts(made):
+def test_the_description_of_a_curve_includes_both_sides_of_impacts(made):
     """u2 leaps from −4.6 rad/s at the first impact, between two samples."""
     document = (made[1] / "index.html").read_text(encoding="utf-8")
     low = re.search(r"u2 from −([\d.]+) to [\d.]+ rad/s\.", document)[1]
@@ -220,7 +220,7 @@ def test_the_words_below_a_curve_are_about_both_sides_of_impacts(made):
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [390, 1280, 1920])
-def test_it_is_accessible_and_no_wider_than_the_window(made, width, scheme):
+def test_the_report_is_accessible_and_no_wider_than_the_window(made, width, scheme):
     need_browser()
     with Browser() as browser:
         page = browser.page(width, 900)
@@ -254,7 +254,7 @@ def test_print_is_light_and_has_a_still_and_every_entry(made):
 
 
 @pytest.mark.slow
-def test_a_phone_does_not_break_a_command_in_its_dashes(made):
+def test_a_command_is_not_wrapped_at_its_dashes_on_a_phone(made):
     need_browser()
     with Browser() as browser:
         page = browser.page(390, 844)

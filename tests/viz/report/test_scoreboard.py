@@ -8,7 +8,8 @@ from typer.testing import CliRunner
 from tests.viz.report.test_page import read
 from twolink.cli import app
 from twolink.data import data_path
-from twolink.hardcases import Case, Column, Mark, Outcome, catalogue, run
+from twolink.engines.marks import Mark
+from twolink.hardcases import Case, Column, Outcome, catalogue, run
 from twolink.viz.report.page import page
 from twolink.viz.report.scoreboard import hard_cases
 

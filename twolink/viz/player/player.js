@@ -200,7 +200,7 @@
       }
     }
 
-    // What no label may cover, in pixels: marks of this moment, edges of surfaces, and the links.
+    // Areas that no label may cover, in pixels: marks of this moment, edges of surfaces, and the links.
     marks(scale) {
       const { words, about } = this;
       const found = [...(words.marks || []), ...(about.marks || [])];

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from matplotlib.figure import Figure
 
 from twolink.errors import PictureError
+from twolink.inputs import as_word
 from twolink.simulation import Trajectory
 from twolink.text import choice
 from twolink.viz.plots.angles import angles
@@ -36,7 +37,7 @@ KINDS = (*OF_SEVERAL, *OF_ONE)
 
 def plot_of(kind: str, trajectory: Trajectory, theme: str, others: Others) -> Figure:
     """Return a plot of a kind. Raises `PictureError` for an unknown kind."""
-    if kind in OF_SEVERAL:
+    if as_word("kind", kind) in OF_SEVERAL:
         return OF_SEVERAL[kind](trajectory, theme, others)
     if kind not in OF_ONE:
         raise PictureError(choice("kind", kind, KINDS))

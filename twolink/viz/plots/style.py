@@ -293,7 +293,7 @@ def write_to(made: Figure, target: Path | IO[bytes], suffix: str) -> None:
 def svg_into(svg: str, theme: str, other: str) -> str:
     """Return a figure (SVG) of a theme with the colours of another one.
 
-    It is what the figure drawn in the other theme would be, except for its internal ids.
+    The result is the figure as drawn in the other theme, except for its internal ids.
     """
     colours = _recoloured(theme, other)
     # Only inside tags: a title may contain the name of a colour.

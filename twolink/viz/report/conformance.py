@@ -18,7 +18,7 @@ from twolink.conformance.scoreboard_tables import (
     summary_table,
 )
 from twolink.conformance.suites import suite
-from twolink.hardcases import Mark
+from twolink.engines.marks import Mark
 from twolink.viz.plots.convergence import convergence_plot
 from twolink.viz.report.page import Section, folded, page, paragraph, picture, table, text
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from twolink.hardcases import Case, Column, Mark, Outcome
+from twolink.engines.marks import Mark
+from twolink.hardcases import Case, Column, Outcome
 from twolink.hardcases.run import verdict
 from twolink.hardcases.tables import Board, counts_table, group_table
 from twolink.tables import table as described

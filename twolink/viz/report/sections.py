@@ -249,7 +249,7 @@ def _path_in_words(chain: Chain, shown: Moments) -> str:
 
 
 def _accuracy(study: Study) -> str:
-    """Return the cost of accuracy in time, the recommendation, and what was left out."""
+    """Return the cost of accuracy in time, the recommendation, and the omissions."""
     measured = study.work_precision
     judge = f"Errors at {measured.judged_at}, measured against {measured.reference.source}."
     tables = (
