@@ -1,4 +1,4 @@
-// What the theme leaves to be said to a keyboard and a screen reader.
+// Additions to the theme for keyboards and screen readers.
 
 const WIDE = "pre, .table-wrapper, .formula, .strip";
 

@@ -24,7 +24,7 @@ touches it: links pass through. The films play offline in the browser.
 
 
 def gallery_page(folder: Path) -> str:
-    """Return the page, and draw what is not drawn yet into `folder`."""
+    """Return the page, and draw missing pictures into `folder`."""
     return _HEAD + "".join(_section(name, file, folder) for name, file in _by_origin())
 
 
