@@ -20,6 +20,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -184,9 +185,9 @@ def _function_of(name: str, x: TracingNumber) -> TracingNumber:
 class Compiled:
     """A formula compiled for a state of floats, and for arrays of states.
 
-    `source` is the generated Python; `operations` counts each kind of operation in it
-    (sin, cos, sqrt, exp, +, -, *, /); `depth` is the longest chain of operations from a state to a
-    result.
+    `source` is the generated Python, and `of_floats` its function; `operations` counts each kind of
+    operation in it (sin, cos, sqrt, exp, +, -, *, /); `depth` is the longest chain of operations
+    from a state to a result.
     """
 
     def __init__(self, text: Callable[..., Any]) -> None:
@@ -203,15 +204,18 @@ class Compiled:
         self.operations = dict(sorted(Counter(line.symbol for line in operations).items()))
         self.depth = _depth(operations)
         self.source = _source(self.arguments, operations, _word(result), _one_by_one)
-        self._of_floats = _function(
+        self.of_floats = _function(
             self.source, sin=math.sin, cos=math.cos, sqrt=math.sqrt, exp=math.exp
         )
-        paired = _source(self.arguments, operations, _word(result), _in_pairs)
-        self._of_arrays = _function(paired, sin_and_cos=_sin_and_cos, sqrt=np.sqrt, exp=np.exp)
+        self._in_pairs = _source(self.arguments, operations, _word(result), _in_pairs)
 
     def __call__(self, *state: Any) -> Any:
         """Return the formula's value for one state; each argument is a pair of floats."""
-        return self._of_floats(*state)
+        return self.of_floats(*state)
+
+    @cached_property
+    def _of_arrays(self) -> Callable[..., Any]:
+        return _function(self._in_pairs, sin_and_cos=_sin_and_cos, sqrt=np.sqrt, exp=np.exp)
 
     def batch(self, *states: Any) -> np.ndarray:
         """Return the values for many states, as an array with the states along its last axis.

@@ -22,6 +22,9 @@ class EquationsOfMotion(Protocol):
     Each takes numbers of any type. `twolink.kane` and `twolink.lagrange` are implementations.
     """
 
+    def __hash__(self) -> int:
+        """Return a hash: compiled formulas are kept by their formulation."""
+
     def mass_matrix(self, chain: Chain, q: Pair) -> Matrix:
         """Return M (kg m²)."""
 

@@ -44,6 +44,8 @@ class Limits:
         It is called in the thread that computes, with the share that is done, and passes it on to
         `progress`. Raises `TooMuchError`.
         """
+        if math.isinf(self.seconds):
+            return progress or (lambda share: None)
         forecast, clock = Forecast(_WINDOW), _ThreadClock()
 
         def report(share: float) -> None:

@@ -34,8 +34,9 @@ from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.errors import ParameterError
 from twolink.formulations import FORMULATIONS, Formulation
 from twolink.simulation.hybrid import constraint, dynamics
-from twolink.simulation.hybrid.dynamics import Pose, mode_solution
+from twolink.simulation.hybrid.dynamics import mode_solution
 from twolink.simulation.hybrid.impact import Impacts
+from twolink.simulation.hybrid.pose import Pose
 from twolink.urdf import parse_planar_urdf, read_planar_urdf
 from twolink.verification import contact
 from twolink.verification.contact import CONTACT, ContactSpace, verify_contact

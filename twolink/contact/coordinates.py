@@ -21,6 +21,9 @@ PointName = Literal["B", "C1", "C2", "D"]
 class ConstraintCoordinate(Protocol):
     """A scalar function of q (rad or m) with its rate and the load that does work along it."""
 
+    def __hash__(self) -> int:
+        """Return a hash: compiled formulas are kept by their coordinate."""
+
     def coordinate(self, chain: Chain, q: Pair) -> Scalar:
         """Return the value (rad or m)."""
 

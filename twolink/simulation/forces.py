@@ -73,7 +73,8 @@ class ModeForces:
             du = lagrange.forward_dynamics(self.chain, tuple(q), tuple(u), loads)
             yield np.ones(len(times), dtype=bool), loads, np.array(np.broadcast_arrays(*du))
             return
-        from twolink.simulation.hybrid.dynamics import Pose, loads_of
+        from twolink.simulation.hybrid.dynamics import loads_of
+        from twolink.simulation.hybrid.pose import Pose
 
         elements = contact_elements(self.scene.effects, self.chain)
         for now, solution in self.solutions(states):
@@ -87,7 +88,8 @@ class ModeForces:
         times, q, u = self._before_the_end(states)
         if not self.events:
             return
-        from twolink.simulation.hybrid.dynamics import Pose, mode_solution
+        from twolink.simulation.hybrid.dynamics import mode_solution
+        from twolink.simulation.hybrid.pose import Pose
 
         effects = self.scene.effects
         elements = contact_elements(effects, self.chain)

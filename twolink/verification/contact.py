@@ -23,7 +23,8 @@ from twolink.errors import ParameterError
 from twolink.formulations import FORMULATIONS, Formulation, FormulationName
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.loads import Force, Loads, Torque
-from twolink.simulation.hybrid.dynamics import Pose, Solution, mode_solution
+from twolink.simulation.hybrid.dynamics import Solution, mode_solution
+from twolink.simulation.hybrid.pose import Pose
 from twolink.urdf import PlanarUrdf
 from twolink.verification.contact_tolerance import contact_tolerance
 from twolink.verification.jointspace import PlanarModel

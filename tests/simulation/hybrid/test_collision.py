@@ -17,7 +17,7 @@ from twolink.simulation.hybrid.collision import (
     sliding_after,
     surfaces_after,
 )
-from twolink.simulation.hybrid.dynamics import Pose
+from twolink.simulation.hybrid.pose import Pose
 
 ONTO = JointTorque((-6.0, 0.0))
 """Link 1 turns to the stop with −2 rad/s²."""

@@ -17,7 +17,8 @@ from twolink.simulation.hybrid.complementarity import (
     value_of,
     vanishes,
 )
-from twolink.simulation.hybrid.dynamics import Pose, solve
+from twolink.simulation.hybrid.dynamics import solve
+from twolink.simulation.hybrid.pose import Pose
 
 
 def problem_of(*effects, q=(0.0, 0.0), touching=frozenset(), **more):

@@ -13,7 +13,7 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.simulation.hybrid import select as select_module
-from twolink.simulation.hybrid.dynamics import Pose
+from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.select import select
 
 

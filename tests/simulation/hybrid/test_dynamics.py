@@ -13,7 +13,6 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
 from twolink.loads import Force, Torque
 from twolink.simulation.hybrid.dynamics import (
-    Pose,
     constraint_count,
     loads_of,
     local_equations,
@@ -21,6 +20,7 @@ from twolink.simulation.hybrid.dynamics import (
     push_of,
     scaled,
 )
+from twolink.simulation.hybrid.pose import Pose
 
 UP, ALONG = PointCoordinate("D", (0.0, -1.0)), PointCoordinate("D", (1.0, 0.0))
 FLOOR = RigidContact("D on floor", UP, -2.0, 0.0, ALONG, kinetic=0.3, static=0.5)

@@ -13,7 +13,7 @@ from twolink.contact.elements import CompliantContact, ContactForces, DryFrictio
 from twolink.contact.force_laws import Hertz, Phase, PlasticState
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
-from twolink.simulation.hybrid.dynamics import Pose, Solution
+from twolink.simulation.hybrid.dynamics import Solution
 from twolink.simulation.hybrid.event_functions import (
     Surfaces,
     response_to_push,
@@ -21,6 +21,7 @@ from twolink.simulation.hybrid.event_functions import (
     value,
 )
 from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.pose import Pose
 
 UP, ALONG = PointCoordinate("D", (0.0, -1.0)), PointCoordinate("D", (1.0, 0.0))
 MATERIAL = Material(1e11, 0.01, 1e9, 0.3)

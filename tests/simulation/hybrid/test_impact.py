@@ -10,7 +10,6 @@ from twolink import kane, lagrange
 from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from twolink.contact.elements import RigidContact
 from twolink.contact.impact_laws import LAWS
-from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.impact import (
     Impacts,
     approach,
@@ -20,6 +19,7 @@ from twolink.simulation.hybrid.impact import (
     speed_along,
     stopped,
 )
+from twolink.simulation.hybrid.pose import Pose
 
 EPSILON = 2.0**-52
 UP, ALONG = PointCoordinate("D", (0.0, -1.0)), PointCoordinate("D", (1.0, 0.0))

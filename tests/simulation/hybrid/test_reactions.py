@@ -21,9 +21,9 @@ from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_torque import JointTorque
 from twolink.simulation.hybrid.compliant_state import CompliantState
-from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.jump import jump
 from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.reactions import REACTIONS, press
 
 

@@ -28,9 +28,9 @@ from twolink.contact.coordinates import PointCoordinate
 from twolink.contact.elements import RigidContact
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import resolution
-from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.impact import Impacts
 from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY
+from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import ended, resolve
 
 

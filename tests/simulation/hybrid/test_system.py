@@ -13,8 +13,9 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 from twolink.errors import SimulationError
-from twolink.simulation.hybrid.dynamics import Pose, held_coordinates
+from twolink.simulation.hybrid.dynamics import held_coordinates
 from twolink.simulation.hybrid.mode import Mode
+from twolink.simulation.hybrid.pose import Pose
 
 FLOOR = Surface((0.0, 1.0), (0.0, -1.0), on=("B", "D"), name="floor")
 

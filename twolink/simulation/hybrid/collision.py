@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from twolink.arithmetic import Pair
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid import compliant_state
-from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
@@ -17,6 +16,7 @@ from twolink.simulation.hybrid.impact import (
     placed,
     speed_along,
 )
+from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import resolve
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem

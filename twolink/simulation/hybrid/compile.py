@@ -31,13 +31,13 @@ from twolink.optional import heyoka
 from twolink.simulation.hybrid.constraint import same_line
 from twolink.simulation.hybrid.dynamics import (
     MOST_CONSTRAINTS,
-    Pose,
     Solution,
     held_coordinates,
     mode_solution,
 )
 from twolink.simulation.hybrid.event_functions import OF_GAP, Surfaces, triggers, value
 from twolink.simulation.hybrid.mode import Mode, Trigger
+from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import BAUMGARTE_RATE
 from twolink.simulation.pool import IntegratorPool

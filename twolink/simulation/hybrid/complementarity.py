@@ -17,7 +17,6 @@ from twolink.simulation.hybrid.constraint import cramer, parallel, same_line
 from twolink.simulation.hybrid.dynamics import (
     MOST_CONSTRAINTS,
     LocalEquations,
-    Pose,
     Solution,
     constraints_of,
     held_coordinates,
@@ -25,6 +24,7 @@ from twolink.simulation.hybrid.dynamics import (
     push_of,
 )
 from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 

@@ -18,13 +18,13 @@ from twolink.simulation.hybrid.complementarity import (
 )
 from twolink.simulation.hybrid.dynamics import (
     LocalEquations,
-    Pose,
     Solution,
     local_equations,
     mode_solution,
 )
 from twolink.simulation.hybrid.jet import Jet, Recording, leading_term
 from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.pose import Pose
 
 # Terms of the shortest series by which conditions are decided; its last term is left out.
 _FEW = 3

@@ -11,15 +11,14 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from twolink.arithmetic import Matrix, Pair, Scalar, sqrt
-from twolink.chain import Chain
 from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate
 from twolink.contact.elements import Constraint, ContactElement, ContactForces, ElementTerms, Terms
 from twolink.contact.force_laws import PlasticState
 from twolink.contact.states import ContactState
 from twolink.effects import Effect, smooth_loads
-from twolink.formulations import EquationsOfMotion
 from twolink.loads import Force, Load, Loads, Torque
 from twolink.simulation.hybrid.constraint import cramer, solved_with_one, solved_with_two
+from twolink.simulation.hybrid.pose import Pose
 
 # Two constraints bring the chain to rest.
 MOST_CONSTRAINTS = 2
@@ -30,67 +29,6 @@ class Solution(NamedTuple):
 
     du: Pair
     forces: tuple[ContactForces, ...]
-
-
-class Pose:
-    """A chain in a pose q: its mass matrix and Jacobian rows, each computed once."""
-
-    __slots__ = ("_inertia", "_loads", "_rows", "chain", "formulation", "q")
-
-    def __init__(
-        self,
-        chain: Chain,
-        formulation: EquationsOfMotion,
-        q: Pair,
-        loads: dict[int, tuple[ConstraintCoordinate, Loads]] | None = None,
-    ) -> None:
-        """Store a chain and angles of any number type.
-
-        `loads` has the unit loads of coordinates, which all poses of a chain share.
-        """
-        self.chain, self.formulation, self.q = chain, formulation, q
-        # By identity: a coordinate takes longer to hash than its row.
-        self._loads = {} if loads is None else loads
-        self._rows: dict[int, Pair] = {}
-        self._inertia: tuple[Matrix, Scalar] | None = None
-
-    def row(self, coordinate: ConstraintCoordinate) -> Pair:
-        """Return the Jacobian row of a coordinate: the generalized force of its unit loads."""
-        number = id(coordinate)
-        row = self._rows.get(number)
-        if row is None:
-            if number not in self._loads:
-                # The coordinate is kept, so that no other has its number.
-                self._loads[number] = coordinate, coordinate.unit_loads(self.chain)
-            loads = self._loads[number][1]
-            row = self.formulation.generalized_active_force(self.chain, self.q, loads)
-            self._rows[number] = row
-        return row
-
-    @property
-    def lever(self) -> float:
-        """The length of the stretched chain (m)."""
-        return float(abs(self.chain.L1) + abs(self.chain.L2))
-
-    @property
-    def inertia(self) -> tuple[Matrix, Scalar]:
-        """M (kg m²) and its determinant (kg² m⁴)."""
-        known = self._inertia
-        if known is None:
-            M = self.formulation.mass_matrix(self.chain, self.q)
-            known = self._inertia = M, self.formulation.determinant(self.chain, self.q)
-        return known
-
-    def response(self, row: Pair, force: Pair) -> Scalar:
-        """Return row · M⁻¹ force: the acceleration along a row that a unit of a force gives."""
-        M, det = self._inertia or self.inertia
-        x, y = cramer(M, force, det)
-        return row[0] * x + row[1] * y
-
-    def impulse_response(self, impulse: Pair) -> Pair:
-        """Return M⁻¹ times a generalized impulse (N m s): the change of u (rad/s)."""
-        M, det = self._inertia or self.inertia
-        return cramer(M, impulse, det)
 
 
 class LocalEquations(NamedTuple):

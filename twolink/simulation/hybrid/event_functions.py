@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.contact.states import EventKind
-from twolink.simulation.hybrid.dynamics import Pose, Solution
+from twolink.simulation.hybrid.dynamics import Solution
 from twolink.simulation.hybrid.mode import Mode, Trigger
+from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import LOCKING
 

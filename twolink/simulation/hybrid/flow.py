@@ -240,7 +240,7 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
     """Return the next steps, whether they reach the end of the arc, and the failure if any."""
     system, compiled, integrator, _, state, until, _ = course
     clock, integrals = compiled.clock, compiled.integrals
-    (success, limit), longest = _outcomes(), system.number(system.longest_step)
+    complete, longest = _complete(), system.number(system.longest_step)
     falling, watches_integrals = compiled.falling, integrals.stop > integrals.start
     span, shortest = until - state.t, SHORTEST_STEP if clock is None else 0
     # Views of the integrator's own memory.
@@ -259,7 +259,7 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
         else:
             over = True
             break
-        if outcome not in (success, limit):
+        if int(outcome) not in complete:
             failure = outcome.name
             break
         starts.append(start)
@@ -286,10 +286,13 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
 
 
 @functools.cache
-def _outcomes() -> tuple[Any, Any]:
-    """Return heyoka's result codes for a full and for a capped step."""
+def _complete() -> frozenset[int]:
+    """Return heyoka's result codes for a full and for a capped step.
+
+    Integers are compared faster than the codes themselves.
+    """
     outcomes = heyoka().taylor_outcome
-    return outcomes.success, outcomes.time_limit
+    return frozenset((int(outcomes.success), int(outcomes.time_limit)))
 
 
 def _now(course: _Course) -> Any:

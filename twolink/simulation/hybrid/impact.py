@@ -16,8 +16,8 @@ from twolink.contact.impact_laws import (
     smooth_impulse,
 )
 from twolink.simulation.hybrid.constraint import parallel
-from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY
+from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.tolerances import (
     AT_REST,
     LEFT_OVER,
@@ -84,7 +84,7 @@ def placed(
     row = pose.row(coordinate)
     long = row[0] * row[0] + row[1] * row[1]
     for _ in range(2):
-        gap = coordinate.coordinate(pose.chain, q) - bound
+        gap = pose.value(coordinate, q) - bound
         if gap == 0 or long == 0:
             break
         step = gap / long

@@ -16,10 +16,11 @@ from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.collision import collide, surfaces_after, touched_names
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
 from twolink.simulation.hybrid.constraint import same_line
-from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, Pose
+from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY, Doubt, Mode, Trigger
 from twolink.simulation.hybrid.painleve import jammed, strike_without_collision
+from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.reactions import REACTIONS
 from twolink.simulation.hybrid.select import Selection, select
 from twolink.simulation.hybrid.state import HybridState

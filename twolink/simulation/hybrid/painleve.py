@@ -13,12 +13,12 @@ from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.collision import sliding_after, touched_names
 from twolink.simulation.hybrid.complementarity import vanishes
 from twolink.simulation.hybrid.constraint import parallel
-from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
     stopped,
 )
+from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 

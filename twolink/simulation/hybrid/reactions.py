@@ -13,7 +13,6 @@ from twolink.simulation.hybrid import compliant_state
 from twolink.simulation.hybrid.collision import nearby, place, sliding_after, sliding_of
 from twolink.simulation.hybrid.complementarity import States
 from twolink.simulation.hybrid.constraint import parallel, same_line
-from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import (
     Impacts,
@@ -25,6 +24,7 @@ from twolink.simulation.hybrid.impact import (
 )
 from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.painleve import jammed
+from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 

@@ -11,8 +11,8 @@ from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.collision import place
 from twolink.simulation.hybrid.constraint import parallel
-from twolink.simulation.hybrid.dynamics import Pose
 from twolink.simulation.hybrid.impact import at_rest, is_left_over, largest, speed_along, stopped
+from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.reactions import press
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem

@@ -17,8 +17,9 @@ from twolink.errors import SimulationError
 from twolink.formulations import EquationsOfMotion
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.simulation.hybrid import tolerances
-from twolink.simulation.hybrid.dynamics import Pose, held_coordinates
+from twolink.simulation.hybrid.dynamics import held_coordinates
 from twolink.simulation.hybrid.mode import Mode
+from twolink.simulation.hybrid.pose import Pose, PoseFormulas
 from twolink.values import Content, Own
 
 
@@ -44,7 +45,6 @@ class HybridSystem:
     own: Own = field(default_factory=Own, repr=False)
     compiled: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     _last_pose: list[Pose] = field(default_factory=list, init=False, repr=False)
-    _loads: dict[int, Any] = field(default_factory=dict, init=False, repr=False)
     _held: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     _modes: dict[Any, Mode] = field(default_factory=dict, init=False, repr=False)
 
@@ -65,8 +65,12 @@ class HybridSystem:
         """
         last = self._last_pose
         if not last or last[0].q is not q:
-            last[:] = (Pose(self.chain, self.formulation, q, self._loads),)
+            last[:] = (Pose(self.chain, self.formulation, q, self._formulas),)
         return last[0]
+
+    @cached_property
+    def _formulas(self) -> PoseFormulas:
+        return PoseFormulas(self.chain, self.formulation, compiled=self.number is float)
 
     def mode(
         self, states: tuple[ContactState, ...], dents: tuple[PlasticState | None, ...] = ()

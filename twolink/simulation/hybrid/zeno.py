@@ -13,7 +13,7 @@ from twolink.contact.states import EventKind
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.collision import sliding_after
-from twolink.simulation.hybrid.dynamics import Pose, mode_solution
+from twolink.simulation.hybrid.dynamics import mode_solution
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
@@ -21,6 +21,7 @@ from twolink.simulation.hybrid.impact import (
     speed_along,
 )
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
+from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import ended
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
