@@ -332,3 +332,32 @@ def test_an_interrupt_just_after_a_file_was_made_leaves_nothing(make, tmp_path, 
     with pytest.raises(KeyboardInterrupt), make(tmp_path / "a.txt"):
         pytest.fail("nothing was made")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_signal_during_the_removal_of_a_file_leaves_it_to_the_end(tmp_path, monkeypatch):
+    unlink = Path.unlink
+
+    def interrupted(path, missing_ok=False):
+        monkeypatch.setattr(Path, "unlink", unlink)
+        raise SystemExit(129)
+
+    def write():
+        with files.atomic_write(tmp_path / "a.txt"):
+            monkeypatch.setattr(Path, "unlink", interrupted)
+            raise OSError
+
+    with pytest.raises(SystemExit):
+        write()
+    (left,) = tmp_path.iterdir()
+    assert left.name.startswith(".twolink-")
+    files.remove_interrupted()
+    assert not list(tmp_path.iterdir())
+
+
+def test_files_of_another_process_are_left_to_it(tmp_path, monkeypatch):
+    with files.atomic_write(tmp_path / "a.txt") as temporary:
+        monkeypatch.setattr(os, "getpid", lambda: -1)
+        files.remove_interrupted()
+        assert temporary.exists()
+        temporary.write_text("a")
+    assert (tmp_path / "a.txt").read_text() == "a"

@@ -7,6 +7,7 @@ was left by a killed process, and the next process removes it.
 
 from __future__ import annotations
 
+import atexit
 import errno
 import os
 import secrets
@@ -29,6 +30,10 @@ except ImportError:  # Windows has no such locks, and nothing is cleaned up ther
 
 _BESIDE = ".twolink-"
 _FOLDER = "twolink-"
+
+# Temporary files and folders that exist, or may exist, each with the process that makes it and the
+# function that removes it.
+_PRESENT: dict[Path, tuple[int, Callable[[Path], None]]] = {}
 
 _KINDS = (
     (stat.S_ISDIR, "a folder"),
@@ -248,10 +253,11 @@ def _temporary(
     """Yield a new file or folder, which is locked and afterwards removed.
 
     `make` returns its handle. Its name is known before it exists, so that an interrupt at any
-    moment leaves nothing.
+    moment leaves nothing, or leaves it to `remove_interrupted`.
     """
     while True:
         path, handle = place / f"{prefix}{secrets.token_hex(8)}", None
+        _PRESENT[path] = os.getpid(), remove
         try:
             handle = make(path)
             # Another process may have cleaned it up before it was locked.
@@ -262,6 +268,20 @@ def _temporary(
             remove(path)
             if handle is not None:
                 os.close(handle)
+            _PRESENT.pop(path, None)
+
+
+@atexit.register
+def remove_interrupted() -> None:
+    """Remove temporary files of this process whose own removal a signal has interrupted.
+
+    To be called where the process does no other work any more.
+    """
+    for path, (process, remove) in list(_PRESENT.items()):
+        if process == os.getpid():
+            with suppress(OSError):
+                remove(path)
+            _PRESENT.pop(path, None)
 
 
 def locked(handle: int) -> bool:

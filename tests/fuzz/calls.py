@@ -92,7 +92,7 @@ THINGS = (
     (1, 2, 3), ((1, 2), (3, 4)), object(), float, Scene, Gravity, Gravity(), hash, Ellipsis,
     NotImplemented, np.zeros(2), np.zeros(0), np.zeros((2, 2)), np.array(["a", "b"]),
     np.array([None, 1]), np.full(2, np.nan), np.ma.masked, range(2), slice(1), Path("none"),
-    Path("\x00"), Limits(), SMOOTH, CHAIN, memoryview(b"ab"), bytearray(b"ab"), type, Liar(),
+    Path("\x00"), Limits(), SMOOTH, CHAIN, memoryview(b"ab"), bytearray(b"ab"), slice, Liar(),
 )  # fmt: skip
 
 
