@@ -65,7 +65,7 @@ def test_work_does_not_depend_on_the_spacing_of_samples(effects, samples):
 
 
 def test_work_of_a_run_of_too_many_steps_is_refused(monkeypatch):
-    monkeypatch.setattr("twolink.simulation.work._BYTES_OF_A_NODE", 1e9)
+    monkeypatch.setattr("twolink.simulation.work._FLOATS_OF_A_NODE", 1e9)
     scene = Scene(Chain.uniform_bars(), (0.0, 0.0), (0.0, 0.0), 1.0, (Gravity(),))
     with pytest.raises(TooMuchError, match=r"the work would take about .* of memory; the limit is"):
         simulate(scene, samples=2).work()

@@ -64,6 +64,18 @@ class Precision:
             return np.asarray(values, dtype=kind)
         return np.array([kind(value) for value in values])
 
+    def mixable(self, values: Any) -> Any:
+        """Return an array of numbers of this precision in NumPy's numbers, rounded if longer.
+
+        They are float64 or long double, arrays of which mix with float64 numbers in all arithmetic.
+        """
+        if self.number is float or values.dtype == np.longdouble:
+            return values
+        # NumPy does not convert heyoka's quadruple numbers to long double.
+        first = values.astype(float)
+        rest = (values - first.astype(values.dtype)).astype(float)
+        return first.astype(np.longdouble) + rest.astype(np.longdouble)
+
     def step_tolerance(self, order: int | None = None) -> float:
         """Return the step tolerance for which heyoka selects an order, by default the full order.
 

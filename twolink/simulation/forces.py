@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,15 +48,19 @@ class States(NamedTuple):
 
 @dataclass(frozen=True)
 class ModeForces:
-    """The forces of a scene in the modes that begin with its events; none for a smooth motion."""
+    """The forces of a scene in the modes that begin with its events; none for a smooth motion.
+
+    `number` is the type of numbers in which they are evaluated: float or `numpy.longdouble`.
+    """
 
     scene: Scene
     events: tuple[Event, ...]
+    number: Any = float
 
-    @property
+    @cached_property
     def chain(self) -> Chain:
-        """The chain that moved."""
-        return self.scene.moving_chain
+        """The chain that moved, in the numbers of the forces."""
+        return self.scene.moving_chain.convert(self.number)
 
     def accelerations(self, states: States) -> Array:
         """Return du/dt (rad/s²) in states, shape (2, n), by the equations of each mode."""

@@ -79,7 +79,11 @@ class MotionRun(ABC):
 
     @abstractmethod
     def step_times(self) -> Any:
-        """Return the boundaries (s) of the steps, in float64."""
+        """Return the boundaries (s) of the steps, in float64 or long double.
+
+        They are in long double if the rounding of states to float64 may change the forces by more
+        than a rounding, as in a slide that jams.
+        """
 
     @abstractmethod
     def dense(self) -> Callable[..., tuple[Any, Any]]:

@@ -17,6 +17,7 @@ from twolink.effects import (
 )
 from twolink.errors import SimulationError
 from twolink.inputs import as_floats, as_path, as_times, check_instance, refuse
+from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.forces import ContactForce, ModeForces, States
 from twolink.simulation.hybrid.mode import Event, Impact
@@ -136,13 +137,17 @@ class Trajectory(Views):
         if not isinstance(side, str) or side not in ("left", "right"):
             refuse("side", side, "'left' or 'right'")
         moments = _within(self.t, times)
+        q, u = self._function()(moments, side)
+        return np.asarray(q, dtype=float), np.asarray(u, dtype=float)
+
+    def _function(self) -> Dense:
+        """Return q and u as functions of time (s), in the numbers of the run."""
         if self._dense is None:
             raise SimulationError(
                 "values between samples must be those of a trajectory just simulated with method"
                 f" taylor; got one by {self.method} that is known only at its samples"
             )
-        q, u = self._dense()(moments, side)
-        return np.asarray(q, dtype=float), np.asarray(u, dtype=float)
+        return self._dense()
 
     def position(self, point: Point) -> Array:
         """Return the x and y of a point (m), shape (2, n)."""
@@ -211,8 +216,17 @@ class Trajectory(Views):
         Raises `SimulationError` for methods without polynomials, and `TooMuchError` for runs whose
         number of steps would exceed memory.
         """
+        function = self._function()
         knots = np.empty(0) if self._knots is None else self._knots()
-        return Work(self.mode_forces, self.impacts, self.at, knots).until(self.t)
+        number = float if knots.dtype == np.float64 else np.longdouble
+        mixable = PRECISIONS[cast("PrecisionName", self.precision)].mixable
+
+        def at(times: Any) -> tuple[Any, Any]:
+            q, u = function(times, "right")
+            return mixable(q).astype(number), mixable(u).astype(number)
+
+        forces = replace(self.mode_forces, number=number)
+        return Work(forces, self.impacts, at, knots).until(self.t)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the samples and their metadata to a .npz, .csv or .parquet file.

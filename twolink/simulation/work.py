@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -20,21 +21,22 @@ from twolink.times import merged
 # or in its square root at the start or end of a contact.
 _NODES = 24
 
-# Memory (bytes) for each of these places: the state, the powers, and intermediate values.
-_BYTES_OF_A_NODE = 200
+# Numbers in memory for each of these places: the state, the powers, and intermediate values.
+_FLOATS_OF_A_NODE = 25
 
 
 @dataclass(frozen=True)
 class Work:
     """The work of the effects of a scene, in the modes and the impacts of a motion.
 
-    `at` gives q and u, each of shape (2, n), at times (s); `knots` are the ends of its steps (s).
+    `at` gives q and u, each of shape (2, n), at times (s); `knots` are the ends of its steps (s),
+    in the numbers of the forces.
     """
 
     forces: ModeForces
     impacts: tuple[Impact, ...]
-    at: Callable[[Array], tuple[Array, Array]]
-    knots: Array
+    at: Callable[..., tuple[Any, Any]]
+    knots: Any
 
     @property
     def scene(self) -> Scene:
@@ -48,27 +50,47 @@ class Work:
         """
         nodes, weights = _nodes_and_weights()
         edges = self._edges(times)
-        DEFAULT_LIMITS.check_memory("the work", len(edges) * _NODES * _BYTES_OF_A_NODE)
-        widths = np.diff(edges)[:, None]
-        moments = (edges[:-1, None] + widths * nodes).ravel()
-        powers = self._powers(States(moments, *self.at(moments)))
+        size = len(edges) * _NODES * _FLOATS_OF_A_NODE * self.knots.itemsize
+        DEFAULT_LIMITS.check_memory("the work", size)
+        begins, ends = (side[:, None] for side in self._pieces(edges))
+        widths = ends - begins
+        moments = np.clip(begins + widths * nodes, begins, np.nextafter(ends, begins))
+        # In float64 a time next to an edge may round to it, where the next mode begins.
+        left, right = edges[:-1, None], edges[1:, None]
+        rounded = np.clip(moments.astype(float), left, np.nextafter(right, left))
+        powers = self._powers(States(rounded.ravel(), *self.at(moments.ravel())))
         found: dict[str, Array] = {}
         for number, name in enumerate(names_of(self.scene.effects)):
             pieces = (widths * weights * powers[number].reshape(-1, _NODES)).sum(axis=1)
             total = np.concatenate([[0.0], np.cumsum(pieces)])[np.searchsorted(edges, times)]
-            found[name] = total + self._by_impacts(number, times)
+            found[name] = total.astype(float) + self._by_impacts(number, times)
         return found
 
     def _edges(self, times: Array) -> Array:
-        """Return the times (s) between which the power of each effect is smooth."""
+        """Return the times (s) between which the power of each effect is smooth, in float64."""
         first, last = times[0], times[-1]
         kinks = [
             *(event.entered for event in self.forces.events),
             *(impact.time for impact in self.impacts),
             *discontinuities(self.scene.effects),
-            *self.knots.tolist(),
+            *self.knots.astype(float).tolist(),
         ]
         return merged(times, [t for t in kinks if first < t < last])
+
+    def _pieces(self, edges: Array) -> tuple[Any, Any]:
+        """Return where the motion between two edges begins and ends (s), in the knots' numbers.
+
+        Edges that are knots rounded to float64 stand for these: where a slide jams, the rounding of
+        a time is a part of the last step. Steps shorter than that are between two pieces.
+        """
+        rounded = self.knots.astype(float)
+        inside = (rounded >= edges[0]) & (rounded <= edges[-1])
+        place, knots = np.searchsorted(edges, rounded[inside]), self.knots[inside]
+        begins = edges.astype(self.knots.dtype)
+        ends = begins.copy()
+        begins[place] = knots
+        ends[place[::-1]] = knots[::-1]
+        return begins[:-1], ends[1:]
 
     def _powers(self, states: States) -> Array:
         """Return the power of each effect (W), without impacts, shape (effects, n)."""
@@ -82,7 +104,7 @@ class Work:
 
     def _by_modes(self, states: States) -> Array:
         """Return the power of the friction and contact of each effect (W), shape (effects, n)."""
-        power = np.zeros((len(self.scene.effects), len(states.t)))
+        power = np.zeros((len(self.scene.effects), len(states.t)), states.q.dtype)
         owners = self._owners()
         elements = contact_elements(self.scene.effects, self.forces.chain)
         for now, solution in self.forces.solutions(states):

@@ -38,10 +38,17 @@ class Polynomials:
     arcs: Any
 
     def at(self, times: Any, side: Literal["left", "right"] = "right") -> tuple[Any, Any]:
-        """Return q and u, each of shape (2, m), at times (s); at a jump on one side of it."""
-        moments = PRECISIONS[self.precision].array(np.atleast_1d(times))
-        # Times are float64 numbers, and so are the times of events in the results.
-        index = np.searchsorted(self.starts.astype(float), moments.astype(float), side=side) - 1
+        """Return q and u, each of shape (2, m), at times (s); at a jump on one side of it.
+
+        Times in float64 are compared with the starts of steps rounded to float64, as are the times
+        of events in the results; times in long double with the starts in long double.
+        """
+        given = np.atleast_1d(times)
+        own = PRECISIONS[self.precision]
+        moments = own.array(given)
+        long = given.dtype == np.longdouble
+        starts = own.mixable(self.starts) if long else self.starts.astype(float)
+        index = np.searchsorted(starts, given if long else given.astype(float), side=side) - 1
         index = np.maximum(index, 0)
         x = moments - self.starts[index]
         if self.by_clock.any():

@@ -92,8 +92,8 @@ class HybridRun(MotionRun):
         return self.remarks
 
     def step_times(self) -> Any:
-        """Return the times (s) between which its steps are, in float64."""
-        return self.polynomials.starts.astype(float)
+        """Return the times (s) between which its steps are, in float64 or long double."""
+        return PRECISIONS[self.precision].mixable(self.polynomials.starts)
 
     def dense(self) -> Callable[..., tuple[Any, Any]]:
         """Return q and u as functions of time (s): the very polynomials of this run's steps."""
