@@ -156,7 +156,7 @@ def faults(given: Input, ended: Ended, before: set[Path], scratch: Path) -> list
     if "FORCE_COLOR" not in given.environment and "\x1b" in ended.out + ended.err:
         found.append("an escape sequence")
     # A store of results is a folder, whose files it may have.
-    stores = [out for out in given.out if out.suffix == ".zarr"]
+    stores = [out for out in given.out if _is_store(out)]
     left = {path for path in scratch.rglob("*") if path not in before} - set(given.out)
     left = {path for path in left if not any(path.is_relative_to(store) for store in stores)}
     if left:
@@ -166,6 +166,14 @@ def faults(given: Input, ended: Ended, before: set[Path], scratch: Path) -> list
     return found
 
 
+def _is_store(file: Path) -> bool:
+    """Return whether a name is that of a store of results, or the file is one: Python takes any."""
+    try:
+        return file.suffix == ".zarr" or (file / "zarr.json").is_file()
+    except OSError:
+        return False
+
+
 def _killed_before_it_began(given: Input, ended: Ended) -> bool:
     """Return whether the signal came before the command could take it."""
     return given.interrupted is not None and ended.code is not None and ended.code < 0
@@ -173,7 +181,7 @@ def _killed_before_it_began(given: Input, ended: Ended) -> bool:
 
 def _new(file: Path, before: set[Path]) -> bool:
     try:
-        made = file.is_dir() if file.suffix == ".zarr" else file.is_file()
+        made = file.is_dir() if _is_store(file) else file.is_file()
         return made and file not in before
     except OSError:
         return False
