@@ -236,7 +236,7 @@ def test_bounces_that_die_away_on_two_points_leave_no_speed():
         u=(0.14073576648463604, -1.4761041016837626), duration=2.0, accuracy=1e-10,
     )  # fmt: skip
     trajectory = simulate(start)
-    assert "B on floor rests, D on floor rests" in trajectory.events[-1].what
+    assert "B on floor rests, D on floor rests" in trajectory.events[-1].description
     assert np.abs(trajectory.u[:, -1]).max() == 0
     exact = hybrid_run(start, trajectory.t, precision="quadruple")
     assert np.abs(trajectory.q - exact.q.astype(float)).max() <= 1e-10
@@ -255,7 +255,7 @@ def test_an_impact_that_gains_energy_by_newtons_law_is_reported():
     scene_file = data_path("scenes") / "published" / "kane_levinson_impact.toml"
     impact = simulate(Scene.load(scene_file)).impacts[0]
     assert impact.energy_change > 0
-    assert "creates energy" in impact.what
+    assert "creates energy" in impact.description
 
 
 def test_a_surface_never_touched_changes_nothing():

@@ -73,7 +73,7 @@ def test_the_floors_force_turns_the_chain(run, name):
     trajectory = run(name)
     entered = [event.entered for event in trajectory.events] + [trajectory.t[-1]]
     spans = list(zip(entered[:-1], entered[1:], trajectory.events, strict=True))
-    touching = [span for span in spans if span[2].what != "moves freely"][:6]
+    touching = [span for span in spans if span[2].description != "moves freely"][:6]
     assert touching
 
     def moment(times, q):
@@ -90,14 +90,14 @@ def test_the_floors_force_turns_the_chain(run, name):
 def test_coulombs_law_holds_all_along(run):
     trajectory = run("slide_and_stop")
     ends = [*(event.entered for event in trajectory.events[1:]), trajectory.t[-1]]
-    assert trajectory.events[0].what == "D on floor slips backward"
+    assert trajectory.events[0].description == "D on floor slips backward"
     for event, end in zip(trajectory.events, ends, strict=True):
         (floor,) = trajectory.contact_forces(np.linspace(event.entered, np.nextafter(end, 0), 9))
         assert floor.name == "D on floor"
         assert floor.unit == "N"
         assert np.all(floor.normal > 0)
-        if "slips" in event.what:
-            way = -1 if "forward" in event.what else 1
+        if "slips" in event.description:
+            way = -1 if "forward" in event.description else 1
             assert floor.tangential == pytest.approx(way * 0.6 * floor.normal)
         else:
             assert np.all(np.abs(floor.tangential) < 0.7 * floor.normal)

@@ -163,8 +163,8 @@ def test_a_loaded_trajectory_works(kind, tmp_path):
     assert np.array_equal(back.reactions(), bouncing().reactions())
     assert back.effects == ("Gravity", "JointStop")
     assert back.events[-1].mode["B on its upper stop"] is bouncing().events[-1].mode.states[-1]
-    assert [impact.what for impact in back.impacts] == [
-        impact.what for impact in bouncing().impacts
+    assert [impact.description for impact in back.impacts] == [
+        impact.description for impact in bouncing().impacts
     ]
     with pytest.raises(ValueError, match="read-only"):
         back.q[...] = 0

@@ -100,8 +100,8 @@ def test_contacts_are_marked_while_they_last(frame):
         for name in ("held", "slipping", "pushed-on", "pushed-back")
     }
     words = [label[0] for label in film.frame(frame).words["labels"] if label[5] == "contact"]
-    assert film.frame(frame).words["mode"] == event.what
-    if "slips" in event.what:
+    assert film.frame(frame).words["mode"] == event.description
+    if "slips" in event.description:
         assert shown["slipping"]
         # Friction acts against the sliding of D along x.
         chain = trajectory.chain
@@ -124,7 +124,7 @@ def test_contacts_are_marked_while_they_last(frame):
 def test_an_instantaneous_contact_is_marked_for_a_minimum_time():
     trajectory = trajectory_of("hertz_bounce", 1.0)
     film = film_of("hertz_bounce", 1.0)
-    left = next(e.entered for e in trajectory.events[2:] if e.what == "moves freely")
+    left = next(e.entered for e in trajectory.events[2:] if e.description == "moves freely")
     labels = film.at(left + 0.05).words["labels"]
     assert [label[0] for label in labels if label[5] == "contact"] == ["touched"]
     assert not any(label[5] == "contact" for label in film.at(left - 0.1).words["labels"])

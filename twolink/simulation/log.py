@@ -56,7 +56,7 @@ def _contact(entry: Impact | Event) -> int | None:
 
 
 def _words(entry: Impact | Event, units: list[str]) -> str:
-    return entry.described(units[entry.index]) if isinstance(entry, Impact) else entry.what
+    return entry.described(units[entry.index]) if isinstance(entry, Impact) else entry.description
 
 
 def _sequence(struck: list[Impact], unit: str) -> str:

@@ -59,20 +59,20 @@ def test_a_dent_that_no_point_lies_in_is_not_displayed():
 
 
 def test_the_description_of_an_event_is_its_mode():
-    assert Event(1.0, MODE, 1.0).what == "A sticks, D on floor slips forward"
+    assert Event(1.0, MODE, 1.0).description == "A sticks, D on floor slips forward"
     assert Trigger(EventKind.HITS, 2) == Trigger(EventKind.HITS, 2, 0)
 
 
 def test_an_impact_has_its_energy_change_and_a_description():
     assert IMPACT.energy_change == -1.0
     assert not IMPACT.creates_energy
-    assert IMPACT.what == "D hits floor: normal speed −2 → 1, slides, energy −1 J"
+    assert IMPACT.description == "D hits floor: normal speed −2 → 1, slides, energy −1 J"
 
 
 def test_an_impact_that_creates_energy_is_described_as_such():
     gaining = replace(IMPACT, kinetic_energy=(3.0, 4.0))
     assert gaining.creates_energy
-    assert gaining.what.endswith("; this law of restitution creates energy here")
+    assert gaining.description.endswith("; this law of restitution creates energy here")
     rounded = replace(IMPACT, kinetic_energy=(3.0, 3.0 + 4e-16))
     assert not rounded.creates_energy
 
@@ -80,4 +80,4 @@ def test_an_impact_that_creates_energy_is_described_as_such():
 def test_bounces_that_are_summed_up_create_no_energy():
     last = replace(IMPACT, regime=BOUNCES_DIE_AWAY, kinetic_energy=(3.0, 4.0))
     assert not last.creates_energy
-    assert last.what == "D on floor: the remaining bounces (below 2) end here"
+    assert last.description == "D on floor: the remaining bounces (below 2) end here"

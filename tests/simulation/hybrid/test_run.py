@@ -126,7 +126,7 @@ def test_a_mode_that_continues_after_an_impact_is_one_event(bounces):
     """The chain is free from the start to its rest, whatever bounces lie between."""
     assert len(bounces.arcs) > 20
     assert len(bounces.events) == 2
-    assert bounces.events[0].what == "moves freely"
+    assert bounces.events[0].description == "moves freely"
 
 
 def test_energy_is_kept_by_elastic_bounces_of_both_bars():

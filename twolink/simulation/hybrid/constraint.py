@@ -62,8 +62,8 @@ def solved_with_two(
 def parallel(first: Pair, second: Pair, lever: float) -> bool:
     """Return whether two rows of a chain of length `lever` (m) are parallel within round-off.
 
-    Near a singular pose a row is short, and its direction is round-off of the pose: what counts is
-    the part of the shorter row across the longer one.
+    Near a singular pose a row is short, and its direction is round-off of the pose. The criterion
+    is therefore the component of the shorter row perpendicular to the longer one.
     """
     x1, y1, x2, y2 = (float(entry) for entry in (*first, *second))
     one, other = abs(x1) + abs(y1), abs(x2) + abs(y2)

@@ -113,7 +113,7 @@ class Event:
     entered: float
 
     @property
-    def what(self) -> str:
+    def description(self) -> str:
         """The description of the mode."""
         return str(self.mode)
 
@@ -160,7 +160,7 @@ class Impact:
         return self.name.replace(" on ", " hits ", 1)
 
     @property
-    def what(self) -> str:
+    def description(self) -> str:
         """The description of the impact, without the unit of its speeds."""
         return self.described("")
 

@@ -77,8 +77,8 @@ def margins_of(coefficients: Any, rounding: float) -> tuple[Array, Array, Array]
     """Return by how much polynomials, shape (m, n), exceed the bounds on their errors on [0, 1].
 
     Those with a positive margin are proven positive. The Bernstein coefficients, shape (m, n), and
-    the bounds are returned as well. All are computed in float64: `first_fall` decides on what this
-    leaves open.
+    the bounds are returned as well. All are computed in float64: `first_fall` decides the
+    polynomials without a positive margin.
     """
     in_floats = np.asarray(coefficients, dtype=float)
     length = in_floats.shape[-1]

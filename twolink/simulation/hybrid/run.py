@@ -226,7 +226,7 @@ class _History:
         self._last: dict[int, float] = {}
         self._effort, self._steps = effort, 0
         self._limits, self._bytes = limits, 0
-        self._what = f"the motion over {scene.duration:g} s"
+        self._description = f"the motion over {scene.duration:g} s"
         self._growth = Forecast(_MEMORY_WINDOW)
         self.compile_seconds = 0.0
         self.exhausted = False
@@ -285,7 +285,7 @@ class _History:
         `size` (bytes) is that of the motion until t (s).
         """
         share = t / float(self._end)
-        self._limits.check_growth(self._what, self._growth, share, size)
+        self._limits.check_growth(self._description, self._growth, share, size)
 
     def _is_stuck(self) -> bool:
         """Return whether modes change without impacts so often that the run would not end."""
