@@ -46,7 +46,7 @@ def test_the_stored_energy_is_the_work_of_a_slow_press(law):
 
 def test_the_laws_that_take_a_root_take_no_other_depth():
     """The power 3/2 has a power series in the root, and in the root only."""
-    assert [law.rooted for law in LAWS] == [False, True, True]
+    assert [law.uses_root for law in LAWS] == [False, True, True]
     for law in LAWS[1:]:
         assert law.force(math.nan, 0.1, 0.0) == pytest.approx(5e4 * 1e-3)
 

@@ -112,7 +112,7 @@ class Flow:
     """Jackson and Green's compression beyond Hertz's range."""
 
     material: Material
-    rooted = True
+    uses_root = True
     relaxation = None
 
     def force(self, depth: Scalar, root: Scalar, rate: Scalar) -> Scalar:

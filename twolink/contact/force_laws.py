@@ -14,13 +14,13 @@ from twolink.arithmetic import Scalar
 
 
 class ContactLaw(Protocol):
-    """A law of compliant contact; `rooted` says that the force depends on the root of the depth.
+    """A law of compliant contact; `uses_root` says that the force depends on the root of the depth.
 
     A surface that is released springs back at once if `relaxation` is None, else exponentially at
     this rate (1/s).
     """
 
-    rooted: bool
+    uses_root: bool
 
     @property
     def relaxation(self) -> float | None:
@@ -43,7 +43,7 @@ class KelvinVoigt:
 
     stiffness: float
     damping: float = 0.0
-    rooted = False
+    uses_root = False
 
     @property
     def relaxation(self) -> float | None:
@@ -68,7 +68,7 @@ class Hertz:
     """
 
     stiffness: Scalar
-    rooted = True
+    uses_root = True
     relaxation = None
 
     def force(self, depth: Scalar, root: Scalar, rate: Scalar) -> Scalar:
@@ -90,7 +90,7 @@ class HuntCrossley:
 
     stiffness: float
     dissipation: float = 0.0
-    rooted = True
+    uses_root = True
     relaxation = None
 
     def force(self, depth: Scalar, root: Scalar, rate: Scalar) -> Scalar:
@@ -177,7 +177,7 @@ class Hysteresis(Protocol):
 class NoForce:
     """No force at any depth: the branch of a memoryless law on which it would pull."""
 
-    rooted = True
+    uses_root = True
     relaxation = None
 
     def force(self, depth: Scalar, root: Scalar, rate: Scalar) -> Scalar:

@@ -68,7 +68,7 @@ def guided_impulse(
     """Return the impulse on a point that can move along one line only: v_t = `lever` · v_n.
 
     Points of link 1 are of this kind. The point slides one way during compression and the other
-    way during restitution. With μ |lever| ≥ 1 friction wedges it, and it does not rebound.
+    way during restitution. With μ |lever| ≥ 1 friction jams it, and it does not rebound.
     """
     slip = friction * abs(lever)
     inward, outward = response * (1 + slip), response * (1 - slip)
@@ -138,7 +138,7 @@ def _newtons_impulse(
             if sigma * (v_t + G.nt * normal + G.tt * tangential) >= 0:
                 back = v_t != 0 and (v_t > 0) != (sigma > 0)
                 return Impulse(normal, tangential, "slides back" if back else "slides")
-    # If the surface wedges the point no such impulse exists; integrate the phases instead.
+    # If the surface jams the point no such impulse exists; integrate the phases instead.
     phases, regime = _phases(v_t, G, det, mu)
     return _summed(phases, regime, _newtons_end(phases, v_n, e))
 

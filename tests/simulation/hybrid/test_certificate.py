@@ -53,7 +53,7 @@ def certificate_of(*triggers, clock=None, span=1.0, integral=False, system=SYSTE
         for number, trigger in enumerate(triggers)
     )
     compiled = CompiledMode(
-        pool=IntegratorPool(None), operations=0, numbers=0, watched=watched, gaps=(), sunk=(),
+        pool=IntegratorPool(None), operations=0, numbers=0, watched=watched, gaps=(), recovering=(),
         roots=(), clock=clock, integrals=slice(0, 0), number=system.number,
     )  # fmt: skip
     return Certificate(system, compiled, MODE, system.number(span), state=state)

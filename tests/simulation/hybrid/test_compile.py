@@ -24,8 +24,8 @@ BALL = CompliantSurface((0.0, 1.2), (0.0, -1.0), "hertz", 1000.0)
 CUSHION = CompliantSurface((0.0, 1.2), (0.0, -1.0), "kelvin-voigt", 100.0, 4.0)
 
 
-def compiled(system, *states, dents=(), sunk=(), formulation="lagrange"):
-    return compiled_mode(system, mode_of(system, *states, dents=dents), formulation, sunk)
+def compiled(system, *states, dents=(), recovering=(), formulation="lagrange"):
+    return compiled_mode(system, mode_of(system, *states, dents=dents), formulation, recovering)
 
 
 def coefficients(mode, *values, scale=1.0, start=0.0):
@@ -53,7 +53,7 @@ def test_an_open_contact_has_its_gap_as_a_variable():
     """Its rate is the speed along the normal, whatever the gap is."""
     system = system_of(Gravity(), FLOOR)
     mode = compiled(system, S.OPEN, S.OPEN)
-    assert (mode.gaps, mode.sunk, mode.roots, mode.clock) == ((0, 1), (), (), None)
+    assert (mode.gaps, mode.recovering, mode.roots, mode.clock) == ((0, 1), (), (), None)
     q, u = (0.3, 0.2), (1.5, -0.5)
     found = coefficients(mode, *q, *u, 7.0, 1e-12)
     assert found[4:6, 0].tolist() == [7.0, 1e-12]
@@ -131,8 +131,8 @@ def test_the_speed_along_a_rooted_press_is_braked_by_hertz():
 def test_a_surface_that_springs_back_is_a_variable_that_decays():
     """k/c = 25/s; the gap closes by as much as the surface comes back."""
     system = system_of(Gravity(0.0), CUSHION)
-    mode = compiled(system, S.OPEN, sunk=(0,))
-    assert mode.sunk == (0,)
+    mode = compiled(system, S.OPEN, recovering=(0,))
+    assert mode.recovering == (0,)
     found = coefficients(mode, 0.3, 0.2, 0.0, 0.0, 0.5, 0.02)
     decay = [0.02 * (-25) ** k / math.factorial(k) for k in range(6)]
     assert found[5, :6] == pytest.approx(decay, rel=1e-13)

@@ -186,7 +186,7 @@ def test_a_run_that_ends_early_is_measured_slightly_beyond_its_end(monkeypatch):
 def test_a_result_ends_where_it_can_no_longer_be_measured(monkeypatch):
     """In long double it would reach the end, but the run that measures it has its limit of work."""
     monkeypatch.setattr(measure, "_MOST_JUMPS", {"quadruple": 1, "long double": 12_000})
-    monkeypatch.setattr(measure, "_rungs", lambda accuracy: [LONG_DOUBLE])
+    monkeypatch.setattr(measure, "_configurations", lambda accuracy: [LONG_DOUBLE])
     measured = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
     judge = next(run for run in measured.runs if run.formulation == "kane")
     assert judge.exhausted
@@ -207,7 +207,7 @@ def test_a_longer_run_replaces_a_shorter_one():
     assert other.judge(LONG_DOUBLE, whole).reached == 2.5
 
 
-LONG_DOUBLE = measure.Rung("long double", 23, "quadruple", 31)
+LONG_DOUBLE = measure.Configuration("long double", 23, "quadruple", 31)
 
 
 def test_runs_are_compared_inside_the_steps_of_both(run):

@@ -149,7 +149,7 @@ class StartOfArc:
         """Return the scaled force that round-off of a position causes in a stiff surface."""
         element = self._system.elements[trigger.index]
         law = element.compliant
-        if trigger.kind not in (EventKind.LEAVES, EventKind.BREAKS) or law is None or law.rooted:
+        if trigger.kind not in (EventKind.LEAVES, EventKind.BREAKS) or law is None or law.uses_root:
             return 0.0
         depth = CONTACT_GAP * self._system.rounding * max(1.0, abs(float(element.bound)))
         return abs(float(law.force(depth, 0.0, 0.0))) * self._system.force_scale

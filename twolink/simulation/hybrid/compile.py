@@ -73,10 +73,10 @@ class Layout(NamedTuple):
 class CompiledMode:
     """A mode's integrators and the layout of their variables.
 
-    `gaps`, `sunk` and `roots` have the numbers of the elements, in the order of their variables
-    after q and u; `clock` is the variable of time, where that is not the independent one. The
-    parameters are the `numbers` of effects and dents, the scale of forces, and, with a clock, the
-    start of the arc (s).
+    `gaps`, `recovering` and `roots` have the numbers of the elements, in the order of their
+    variables after q and u; `clock` is the variable of time, where that is not the independent one.
+    The parameters are the `numbers` of effects and dents, the scale of forces, and, with a clock,
+    the start of the arc (s).
     """
 
     pool: IntegratorPool
@@ -84,7 +84,7 @@ class CompiledMode:
     numbers: int
     watched: tuple[Watched, ...]
     gaps: tuple[int, ...]
-    sunk: tuple[int, ...]
+    recovering: tuple[int, ...]
     roots: tuple[int, ...]
     clock: int | None
     integrals: slice
@@ -122,20 +122,20 @@ def _as_slice(indices: list[int]) -> Any:
 
 
 def compiled_mode(
-    system: HybridSystem, mode: Mode, formulation: FormulationName, sunk: tuple[int, ...]
+    system: HybridSystem, mode: Mode, formulation: FormulationName, recovering: tuple[int, ...]
 ) -> CompiledMode:
     """Return the integrator of a mode, compiled on first use.
 
-    `sunk` are the surfaces that are not in contact and have not recovered.
+    `recovering` are the surfaces that are not in contact and have not recovered.
     """
     kind = mode.kind
-    key = kind.states, kind.dents, sunk, formulation
+    key = kind.states, kind.dents, recovering, formulation
     found: CompiledMode | None = system.compiled.get(key)
     if found is None:
         # Systems whose effects differ only in parameters share integrators.
         found = system.compiled[key] = _compiled(
             Content((system.scene_chain,)), system.content, kind, formulation, system.precision,
-            system.order, sunk,
+            system.order, recovering,
         )  # fmt: skip
     return found
 
@@ -148,7 +148,7 @@ def _compiled(
     formulation: FormulationName,
     precision: PrecisionName,
     order: int | None,
-    sunk: tuple[int, ...],
+    recovering: tuple[int, ...],
 ) -> CompiledMode:
     """Return the integrators of a kind of modes, cached for all arcs and runs."""
     hy, number = heyoka(), PRECISIONS[precision].number
@@ -161,7 +161,7 @@ def _compiled(
         precision, order, number, 0.0, 0.0,
     )  # fmt: skip
     mode = mode.with_numbers(tuple(hy.par[next(parameters)] for _ in mode.numbers))
-    return _Builder(system, mode, sunk, next(parameters)).compiled()
+    return _Builder(system, mode, recovering, next(parameters)).compiled()
 
 
 def safe_order(elements: Sequence[ContactElement], order: int | None) -> int | None:
@@ -180,12 +180,12 @@ class _Builder:
     """The variables, rates and event functions of a mode, as heyoka's expressions."""
 
     def __init__(
-        self, system: HybridSystem, mode: Mode, sunk: tuple[int, ...], numbers: int
+        self, system: HybridSystem, mode: Mode, recovering: tuple[int, ...], numbers: int
     ) -> None:
         """Name the variables of a mode; the first parameter that is free is `numbers`."""
         hy = heyoka()
         self._system, self._mode, self._numbers = system, mode, numbers
-        self._sunk = sunk
+        self._recovering = recovering
         self._q, self._u = hy.make_vars("q1", "q2"), hy.make_vars("u1", "u2")
         states = list(enumerate(zip(system.elements, mode.states, strict=True)))
         self._gaps = {
@@ -193,7 +193,7 @@ class _Builder:
             for i, (element, state) in states
             if element.normal is not None and state is ContactState.OPEN
         }
-        self._depths = {i: hy.make_vars(f"sunk{i}") for i in sunk}
+        self._depths = {i: hy.make_vars(f"recovering{i}") for i in recovering}
         self._roots = {
             i: hy.make_vars(f"root{i}")
             for i, (element, state) in states
@@ -247,7 +247,7 @@ class _Builder:
             numbers=self._numbers,
             watched=tuple(watched),
             gaps=tuple(self._gaps),
-            sunk=self._sunk,
+            recovering=self._recovering,
             roots=tuple(self._roots),
             clock=first - 1 if self._moving else None,
             integrals=slice(first, first + len(integrals)),
@@ -257,7 +257,9 @@ class _Builder:
     def _motion(self, solution: Solution) -> tuple[list[Any], list[Any]]:
         """Return the variables of the motion, and their rates."""
         system, roots, moving = self._system, self._roots, self._moving
-        springing = {i: -_relaxation(system.elements[i]) * self._depths[i] for i in self._sunk}
+        springing = {
+            i: -_relaxation(system.elements[i]) * self._depths[i] for i in self._recovering
+        }
         gap_rates = [
             springing.get(i, 0.0) + (0.0 if self._is_held(i) else self._normal_speed(i))
             for i in self._gaps
@@ -305,7 +307,11 @@ class _Builder:
         place = {str(variable): row for row, variable in enumerate(variables)}
         for trigger in triggers(self._system, self._mode):
             index = trigger.index
-            if trigger.kind is EventKind.HITS and self._is_held(index) and index not in self._sunk:
+            if (
+                trigger.kind is EventKind.HITS
+                and self._is_held(index)
+                and index not in self._recovering
+            ):
                 continue
             own = self._gaps.get(index) if trigger.kind in OF_GAP else self._roots.get(index)
             by_variable = trigger.kind in (*OF_GAP, EventKind.REACHES) or (
@@ -326,7 +332,7 @@ class _Builder:
 
 
 def _is_rooted(element: ContactElement) -> bool:
-    return element.compliant is not None and element.compliant.rooted
+    return element.compliant is not None and element.compliant.uses_root
 
 
 def _relaxation(element: ContactElement) -> float:

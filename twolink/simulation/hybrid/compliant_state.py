@@ -16,7 +16,7 @@ from twolink.simulation.hybrid.tolerances import NO_FORCE
 
 
 class CompliantState(NamedTuple):
-    """`sqrt_depth` (m^½, None if not in use), `residual_depth` (m) still sunk in, and `plastic`."""
+    """`sqrt_depth` (m^½, None if not in use), `residual_depth` (m) to recover, and `plastic`."""
 
     sqrt_depth: Scalar | None = None
     residual_depth: Scalar = 0
@@ -47,7 +47,7 @@ def pressed_at(element: ContactElement, state: CompliantState, depth: Any) -> Co
     if element.hysteresis is not None and plastic is not None:
         while (reach := element.branch(plastic).reach) is not None and reach * reach < depth:
             plastic = element.hysteresis.reached(plastic)
-    root = sqrt(depth) if law.rooted else None
+    root = sqrt(depth) if law.uses_root else None
     return CompliantState(root, 0, plastic)
 
 
@@ -57,7 +57,7 @@ def pressed(element: ContactElement, state: CompliantState, least: Any) -> Compl
     assert law is not None
     if element.hysteresis is not None and plastic is not None:
         plastic = element.hysteresis.pressed(plastic)
-    return CompliantState(least if law.rooted else None, 0, plastic)
+    return CompliantState(least if law.uses_root else None, 0, plastic)
 
 
 def released(
@@ -75,9 +75,9 @@ def released(
         plastic = element.hysteresis.turned(plastic, 0 * speed)
     if law.relaxation is None:
         return CompliantState(None, 0 * speed, plastic)
-    sunk = speed / law.relaxation
-    differs = abs(sunk - depth) > NO_FORCE * abs(sunk)
-    return CompliantState(None, depth if differs else sunk, plastic)
+    residual = speed / law.relaxation
+    differs = abs(residual - depth) > NO_FORCE * abs(residual)
+    return CompliantState(None, depth if differs else residual, plastic)
 
 
 def overtaken(element: ContactElement, state: CompliantState, depth: Any) -> CompliantState:

@@ -180,7 +180,7 @@ def push_of(
         return branch.law.force(root * root, root, rate)
     surface = element.bound - branch.residual
     depth = surface - element.normal.coordinate(pose.chain, pose.q)
-    if not branch.law.rooted:
+    if not branch.law.uses_root:
         return branch.law.force(depth, 0, rate)
     depth = (depth + abs(depth)) / 2
     return branch.law.force(depth, sqrt(depth), rate)

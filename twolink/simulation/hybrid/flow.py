@@ -204,7 +204,7 @@ def _set_up(course: _Course) -> None:
     vector = [*state.q, *state.u]
     for index in compiled.gaps:
         vector.append(state.gaps[index])
-    for index in compiled.sunk:
+    for index in compiled.recovering:
         vector.append(compliant[index].residual_depth)  # type: ignore[union-attr]
     for index in compiled.roots:
         vector.append(compliant[index].sqrt_depth)  # type: ignore[union-attr]
@@ -329,7 +329,7 @@ def _end_state(course: _Course, last: Block, until: Any) -> HybridState:
         gap = next(rest)
         # A touching contact that carries no force stays touching.
         gaps[index] = 0 * gap if index in state.touching else gap
-    for index in compiled.sunk:
+    for index in compiled.recovering:
         compliant[index] = compliant[index]._replace(residual_depth=next(rest))  # type: ignore[union-attr]
     for index in compiled.roots:
         compliant[index] = compliant[index]._replace(sqrt_depth=next(rest))  # type: ignore[union-attr]

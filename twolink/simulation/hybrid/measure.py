@@ -78,7 +78,7 @@ _PLACES = (0.25, 0.5, 0.75, 0.99)
 _MANY_STEPS = 20_000
 
 
-class Rung(NamedTuple):
+class Configuration(NamedTuple):
     """A precision and an order, and those of the run that judges it."""
 
     precision: PrecisionName
@@ -112,17 +112,21 @@ def measured_run(
     """
     runs = _Runs(scene, times, EQUATIONS[formulation].in_speeds, progress, limits)
     best: _Trial | None = None
-    for rung in _rungs(accuracy):
-        if rung.precision == "double" and best is not None and best.worst > _LOST * accuracy:
+    for configuration in _configurations(accuracy):
+        if (
+            configuration.precision == "double"
+            and best is not None
+            and best.worst > _LOST * accuracy
+        ):
             # A higher order does not gain that many digits.
             continue
-        kept = runs.kept(rung)
+        kept = runs.kept(configuration)
         many = kept.steps > _MANY_STEPS_OF_A_LOW_ORDER or (kept.failure and kept.exhausted)
-        if rung.order < _BEST_ORDER and many:
+        if configuration.order < _BEST_ORDER and many:
             # The truncation errors of many steps add up to more than the accuracy.
             continue
-        judge = runs.judge(rung, kept)
-        margin = _MARGIN if rung.precision != rung.judge else _MARGIN_OF_EQUALS
+        judge = runs.judge(configuration, kept)
+        margin = _MARGIN if configuration.precision != configuration.judge else _MARGIN_OF_EQUALS
         errors = margin * differences(kept, judge, times, accuracy)
         trial = _Trial(kept, judge, errors, accuracy, float(times[-1]))
         if best is None or trial.rank > best.rank:
@@ -148,25 +152,29 @@ class _Runs:
     limits: Limits
     known: dict[tuple[PrecisionName, int, FormulationName], HybridRun] = field(default_factory=dict)
 
-    def kept(self, rung: Rung) -> HybridRun:
-        """Return the run of a rung, as far as it goes and can be measured."""
-        if rung.precision == "double":
-            return self._made(rung.precision, rung.order, self.own, self.scene.duration)
+    def kept(self, configuration: Configuration) -> HybridRun:
+        """Return the run of a configuration, as far as it goes and can be measured."""
+        if configuration.precision == "double":
+            return self._made(
+                configuration.precision, configuration.order, self.own, self.scene.duration
+            )
         # Here the run that measures is short of work before this one is.
-        judge = self._judge(rung, self.scene.duration)
+        judge = self._judge(configuration, self.scene.duration)
         if not (judge.failure and judge.exhausted):
-            return self._made(rung.precision, rung.order, self.own, self.scene.duration)
-        made = self._made(rung.precision, rung.order, self.own, judge.reached)
+            return self._made(
+                configuration.precision, configuration.order, self.own, self.scene.duration
+            )
+        made = self._made(configuration.precision, configuration.order, self.own, judge.reached)
         return made if made.failure else replace(made, failure=judge.failure, exhausted=True)
 
-    def judge(self, rung: Rung, kept: HybridRun) -> HybridRun:
-        """Return the run that measures one of a rung, slightly beyond the end of it."""
+    def judge(self, configuration: Configuration, kept: HybridRun) -> HybridRun:
+        """Return the run that measures one of a configuration, slightly beyond the end of it."""
         beyond = kept.reached + BEYOND * self.scene.duration if kept.failure else math.inf
-        return self._judge(rung, min(beyond, self.scene.duration))
+        return self._judge(configuration, min(beyond, self.scene.duration))
 
-    def _judge(self, rung: Rung, until: float) -> HybridRun:
+    def _judge(self, configuration: Configuration, until: float) -> HybridRun:
         other = next(name for name in FORMULATIONS if name != self.own)
-        return self._made(rung.judge, rung.judging_order, other, until)
+        return self._made(configuration.judge, configuration.judging_order, other, until)
 
     def _made(
         self, precision: PrecisionName, order: int, by: FormulationName, until: float
@@ -238,18 +246,18 @@ class _Trial:
         return bool(self.kept.exhausted or judge.exhausted or too_much)
 
 
-def _rungs(accuracy: float) -> Iterator[Rung]:
+def _configurations(accuracy: float) -> Iterator[Configuration]:
     """Yield the precisions and orders to try, the cheapest sufficient one first."""
     wanted = -math.log(accuracy / _GROWTH) / 2 - 1
     order = max(_LOWEST_ORDER, 2 * math.ceil((wanted - 1) / 2) + 3)
     if order <= 19:
-        yield Rung("double", order, "long double", min(order + 4, 23))
+        yield Configuration("double", order, "long double", min(order + 4, 23))
     if order <= _BEST_ORDER:
-        yield Rung("double", _BEST_ORDER, "long double", 23)
-    yield Rung("long double", 23, "quadruple", 31)
+        yield Configuration("double", _BEST_ORDER, "long double", 23)
+    yield Configuration("long double", 23, "quadruple", 31)
     # The run that measured the last one measures this one as well, if its error allows.
-    yield Rung("quadruple", 41, "quadruple", 31)
-    yield Rung("quadruple", 41, "quadruple", 35)
+    yield Configuration("quadruple", 41, "quadruple", 31)
+    yield Configuration("quadruple", 41, "quadruple", 35)
 
 
 def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: float) -> Array:
