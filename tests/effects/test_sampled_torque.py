@@ -91,7 +91,7 @@ def test_runge_kutta_keeps_its_order_over_jumps():
     errors = [
         np.abs(run.q - exact).max()
         for h in (0.005, 0.0025, 0.00125)
-        for run in [numeric_run(start, times, method="rk4", formulation="kane", fineness=h)]
+        for run in [numeric_run(start, times, method="rk4", formulation="kane", setting=h)]
     ]
     assert math.log2(errors[0] / errors[2]) / 2 == pytest.approx(4, abs=0.2)
 

@@ -80,7 +80,7 @@ def test_warnings_are_kept_and_values_of_another_shape_are_refused():
     engine = remote(Loud())
     engine.load(MODEL)
     engine.evaluate("forward_dynamics", STATES)
-    assert engine.heard == ["RuntimeWarning: overflow"]
+    assert engine.captured_warnings == ["RuntimeWarning: overflow"]
     with pytest.raises(EngineFault, match="must be 2 × 2 × 2 numbers; got 3"):
         engine.evaluate("mass_matrix", STATES)
 

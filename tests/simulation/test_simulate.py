@@ -57,7 +57,7 @@ def test_fixed_step_methods_have_their_order(method, formulation, truth):
     finest = {1: 1 / 4000, 2: 1 / 800, 4: 1 / 200, 6: 1 / 320}[NUMERIC_METHODS[method].order]
     errors = [
         error_of(
-            numeric_run(SHORT, TIMES, method=method, formulation=formulation, fineness=h), truth
+            numeric_run(SHORT, TIMES, method=method, formulation=formulation, setting=h), truth
         )
         for h in (4 * finest, 2 * finest, finest)
     ]
@@ -68,7 +68,7 @@ def test_fixed_step_methods_have_their_order(method, formulation, truth):
 @pytest.mark.parametrize("formulation", EQUATIONS)
 @pytest.mark.parametrize("method", SCIPY)
 def test_scipys_methods_reach_the_same_trajectory(method, formulation, truth):
-    run = numeric_run(SHORT, TIMES, method=method, formulation=formulation, fineness=1e-10)
+    run = numeric_run(SHORT, TIMES, method=method, formulation=formulation, setting=1e-10)
     assert error_of(run, truth) < 2e-7
 
 

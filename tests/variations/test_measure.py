@@ -9,7 +9,7 @@ from twolink.accuracy.reference import reference
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.variations.directions import directions
-from twolink.variations.measure import LADDER, measured_variation
+from twolink.variations.measure import CONFIGURATIONS, measured_variation
 
 GENERAL = {
     "chain": {"mass": [1.0, 1.0], "length": [1.0, 1.0]},
@@ -81,7 +81,7 @@ def check_against_forty_digits(scene, parameter, accuracy):
 
 
 def test_a_run_has_neither_its_precision_nor_its_equations_in_common_with_its_judge():
-    for (precision, equations), (finer, others) in pairwise(LADDER):
+    for (precision, equations), (finer, others) in pairwise(CONFIGURATIONS):
         assert PRECISIONS[finer].rounding < PRECISIONS[precision].rounding
         assert equations in EQUATIONS
         assert others != equations

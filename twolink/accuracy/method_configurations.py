@@ -210,7 +210,7 @@ def _numeric(
             times,
             method=name,
             formulation=equations,
-            fineness=value,
+            setting=value,
             progress=limits.timed(f"a run with {method.parameter} {value:.3g}"),
         )
         return MeasuredRun(found.q, found.u, found.run_seconds, 0.0, found.steps, found.evaluations)

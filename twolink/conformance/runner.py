@@ -98,7 +98,7 @@ def _group(session: Session, suite: str, group: Group) -> Iterator[TestResult]:
     except EngineFault as fault:
         yield without_answer(read, fault)
     else:
-        warnings = tuple(engine.heard)
+        warnings = tuple(engine.captured_warnings)
         yield _reading(read, group, understood, engine.precision, warnings)
         yield from _questions(session, suite, group, warnings)
         yield from _motions(session, suite, group, warnings)
@@ -172,7 +172,7 @@ def _question(
     """Return the outcome of one question. Raises `EngineError` and `EngineFault`."""
     answer = engine.evaluate(vector.quantity, vector.states.arrays())
     precision, from_urdf = engine.precision, engine.has_urdf
-    warnings = (*of_model, *engine.heard)
+    warnings = (*of_model, *engine.captured_warnings)
     found = judged(
         vector,
         group,
@@ -183,7 +183,7 @@ def _question(
     )
     result = replace(result, mark=found.mark, factor=found.factor, digits=found.digits)
     if found.mark is Mark.PASS:
-        return replace(result, warnings=tuple(engine.heard))
+        return replace(result, warnings=tuple(engine.captured_warnings))
     result = replace(result, warnings=warnings)
     names = causes(
         vector,

@@ -27,7 +27,7 @@ from twolink.errors import EngineError
 class RemoteEngine(Engine):
     """An engine of any language, isolated from this process, with the capabilities that it names.
 
-    `heard` are the warnings that came with its answers. In addition to the errors of
+    `captured_warnings` are the warnings that came with its answers. In addition to the errors of
     the contract, a call raises `EngineError` for a question that failed in the engine, and
     `EngineFault` where no answer came.
     """
@@ -36,7 +36,7 @@ class RemoteEngine(Engine):
         """Take a session; `identity` names the test in its messages."""
         about = session.engine
         self._session, self._identity = session, identity
-        self.heard: list[str] = []
+        self.captured_warnings: list[str] = []
         self.name, self.precision, self.issues = about.name, about.precision, about.issues
         self.reads, self.effects, self.methods = about.reads, about.effects, about.methods
 
@@ -61,7 +61,7 @@ class RemoteEngine(Engine):
         if isinstance(answer, Refused):
             raise ModelRefusedError(answer.refused)
         assert isinstance(answer, Loaded)
-        self.heard += answer.warnings
+        self.captured_warnings += answer.warnings
         return answer.understood
 
     def _evaluated(self, quantity: str, inputs: Sequence[Array]) -> Array:
@@ -70,14 +70,14 @@ class RemoteEngine(Engine):
         question = States.model_construct(None, **rows)
         answer = self._answered(self._session.ask(self._identity, quantity, question))
         assert isinstance(answer, Values)
-        self.heard += answer.warnings
+        self.captured_warnings += answer.warnings
         return asked.array(answer.values, len(rows["angles"]), from_urdf=self.has_urdf)
 
     def move(self, request: Move) -> Moved:
         """Return a motion of the model."""
         answer = self._answered(self._session.move(request))
         assert isinstance(answer, Moved)
-        self.heard += answer.warnings
+        self.captured_warnings += answer.warnings
         for name in ("angles", "speeds"):
             if (got := len(getattr(answer, name))) != len(request.times):
                 said = f"{name} must be {len(request.times)} rows; got {got}"

@@ -93,7 +93,7 @@ class InputTrial:
         finite = all(map(math.isfinite, numbers))
         said = f"it is accepted; the answer is {numbers}"
         factor = 0.0 if self.harmless else math.inf
-        return Result(factor, bool(engine.heard), said, finite=finite)
+        return Result(factor, bool(engine.captured_warnings), said, finite=finite)
 
     def _answer(self, engine: Engine) -> list[float]:
         """Return the accelerations that an engine answers, none if it only reads."""

@@ -124,9 +124,9 @@ def of_engine(case: Case, engine: RemoteEngine) -> Outcome:
             return Outcome(mark, said=str(error))
         said = f"refused: {error}" if mark is Mark.REFUSED else str(error)
         notes = [getattr(error, "output", ""), *getattr(error, "__notes__", ())]
-        heard = "\n".join([*engine.heard, *notes]).strip()
-        return Outcome(mark, None, perf_counter() - begin, said, call, heard)
-    return Outcome.of(result, perf_counter() - begin, call, "\n".join(engine.heard))
+        warnings = "\n".join([*engine.captured_warnings, *notes]).strip()
+        return Outcome(mark, None, perf_counter() - begin, said, call, warnings)
+    return Outcome.of(result, perf_counter() - begin, call, "\n".join(engine.captured_warnings))
 
 
 def document(board: dict[str, dict[str, Outcome]], cases: Iterable[Case]) -> dict[str, object]:

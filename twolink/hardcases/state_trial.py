@@ -84,7 +84,7 @@ class StateTrial:
     def external(self, engine: RemoteEngine) -> Result:
         """Return the error of an engine's forward dynamics."""
         found = accelerations(engine, self.chain, self.q, self.u, self.g, self.torque)
-        return self._compared(found, self._bound_of_engine(), warned=bool(engine.heard))
+        return self._compared(found, self._bound_of_engine(), warned=bool(engine.captured_warnings))
 
     def _loads(self, q: Pair, u: Pair) -> Any:
         chain = self.chain

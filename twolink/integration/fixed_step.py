@@ -30,7 +30,7 @@ _LEAST_STEPS = 200
 
 @dataclass(frozen=True, kw_only=True)
 class FixedStepMethod(NumericMethod):
-    """A method that takes a `step` from time t (s) over h (s); its fineness is h.
+    """A method that takes a `step` from time t (s) over h (s); the setting of its parameter is h.
 
     The step is shortened to divide the time between two samples.
     """
@@ -49,13 +49,13 @@ class FixedStepMethod(NumericMethod):
         return duration / _MOST_STEPS
 
     def integrate(
-        self, rates: Rates, times: Array, start: list[float], fineness: float
+        self, rates: Rates, times: Array, start: list[float], setting: float
     ) -> tuple[Array, int]:
         """Return the variables at the times, and the number of steps."""
         variables = np.array(start)
         found, steps = [variables], 0
         for earlier, later in pairwise(times):
-            count = max(1, int(np.ceil((later - earlier) / fineness * (1 - 1e-12))))
+            count = max(1, int(np.ceil((later - earlier) / setting * (1 - 1e-12))))
             h = (later - earlier) / count
             for index in range(count):
                 variables = self.step(rates, float(earlier + index * h), variables, float(h))

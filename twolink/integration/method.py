@@ -48,7 +48,7 @@ class TaylorSeries(Method):
 class NumericMethod(Method):
     """A method that evaluates only rates, in double precision.
 
-    Its parameter, the fineness, is multiplied by `refinement` until a run is accurate enough.
+    The setting of its parameter is multiplied by `refinement` until a run is accurate enough.
     """
 
     refinement: ClassVar[float]
@@ -56,15 +56,15 @@ class NumericMethod(Method):
 
     @abstractmethod
     def coarsest(self, accuracy: float, duration: float, between_samples: float) -> float:
-        """Return the first fineness to try for an accuracy (rad, rad/s); times are in s."""
+        """Return the first setting for an accuracy (rad, rad/s); times are in s."""
 
     @abstractmethod
     def finest(self, duration: float) -> float:
-        """Return the least fineness for a motion of a duration (s)."""
+        """Return the least setting for a motion of a duration (s)."""
 
     @abstractmethod
     def integrate(
-        self, rates: Rates, times: Array, start: list[float], fineness: float
+        self, rates: Rates, times: Array, start: list[float], setting: float
     ) -> tuple[Array, int]:
         """Return the variables at increasing times (s), of shape (4, n), and the number of steps.
 

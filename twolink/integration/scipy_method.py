@@ -18,7 +18,7 @@ _FINEST_TOLERANCE = 1e-13
 
 @dataclass(frozen=True, kw_only=True)
 class SciPyMethod(NumericMethod):
-    """A method of SciPy by its name there; its fineness is both rtol and atol."""
+    """A method of SciPy by its name there; the setting of its parameter is both rtol and atol."""
 
     parameter = "tolerance"
     refinement = 0.1
@@ -34,7 +34,7 @@ class SciPyMethod(NumericMethod):
         return _FINEST_TOLERANCE
 
     def integrate(
-        self, rates: Rates, times: Array, start: list[float], fineness: float
+        self, rates: Rates, times: Array, start: list[float], setting: float
     ) -> tuple[Array, int]:
         """Return the variables at the times, and the number of steps or of evaluations."""
         from scipy import integrate
@@ -46,7 +46,7 @@ class SciPyMethod(NumericMethod):
         # Numbers that overflow are refused below or by the caller, in a sentence.
         with np.errstate(all="ignore"):
             solution = solve_ivp(
-                rates, span, start, method=self.name, t_eval=inside, rtol=fineness, atol=fineness
+                rates, span, start, method=self.name, t_eval=inside, rtol=setting, atol=setting
             )
         if not solution.success:
             raise SimulationError(f"SciPy's {self.name} gives up: {solution.message}")

@@ -169,12 +169,12 @@ def _through_events(asked: _Asked) -> Trajectory:
 def _by_refining(asked: _Asked, name: NumericName) -> Trajectory:
     """Refine the tolerance, or the step, until the change of the result is within the accuracy."""
     method, duration = NUMERIC_METHODS[name], asked.scene.duration
-    fineness = method.coarsest(asked.accuracy, duration, duration / (len(asked.times) - 1))
-    runs = [_numeric(asked, name, fineness)]
+    setting = method.coarsest(asked.accuracy, duration, duration / (len(asked.times) - 1))
+    runs = [_numeric(asked, name, setting)]
     errors = np.full_like(asked.times, np.inf)
-    while fineness * method.refinement >= method.finest(duration):
-        fineness *= method.refinement
-        runs.append(_numeric(asked, name, fineness))
+    while setting * method.refinement >= method.finest(duration):
+        setting *= method.refinement
+        runs.append(_numeric(asked, name, setting))
         # The finer run is returned; the change is an estimate of the error of the coarser one.
         errors = MARGIN_OF_LIKE_PRECISIONS * difference(runs[-2], runs[-1])
         if errors.max() <= asked.accuracy:
@@ -190,14 +190,14 @@ def _by_refining(asked: _Asked, name: NumericName) -> Trajectory:
     return _made(asked, kept.q, kept.u, errors, name, "double", statistics)
 
 
-def _numeric(asked: _Asked, method: NumericName, fineness: float) -> NumericRun:
+def _numeric(asked: _Asked, method: NumericName, setting: float) -> NumericRun:
     return numeric_run(
         asked.scene,
         asked.times,
         method=method,
         formulation=asked.options.formulation,
-        fineness=fineness,
-        progress=asked.report(f"{method} at {fineness:.3g}"),
+        setting=setting,
+        progress=asked.report(f"{method} at {setting:.3g}"),
     )
 
 

@@ -24,7 +24,7 @@ from twolink.variations.system import VariedMotion, varied_motion
 
 Array = NDArray[np.float64]
 
-LADDER: tuple[tuple[PrecisionName, EquationsName], ...] = (
+CONFIGURATIONS: tuple[tuple[PrecisionName, EquationsName], ...] = (
     ("double", "momenta"),
     ("long double", "lagrange"),
     ("quadruple", "momenta"),
@@ -68,14 +68,14 @@ def measured_variation(
 ) -> MeasuredVariation:
     """Return the first pair of runs that meets an accuracy, or the finest one."""
 
-    def run(rung: tuple[PrecisionName, EquationsName]) -> VariedMotion:
-        precision, formulation = rung
+    def run(configuration: tuple[PrecisionName, EquationsName]) -> VariedMotion:
+        precision, formulation = configuration
         report = progress(f"{formulation}, {precision}")
         return varied_motion(scene, directions, times, formulation, precision, report)
 
-    coarse = run(LADDER[0])
-    for runs, (_, rung) in enumerate(pairwise(LADDER), start=2):
-        fine = run(rung)
+    coarse = run(CONFIGURATIONS[0])
+    for runs, (_, configuration) in enumerate(pairwise(CONFIGURATIONS), start=2):
+        fine = run(configuration)
         found = _measured(coarse, fine, directions, runs)
         if found.within(accuracy).all():
             break

@@ -64,7 +64,7 @@ class Spectrum:
 
     `blocks`, shape (blocks, 4), are the exponents over successive parts of the run, of which
     `exponents` is the mean. `resolution` (1/s) is the apparent exponent of a separation that grows
-    linearly with time: smaller exponents cannot be told from zero.
+    linearly with time: smaller exponents cannot be distinguished from zero.
     """
 
     scene: Scene

@@ -198,7 +198,7 @@ class LiveView:
         page.send(self._message())
         self._changed.set()
 
-    def heard(self, text: str | bytes) -> None:
+    def receive(self, text: str | bytes) -> None:
         """Obey a page's command."""
         try:
             question = json.loads(text)
@@ -286,7 +286,7 @@ class _Stream(_Guarded, tornado.websocket.WebSocketHandler):
         self.view.welcome(self)
 
     def on_message(self, message: str | bytes) -> None:
-        self.view.heard(message)
+        self.view.receive(message)
 
     def on_close(self) -> None:
         self.view.pages.discard(self)

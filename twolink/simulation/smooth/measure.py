@@ -18,7 +18,7 @@ the growth of errors, which a pair of a lower order has measured. Without the la
 gives its error, and that of the estimate (`defect`).
 
 The growth of errors over the run, |e| / exp(−2 (p + 1)), also selects the orders and the precision
-of all further runs, so that few are in vain; every result is measured.
+of all further runs, so that few runs are discarded; every result is measured.
 """
 
 from __future__ import annotations

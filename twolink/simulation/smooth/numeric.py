@@ -43,13 +43,13 @@ def numeric_run(
     *,
     method: NumericName,
     formulation: EquationsName,
-    fineness: float,
+    setting: float,
     progress: Callable[[float], None] | None = None,
 ) -> NumericRun:
     """Return the motion of a scene at increasing times (s), the first of them 0.
 
-    `fineness` is the parameter of the method: a tolerance, or a step (s). Raises `SimulationError`
-    if the method fails.
+    `setting` is the value of the method's parameter: a tolerance, or a step (s). Raises
+    `SimulationError` if the method fails.
     """
     equations, chain = EQUATIONS[formulation], scene.moving_chain
     chosen = NUMERIC_METHODS[method]
@@ -58,13 +58,13 @@ def numeric_run(
     for piece, effects in _pieces(scene, times):
         rates = _Counted(_rates(chain, effects, formulation), scene.duration, progress)
         start = perf_counter()
-        states, taken = chosen.integrate(rates, piece, variables.tolist(), fineness)
+        states, taken = chosen.integrate(rates, piece, variables.tolist(), setting)
         seconds += perf_counter() - start
         steps, evaluations, variables = steps + taken, evaluations + rates.count, states[:, -1]
         found.append(states[:, 1:][:, np.isin(piece[1:], times)])
         if not np.isfinite(states).all():
             raise SimulationError(
-                f"{method} produced non-finite values at tolerance {fineness:.3g}; it must be"
+                f"{method} produced non-finite values at tolerance {setting:.3g}; it must be"
                 " smaller"
             )
     whole = np.concatenate(found, axis=1)
