@@ -109,7 +109,8 @@ ROWS = {
     "twolink.simulation.hybrid": [
         "jet mode tolerances",
         "compliant_state constraint roots",
-        "dynamics state",
+        "pose state",
+        "dynamics",
         "system",
         "complementarity event_functions impact",
         "compile confirm impact_log resolution",

@@ -112,22 +112,6 @@ def test_all_loads_together_give_the_acceleration_of_the_mode():
     assert missing == pytest.approx((0, 0), abs=1e-12)
 
 
-def test_a_row_is_the_gradient_of_its_coordinate_and_is_computed_once():
-    pose = pose_of()
-    assert pose.row(UP) == pytest.approx(-bars(Q, U)[2][1])
-    assert pose.row(UP) is pose.row(UP)
-    assert pose.inertia is pose.inertia
-
-
-def test_responses_are_those_of_the_inverse_mass_matrix():
-    M, _, J, _ = bars(Q, U)
-    pose = pose_of()
-    assert pose.response(pose.row(UP), pose.row(ALONG)) == pytest.approx(
-        -J[1] @ np.linalg.solve(M, J[0])
-    )
-    assert pose.impulse_response((2.0, -3.0)) == pytest.approx(np.linalg.solve(M, [2.0, -3.0]))
-
-
 @pytest.mark.parametrize(
     ("elements", "states", "count"),
     [

@@ -40,7 +40,7 @@ def test_frictions_along_different_coordinates_are_accepted():
 
 
 def test_each_pose_of_a_system_has_its_own_rows():
-    """Poses share unit loads only."""
+    """Poses share formulas only."""
     system = system_of(FLOOR)
     normal = system.elements[1].normal
     for q in ((0.3, 1.1), (0.4, -0.2)):
