@@ -197,7 +197,7 @@ ROWS = {
         "display",
     ],
     "twolink.viz.plots": ["style", "moments", "curves", OTHERS, "path", "kinds strip"],
-    "twolink.viz.report": ["page", "conformance scoreboard sections"],
+    "twolink.viz.report": ["page", "conformance map scoreboard sections"],
     "twolink.cli": [
         "limits terminal",
         "program studies trajectories",

@@ -12,3 +12,6 @@ TRAJECTORIES: tuple[TrajectorySuffix, ...] = get_args(TrajectorySuffix)
 
 PlotSuffix = Literal[".svg", ".png", ".pdf"]
 PLOTS: tuple[PlotSuffix, ...] = get_args(PlotSuffix)
+
+MAPS = (*PLOTS, ".html")
+"""Pictures of a sweep; the page has the motions of a map's runs."""

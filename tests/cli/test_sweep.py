@@ -62,3 +62,37 @@ def test_a_file_that_is_no_sweep_is_refused(tmp_path):
     result = run(tmp_path / "a.toml", "--out", tmp_path / "a.zarr")
     assert result.exit_code == 2
     assert "must be a valid string; got 3" in result.stderr or "'scene' is missing" in result.stderr
+
+
+SECOND = """
+[[axes]]
+parameter = "start.u.0"
+values = [0.0, 1.0]
+"""
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "sentence"),
+    [
+        ('first = [{name = "flip"}]', "", "--plot must be of a sweep that keeps first times"),
+        ("", "", "--plot must be of a sweep that keeps samples for a .html page; got one without"),
+        ("final = true", "samples = 3", "--plot must be of a sweep over two axes for a .html page"),
+    ],
+)
+def test_a_page_of_a_map_needs_samples_of_two_axes(before, after, sentence, file, tmp_path):
+    file.write_text(TEXT.replace(before, after) if before else TEXT)
+    page = tmp_path / "map.html"
+    result = run(file, "--out", tmp_path / "a.zarr", "--plot", page)
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_maps_are_drawn_and_have_a_page(file, tmp_path):
+    head, runs, rest = TEXT.partition("[runs]")
+    file.write_text(head + SECOND + runs + rest.replace("final = true", "samples = 3"))
+    for name, begins in (("map.svg", "<?xml"), ("map.html", "<!doctype html>")):
+        place = tmp_path / name
+        result = run(file, "--out", tmp_path / "a.zarr", "--plot", place, "--workers", 1)
+        assert result.exit_code == 0, result.output
+        assert place.read_text().startswith(begins)

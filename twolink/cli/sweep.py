@@ -20,7 +20,7 @@ from twolink.cli.terminal import (
     progress_bar,
     refuse,
 )
-from twolink.suffixes import PLOTS
+from twolink.suffixes import MAPS
 from twolink.text import either, one_line, quoted
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from twolink.ensembles.ensemble import Ensemble
     from twolink.ensembles.results import Results
 
-_SUFFIX = ".zarr"
+_SUFFIX, _PAGE = ".zarr", ".html"
 
 
 def sweep(
@@ -53,8 +53,8 @@ def sweep(
     plot: Annotated[
         Path | None,
         typer.Option(
-            help=f"Draw the first times of a condition to this {either(PLOTS)} file: over two axes "
-            "a map, otherwise their distribution."
+            help=f"Draw the first times of a condition to this {either(MAPS)} file: over two axes "
+            "a map, otherwise their distribution. A page (.html) shows the motion of a pixel."
         ),
     ] = None,
     force: Force = False,
@@ -66,7 +66,7 @@ def sweep(
     refused.
     """
     _check_out(out)
-    check_target("--plot", plot, PLOTS)
+    check_target("--plot", plot, MAPS)
     if workers is not None and workers < 1:
         refuse(f"--workers must be a whole number of 1 or more; got {workers}")
     if workers is not None and dask is not None and dask != "local":
@@ -76,16 +76,39 @@ def sweep(
     from twolink.ensembles.file import load
 
     asked = load(file)
-    if plot is not None and not asked.document["keep"]["first"]:
-        refuse("--plot must be of a sweep that keeps first times ([keep] first); got one without")
+    if plot is not None:
+        _check_picture(asked, plot)
     with _executor(dask, workers) as executor, _bar(asked) as progress:
         found = _swept(asked, out, executor, workers, progress, force)
     print_table(console(), found.summary())
     if plot is not None:
-        from twolink.viz.plots.ensemble import ensemble_plot
-        from twolink.viz.plots.style import save
+        _draw(found, plot)
 
-        save(ensemble_plot(found), plot)
+
+def _check_picture(asked: Ensemble, plot: Path) -> None:
+    """Refuse a picture of quantities that the sweep does not keep."""
+    keep, shape = asked.document["keep"], asked.runs.shape
+    if not keep["first"]:
+        refuse("--plot must be of a sweep that keeps first times ([keep] first); got one without")
+    if plot.suffix != _PAGE:
+        return
+    if not keep["samples"]:
+        refuse(f"--plot must be of a sweep that keeps samples for a {_PAGE} page; got one without")
+    if shape[-1] > 1 or sum(count > 1 for count in shape) != 2:
+        refuse(f"--plot must be of a sweep over two axes for a {_PAGE} page; got another")
+
+
+def _draw(found: Results, plot: Path) -> None:
+    if plot.suffix == _PAGE:
+        from twolink.viz.report.map import map_page
+        from twolink.viz.report.page import write
+
+        write(plot, map_page(found))
+        return
+    from twolink.viz.plots.ensemble import ensemble_plot
+    from twolink.viz.plots.style import save
+
+    save(ensemble_plot(found), plot)
 
 
 def _swept(

@@ -6,7 +6,7 @@ happens, it is undecided, or the run failed.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,13 +28,49 @@ def ensemble_plot(found: Results, theme: str = "light") -> Figure:
     A map has the first fixed axis along x and the second along y. Raises `PictureError` for results
     without first times.
     """
+    times = map_of(found)
+    palette = palette_of(theme)
+    if times is None:
+        return _distribution(found, _condition(found), palette)
+    return _map(found, times, palette)
+
+
+class TimeMap(NamedTuple):
+    """First times over two axes: a row for each value of y, a column for each of x.
+
+    `x` and `y` are the names of the axes and `places` their rising values; `times` (s) are NaN
+    without a time, and `failed` says which runs failed. `grid` has all that is kept of these runs.
+    """
+
+    condition: str
+    x: str
+    y: str
+    places: tuple[Any, Any]
+    times: Any
+    verdicts: Any
+    failed: Any
+    grid: Any
+
+
+def map_of(found: Results) -> TimeMap | None:
+    """Return the first times of the first condition, or None where they are not over two axes.
+
+    Raises `PictureError` for results without first times.
+    """
     name = _condition(found)
     grid = found.grid()
     long = [dim for dim in grid[f"{name}{_VERDICT}"].dims if grid.sizes[dim] > 1]
-    palette = palette_of(theme)
-    if len(long) == 2 and "draw" not in long:
-        return _map(found, grid.squeeze(), name, long, palette)
-    return _distribution(found, name, palette)
+    if len(long) != 2 or "draw" in long:
+        return None
+    x, y = long
+    # Lists of values need not rise, and may have a value twice.
+    short = [dim for dim in grid[f"{name}{_VERDICT}"].dims if grid.sizes[dim] == 1]
+    grid = grid.squeeze(short).drop_duplicates([x, y]).sortby([x, y])
+    times, verdicts, reasons = (
+        grid[key].transpose(y, x).values for key in (f"{name}_time", f"{name}{_VERDICT}", "reason")
+    )
+    places = grid[x].values, grid[y].values
+    return TimeMap(name, x, y, places, times, verdicts, reasons != "", grid)
 
 
 def _condition(found: Results) -> str:
@@ -47,16 +83,9 @@ def _condition(found: Results) -> str:
     return str(first[0]["name"])
 
 
-def _map(found: Results, grid: Any, name: str, axes_of: list[str], palette: Palette) -> Figure:
-    x, y = axes_of
-    # Lists of values need not rise, and may have a value twice.
-    grid = grid.drop_duplicates([x, y]).sortby([x, y])
+def _map(found: Results, of: TimeMap, palette: Palette) -> Figure:
     drawn, (axes,) = figure(palette, plain(found.attributes["title"]), size=(7.2, 6.2))
-    times, verdicts, failed = (
-        grid[key].transpose(y, x).values for key in (f"{name}_time", f"{name}{_VERDICT}", "reason")
-    )
-    failed = failed != ""
-    places = grid[x].values, grid[y].values
+    places, times, verdicts, failed = of.places, of.times, of.verdicts, of.failed
     kinds = np.full(times.shape, np.nan)
     kinds[(verdicts == NEVER) & ~failed] = 0
     kinds[(verdicts == UNDECIDED) & ~failed] = 1
@@ -71,12 +100,12 @@ def _map(found: Results, grid: Any, name: str, axes_of: list[str], palette: Pale
         scale = LogNorm(least, most) if 0 < least < most else None
         mesh = axes.pcolormesh(*places, happens, cmap="viridis_r", norm=scale, rasterized=True)
         bar = drawn.colorbar(mesh, ax=axes)
-        bar.set_label(f"first time of {name} (s)", color=palette.ink)
+        bar.set_label(f"first time of {of.condition} (s)", color=palette.ink)
         bar.ax.tick_params(which="both", colors=palette.ink)
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
+    axes.set_xlabel(of.x)
+    axes.set_ylabel(of.y)
     _legend(axes, kinds, colours, palette)
-    note(drawn, palette, _sentence(found, name))
+    note(drawn, palette, _sentence(found, of.condition))
     return drawn
 
 

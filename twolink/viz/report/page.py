@@ -44,14 +44,15 @@ def page(title: str, lead: str, sections: Sequence[Section], head: str = "") -> 
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         # An empty icon, or the browser would request one.
         '<link rel="icon" href="data:,">\n'
-        f"<title>{text(title)}</title>\n<style>{_part('report.css')}</style>\n{head}"
-        f"<script>{_part('report.js')}</script></head>\n<body>\n"
+        f"<title>{text(title)}</title>\n<style>{part('report.css')}</style>\n{head}"
+        f"<script>{part('report.js')}</script></head>\n<body>\n"
         f"<header><h1>{text(title)}</h1>\n{lead}\n<nav>{links}</nav></header>\n"
         f"<main>\n{bodies}\n</main>\n</body>\n</html>\n"
     )
 
 
-def _part(name: str) -> str:
+def part(name: str) -> str:
+    """Return a file of the pages' scripts and styles."""
     return (files("twolink.viz") / "report" / name).read_text(encoding="utf-8")
 
 

@@ -1,0 +1,186 @@
+"""The page of a map: its numbers, its refusals, and its use in a real browser."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import struct
+import zlib
+
+import numpy as np
+import pytest
+
+from tests.ensembles.cases import axis, ensemble
+from tests.viz.accessibility import violations
+from tests.viz.films import need_browser
+from tests.viz.surroundings import press, surround
+from twolink import sweep
+from twolink.ensembles.first_time import HAPPENS
+from twolink.errors import PictureError
+from twolink.viz.browser import Browser
+from twolink.viz.report import map as map_module
+from twolink.viz.report.map import map_page
+
+GRID = {"first": -1.4, "last": 4.2, "count": 5}
+KEEP = {"samples": 31, "first": [{"name": "flip", "of": "either"}]}
+RUNS = {"duration": 2.0, "accuracy": 1e-6}
+LENGTHS = axis("chain.length.1", 1.0, 0.5, -1.0, name="L2")
+
+
+def swept(folder, **tables):
+    asked = ensemble(runs=RUNS, **{"keep": KEEP, "title": "<Flips>", **tables})
+    return sweep(asked, folder / "a.zarr", workers=1)
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("map")
+    return swept(folder, axes=[axis("start.q.0", grid=GRID, name="q1"), LENGTHS])
+
+
+@pytest.fixture(scope="module")
+def page(found):
+    return map_page(found)
+
+
+def numbers_of(page):
+    packed = re.search(r'application/x-twolink-map">([^<]*)<', page)[1]
+    message = zlib.decompress(base64.b64decode(packed))
+    (length,) = struct.unpack("<I", message[:4])
+    head = json.loads(message[4 : 4 + length])
+    parts = np.frombuffer(message[4 + length :], "<i4").reshape(-1, head["samples"], 2)
+    return head, parts
+
+
+def test_the_page_has_the_motion_of_each_run(found, page):
+    head, parts = numbers_of(page)
+    assert head["names"] == ["q1", "L2"]
+    assert head["places"][1] == [-1.0, 0.5, 1.0]
+    grid = found.grid().sortby("L2")
+    motions = grid["q_samples"].transpose("L2", "q1", "sample", "link").values.reshape(15, 31, 2)
+    angles = parts.cumsum(axis=1) * (2 * np.pi / head["turn"])
+    assert not np.isnan(motions[5:]).any()
+    assert np.abs(angles[5:] - motions[5:]).max() < 5e-5
+    assert np.abs(motions[5:]).max() > np.pi
+
+
+def test_runs_have_their_own_lengths_and_results(found, page):
+    head, parts = numbers_of(page)
+    assert head["lengths"] == [[0.0, 0.0]] * 5 + [[1.0, 0.5]] * 5 + [[1.0, 1.0]] * 5
+    assert all(words.startswith("failed: link 2: ") for words in head["words"][:5])
+    assert (parts[:5, 1:] == 0).all()
+    flips = np.flatnonzero(found.grid()["flip_verdict"].sel(L2=1.0).values == HAPPENS)
+    assert 0 < len(flips) < 5
+    for column in range(5):
+        row = found.grid().isel(q1=column).sel(L2=1.0)
+        time, bound = float(row["flip_time"]), float(row["flip_bound"])
+        flip = f"flip at {time:.6f} s, within {bound:.1e} s"
+        assert head["words"][10 + column] == (flip if column in flips else "no flip until 2 s")
+
+
+def test_one_pair_of_lengths_serves_equal_chains(tmp_path):
+    speeds = axis("start.u.0", 0.0, 1.0, name="u1")
+    made = swept(tmp_path, axes=[axis("start.q.0", grid=GRID, name="q1"), speeds])
+    assert numbers_of(map_page(made))[0]["lengths"] == [[1.0, 1.0]]
+
+
+def test_titles_are_text(page):
+    assert "<h1>&lt;Flips&gt;</h1>" in page
+
+
+@pytest.mark.parametrize(
+    ("keep", "axes", "words"),
+    [
+        ({"first": KEEP["first"]}, 2, r"must have the motions of its runs .*; got none"),
+        ({"samples": 3}, 2, "must have first times for a picture"),
+        (KEEP, 1, "must have first times over two axes; got others"),
+    ],
+)
+def test_results_that_make_no_map_are_refused(keep, axes, words, tmp_path):
+    made = swept(tmp_path, keep=keep, axes=[axis("start.q.0", grid=GRID), LENGTHS][:axes])
+    with pytest.raises(PictureError, match=words):
+        map_page(made)
+
+
+def test_motions_beyond_the_limit_of_memory_are_refused(found, monkeypatch):
+    monkeypatch.setattr(map_module, "_MOST", 1000.0)
+    with pytest.raises(PictureError, match="at most 1e\\+03 bytes; got 15 runs of 31 samples, "):
+        map_page(found)
+
+
+@pytest.fixture(scope="module")
+def shown(page, tmp_path_factory):
+    need_browser()
+    file = tmp_path_factory.mktemp("page") / "map.html"
+    file.write_text(page, encoding="utf-8")
+    with Browser() as browser:
+        opened = browser.page(900, 700)
+        opened.call("Page.navigate", {"url": file.as_uri()})
+        opened.wait_until("document.querySelector('.explorer[data-ready]') !== null")
+        yield opened
+        assert opened.complaints() == []
+
+
+def words_of(shown):
+    return shown.value("document.querySelector('.chosen').textContent")
+
+
+def click(shown, across, down):
+    """Click at a place of the map's axes, in parts of their size."""
+    x, y, width, height = shown.value(
+        "(({x, y, width, height}) => [x, y, width, height])"
+        "(document.querySelector('.chooser .frame').getBoundingClientRect())"
+    )
+    left, right, top, bottom = shown.box
+    place = {
+        "x": x + width * (left + across * (right - left)),
+        "y": y + height * (top + down * (bottom - top)),
+    }
+    for kind in ("mousePressed", "mouseReleased"):
+        about = {"type": kind, "button": "left", "clickCount": 1}
+        shown.call("Input.dispatchMouseEvent", {**about, **place})
+
+
+@pytest.mark.slow
+def test_a_click_shows_the_motion_of_its_run(shown, page):
+    head, _ = numbers_of(page)
+    shown.box = head["box"]
+    surround(shown, prefers_reduced_motion="no-preference")
+    click(shown, 0.1, 0.1)
+    # The first column, and the highest row.
+    assert words_of(shown) == f"q1 = -1.4, L2 = 1: {head['words'][10]}"
+    shown.wait_until("parseFloat(document.querySelector('.clock').textContent) > 0.2")
+    shown.value("document.querySelector('.play').click()")
+    stopped = shown.value("document.querySelector('.clock').textContent")
+    assert shown.value("document.querySelector('.play').getAttribute('aria-label')") == "Play"
+    assert shown.value("document.querySelector('.clock').textContent") == stopped
+    colours = shown.value(
+        "(() => { const c = document.querySelector('canvas'); const found = new Set();"
+        " const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;"
+        " for (let k = 0; k < d.length; k += 4)"
+        " if (d[k + 3] === 255) found.add(d.slice(k, k + 3).join());"
+        " return found.size; })()"
+    )
+    assert colours >= 3
+
+
+@pytest.mark.slow
+def test_the_arrow_keys_choose_and_reduced_motion_rests(shown, page):
+    head, _ = numbers_of(page)
+    shown.box = head["box"]
+    surround(shown, prefers_reduced_motion="reduce")
+    click(shown, 0.5, 0.5)
+    shown.value("document.querySelector('.chooser').focus()")
+    press(shown, "ArrowRight")
+    press(shown, "ArrowUp")
+    run = 2 * 5 + 3
+    assert words_of(shown).endswith(f": {head['words'][run]}")
+    assert shown.value("document.querySelector('.clock').textContent") == "0.00 s"
+    press(shown, "ArrowUp")
+    assert words_of(shown).endswith(f": {head['words'][run]}")
+
+
+@pytest.mark.slow
+def test_the_page_is_accessible(shown):
+    assert violations(shown) == []
