@@ -6,6 +6,7 @@ import pytest
 
 from tests.simulation.hybrid import BALANCED, state_of, system_of
 from twolink.contact.states import ContactState as S
+from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
@@ -51,6 +52,24 @@ def test_in_the_stretched_pose_higher_derivatives_decide_the_direction_of_slidin
 def test_in_the_stretched_pose_a_wall_that_cannot_push_opens():
     wall = Surface((2.0, 0.0), (-1.0, 0.0), name="wall")
     assert states_of(Gravity(9.81), wall, q=(0.0, 0.0)) == (S.OPEN,)
+
+
+def test_derivatives_begin_at_the_depth_of_the_state():
+    """D is pressed 1/64 m deep by link 1, and friction, just at its limit, holds link 2.
+
+    A moment later its torque is larger. By the depth of q the friction could be larger, too.
+    """
+    root = 0.125 * (1 - 1e-6)
+    force = 512 * root**3
+    torque = JointTorque((1.5 * force, 0.5 * force), (0.0, 1.0), (1.0, 1.0))
+    floor = CompliantSurface((0.0, 1 - 1 / 64), (0.0, -1.0), "hertz", 512.0, friction=0.5)
+    system = system_of(torque, floor, chain=BALANCED)
+    state = state_of(system, (0.0, math.pi / 2))
+    (own,) = state.compliant
+    assert own.sqrt_depth == pytest.approx(0.125)
+    found = selected(system, state._replace(compliant=(own._replace(sqrt_depth=root),)))
+    assert found.states == (S.BACKWARD,)
+    assert found.confirmed
 
 
 def test_a_mode_that_every_derivative_contradicts_is_not_confirmed(monkeypatch):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from twolink.arithmetic import sqrt
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
@@ -116,8 +117,26 @@ def _motion(problem: Problem, states: States) -> _Motion:
     q, u = (q1, q2), (u1, u2)
     pose = Pose(system.chain, system.formulation, q)
     dents = [own.plastic if own is not None else None for own in state.compliant]
-    solution = mode_solution(pose, system.effects, system.elements, states, dents, u, t)
+    roots = _roots(problem, q)
+    solution = mode_solution(pose, system.effects, system.elements, states, dents, u, t, roots)
     active = [terms is not None for terms in problem.equations.terms]
     pushes = [terms.push if terms is not None else 0 for terms in problem.equations.terms]
     equations = local_equations(pose, system.effects, system.elements, u, t, active, pushes)
     return _Motion(recording, q, u, t, solution, equations)
+
+
+def _roots(problem: Problem, q: tuple[Jet, Jet]) -> dict[int, Jet]:
+    """Return √depth (m^½) of pressed surfaces as jets, which start at the values of the state.
+
+    √depth is a variable of its own: the depth that follows from q differs from its square by
+    round-off, which the stiffness of a surface turns into forces that matter here.
+    """
+    system, found = problem.system, {}
+    for index, (element, own) in enumerate(
+        zip(system.elements, problem.state.compliant, strict=True)
+    ):
+        if own is None or not own.sqrt_depth or element.normal is None:
+            continue
+        place = element.normal.coordinate(system.chain, q)
+        found[index] = sqrt(own.sqrt_depth * own.sqrt_depth - (place - place.terms[0]))
+    return found
