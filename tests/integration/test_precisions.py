@@ -33,3 +33,12 @@ def test_the_order_of_the_step_tolerance_is_odd_and_the_full_one_by_default(prec
     assert precision.full_order % 2 == precision.truncated_order % 2 == 1
     assert precision.step_tolerance() == precision.step_tolerance(precision.full_order)
     assert precision.step_tolerance() < precision.step_tolerance(precision.truncated_order)
+
+
+@pytest.mark.parametrize("precision", PRECISIONS.values(), ids=tuple(PRECISIONS))
+def test_numbers_that_mix_with_float64_are_rounded_to_long_double_at_most(precision):
+    third = precision.number(1) / precision.number(3)
+    found = precision.mixable(np.array([third]))
+    rounding = max(precision.rounding, float(np.finfo(np.longdouble).eps))
+    assert abs(float(3.0 * found[0] - 1)) <= 2 * rounding
+    assert (2.0 * found).dtype == found.dtype

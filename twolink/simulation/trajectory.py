@@ -211,8 +211,9 @@ class Trajectory(Views):
         The power is integrated by Gauss's rule on the polynomials of the run, step by step and
         between events, independent of the samples; the work of impacts is added. The sum of all is
         the change of T since before any impact at the start, within round-off and the error of
-        the run; but where a slide jams its power grows without bound, and the work until then is
-        known to about 1e-5 of it only.
+        the run. Where a slide jams (Painlevé), the power grows without bound as the angle α (rad)
+        that is left to the jam vanishes: the round-off of the angles, 1e-16 rad in runs in double
+        precision and 1e-19 rad in others, over α is then the relative round-off of the power.
         Raises `SimulationError` for methods without polynomials, and `TooMuchError` for runs whose
         number of steps would exceed memory.
         """

@@ -29,6 +29,11 @@ _FLOATS_OF_A_NODE = 25
 class Work:
     """The work of the effects of a scene, in the modes and the impacts of a motion.
 
+    Forces are evaluated in the numbers of the knots, long double for runs in longer precisions.
+    Where a slide jams (Painlevé), the normal force is a quotient whose divisor falls to zero in
+    proportion to the angle that is left. The last steps of the run turn the chain by a few
+    roundings of float64, so that float64 angles would not determine the force.
+
     `at` gives q and u, each of shape (2, n), at times (s); `knots` are the ends of its steps (s),
     in the numbers of the forces.
     """

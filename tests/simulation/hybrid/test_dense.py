@@ -1,6 +1,7 @@
 """Motions as functions of time: polynomials written by hand, and a fine solution of an ODE."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -56,6 +57,17 @@ def test_values_at_a_jump_are_those_of_the_requested_side():
     assert BOUNCE.at([1.0], "right")[1][0] == [-1.0]
     assert BOUNCE.at([1.0])[1][0] == [-1.0]
     assert BOUNCE.at([1.0], "left")[0][0] == BOUNCE.at([1.0])[0][0] == [1.0]
+
+
+def test_times_in_long_double_are_compared_with_the_very_starts_of_steps():
+    """The step begins between two numbers of float64."""
+    early = np.longdouble(2.0) ** -60
+    starts = BOUNCE.starts.astype(np.longdouble) - [0, early, 0]
+    fine = replace(BOUNCE, precision="long double", starts=starts)
+    assert fine.at(np.array([1 - 2 * early, 1 - early, 1 - early / 2]))[1][0].tolist() == [
+        2 - 4 * early, -1, -1,
+    ]  # fmt: skip
+    assert fine.at([1.0], "left")[1][0] == [2]
 
 
 def test_many_times_are_looked_up_at_once():
