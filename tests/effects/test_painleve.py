@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from twolink import lagrange
 from twolink.chain import Chain
@@ -98,6 +99,32 @@ def test_the_threshold_of_wedging(share):
     trajectory = simulate(scene(LEANING * 0.2, share * critical))
     struck = [impact for impact in trajectory.impacts if impact.time == 0]
     assert bool(struck) == (share > 1)
+
+
+@pytest.mark.parametrize("friction", [1.5, 2.0])
+def test_a_slide_that_slows_down_towards_the_pose_where_it_jams_ends_there(friction):
+    """D slides along a floor through the base, the links mirror images of each other.
+
+    Without gravity the floor pushes in proportion to u², so that the slide slows down to rest where
+    a push no longer accelerates D upwards: n · M⁻¹(n − μ t) is zero within round-off at its end.
+    """
+
+    def response(q2):
+        M = np.array(lagrange.mass_matrix(BARS, (-q2, q2)))
+        up, along = np.array([1.0, 1.0]) * math.cos(q2), np.array([1.0, -1.0]) * math.sin(q2)
+        return up @ np.linalg.solve(M, up + friction * along)
+
+    floor = Surface((0.0, 0.0), (0.0, 1.0), friction=friction)
+    trajectory = simulate(Scene(BARS, (-0.5, 0.5), (-5.0, 5.0), 0.5, (floor,)))
+    assert trajectory.met
+    assert response(0.5) > 0.01
+    assert trajectory.q[1, -1] == pytest.approx(brentq(response, 0.5, 1.5), abs=1e-9)
+    assert not trajectory.u[:, -1].any()
+    (impact,) = trajectory.impacts
+    T = trajectory.kinetic_energy
+    assert impact.kinetic_energy[0] < 1e-15 * T[0]
+    (given,) = trajectory.work().values()
+    assert given == pytest.approx(T - T[0], abs=1e-14 * T[0])
 
 
 def test_the_shipped_scene_shows_it():

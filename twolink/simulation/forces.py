@@ -102,7 +102,10 @@ class ModeForces:
             t, pair, speeds = times[now], tuple(q[:, now]), tuple(u[:, now])
             pose = Pose(self.chain, lagrange, pair)
             dents = [mode.dent(index) for index in range(len(elements))]
-            yield now, mode_solution(pose, effects, elements, mode.states, dents, speeds, t)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                # The force of a slide that jams may be infinite within round-off.
+                found = mode_solution(pose, effects, elements, mode.states, dents, speeds, t)
+            yield now, found
 
     def _before_the_end(self, states: States) -> States:
         """Return states whose loads are those of the modes: no mode begins at the end."""

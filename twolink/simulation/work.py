@@ -108,7 +108,12 @@ class Work:
         return power
 
     def _by_modes(self, states: States) -> Array:
-        """Return the power of the friction and contact of each effect (W), shape (effects, n)."""
+        """Return the power of the friction and contact of each effect (W), shape (effects, n).
+
+        A rigid contact that pulls, or whose force is not finite, is one that leaves or jams within
+        round-off, so that its force is unknown. The work it does there is at most the round-off of
+        T, or the T that the impact of a jam takes.
+        """
         power = np.zeros((len(self.scene.effects), len(states.t)), states.q.dtype)
         owners = self._owners()
         elements = contact_elements(self.scene.effects, self.forces.chain)
@@ -116,10 +121,13 @@ class Work:
             pair, speeds = tuple(states.q[:, now]), tuple(states.u[:, now])
             for owner, element, forces in zip(owners, elements, solution.forces, strict=True):
                 along = (element.normal, element.tangent)
+                known: Any = True
+                if element.rigid:
+                    known = np.isfinite(forces.normal) & (forces.normal >= 0)
                 for coordinate, force in zip(along, forces, strict=True):
                     if coordinate is not None:
                         speed = coordinate.speed(self.forces.chain, pair, speeds)
-                        power[owner, now] += force * speed
+                        power[owner, now] += np.where(known, force, 0) * speed
         return power
 
     def _by_impacts(self, number: int, times: Array) -> Array:

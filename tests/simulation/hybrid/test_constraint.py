@@ -13,6 +13,7 @@ from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from twolink.contact.elements import Constraint
 from twolink.simulation.hybrid.constraint import (
     cramer,
+    is_answered,
     parallel,
     same_line,
     solved_with_one,
@@ -174,6 +175,17 @@ def test_a_mass_centre_at_the_end_is_the_end():
 def test_a_mass_centre_at_the_joint_moves_with_link_1():
     chain = Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (0.0, 0.0)), (0.1, 0.1))
     assert same_line(SECOND, A, chain)
+
+
+@pytest.mark.parametrize(
+    ("force", "expected"),
+    [((1.0, 1.0), True), ((2.0, -1.0), False), ((2.0, -1.0 + 1e-15), False),
+     ((2.0, -1.0 + 1e-14), True), ((2.0, -1.0 - 1e-14), True)],
+)  # fmt: skip
+def test_a_force_that_does_not_accelerate_along_the_row_does_not_answer_it(force, expected):
+    """The inertias are 2 and 1, so that 2 and −1 accelerate (1, 1) by 1 − 1."""
+    M = (2.0, 0.0), (0.0, 1.0)
+    assert is_answered(M, Constraint((1.0, 1.0), 0.0, force), 2.0**-52) is expected
 
 
 def test_rows_that_are_round_off_of_a_stretched_pose_have_no_direction():

@@ -13,7 +13,7 @@ from twolink.arithmetic import Pair
 from twolink.contact.elements import ElementTerms, Terms
 from twolink.contact.states import ContactState
 from twolink.simulation.hybrid import tolerances
-from twolink.simulation.hybrid.constraint import cramer, parallel, same_line
+from twolink.simulation.hybrid.constraint import cramer, is_answered, parallel, same_line
 from twolink.simulation.hybrid.dynamics import (
     MOST_CONSTRAINTS,
     LocalEquations,
@@ -143,11 +143,13 @@ def is_solvable(problem: Problem, states: States) -> bool:
 def is_independent(problem: Problem, states: States) -> bool:
     """Return whether the constraints of a conceivable mode are independent in this pose."""
     groups = constraints_of(problem.equations, problem.system.elements, states)
-    rows = [constraint.row for group in groups for constraint in group]
+    flat = [constraint for group in groups for constraint in group]
+    rows = [constraint.row for constraint in flat]
     if any(vanishes(problem.system, row) for row in rows):
         return False
-    lever = problem.system.lever
-    return len(rows) < MOST_CONSTRAINTS or not parallel(rows[0], rows[1], lever)
+    if len(rows) < MOST_CONSTRAINTS:
+        return not flat or is_answered(problem.equations.M, flat[0], problem.system.rounding)
+    return not parallel(rows[0], rows[1], problem.system.lever)
 
 
 def conditions(problem: Problem, states: States) -> Iterator[Condition]:

@@ -12,7 +12,7 @@ from twolink.arithmetic import Matrix, Pair, Scalar
 from twolink.chain import Chain
 from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate, PointCoordinate
 from twolink.contact.elements import Constraint
-from twolink.simulation.hybrid.tolerances import NO_LEVER, PARALLEL
+from twolink.simulation.hybrid.tolerances import NO_LEVER, NO_RESPONSE, PARALLEL
 
 
 def cramer(M: Matrix, r: Pair, det: Scalar) -> Pair:
@@ -57,6 +57,18 @@ def solved_with_two(
         (Y2 * missing[0] - X2 * missing[1]) / forces,
         (X1 * missing[1] - Y1 * missing[0]) / forces,
     )
+
+
+def is_answered(M: Matrix, constraint: Constraint, rounding: float) -> bool:
+    """Return whether the force of a constraint accelerates the chain along its row.
+
+    Friction may cancel that to round-off, as where a slide begins to jam (Painlevé): no force then
+    enforces the constraint.
+    """
+    (M11, M12), (_, M22) = M
+    (x, y), _, (X, Y) = constraint
+    terms = Y * M11 * y, -Y * M12 * x, -X * M12 * y, X * M22 * x
+    return bool(abs(sum(terms)) > NO_RESPONSE * rounding * sum(map(abs, terms)))
 
 
 def parallel(first: Pair, second: Pair, lever: float) -> bool:

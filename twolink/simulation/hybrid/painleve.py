@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from twolink.contact.elements import Constraint
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.collision import sliding_after, touched_names
 from twolink.simulation.hybrid.complementarity import vanishes
-from twolink.simulation.hybrid.constraint import parallel
+from twolink.simulation.hybrid.constraint import is_answered, parallel
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
@@ -26,8 +27,9 @@ from twolink.simulation.hybrid.system import HybridSystem
 def jammed(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
     """Return the rigid contacts whose slide is jammed (Painlevé), the fastest slide first.
 
-    There row · M⁻¹ (normal + friction) is negative: the contact force accelerates the point into
-    the surface. A contact whose force has no lever arm is `wedged` instead.
+    There row · M⁻¹ (normal + friction) is negative, or zero within round-off: the contact force
+    accelerates the point into the surface, or not at all. A contact whose force has no lever arm is
+    `wedged` instead.
     """
     found: list[tuple[float, int]] = []
     for index in sorted(state.touching):
@@ -41,7 +43,8 @@ def jammed(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int
         speed = tangent[0] * state.u[0] + tangent[1] * state.u[1]
         s = -direction * element.limits(1)[0]
         force = row[0] + s * tangent[0], row[1] + s * tangent[1]
-        if pose.response(row, force) < 0:
+        answered = is_answered(pose.inertia[0], Constraint(row, 0, force), system.rounding)
+        if not answered or pose.response(row, force) < 0:
             found.append((-abs(float(speed)), index))
     return [index for _, index in sorted(found)]
 

@@ -42,6 +42,11 @@ NO_LEVER = 2.0**-46
 # by constraint.
 PARALLEL = 1e-9
 
+# Roundings of the terms of the response of a coordinate to a force. A smaller one is round-off of
+# zero: the terms are products of an inertia and two entries of rows, each of some roundings. Read
+# by constraint.
+NO_RESPONSE = 16
+
 # Times the kinetic energy before. Newton's law of restitution with friction can create energy, near
 # singular poses without a bound: an impact, or a burst, that gives more is refused. Read by
 # resolution and zeno.
