@@ -180,6 +180,7 @@ def assert_lawful(blow: Blow, law: str, number=float) -> None:
     first = [] if start.tangential_speed == 0 else ["slides"]
     then = [] if turned is None else ["sticks" if last.tangential_speed == 0 else "slides back"]
     assert impulse.regime == ", then ".join(first + then)
+    assert impulse.regime.ends_sticking == (then == ["sticks"])
 
 
 def eighths(low: int, high: int) -> st.SearchStrategy[float]:

@@ -16,6 +16,7 @@ import pyarrow.parquet
 import pytest
 
 from tests.verification.chains import GENERAL
+from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState
 from twolink.data import data_path
 from twolink.effects import Effect, contact_elements
@@ -111,7 +112,8 @@ def fabricated(scene):
     names = tuple(element.name for element in contact_elements(scene.effects, scene.moving_chain))
     states = [tuple(state for _ in names) for state in ContactState] if names else []
     pair = (-0.0, 5e-324)
-    impact = replace(bouncing().impacts[0], regime="", speeds=pair, link_energies=(pair, pair))
+    regime = Regime.SLIDES_THEN_BACK
+    impact = replace(bouncing().impacts[0], regime=regime, speeds=pair, link_energies=(pair, pair))
     return replace(
         smooth(),
         scene=scene,
@@ -166,6 +168,9 @@ def test_a_loaded_trajectory_works(kind, tmp_path):
     assert [impact.description for impact in back.impacts] == [
         impact.description for impact in bouncing().impacts
     ]
+    # The regime decides how an impact is described and is stored as its text.
+    assert [impact.regime for impact in back.impacts] == [i.regime for i in bouncing().impacts]
+    assert {type(impact.regime) for impact in back.impacts} == {Regime}
     with pytest.raises(ValueError, match="read-only"):
         back.q[...] = 0
     times = np.linspace(0, back.t[-1], 300)

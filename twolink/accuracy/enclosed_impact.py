@@ -33,6 +33,7 @@ from twolink.contact.coordinates import PointCoordinate
 from twolink.contact.elements import RigidContact
 from twolink.contact.impact_laws import (
     Impulse,
+    Regime,
     Response,
     guided_impulse,
     rough_impulse,
@@ -52,7 +53,7 @@ class EnclosedImpact:
 
     name: str
     unit: str
-    regime: str
+    regime: Regime
     time: Interval
     q: tuple[Interval, Interval]
     u_before: tuple[Interval, Interval]
@@ -192,7 +193,7 @@ class _Law:
         """Return balls with the states after the impact."""
         return _state_after(self.numbers(box))
 
-    def regime(self, box: list[Any]) -> str:
+    def regime(self, box: list[Any]) -> Regime:
         """Return how the point slides, the same for all states."""
         q, u = _pairs([Certain(x) for x in box])
         return collision(self.chain, self.contact, q, u).impulse.regime
@@ -281,7 +282,7 @@ def _state_after(numbers: list[Any]) -> list[Any]:
 
 
 def _impact(
-    contact: RigidContact, regime: str, time: Interval, found: list[Interval]
+    contact: RigidContact, regime: Regime, time: Interval, found: list[Interval]
 ) -> EnclosedImpact:
     pairs = [(found[i], found[i + 1]) for i in range(0, len(found), 2)]
     q, before, after, normal, sliding, (normal_impulse, tangential), energies = pairs

@@ -20,11 +20,39 @@ can create energy. Numbers may be of any real kind.
 
 from __future__ import annotations
 
+from enum import StrEnum
 from typing import Any, NamedTuple
 
 from twolink.arithmetic import Scalar, sqrt
 
 LAWS = ("newton", "newton-routh", "poisson", "stronge")
+
+
+class Regime(StrEnum):
+    """How a point slides during an impact; the value is its description.
+
+    `BOUNCES_DIE_AWAY` is that of one impact in place of all bounces beyond a Zeno limit.
+    """
+
+    FRICTIONLESS = "frictionless"
+    STICKS = "sticks"
+    SLIDES = "slides"
+    SLIDES_BACK = "slides back"
+    SLIDES_THEN_STICKS = "slides, then sticks"
+    SLIDES_THEN_BACK = "slides, then slides back"
+    BOUNCES_DIE_AWAY = "bounces die away"
+
+    @property
+    def ends_sticking(self) -> bool:
+        """Whether the point sticks at the end."""
+        return self is Regime.STICKS or self is Regime.SLIDES_THEN_STICKS
+
+
+# The regime of an impact that slides first, by that of its second phase.
+_AFTER_A_SLIDE = {
+    Regime.STICKS: Regime.SLIDES_THEN_STICKS,
+    Regime.SLIDES_BACK: Regime.SLIDES_THEN_BACK,
+}
 
 
 class Response(NamedTuple):
@@ -40,7 +68,7 @@ class Impulse(NamedTuple):
 
     normal: Scalar
     tangential: Scalar
-    regime: str
+    regime: Regime
 
 
 class _Phase(NamedTuple):
@@ -53,7 +81,9 @@ class _Phase(NamedTuple):
 
 def smooth_impulse(normal_speed: Scalar, response: Scalar, restitution: Scalar) -> Impulse:
     """Return the impulse without friction, for which all laws agree."""
-    return Impulse(-(1 + restitution) * normal_speed / response, 0 * normal_speed, "frictionless")
+    return Impulse(
+        -(1 + restitution) * normal_speed / response, 0 * normal_speed, Regime.FRICTIONLESS
+    )
 
 
 def guided_impulse(
@@ -75,17 +105,17 @@ def guided_impulse(
     brake = friction if lever > 0 else -friction
     compression = -normal_speed / inward
     if outward <= 0 or restitution == 0:
-        return Impulse(compression, brake * compression, "sticks")
+        return Impulse(compression, brake * compression, Regime.STICKS)
     if law == "newton":
         # Coulomb's law for the total impulse, with the direction of sliding at the end.
         whole = -(1 + restitution) * normal_speed / outward
-        return Impulse(whole, -brake * whole, "slides back")
+        return Impulse(whole, -brake * whole, Regime.SLIDES_BACK)
     given_back = {
         "newton-routh": -restitution * normal_speed / outward,
         "poisson": restitution * compression,
         "stronge": restitution * compression * sqrt(inward / outward),
     }[law]
-    return Impulse(compression + given_back, brake * (compression - given_back), "slides back")
+    return Impulse(compression + given_back, brake * (compression - given_back), Regime.SLIDES_BACK)
 
 
 def rough_impulse(
@@ -112,7 +142,7 @@ def rough_impulse(
     return _summed(phases, regime, ends[law](phases, normal_speed, restitution))
 
 
-def _summed(phases: tuple[_Phase, _Phase], regime: tuple[str, str], p: Scalar) -> Impulse:
+def _summed(phases: tuple[_Phase, _Phase], regime: tuple[Regime, Regime], p: Scalar) -> Impulse:
     """Return the impulse with normal part p and the tangential part that the phases give."""
     first, second = phases
     early = p if first.length is None or p <= first.length else first.length
@@ -129,7 +159,7 @@ def _newtons_impulse(
     # Sticking: both velocities are known, and so are both impulses.
     normal, tangential = (G.tt * needed + G.nt * v_t) / det, (-G.nn * v_t - G.nt * needed) / det
     if normal >= 0 and abs(tangential) <= mu * normal:
-        return Impulse(normal, tangential, "sticks")
+        return Impulse(normal, tangential, Regime.STICKS)
     for sigma in (1, -1) if v_t > 0 else (-1, 1):
         slope = G.nn - sigma * mu * G.nt
         if slope > 0:
@@ -137,7 +167,7 @@ def _newtons_impulse(
             tangential = -sigma * mu * normal
             if sigma * (v_t + G.nt * normal + G.tt * tangential) >= 0:
                 back = v_t != 0 and (v_t > 0) != (sigma > 0)
-                return Impulse(normal, tangential, "slides back" if back else "slides")
+                return Impulse(normal, tangential, Regime.SLIDES_BACK if back else Regime.SLIDES)
     # If the surface jams the point no such impulse exists; integrate the phases instead.
     phases, regime = _phases(v_t, G, det, mu)
     return _summed(phases, regime, _newtons_end(phases, v_n, e))
@@ -145,7 +175,7 @@ def _newtons_impulse(
 
 def _phases(
     v_t: Scalar, G: Response, det: Scalar, mu: Scalar
-) -> tuple[tuple[_Phase, _Phase], tuple[str, str]]:
+) -> tuple[tuple[_Phase, _Phase], tuple[Regime, Regime]]:
     """Return the two phases of an impact; the first has length None if it does not end."""
     after, then = _from_rest(G, det, mu)
     if v_t == 0:
@@ -157,17 +187,17 @@ def _phases(
     stops = sigma * tangential_slope < 0
     length: Any = -v_t / tangential_slope if stops else None
     first = _Phase(length, s, G.nn + s * G.nt)
-    return (first, after), ("slides", f"slides, then {then}")
+    return (first, after), (Regime.SLIDES, _AFTER_A_SLIDE[then])
 
 
-def _from_rest(G: Response, det: Scalar, mu: Scalar) -> tuple[_Phase, str]:
+def _from_rest(G: Response, det: Scalar, mu: Scalar) -> tuple[_Phase, Regime]:
     """Return the phase after the point has come to rest along the surface."""
     if abs(G.nt) <= mu * G.tt:
         s = -G.nt / G.tt
         # Near a straight pose G.nn + s G.nt is a small difference.
-        return _Phase(None, s, det / G.tt), "sticks"
+        return _Phase(None, s, det / G.tt), Regime.STICKS
     s = -mu if G.nt > 0 else mu
-    return _Phase(None, s, G.nn + s * G.nt), "slides back"
+    return _Phase(None, s, G.nn + s * G.nt), Regime.SLIDES_BACK
 
 
 def _speed(phases: tuple[_Phase, _Phase], v0: Scalar) -> tuple[Scalar, Scalar]:

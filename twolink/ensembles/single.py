@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from twolink.contact.impact_laws import Regime
 from twolink.ensembles.blocks import Block, Ends, Impacts, Lanes
 from twolink.ensembles.compiled import FORMULATION
 from twolink.ensembles.quantity import Accumulator, Quantity
 from twolink.limits import Limits
 from twolink.scene import Scene
-from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY
 from twolink.simulation.hybrid.run import HybridRun
 from twolink.simulation.motion import has_events
 from twolink.simulation.series import powers
@@ -142,7 +142,9 @@ def _with_events(scene: Scene, accuracy: float, limits: Limits) -> _Run:
 
 def _impacts(kept: HybridRun, judge: HybridRun) -> Impacts:
     """Return the numbers of impacts of a run and of the one that measures it, in one lane."""
-    endless = any(s.impulse.regime == BOUNCES_DIE_AWAY for r in (kept, judge) for s in r.strikes)
+    endless = any(
+        s.impulse.regime is Regime.BOUNCES_DIE_AWAY for r in (kept, judge) for s in r.strikes
+    )
     own, other = (np.array([len(run.strikes)]) for run in (kept, judge))
     return Impacts(own, other, np.array([endless]))
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from twolink.contact.coordinates import JointCoordinate
+from twolink.contact.impact_laws import Regime
 from twolink.effects import contact_elements
 from twolink.scene import Scene
-from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY, Event, Impact, with_minus
+from twolink.simulation.hybrid.mode import Event, Impact, with_minus
 
 # So many impacts in a row on one contact are one entry.
 _SEQUENCE = 3
@@ -61,7 +62,7 @@ def _words(entry: Impact | Event, units: list[str]) -> str:
 
 def _sequence(struck: list[Impact], unit: str) -> str:
     """Return a sequence of impacts on one contact in words."""
-    resolved = [impact for impact in struck if impact.regime != BOUNCES_DIE_AWAY]
+    resolved = [impact for impact in struck if impact.regime is not Regime.BOUNCES_DIE_AWAY]
     first, last = resolved[0], resolved[-1]
     change = sum(impact.energy_change for impact in struck)
     ends = "" if len(resolved) == len(struck) else "; the remaining bounces end here"

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.simulation.hybrid import BALANCED
-from twolink.contact.impact_laws import Impulse
+from twolink.contact.impact_laws import Impulse, Regime
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.impact_log import impact_log
@@ -16,7 +16,7 @@ def strike_of(number, kind):
     return Strike(
         time=0.25 * number, number=number, name=f"stop {number}", q=pair(0.3, 0.7),
         u=(pair(2.0, -1.0), pair(0.5, 3.0)), speeds=pair(-2.0, 1.0), sliding=pair(0.25, 0.5),
-        impulse=Impulse(kind(4.0), kind(-1.5), "slides"),
+        impulse=Impulse(kind(4.0), kind(-1.5), Regime.SLIDES),
     )  # fmt: skip
 
 

@@ -5,9 +5,10 @@ from dataclasses import replace
 import pytest
 
 from twolink.contact.force_laws import Phase, PlasticState
+from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind
-from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY, Event, Impact, Mode, Trigger
+from twolink.simulation.hybrid.mode import Event, Impact, Mode, Trigger
 
 DENT = PlasticState(Phase.SPRINGS_BACK, 3.0, 0.25, 0.5)
 MODE = Mode(("A", "D on floor", "B on wall"), (S.STICKS, S.FORWARD, S.OPEN))
@@ -15,7 +16,7 @@ DENTED = Mode(("A", "D on steel"), (S.STICKS, S.CLOSED), (None, DENT))
 
 IMPACT = Impact(
     time=1.5, index=0, name="D on floor", speeds=(-2.0, 1.0), sliding=(0.5, 0.25),
-    normal_impulse=3.0, tangential_impulse=-1.0, regime="slides", u=((1.0, 0.0), (0.5, 0.0)),
+    normal_impulse=3.0, tangential_impulse=-1.0, regime=Regime.SLIDES, u=((1.0, 0.0), (0.5, 0.0)),
     kinetic_energy=(4.0, 3.0), link_energies=((3.0, 1.0), (2.0, 1.0)),
 )  # fmt: skip
 
@@ -78,6 +79,6 @@ def test_an_impact_that_creates_energy_is_described_as_such():
 
 
 def test_bounces_that_are_summed_up_create_no_energy():
-    last = replace(IMPACT, regime=BOUNCES_DIE_AWAY, kinetic_energy=(3.0, 4.0))
+    last = replace(IMPACT, regime=Regime.BOUNCES_DIE_AWAY, kinetic_energy=(3.0, 4.0))
     assert not last.creates_energy
     assert last.description == "D on floor: the remaining bounces (below 2) end here"

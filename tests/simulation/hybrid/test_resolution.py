@@ -26,10 +26,10 @@ from tests.simulation.hybrid.test_impact import (
 from twolink import lagrange
 from twolink.contact.coordinates import PointCoordinate
 from twolink.contact.elements import RigidContact
+from twolink.contact.impact_laws import Regime
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import resolution
 from twolink.simulation.hybrid.impact import Impacts
-from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import ended, resolve
 
@@ -86,7 +86,7 @@ def test_contacts_with_too_many_impacts_come_to_rest_together(monkeypatch):
     found = resolve(impacts_of(stop(AT_A), stop(AT_B), chain=BALANCED), u, (0, 1), ())
     assert found.u == (0.0, 0.0)
     assert found.resting == {0, 1}
-    assert found.strikes[-1].impulse.regime == BOUNCES_DIE_AWAY
+    assert found.strikes[-1].impulse.regime == Regime.BOUNCES_DIE_AWAY
     assert momentum(BALANCED, Q, found, rows) == pytest.approx((0, 0), abs=1e-12)
 
 
@@ -122,7 +122,7 @@ def test_two_contacts_are_ended_at_rest_by_impulses_that_balance_momentum(random
         expected = np.linalg.solve(np.array(rows).T, -mass_matrix(BARS, Q) @ u)
         found = [s.impulse.normal for s in strikes]
         assert found == pytest.approx(expected, rel=1e-12)
-        assert {s.impulse.regime for s in strikes} == {BOUNCES_DIE_AWAY}
+        assert {s.impulse.regime for s in strikes} == {Regime.BOUNCES_DIE_AWAY}
 
 
 def test_one_contact_is_ended_by_its_normal_impulse():

@@ -7,6 +7,7 @@ import pytest
 
 from tests.simulation.hybrid import BALANCED, BARS
 from twolink import lagrange
+from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState as S
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
@@ -19,7 +20,6 @@ from twolink.errors import IntegrationError, SimulationError
 from twolink.scene import Scene
 from twolink.simulation.hybrid import run as run_module
 from twolink.simulation.hybrid import tolerances
-from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY
 from twolink.simulation.hybrid.run import Effort, hybrid_run
 
 STOP = JointStop("A", lower=0.0, restitution=0.5)
@@ -50,7 +50,7 @@ def test_bounces_come_at_their_instants_and_with_their_speeds(bounces):
 
 def test_bounces_end_at_the_sum_of_their_flights(bounces):
     """At 1 + 1 + 1/2 + 1/4 + … = 3 s, and then the joint rests exactly."""
-    assert bounces.impacts[-1].regime == BOUNCES_DIE_AWAY
+    assert bounces.impacts[-1].regime == Regime.BOUNCES_DIE_AWAY
     assert [e.mode.states for e in bounces.events] == [(S.OPEN,), (S.CLOSED,)]
     assert bounces.events[-1].time == pytest.approx(3.0, rel=1e-14)
     assert bounces.events[-1].entered <= bounces.events[-1].time

@@ -3,6 +3,7 @@
 import pytest
 
 from tests.simulation.hybrid import BALANCED, STOP, hitting, mode_of, stopped_chain, system_of
+from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
 from twolink.effects.joint_damping import JointDamping
@@ -11,7 +12,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.errors import IntegrationError
 from twolink.scene import Scene
 from twolink.simulation.hybrid.jump import jump
-from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY, Trigger
+from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.run import Effort, hybrid_run
 from twolink.simulation.hybrid.tolerances import zeno_time
 from twolink.simulation.hybrid.zeno import Past, accumulated
@@ -31,7 +32,7 @@ def test_bounces_are_left_out_where_all_of_them_fit_into_the_zeno_time(share, di
         return
     assert after.mode.states == (S.CLOSED,)
     assert after.state.u[0] == 0
-    assert after.strikes[-1].impulse.regime == BOUNCES_DIE_AWAY
+    assert after.strikes[-1].impulse.regime == Regime.BOUNCES_DIE_AWAY
     assert after.delay == pytest.approx(2 * (-arrives / 2) / (2.0 * 0.5), rel=1e-6)
 
 
@@ -120,7 +121,7 @@ def test_contacts_of_a_burst_rest_where_the_laws_admit_no_motion(impacts, rests)
     if found is not None:
         assert found.state.u == (0, 0)
         assert found.state.touching == {0, 1}
-        assert {strike.impulse.regime for strike in found.strikes} == {BOUNCES_DIE_AWAY}
+        assert {strike.impulse.regime for strike in found.strikes} == {Regime.BOUNCES_DIE_AWAY}
     early = [strike._replace(time=1.9) for strike in strikes]
     assert accumulated(system, state, system.pose(state.q), Past(), early) is None
 

@@ -10,13 +10,13 @@ from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate
 from twolink.contact.elements import ContactElement, RigidContact
 from twolink.contact.impact_laws import (
     Impulse,
+    Regime,
     Response,
     guided_impulse,
     rough_impulse,
     smooth_impulse,
 )
 from twolink.simulation.hybrid.constraint import parallel
-from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.tolerances import (
     AT_REST,
@@ -146,7 +146,7 @@ class Impacts:
         normal, other = (p1 * y2 - p2 * x2) / across, (x1 * p2 - y1 * p1) / across
         du = self.pose.impulse_response((normal * rows[0][0], normal * rows[0][1]))
         between = u[0] + du[0], u[1] + du[1]
-        regime = BOUNCES_DIE_AWAY
+        regime = Regime.BOUNCES_DIE_AWAY
         return [
             self._strike(first, Impulse(normal, 0 * normal, regime), u, between),
             self._strike(second, Impulse(other, 0 * other, regime), between, (0 * u[0], 0 * u[1])),
@@ -187,7 +187,7 @@ class Impacts:
             determinant=across * across / self.pose.inertia[1],
         )
         after = self._after(u, row, tangent, impulse)
-        if impulse.regime.endswith("sticks"):
+        if impulse.regime.ends_sticking:
             # Both speeds determine u; computing it from impulses loses digits near a straight pose.
             known = contact.law == "newton" or contact.restitution == 0
             speed = -contact.restitution * v_n if known else speed_along(row, after)
@@ -207,7 +207,7 @@ class Impacts:
             law=contact.law,
         )
         after = self._after(u, row, self.pose.row(contact.tangent), impulse)
-        if impulse.regime == "sticks":
+        if impulse.regime is Regime.STICKS:
             after = stopped(self.pose, [contact.normal], after, self.rounding)
         return self._strike(index, impulse, u, after)
 
@@ -237,7 +237,7 @@ class Impacts:
         normal = -speed / response
         du = self.pose.impulse_response((normal * force[0], normal * force[1]))
         after = stopped(self.pose, held, (u[0] + du[0], u[1] + du[1]), self.rounding)
-        return self._strike(index, Impulse(normal, s * normal, BOUNCES_DIE_AWAY), u, after)
+        return self._strike(index, Impulse(normal, s * normal, Regime.BOUNCES_DIE_AWAY), u, after)
 
     def locked(self, index: int, u: Pair, direction: int) -> Strike:
         """Return the impact that ends a slide whose normal force grows without bound.
@@ -251,7 +251,7 @@ class Impacts:
         slope = self.pose.response(tangent, (row[0] + s * tangent[0], row[1] + s * tangent[1]))
         normal = -speed_along(tangent, u) / slope
         after = (0 * u[0], 0 * u[1])
-        return self._strike(index, Impulse(normal, s * normal, "slides, then sticks"), u, after)
+        return self._strike(index, Impulse(normal, s * normal, Regime.SLIDES_THEN_STICKS), u, after)
 
     def _after(self, u: Pair, row: Pair, tangent: Pair, impulse: Impulse) -> Pair:
         """Return u after the impulses along a normal and a tangent."""

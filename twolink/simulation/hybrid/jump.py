@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.collision import collide, surfaces_after, touched_names
@@ -18,7 +19,7 @@ from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
 from twolink.simulation.hybrid.constraint import same_line
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS
 from twolink.simulation.hybrid.impact import Strike
-from twolink.simulation.hybrid.mode import BOUNCES_DIE_AWAY, Doubt, Mode, Trigger
+from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.painleve import jammed, strike_without_collision
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.reactions import REACTIONS
@@ -126,7 +127,7 @@ def _without_mode(
     They are those of a jammed slide, or the last ones of a burst.
     """
     if not jammed(system, state, pose):
-        at_rest = strikes and strikes[-1].impulse.regime == BOUNCES_DIE_AWAY
+        at_rest = strikes and strikes[-1].impulse.regime is Regime.BOUNCES_DIE_AWAY
         rest = None if at_rest else accumulated(system, state, pose, past, strikes)
         if rest is not None:
             return rest

@@ -7,10 +7,8 @@ from typing import NamedTuple
 
 from twolink.arithmetic import Scalar
 from twolink.contact.force_laws import Phase, PlasticState
+from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState, EventKind
-
-BOUNCES_DIE_AWAY = "bounces die away"
-"""The regime of the impact that stands for the bounces beyond a Zeno limit."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +135,7 @@ class Impact:
     sliding: tuple[float, float]
     normal_impulse: float
     tangential_impulse: float
-    regime: str
+    regime: Regime
     u: tuple[tuple[float, float], tuple[float, float]]
     kinetic_energy: tuple[float, float]
     link_energies: tuple[tuple[float, float], tuple[float, float]]
@@ -151,7 +149,7 @@ class Impact:
     @property
     def creates_energy(self) -> bool:
         """Whether T increases beyond round-off in an impact that does not sum up bounces."""
-        of_note = self.regime != BOUNCES_DIE_AWAY
+        of_note = self.regime is not Regime.BOUNCES_DIE_AWAY
         return of_note and self.energy_change > 1e-12 * max(self.kinetic_energy)
 
     @property
@@ -168,7 +166,7 @@ class Impact:
         """Return the description of the impact, with the unit of its speeds."""
         before, after = self.speeds
         unit = f" {unit}" if unit else ""
-        if self.regime == BOUNCES_DIE_AWAY:
+        if self.regime is Regime.BOUNCES_DIE_AWAY:
             # Their friction acts as the contact begins.
             return f"{self.name}: the remaining bounces (below {abs(before):.2g}{unit}) end here"
         gain = "; this law of restitution creates energy here" if self.creates_energy else ""

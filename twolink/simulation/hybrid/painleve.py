@@ -76,7 +76,7 @@ def strike_without_collision(
     if not leaves:
         after = stopped(pose, [normal], after, system.rounding)
     sliding = sliding_after(system, pose, state.u, after)
-    if strike.impulse.regime.endswith("sticks"):
+    if strike.impulse.regime.ends_sticking:
         sliding = put(sliding, index, 0)
     state = state._replace(u=after, touching=touching, sliding=sliding)
     return state, strike
