@@ -207,3 +207,10 @@ def test_a_count_beyond_those_of_python_s_sequences_is_refused(given):
     ):
         inputs.as_count("n", given)
     assert inputs.as_count("n", 2**63 - 1) == 2**63 - 1
+
+
+@pytest.mark.parametrize("given", [5e-324, Fraction(1, 10**291), np.float32(0.0), -1.0])
+def test_durations_too_short_for_steps_are_refused(given):
+    assert inputs.as_duration("seconds", inputs.LEAST_DURATION) == 1e-290
+    with pytest.raises(ParameterError, match=r"seconds must be (1e-290 s or more|a positive num)"):
+        inputs.as_duration("seconds", given)

@@ -123,6 +123,18 @@ def as_positive(name: str, value: Any) -> float:
     return number
 
 
+LEAST_DURATION = 1e-290
+"""The shortest duration (s): the steps and samples of a shorter one would not be normal numbers."""
+
+
+def as_duration(name: str, value: Any) -> float:
+    """Return a duration (s) of `LEAST_DURATION` or more in float64."""
+    seconds = as_positive(name, value)
+    if seconds < LEAST_DURATION:
+        refuse(name, value, f"{LEAST_DURATION:g} s or more")
+    return seconds
+
+
 def as_count(name: str, value: Any, least: int = 0) -> int:
     """Return a whole number that is not below the least one."""
     number = None if isinstance(value, (bool, np.bool_)) else value

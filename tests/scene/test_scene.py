@@ -409,6 +409,7 @@ def test_scenes_that_no_file_can_express_are_refused(change, words):
         ({"u": (math.nan, 0.0)}, "start: u must be finite numbers; got (nan, 0.0)"),
         ({"duration": -1.0}, "run: duration must be positive and finite; got -1.0"),
         ({"duration": math.nan}, "run: duration must be positive and finite; got nan"),
+        ({"duration": 5e-324}, "run: duration must be 1e-290 s or more; got 5e-324"),
         ({"accuracy": 0.0}, "run: accuracy must be positive and finite; got 0.0"),
         (
             {"method": "DOP835"},

@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from twolink.accuracy.drift import energy_drift
+from twolink.accuracy.enclosure import enclosure
 from twolink.accuracy.method_configurations import own_configurations
 from twolink.accuracy.reference import reference
 from twolink.accuracy.roundoff_floor import roundoff_floor
@@ -24,6 +25,7 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.pd_control import PdControl
 from twolink.errors import SimulationError, TooMuchError, TwolinkError
+from twolink.inputs import LEAST_DURATION
 from twolink.limits import UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -71,8 +73,16 @@ def test_control_that_diverges_is_refused_soon(method):
 
 
 def test_the_shortest_duration_gives_finite_angles():
-    found = simulate(replace(FALL, duration=5e-324))
+    found = simulate(replace(FALL, duration=LEAST_DURATION))
     assert np.isfinite(found.q).all()
+    assert (np.diff(found.t) > 0).all()
+
+
+def test_the_shortest_duration_is_measured_and_enclosed():
+    scene = replace(FALL, duration=LEAST_DURATION)
+    assert np.isfinite(roundoff_floor(scene).growth)
+    assert enclosure(scene, 8, times=(5e-324,)).radius <= 1e-8
+    assert study(scene, methods=("rk4",), engines=False, budget=0.01).points
 
 
 def test_rest_without_effects():

@@ -232,7 +232,8 @@ def _expected_loss(scene: Scene, until: float) -> float:
     arb = library.arb
     if until == 0:
         return 0.0
-    times = np.linspace(0.0, until, max(50, math.ceil(50 * until)))
+    # The least numbers have not so many others below them.
+    times = np.unique(np.linspace(0.0, until, max(50, math.ceil(50 * until))))
     run = motion_run(scene, times, formulation="momenta")
     chain, loss = scene.moving_chain, 0.0
     with ONE_AT_A_TIME, library.ctx.workprec(COARSE_BITS):

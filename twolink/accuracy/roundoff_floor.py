@@ -61,8 +61,11 @@ def roundoff_floor(scene: Scene, *, limits: Limits = UNLIMITED) -> RoundoffFloor
     )
     errors = np.maximum.accumulate(_errors(exact, run.q, run.u))
     # If modes change, samples next to an impact may be before or after it.
-    seen = errors > 0
-    growth = float(np.polyfit(times[seen], np.log10(errors[seen]), 1)[0]) if seen.sum() > 2 else 0.0
+    seen, growth = errors > 0, 0.0
+    if seen.sum() > 2:
+        # By parts of the duration: squares of tiny times would vanish.
+        parts = times[seen] / scene.duration
+        growth = float(np.polyfit(parts, np.log10(errors[seen]), 1)[0]) / scene.duration
     return RoundoffFloor(times, errors, growth)
 
 

@@ -28,7 +28,7 @@ from twolink.ensembles.family import Family
 from twolink.ensembles.parameters import JOINT
 from twolink.ensembles.quantities import QUANTITIES
 from twolink.errors import ParameterError, SceneError, TwolinkError
-from twolink.inputs import as_path
+from twolink.inputs import as_duration, as_path
 from twolink.scene import Scene, scene_file
 from twolink.scene.model import checked, table_model
 from twolink.scene.scene import checked_tables
@@ -168,7 +168,7 @@ def _ensemble(given: dict[str, Any], of_scene: dict[str, Any], home: Path) -> En
         runs=_runs(axes, runs["draws"], runs["seed"]),
         kept=kept,
         accuracy=of_scene["run"]["accuracy"],
-        duration=of_scene["run"]["duration"],
+        duration=as_duration("run: duration", of_scene["run"]["duration"]),
         refine=runs["refine"],
         title=given["title"],
         document={**given, "scene": of_scene},

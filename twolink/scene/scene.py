@@ -25,6 +25,7 @@ from twolink.effects import EFFECTS, Effect, is_registered, names_of, with_rotor
 from twolink.errors import ParameterError, SceneError, TwolinkError
 from twolink.inputs import (
     as_choice,
+    as_duration,
     as_number,
     as_pair,
     as_path,
@@ -79,6 +80,7 @@ class Scene:
         kept: dict[str, Any] = {name: _start(name, getattr(self, name)) for name in ("q", "u")}
         for name in ("duration", "accuracy"):
             kept[name] = _positive(name, getattr(self, name))
+        as_duration("run: duration", kept["duration"])
         kept["method"] = as_choice("method", self.method, METHODS)
         for name in ("title", "shows"):
             kept[name] = as_word(name, getattr(self, name))

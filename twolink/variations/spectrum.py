@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from twolink import lagrange
 from twolink.errors import ParameterError
-from twolink.inputs import as_count, as_positive, check_callback, check_instance
+from twolink.inputs import as_count, as_duration, check_callback, check_instance
 from twolink.integration.precisions import Code
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
@@ -175,7 +175,7 @@ def lyapunov(
     check_instance("scene", scene, Scene)
     check_callback("progress", progress, ("name", "share"))
     check_instance("limits", limits, Limits)
-    seconds, blocks = as_positive("seconds", seconds), as_count("blocks", blocks, 2)
+    seconds, blocks = as_duration("seconds", seconds), as_count("blocks", blocks, 2)
     check_smooth(scene)
     named = None if progress is None else lambda share: progress("separating", share)
     report = limits.timed(f"the exponents over {seconds:g} s", named)
