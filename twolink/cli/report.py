@@ -97,13 +97,11 @@ def _made(
         ]
         if full:
             with stage("hard cases") as report:
-                part, (passed, sentence) = _hard_cases(report)
+                part, card = _hard_cases(report)
                 parts.append(part)
-                cards.append(made.Card("Hard cases", passed, sentence, part.anchor))
+                cards.append(card)
         else:
-            left_out = "Not run for this report. The command that runs them:"
-            command = "twolink report --full"
-            cards.append(made.Card("Hard cases", None, left_out, command=command))
+            cards.append(_hard_cases_left_out())
         with stage("writing the page"):
             parts += [made.verification(verdict), _origin(verdict)]
             whole = page.page("twolink report", _lead(cards), parts, player_head())
@@ -199,16 +197,27 @@ def _scene(
     return trajectory, made.scene(trajectory, player, effects_cost(scene, limits=limits), measured)
 
 
-def _hard_cases(progress: Callable[[float, str], None]) -> tuple[Section, tuple[bool, str]]:
-    """Return the section of the hard cases, and their verdict."""
+def _hard_cases_left_out() -> Card:
+    """Return the card of hard cases that were not run."""
+    from twolink.viz.report.sections import Card
+
+    left_out = "Not run for this report. The command that runs them:"
+    return Card("Hard cases", None, left_out, command="twolink report --full")
+
+
+def _hard_cases(progress: Callable[[float, str], None]) -> tuple[Section, Card]:
+    """Return the section of the hard cases, and the card with their verdict."""
     from twolink.hardcases.catalogue import CASES
     from twolink.hardcases.parallel import parallel_scoreboard
     from twolink.hardcases.run import columns, verdict
     from twolink.viz.report.scoreboard import hard_cases
+    from twolink.viz.report.sections import Card
 
     def update(done: int, running: tuple[str, ...]) -> None:
         progress(done / len(CASES), ", ".join(running))
 
     chosen = columns()
     board = parallel_scoreboard(CASES, chosen, update)
-    return hard_cases(CASES, chosen, board), verdict(board)
+    part = hard_cases(CASES, chosen, board)
+    passed, sentence = verdict(board)
+    return part, Card("Hard cases", passed, sentence, part.anchor)

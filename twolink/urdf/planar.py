@@ -121,6 +121,17 @@ class _Tip:
     notes: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class _Plane:
+    """The chain in its plane: links, joint convention, frame, the end D, and notes."""
+
+    links: tuple[LinkParameters, LinkParameters]
+    joints: JointConvention
+    frame: _Frame
+    end: _Tip
+    notes: tuple[str, ...]
+
+
 def read_planar_urdf(
     path: str | PathLike[str],
     *,
@@ -162,35 +173,15 @@ def parse_planar_urdf(
     gravity = _gravity(gravity)
     with naming(source):
         first, second = two_bodies(parse_tree(text))
-        lumps = lump(first), lump(second)
-        _check_reach(first, lumps[0], second.pose.position)
-        _check_reach(second, lumps[1], first.pose.position)
-        # Poses in the world, both joints at zero. Turning a joint tilts nothing.
-        turned1 = first.pose.rotation
-        turned2 = (first.pose @ second.pose).rotation
-        axis1, axis2 = turn(turned1, first.joint.axis), turn(turned2, second.joint.axis)
-        tilted = _check_parallel(first, second, axis1, axis2)
-        elbow = _check_elbow(first, second, turn(turned1, second.pose.position), axis1)
-        frame = _source_frame(axis1, elbow, gravity)
-        project1, project2 = _projection(frame.axes, turned1), _projection(frame.axes, turned2)
-        direction1 = _direction(project1(second.pose.position))
-        end = _find_tip(second, tip, lumps[1].centre, project2)
-        direction2, undirected = _direction_of_link2(second, end.position, project2)
-        links = (
-            _parameters(lumps[0], second.pose.position, direction1, project1),
-            _parameters(lumps[1], end.position, direction2, project2),
-        )
-        _check_that_it_resists(first, second, links)
-    z = frame.axes[2]
-    sign = _sign(dot(z, axis1)), _sign(dot(z, axis2))
-    offset = _angle((1.0, 0.0), direction1), _angle(direction1, direction2)
+        plane = _in_the_plane(first, second, tip, gravity)
+    frame, end = plane.frame, plane.end
     return PlanarUrdf(
         path=source,
         xml=text,
-        links=links,
+        links=plane.links,
         joint_names=(first.joint.name, second.joint.name),
         link_names=(first.joint.child, second.joint.child),
-        joints=JointConvention(sign, offset),
+        joints=plane.joints,
         damping=(first.joint.damping, second.joint.damping),
         friction=(first.joint.friction, second.joint.friction),
         limits=(first.joint.limits, second.joint.limits),
@@ -199,10 +190,38 @@ def parse_planar_urdf(
         gravity=frame.gravity,
         tip=end.name,
         tip_position=end.position,
-        notes=(*tilted, *filter(None, [frame.note]), *end.notes, *undirected),
+        notes=plane.notes,
         gravity_note=frame.note,
         left_out=(*_resistance_left_out(first), *_resistance_left_out(second)),
     )
+
+
+def _in_the_plane(first: RigidBody, second: RigidBody, tip: str | None, gravity: Vector3) -> _Plane:
+    """Return two bodies in the plane in which they move, or raise `UrdfError`."""
+    lumps = lump(first), lump(second)
+    _check_reach(first, lumps[0], second.pose.position)
+    _check_reach(second, lumps[1], first.pose.position)
+    # Poses in the world, both joints at zero. Turning a joint tilts nothing.
+    turned1 = first.pose.rotation
+    turned2 = (first.pose @ second.pose).rotation
+    axis1, axis2 = turn(turned1, first.joint.axis), turn(turned2, second.joint.axis)
+    tilted = _check_parallel(first, second, axis1, axis2)
+    elbow = _check_elbow(first, second, turn(turned1, second.pose.position), axis1)
+    frame = _source_frame(axis1, elbow, gravity)
+    project1, project2 = _projection(frame.axes, turned1), _projection(frame.axes, turned2)
+    direction1 = _direction(project1(second.pose.position))
+    end = _find_tip(second, tip, lumps[1].centre, project2)
+    direction2, undirected = _direction_of_link2(second, end.position, project2)
+    links = (
+        _parameters(lumps[0], second.pose.position, direction1, project1),
+        _parameters(lumps[1], end.position, direction2, project2),
+    )
+    _check_that_it_resists(first, second, links)
+    z = frame.axes[2]
+    sign = _sign(dot(z, axis1)), _sign(dot(z, axis2))
+    offset = _angle((1.0, 0.0), direction1), _angle(direction1, direction2)
+    notes = (*tilted, *filter(None, [frame.note]), *end.notes, *undirected)
+    return _Plane(links, JointConvention(sign, offset), frame, end, notes)
 
 
 def _gravity(value: Any) -> Vector3:

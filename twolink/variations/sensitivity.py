@@ -25,7 +25,7 @@ from twolink.simulation.smooth.taylor import taylor_run
 from twolink.tables import Column, Table, table
 from twolink.text import quoted
 from twolink.variations.directions import directions
-from twolink.variations.measure import largest, measured_variation
+from twolink.variations.measure import MeasuredVariation, largest, measured_variation
 from twolink.variations.smooth import check_smooth
 from twolink.variations.system import check_form
 from twolink.variations.uncertainty import VARIABLES, Uncertainty, factor_of, propagated
@@ -219,6 +219,18 @@ def _measured(
     for name, direction in zip(names, along, strict=True):
         check_form(scene, direction, name)
     found = measured_variation(scene, along, times, accuracy, report)
+    return _noted(_of_run(found, family, scene, names, times, accuracy))
+
+
+def _of_run(
+    found: MeasuredVariation,
+    family: Family,
+    scene: Scene,
+    names: tuple[str, ...],
+    times: Array,
+    accuracy: float,
+) -> Sensitivity:
+    """Return the sensitivity that a measured run has found, with arrays that are read-only."""
     met = found.within(accuracy)
     made = Sensitivity(
         scene=scene,
@@ -239,11 +251,16 @@ def _measured(
     )
     for array in (made.t, made.q, made.u, made.dq, made.du, made.errors):
         array.setflags(write=False)
+    return made
+
+
+def _noted(made: Sensitivity) -> Sensitivity:
+    """Return a sensitivity with a note if its accuracy does not hold to the end."""
     if made.met:
         return made
     note = (
-        f"The accuracy {accuracy:.1e} holds until {made.holds_until:.6g} s; at the end the error of"
-        f" the motion is {made.error:.1e}, and that of the derivatives"
+        f"The accuracy {made.accuracy:.1e} holds until {made.holds_until:.6g} s; at the end the"
+        f" error of the motion is {made.error:.1e}, and that of the derivatives"
         f" {made.relative_errors.max():.1e} of the largest."
     )
     return replace(made, notes=(*made.notes, note))

@@ -109,11 +109,23 @@ def left_out(
         for index in flying
         if index not in state.touching
     }
+    return _ended(system, state, pose, flights, strikes, past)
+
+
+def _ended(
+    system: HybridSystem,
+    state: HybridState,
+    pose: Pose,
+    flights: dict[int, _Flight],
+    strikes: Sequence[Strike],
+    past: Past,
+) -> LeftOut | None:
+    """Return the state after the bounces that end within the Zeno time, or without end; or None."""
     lasting = {
         index: _bounces_last(flight, _ratio(system, strikes, index))
         for index, flight in flights.items()
     }
-    dying = [index for index, time in lasting.items() if time <= limit]
+    dying = [index for index, time in lasting.items() if time <= system.zeno_time]
     if dying:
         return _clamped(system, state, pose, dying, max(lasting[index] for index in dying))
     endless = [

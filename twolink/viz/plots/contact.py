@@ -179,20 +179,9 @@ def _draw_impulses(
     times = np.array([impact.time for impact in impacts])
     sizes = np.abs([impact.normal_impulse for impact in impacts])
     places = _places_at_instants(times, sizes > _VISIBLE * sizes.max())
-    whole = axes.get_figure(root=True)
     for number, (name, values) in enumerate(kinds.items()):
-        style, impulses = stroke(palette, number), np.array(values)
-        for place in range(max(places) + 1):
-            own = places == place
-            aside = offset_copy(axes.transData, whole, x=_BESIDE * place, units="points")
-            axes.vlines(
-                times[own], 0, impulses[own], color=style["color"], linewidth=1.1, transform=aside
-            )
-            axes.plot(
-                times[own], impulses[own], "os"[number], color=style["color"], markersize=4,
-                label=f"_{name}", markerfacecolor=style["color"] if number == 0 else palette.paper,
-                clip_on=False, transform=aside,
-            )  # fmt: skip
+        impulses = np.array(values)
+        _draw_stems(axes, palette, (number, name), times, impulses, places)
         tallest = int(np.argmax(np.abs(impulses)))
         axes.annotate(
             name,
@@ -210,6 +199,30 @@ def _draw_impulses(
     together = " (those at one instant are side by side)" if places.any() else ""
     _title(axes, palette, f"{_in_words(force.name)}: {count}{together}")
     axes.set_ylabel(f"impulse ({force.unit} s)")
+
+
+def _draw_stems(
+    axes: Axes,
+    palette: Palette,
+    kind: tuple[int, str],
+    times: Array,
+    impulses: Array,
+    places: NDArray[np.intp],
+) -> None:
+    """Draw the stems of one kind of impulse, by its number and name; those at one place beside."""
+    number, name = kind
+    colour = stroke(palette, number)["color"]
+    for place in range(max(places) + 1):
+        own = places == place
+        aside = offset_copy(
+            axes.transData, axes.get_figure(root=True), x=_BESIDE * place, units="points"
+        )
+        axes.vlines(times[own], 0, impulses[own], color=colour, linewidth=1.1, transform=aside)
+        axes.plot(
+            times[own], impulses[own], "os"[number], color=colour, markersize=4,
+            label=f"_{name}", markerfacecolor=colour if number == 0 else palette.paper,
+            clip_on=False, transform=aside,
+        )  # fmt: skip
 
 
 def _places_at_instants(times: Array, visible: NDArray[np.bool_]) -> NDArray[np.intp]:
