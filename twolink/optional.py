@@ -83,7 +83,7 @@ def distributed() -> Any:
 def display() -> Any:
     """Return the module that draws, films and shows results.
 
-    It is above all that it shows, and is imported when a result is to be shown.
+    It stands above the modules whose results it shows, and is imported when it is called.
     """
     return importlib.import_module("twolink.viz.display")
 

@@ -65,7 +65,7 @@ def _known_until(reference: Any) -> float:
 def _beside_no_impact(times: Any, *runs: Any) -> Any:
     """Return which times (s) are no nearer to any impact than twice the accuracy of a run.
 
-    Nor are they where bounces die away, from the last that was seen until there are none.
+    Times between the last impact seen and the end of bounces that die away are excluded too.
     """
     allowed = 2 * max(run.accuracy for run in runs)
     clear = np.ones(len(times), dtype=bool)

@@ -6,10 +6,10 @@ their stretches are summed (Benettin, Galgani, Giorgilli and Strelcyn, Lyapunov 
 exponents for smooth dynamical systems, 1980). In canonical variables the exponents of a
 conservative motion sum to zero over any time, by Liouville's theorem.
 
-Exponents are limits for infinite time. A finite run gives a mean, of which the scatter of its
-blocks tells how far it is known, and separation by a power of time looks like an exponent of
-ln(T)/T. A motion that stays long in one part of phase space and long in another has a larger
-error than the scatter tells. In a chaotic motion round-off replaces the motion by another of
+Exponents are limits for infinite time. A finite run gives a mean, whose error is estimated from
+the scatter of its blocks, and separation by a power of time looks like an exponent of ln(T)/T. A
+motion that stays long in one part of phase space and long in another has a larger error than this
+estimate. In a chaotic motion round-off replaces the motion by another of
 nearly the same energy, which has the same exponents unless it lies in another part of phase space.
 """
 

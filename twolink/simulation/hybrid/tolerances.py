@@ -93,8 +93,8 @@ LEAST_IMPACTS_OF_A_BURST = 4
 # joint that is held needs none. Read by compile.
 BAUMGARTE_RATE = 8.0
 
-# Part of the time. Shorter steps are not taken in any precision: a time is a float64 number for all
-# who ask for the motion. Read by flow.
+# Part of the time. Shorter steps are not taken in any precision: the motion is asked for at times
+# that are float64 numbers. Read by flow.
 SHORTEST_STEP = 2.0**-42
 
 # Steps of an arc after which it fails if it would take more than MOST_STEPS at the pace of the last
