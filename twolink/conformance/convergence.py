@@ -5,7 +5,7 @@ has d_k / d_{k+1} → r^p, and Richardson's extrapolation x_n + (x_n − x_{n−
 limit up to higher order (E. Hairer, S. P. Nørsett and G. Wanner, Solving Ordinary Differential
 Equations I, 1993, section II.4). Motions of the right equations have the truth as their limit,
 those of other equations another one: then the errors level off while the differences shrink. Limits
-that are closer than the finest error are not told apart.
+that are closer than the finest error are not distinguished.
 
 Motions with events, and those of variable steps with their tolerance, have errors that shrink
 unevenly: their order is the slope of all differences,

@@ -142,8 +142,8 @@ class _Answer:
     def is_explained_by(self, wrong: Array) -> bool:
         """Return whether a wrong answer is this one, within rounding and far within the error.
 
-        An answer that cannot be told from zero is that of mistakes that give zero, and not of all
-        that give something small.
+        An answer that cannot be distinguished from zero is that of mistakes that give zero, and not
+        of all that give something small.
         """
         if not np.isfinite(wrong).all():
             return False

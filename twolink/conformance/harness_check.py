@@ -97,11 +97,11 @@ def _loaded(session: Session, group: Group) -> str:
     request = group.request(session.engine.reads)
     assert request is not None
     try:
-        told = RemoteEngine(session, group.id).load(request)
+        understood = RemoteEngine(session, group.id).load(request)
     except ModelRefusedError as error:
         raise _FailedError(f"{group.id} must be loaded; it is refused: {error}") from error
-    fields = [] if told is None else list(told.model_dump(exclude_none=True))
-    return f"loaded; understood: {', '.join(fields) or 'not told'}"
+    fields = [] if understood is None else list(understood.model_dump(exclude_none=True))
+    return f"loaded; understood: {', '.join(fields) or 'not stated'}"
 
 
 def _asked(session: Session, group: Group, test: Vector) -> str:

@@ -18,20 +18,20 @@ _UNITS = {
 
 
 def misunderstood(
-    told: Understood | None, expected: Understood | None, precision: Precision
+    received: Understood | None, expected: Understood | None, precision: Precision
 ) -> tuple[str, ...]:
     """Return a sentence for each parameter that an engine understood wrongly, by its own account.
 
     Parameters that the engine does not report are not judged.
     """
-    if told is None or expected is None:
+    if received is None or expected is None:
         return ()
     found = []
     for name, unit in _UNITS.items():
-        ours, theirs = getattr(expected, name), getattr(told, name)
+        ours, theirs = getattr(expected, name), getattr(received, name)
         for index, sentence in _differences(name, unit, ours, theirs, precision):
             found.append(f"{name} of {_owner(name)} {index + 1} {sentence}")
-    return (*found, *_limits(told, expected, precision))
+    return (*found, *_limits(received, expected, precision))
 
 
 def _differences(
@@ -47,12 +47,12 @@ def _differences(
     ]
 
 
-def _limits(told: Understood, expected: Understood, precision: Precision) -> list[str]:
-    if told.limits is None or expected.limits is None:
+def _limits(received: Understood, expected: Understood, precision: Precision) -> list[str]:
+    if received.limits is None or expected.limits is None:
         return []
     allowed = ROUNDINGS * EPSILONS[precision]
     found = []
-    for index, (ours, theirs) in enumerate(zip(expected.limits, told.limits, strict=True)):
+    for index, (ours, theirs) in enumerate(zip(expected.limits, received.limits, strict=True)):
         if ours is None and theirs is None:
             continue
         if ours is not None and theirs is not None:

@@ -3,8 +3,8 @@
 A parameter is a number of a scene file; the chain, the effects and the start follow from it by the
 reader of scene files. So L1 of a uniform bar also moves its mass centre and changes its inertia.
 Slopes are those of parabolas through neighbouring scenes, exact for numbers that depend on a
-parameter linearly or as its square, which all do at present; a second parabola of half the size
-tells.
+parameter linearly or as its square, as all numbers do at present; the difference from a second
+parabola of half the size is their error.
 """
 
 from __future__ import annotations
