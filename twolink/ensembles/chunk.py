@@ -6,7 +6,7 @@ A chunk is a range of runs. Results do not depend on the division into chunks.
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.effects import ContactEffect, PiecewiseEffect
-from twolink.ensembles.blocks import Ends
-from twolink.ensembles.compiled import LANES, System
+from twolink.ensembles.compiled import System
 from twolink.ensembles.ensemble import PRECISIONS_OF_RUNS, Ensemble
 from twolink.ensembles.family import Parts
-from twolink.ensembles.following import PLACES, Follower, LostError
 from twolink.ensembles.numbers import Shape, numbers_in
 from twolink.ensembles.single import single
+from twolink.ensembles.stages import Prepared, stages_of
 from twolink.errors import SimulationError, TwolinkError
 from twolink.integration.precisions import PRECISIONS
 from twolink.limits import DEFAULT_LIMITS, Limits
@@ -28,6 +27,9 @@ from twolink.simulation.motion import has_events
 from twolink.simulation.smooth.measure import GROWTH, MARGIN_OF_ORDERS, MORE_ORDERS, order_for
 
 Array = NDArray[np.float64]
+
+# Runs whose motions are in memory at once.
+_AT_ONCE = 1024
 
 # Number of runs whose scenes are compared to find the numbers that vary.
 _PROBES = 8
@@ -50,8 +52,8 @@ class Rows:
             arrays[axis.name] = column.copy()
         return cls(arrays, [""] * count)
 
-    def put(self, place: int, values: dict[str, Any], error: float, precision: str) -> None:
-        """Set the results of a run."""
+    def put(self, place: Any, values: dict[str, Any], error: Any, precision: str) -> None:
+        """Set the results of a run, or of runs at several places."""
         for name, value in values.items():
             self.arrays[name][place] = value
         self.arrays["error"][place] = error
@@ -172,39 +174,27 @@ def _same(one: float, other: float) -> bool:
     return one == other and np.signbit(one) == np.signbit(other)
 
 
-class _Prepared(NamedTuple):
-    """Runs that fit a system: their places, their parameters (parameters, n), and starts (2, n)."""
-
-    places: Any
-    numbers: Array
-    q: Array
-    u: Array
-
-
 def _in_lanes(ensemble: Ensemble, template: _Template, values: Array, rows: Rows) -> list[int]:
     """Make runs in lanes, and return the places of those that are to be made by themselves."""
     prepared, alone = _prepared(ensemble, template, values, rows)
     needs_state = any(quantity.of_state for quantity in ensemble.kept) or not ensemble.kept
-    growths = np.zeros((PLACES + 1, len(prepared.places)))
-    left = np.arange(len(prepared.places))
-    orders = _orders(ensemble.accuracy)
-    for order in orders:
-        again = []
-        for done in _stage(ensemble, template.system, prepared, left, order, growths):
-            alone += [int(prepared.places[k]) for k in done.lost]
-            rows.steps += done.steps
-            growths[:, done.lanes] = done.growths
-            fine = ~done.undecided
-            if needs_state:
-                fine &= done.errors <= ensemble.accuracy
-            for number, lane in enumerate(done.lanes):
-                values_of = {name: array[number] for name, array in done.values.items()}
-                place = int(prepared.places[lane])
-                rows.put(place, values_of, done.errors[number], "double")
-            again += [int(lane) for lane in done.lanes[~fine]]
-        left = np.array(sorted(again), int)
-    if ensemble.refine:
-        alone += [int(prepared.places[k]) for k in left]
+    for first in range(0, len(prepared.places), _AT_ONCE):
+        part = prepared.of(slice(first, first + _AT_ONCE))
+        stages = stages_of(ensemble, template.system, part)
+        left = np.arange(len(part.places))
+        for order in _orders(ensemble.accuracy):
+            again = [left[:0]]
+            for done in stages.runs(left, order):
+                alone += part.places[done.lost].tolist()
+                rows.steps += done.steps
+                rows.put(part.places[done.lanes], done.values, done.errors, "double")
+                fine = ~done.undecided
+                if needs_state:
+                    fine &= done.errors <= ensemble.accuracy
+                again.append(done.lanes[~fine])
+            left = np.sort(np.concatenate(again))
+        if ensemble.refine:
+            alone += part.places[left].tolist()
     return sorted(alone)
 
 
@@ -218,7 +208,7 @@ def _orders(accuracy: float) -> list[int]:
 
 def _prepared(
     ensemble: Ensemble, template: _Template, values: Array, rows: Rows
-) -> tuple[_Prepared, list[int]]:
+) -> tuple[Prepared, list[int]]:
     """Return the runs that fit the system, and the places of those that do not.
 
     A run whose scene is refused has a reason.
@@ -226,7 +216,7 @@ def _prepared(
     family, system = ensemble.family, template.system
     if not family.changes("chain") and not family.changes("effects"):
         q, u = family.starts(values)
-        return _Prepared(np.arange(len(values)), np.zeros((0, len(values))), q, u), []
+        return Prepared(np.arange(len(values)), np.zeros((0, len(values))), q, u), []
     places, numbers, starts, others = [], [], [], []
     for place, row in enumerate(values):
         try:
@@ -246,82 +236,5 @@ def _prepared(
         numbers.append([own[k] for k in system.varying])
         starts.append((*parts.q, *parts.u))
     start: Array = np.array(starts).reshape(-1, 4).T
-    found = _Prepared(np.array(places, int), np.array(numbers).T, start[:2], start[2:])
+    found = Prepared(np.array(places, int), np.array(numbers).T, start[:2], start[2:])
     return found, others
-
-
-class _Done(NamedTuple):
-    """Runs in lanes: their numbers, values, errors and growths, and the runs that were lost."""
-
-    lanes: Any
-    values: dict[str, Any]
-    errors: Array
-    growths: Array
-    undecided: Any
-    lost: list[int]
-    steps: int
-
-
-def _stage(
-    ensemble: Ensemble,
-    system: System,
-    prepared: _Prepared,
-    left: Any,
-    order: int,
-    growths: Array,
-) -> Iterator[_Done]:
-    """Yield runs in groups of lanes, by a kept run of an order."""
-    for first in range(0, len(left), LANES):
-        group = left[first : first + LANES]
-        lost: list[int] = []
-        while len(group):
-            try:
-                yield _group(ensemble, system, prepared, group, lost, order, growths[:, group])
-                break
-            except LostError as error:
-                gone = error.lanes[: len(group)]
-                lost += [int(k) for k in group[gone]]
-                group = group[~gone]
-        else:
-            nothing = np.empty(0)
-            none = np.empty((PLACES + 1, 0))
-            yield _Done(group, {}, nothing, none, nothing.astype(bool), lost, 0)
-
-
-def _group(
-    ensemble: Ensemble,
-    system: System,
-    prepared: _Prepared,
-    group: Any,
-    lost: list[int],
-    order: int,
-    growths: Array,
-) -> _Done:
-    """Return up to `LANES` runs; lanes without a run repeat others."""
-    filled = group[np.arange(LANES) % len(group)]
-    numbers, q, u = (np.ascontiguousarray(rows[:, filled]) for rows in prepared[1:])
-    lanes = system.lanes(numbers, q, u, ensemble.duration)
-    known = growths[:, np.arange(LANES) % len(group)]
-    follower = Follower(system, lanes, numbers, order, known)
-    accumulators = [quantity.accumulator(lanes) for quantity in ensemble.kept]
-    with np.errstate(all="ignore"):
-        for block in follower.blocks():
-            for each in accumulators:
-                each.add(block)
-    assert isinstance(follower.ends, Ends)
-    values: dict[str, Any] = {}
-    for each in accumulators:
-        values |= each.values(follower.ends)
-    undecided = np.zeros(LANES, bool)
-    for each in accumulators:
-        undecided |= each.undecided()
-    count = len(group)
-    return _Done(
-        group,
-        {name: array[:count] for name, array in values.items()},
-        follower.ends.errors[:count],
-        np.asarray(follower.growths)[:, :count],
-        undecided[:count],
-        lost,
-        follower.steps * count,
-    )

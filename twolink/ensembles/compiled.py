@@ -29,6 +29,9 @@ Array = NDArray[np.float64]
 LANES = 32
 """Runs that are integrated at once. The callback that keeps a step costs as much as two lanes."""
 
+# The number of lanes up to which unrolled code takes half the time of loops.
+_UNROLLED = 8
+
 FORMULATION: EquationsName = "momenta"
 """The equations of ensembles: those of the least cost."""
 
@@ -49,10 +52,10 @@ class System:
         chain, effects = self._with(list(numbers))
         return Lanes(chain, effects, q, u, duration)
 
-    def integrator(self, order: int) -> IntegratorPool:
-        """Return compiled integrators of an order."""
+    def integrator(self, order: int, width: int = LANES) -> IntegratorPool:
+        """Return compiled integrators of an order, for runs of a number of lanes."""
         both = Content((self.chain,)), Content(self.effects)
-        return _compiled(*both, self.varying, order)
+        return _compiled(*both, self.varying, order, width)
 
     def rates(self, q: Any, x: Any) -> Any:
         """Return the rates in the symbols of heyoka; raises `TypeError` where there are none."""
@@ -90,7 +93,7 @@ def _symbols() -> tuple[Any, Any]:
 
 @functools.lru_cache(maxsize=32)
 def _compiled(
-    chain: Content, effects: Content, varying: tuple[int, ...], order: int
+    chain: Content, effects: Content, varying: tuple[int, ...], order: int, width: int
 ) -> IntegratorPool:
     """Return compiled integrators, cached for ensembles of one scene."""
     q, x = _symbols()
@@ -98,9 +101,9 @@ def _compiled(
     first, second = system.rates(q, x)
     integrator = heyoka().taylor_adaptive_batch(
         list(zip((*q, *x), (*first, *second), strict=True)),
-        np.zeros((4, LANES)),
+        np.zeros((4, width)),
         tol=PRECISIONS["double"].step_tolerance(order),
-        # Loops: unrolled code of so many lanes takes seconds to compile, and is no faster.
-        compact_mode=True,
+        # Loops, where unrolled code would take seconds to compile, and would be no faster.
+        compact_mode=width > _UNROLLED,
     )
     return IntegratorPool(integrator)

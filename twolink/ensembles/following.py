@@ -144,7 +144,8 @@ class Follower:
             while (before < duration).any():
                 part = recorder.part(kept, duration, cap)
                 if not self.steps:
-                    self._check_rates(part)
+                    first = part.coefficients[0]
+                    check_rates(self.lanes, first[:, 0], first[:, 1], 0.0)
                 self.steps += len(part.lengths)
                 moves = np.diff(part.times, axis=0) > 0
                 errors = compare.errors(part, moves, _judged(judge, part.times, cap))
@@ -171,26 +172,6 @@ class Follower:
         # Equations have no parameters after the last one that they use.
         integrator.pars[:] = self.numbers[: len(integrator.pars)]
         integrator.set_time(0.0)
-
-    def _check_rates(self, part: _Part) -> None:
-        """Raise `SimulationError` unless the compiled rates are those of the formulas.
-
-        Formulas with parameters could take another branch than with a run's own numbers. The lanes
-        are compared at their starts; the parts of each scene have been read for them.
-        """
-        chain, effects, *_ = self.lanes
-        start = part.coefficients[0, :, 0]
-        first, second = EQUATIONS[FORMULATION].rates(
-            chain, effects, tuple(start[:2]), tuple(start[2:]), 0.0
-        )
-        own = np.array([np.broadcast_to(rate, LANES) for rate in (*first, *second)])
-        compiled = part.coefficients[0, :, 1]
-        sizes = np.abs(own).max(axis=0) + np.abs(start).max(axis=0)
-        if not (np.abs(compiled - own) <= _SAME_RATES * sizes).all():
-            raise SimulationError(
-                "the compiled rates of an ensemble must be those of the formulas; got others: "
-                "please report this"
-            )
 
 
 class _Comparison:
@@ -229,16 +210,48 @@ class _Comparison:
         if self._known is not None:
             growths = np.maximum(growths, self._known[place, lanes])
         np.maximum.at(self.growths, (place, lanes), growths)
-        sums = (A_VALUE + steps) * _ROUNDING * sizes
-        found = MARGIN_OF_ORDERS * differences + sums + MOST_ROUND_OFF * _ROUNDING * growths
-        found[differences > _LINEAR] = np.inf
+        found = error_bounds(differences, sizes, steps, growths)
         self.so_far = found[-1]
-        return np.asarray(found)
+        return found
 
     def _states(self, variables: Array) -> Array:
         """Return q and u, shape (4, n, lanes), of variables of shape (n, 4, lanes)."""
         rows = np.ascontiguousarray(variables.transpose(1, 0, 2))
         return np.concatenate([rows[:2], self._follower.speeds(rows)])
+
+
+def error_bounds(differences: Array, sizes: Array, steps: Array, growths: Array) -> Array:
+    """Return bounds on errors (rad, rad/s) from the differences of kept runs from their judges.
+
+    `sizes` are the largest values (rad, rad/s), and `growths` those of truncation errors: all of
+    one shape, so far.
+    """
+    sums = (A_VALUE + steps) * _ROUNDING * sizes
+    found = MARGIN_OF_ORDERS * differences + sums + MOST_ROUND_OFF * _ROUNDING * growths
+    return np.where(differences > _LINEAR, np.inf, found)
+
+
+def check_rates(lanes: Lanes, states: Array, compiled: Array, times: Any) -> None:
+    """Raise `SimulationError` unless the compiled rates are those of the formulas.
+
+    Formulas with parameters could take another branch than with a run's own numbers. States and
+    rates have shape (4, lanes); the parts of each scene have been read for the lanes.
+    """
+    own = np.empty_like(states)
+    with np.errstate(all="ignore"):
+        first, second = EQUATIONS[FORMULATION].rates(
+            lanes.chain, lanes.effects, tuple(states[:2]), tuple(states[2:]), times
+        )
+        for place, rate in enumerate((*first, *second)):
+            own[place] = rate
+        sizes = np.abs(own).max(axis=0) + np.abs(states).max(axis=0)
+        others = ~(np.abs(compiled - own) <= _SAME_RATES * sizes)
+    # A motion that has diverged may have no rates.
+    if (others & np.isfinite(sizes)).any():
+        raise SimulationError(
+            "the compiled rates of an ensemble must be those of the formulas; got others: "
+            "please report this"
+        )
 
 
 def _at_the_end(part: _Part, moves: Any) -> Array:

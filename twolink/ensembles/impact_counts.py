@@ -22,6 +22,8 @@ VERDICTS = ("undecided", "agreed", "endless")
 class ImpactCounts(Quantity):
     """The number of impacts: agreed if the run that measures this one has as many."""
 
+    of_steps = False
+
     @property
     def variables(self) -> tuple[Variable, ...]:
         """The number and its verdict."""

@@ -84,6 +84,9 @@ class Quantity(ABC):
     of_state = True
     """Whether its error is that of the state, so that the accuracy of the runs counts."""
 
+    of_steps = True
+    """Whether it depends on the motion before the end."""
+
     @property
     @abstractmethod
     def variables(self) -> tuple[Variable, ...]:

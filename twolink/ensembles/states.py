@@ -24,6 +24,8 @@ LINKS = Dimension("link", 2)
 class Final(Quantity):
     """The state at the end."""
 
+    of_steps = False
+
     @property
     def variables(self) -> tuple[Variable, ...]:
         """The angles and the speeds at the end."""
@@ -49,6 +51,8 @@ class _FinalState(Accumulator):
 @dataclass(frozen=True)
 class Energy(Quantity):
     """The energy T + V at the start and at the end."""
+
+    of_steps = False
 
     @property
     def variables(self) -> tuple[Variable, ...]:
