@@ -1,154 +1,190 @@
-"""The cost of a sweep: beside heyoka's bare batch calls, and for ten times as many runs.
+"""The cost of sweeps: its parts, beside other programs, and for ten times as many runs.
 
-    python -m benchmarks.ensembles [--runs 4096] [--largest 100000] [--force]
+    python -m benchmarks.ensembles [--starts 64] [--quantile 0.5] [--runs 100000] [--plot a.svg]
 
-All figures are processor time of one process, for runs of `free_fall` from random poses over 10 s.
-A bare call sets the starts and propagates them to the end: it measures no error, and keeps nothing.
-It refuses to measure on a machine that is busy, unless forced.
+All runs are `free_fall` from random poses over 10 s. First the parts of a sweep, in processor time
+of one process, interleaved, the least of some rounds. Then trajectories per second at an equal
+measured error (`benchmarks.throughput`); MuJoCo and diffrax are in the extra `engines`, and Warp is
+`pip install warp-lang`. Last, whole sweeps of more and more runs in two worker processes, with
+their peak memory. It refuses to measure on a machine that is busy, unless forced.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-import resource
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from time import process_time
 from typing import Any
 
 import numpy as np
 
-from twolink.ensembles.chunk import rows_of
-from twolink.ensembles.compiled import FORMULATION, LANES
+from benchmarks.growth import growing
+from benchmarks.throughput import (
+    ERROR,
+    SCENE,
+    asked,
+    bare,
+    compared,
+    propagated,
+    starts,
+    with_momenta,
+)
+from twolink.ensembles.chunk import Rows, rows_of
+from twolink.ensembles.compiled import LANES, System
+from twolink.ensembles.ending import PLACES, WIDTH, Ending
 from twolink.ensembles.ensemble import Ensemble
-from twolink.ensembles.file import ensemble_of
-from twolink.ensembles.run import sweep
-from twolink.integration.precisions import PRECISIONS
-from twolink.optional import heyoka
-from twolink.scene import Scene
-from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.ensembles.store import created
 from twolink.simulation.smooth.measure import MORE_ORDERS
 
-_REPETITIONS = 5
+_ROUNDS = 5
 
 # Above this load for each core timings are those of other programs.
 _BUSY = 0.5
 
-# The orders of heyoka's own double precision, and of a sweep to 1e-6.
-_OF_HEYOKA, _KEPT = 20, 11
+# The order of a sweep to 1e-6.
+_KEPT = 11
+
+# Runs by which the parts of a sweep and other fast methods are timed.
+_MANY = 8192
 
 
-def asked(count: int, keep: dict[str, Any], accuracy: float = 1e-6) -> Ensemble:
-    """Return a sweep of random poses."""
-    around = {"low": -1.5, "high": 4.6}
-    axes = [{"parameter": f"start.q.{k}", "uniform": around} for k in (0, 1)]
-    runs = {"draws": count, "accuracy": accuracy}
-    return ensemble_of(
-        {"scene": "free_fall", "axes": axes, "runs": runs, "keep": keep}, "<benchmark>", Path()
-    )
-
-
-def bare(order: int, lanes: int) -> Any:
-    """Return heyoka's batch integrator of the same equations."""
-    scene = Scene.load("free_fall")
-    q1, q2, x1, x2 = heyoka().make_vars("q1", "q2", "x1", "x2")
-    first, second = EQUATIONS[FORMULATION].rates(
-        scene.moving_chain, scene.effects, (q1, q2), (x1, x2), heyoka().time
-    )
-    return heyoka().taylor_adaptive_batch(
-        list(zip((q1, q2, x1, x2), (*first, *second), strict=True)),
-        np.zeros((4, lanes)),
-        tol=PRECISIONS["double"].step_tolerance(order),
-        compact_mode=lanes > heyoka().recommended_simd_size(),
-    )
-
-
-def propagated(integrator: Any, starts: Any, duration: float) -> None:
-    """Propagate starts, shape (4, n), with a bare call for each group of lanes."""
-    lanes = integrator.state.shape[1]
-    for k in range(0, starts.shape[1], lanes):
-        integrator.state[:] = starts[:, k : k + lanes]
-        integrator.set_time(0.0)
-        integrator.propagate_until(duration)
-
-
-def seconds(call: Callable[[], Any]) -> float:
-    """Return the least processor time of a call."""
-    found = []
-    for _ in range(_REPETITIONS):
-        start = process_time()
-        call()
-        found.append(process_time() - start)
-    return min(found)
-
-
-def beside_bare_calls(count: int) -> None:
-    """Print the cost of sweeps beside that of bare calls on the same starts."""
-    final = asked(count, {"final": True})
-    q, u = final.family.starts(final.values(0, count))
-    scene = Scene.load("free_fall")
-    second = EQUATIONS[FORMULATION].from_speeds(scene.chain, (q[0], q[1]), (u[0], u[1]))
-    starts = np.array([*q, *second])
-    width = heyoka().recommended_simd_size()
-    calls = {
-        f"bare call, order {_OF_HEYOKA}, {width} lanes": bare(_OF_HEYOKA, width),
-        f"bare call, order {_KEPT}, {width} lanes": bare(_KEPT, width),
-        f"bare call, order {_KEPT}, {LANES} lanes": bare(_KEPT, LANES),
-        f"bare call, order {_KEPT + MORE_ORDERS}, {LANES} lanes": bare(_KEPT + MORE_ORDERS, LANES),
+def parts(count: int) -> Iterator[str]:
+    """Yield the cost of bare calls, of what a sweep adds to them one by one, and of sweeps."""
+    given = with_momenta(starts(count))
+    final, flips = asked(count, {"final": True}), {"first": [{"name": "flip", "of": "either"}]}
+    orders = _KEPT, _KEPT + MORE_ORDERS, _KEPT + 2 * MORE_ORDERS
+    one, judge, last = (bare(order) for order in orders)
+    wide = bare(orders[0], LANES)
+    again = given[:, _retried(count)]
+    rows = rows_of(final, 0, count)
+    sequence = np.argsort(_steps(one, given), kind="stable")
+    calls: dict[str, Callable[[], Any]] = {
+        f"bare call, order {orders[0]}, {WIDTH} lanes": lambda: propagated(one, given),
+        f"  the same, {LANES} lanes": lambda: propagated(wide, given),
+        "  through the places of the errors": lambda: _through_places(one, given),
+        "  with a callback that does nothing": lambda: _with_callback(one, given, _nothing),
+        "  with one that copies coefficients": lambda: _with_callback(one, given, _Copy(one)),
+        "  with heyoka's continuous output": lambda: _with_callback(one, given, None),
+        f"  the judge, order {orders[1]}": lambda: _through_places(judge, given),
+        "  the judge, runs of like steps": lambda: _through_places(judge, given[:, sequence]),
+        f"  order {orders[2]} for {again.shape[1] / count:.0%}": lambda: _through_places(
+            last, again
+        ),
+        "sweep, ends with errors": lambda: rows_of(final, 0, count),
+        "  its store, written": lambda: _written(final, rows),
+        "sweep, flips with bounds": lambda: rows_of(asked(count, flips), 0, count),
     }
-    costs = {
-        name: seconds(lambda one=one: propagated(one, starts, 10.0))  # type: ignore[misc]
-        for name, one in calls.items()
-    }
-    flips = [{"name": "flip", "of": "either"}]
-    # Undecided runs, and for states those that are not accurate enough, are made twice.
-    sweeps: dict[str, dict[str, Any]] = {
-        "sweep, states with errors": {"final": True},
-        "sweep, flips with bounds": {"first": flips},
-        "sweep, states and extremes": {"final": True, "extremes": True},
-    }
-    for name, keep in sweeps.items():
-        one = asked(count, keep)
-        rows_of(one, 0, LANES)
-        costs[name] = seconds(lambda one=one: rows_of(one, 0, count))  # type: ignore[misc]
-    own = sum(cost for name, cost in costs.items() if name.endswith(f" {LANES} lanes"))
-    one_call = next(iter(costs.values()))
+    costs = _least(calls)
+    first = next(iter(costs.values()))
     for name, cost in costs.items():
-        ratios = f"× {cost / one_call:5.2f} of the first   × {cost / own:5.2f} of both own orders"
-        print(f"{name:38s} {cost / count * 1e6:8.1f} µs a run   {ratios}")
+        yield f"{name:44s} {cost / count * 1e6:8.1f} µs a run   × {cost / first:5.2f} of the first"
 
 
-def growing(largest: int) -> None:
-    """Print the cost and the memory of whole sweeps, with their stores, of more and more runs."""
-    count = 100
-    while count <= largest:
-        with tempfile.TemporaryDirectory() as folder:
+def _least(calls: dict[str, Callable[[], Any]]) -> dict[str, float]:
+    """Return the least processor time of calls (s), made in turn."""
+    found = dict.fromkeys(calls, np.inf)
+    for call in calls.values():
+        call()
+    for _ in range(_ROUNDS):
+        for name, call in calls.items():
             start = process_time()
-            sweep(asked(count, {"final": True}, accuracy=1e-2), Path(folder) / "a.zarr", workers=1)
-            spent = process_time() - start
-        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-        print(
-            f"{count:8d} runs {spent:9.2f} s {spent / count * 1e6:8.1f} µs a run {memory:6.0f} MB"
-        )
-        count *= 10
+            call()
+            found[name] = min(found[name], process_time() - start)
+    return found
+
+
+def _retried(count: int) -> Any:
+    """Return which runs the first pair of orders leaves above the accuracy, shape (n,)."""
+    given, none = starts(count), np.zeros((0, count))
+    system = System(SCENE.moving_chain, SCENE.effects, ())
+    lanes = system.lanes(none, given[:2], given[2:], SCENE.duration)
+    ends, lost, _ = Ending.at_the_start(system, lanes, none).ends(_KEPT)
+    return (ends.errors > ERROR) & ~lost
+
+
+def _steps(integrator: Any, given: Any) -> Any:
+    """Return the numbers of steps of runs, shape (n,)."""
+    found = np.empty(given.shape[1])
+    for k in range(0, given.shape[1], WIDTH):
+        propagated(integrator, given[:, k : k + WIDTH])
+        found[k : k + WIDTH] = [result[3] for result in integrator.propagate_res]
+    return found
+
+
+def _through_places(integrator: Any, given: Any) -> None:
+    """Propagate through the times at which a sweep measures its errors."""
+    times = np.repeat(np.linspace(0.0, SCENE.duration, PLACES + 1)[:, None], WIDTH, axis=1)
+    for k in range(0, given.shape[1], WIDTH):
+        count = given[:, k : k + WIDTH].shape[1]
+        integrator.state[:, :count] = given[:, k : k + WIDTH]
+        integrator.set_time(0.0)
+        integrator.propagate_grid(times)
+
+
+def _with_callback(integrator: Any, given: Any, callback: Any) -> None:
+    """Propagate with the least that an estimate from the steps themselves needs."""
+    for k in range(0, given.shape[1], WIDTH):
+        integrator.state[:] = given[:, k : k + WIDTH]
+        integrator.set_time(0.0)
+        if callback is None:
+            integrator.propagate_until(SCENE.duration, c_output=True)
+        else:
+            integrator.propagate_until(SCENE.duration, callback=callback, write_tc=True)
+
+
+def _nothing(_: Any) -> bool:
+    return True
+
+
+class _Copy:
+    """A callback that copies the coefficients of a step."""
+
+    def __init__(self, integrator: Any) -> None:
+        self._from, self._to = integrator.tc, np.empty_like(integrator.tc)
+
+    def __call__(self, _: Any) -> bool:
+        self._to[:] = self._from
+        return True
+
+
+def _written(ensemble: Ensemble, rows: Rows) -> None:
+    """Write rows to a new store."""
+    with tempfile.TemporaryDirectory() as folder:
+        created(Path(folder) / "a.zarr", ensemble, len(rows.reasons)).write(0, rows)
 
 
 def main() -> None:
     """Measure, and print the results."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=4096)
-    parser.add_argument("--largest", type=int, default=100_000)
-    parser.add_argument("--force", action="store_true")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.ensembles", description=__doc__)
+    parser.add_argument("--starts", type=int, default=64, help="starts whose errors are compared")
+    parser.add_argument("--quantile", type=float, default=0.5, help="of errors that must suffice")
+    parser.add_argument("--runs", type=int, default=100_000, help="of the largest sweep")
+    parser.add_argument("--plot", type=Path, help="a picture of the cost of more and more runs")
+    parser.add_argument("--force", action="store_true", help="measure on a busy machine")
     options = parser.parse_args()
+    _print_load(options.force)
+    for line in parts(_MANY):
+        print(line, flush=True)
+    print()
+    for line in compared(options.starts, _MANY, options.quantile):
+        print(line, flush=True)
+    print()
+    for line in growing(options.runs, options.plot):
+        print(line, flush=True)
+
+
+def _print_load(force: bool) -> None:
+    """Print the load, and end the program on a busy machine, unless forced."""
     load, cores = os.getloadavg()[0], os.cpu_count() or 1
-    print(f"load {load:.2f} on {cores} cores")
-    if load > _BUSY * cores and not options.force:
+    busy = load > _BUSY * cores
+    words = ": BUSY, timings are those of a shared machine" if busy else ""
+    print(f"load {load:.2f} on {cores} cores{words}", flush=True)
+    if busy and not force:
         sys.exit(f"the load must be at most {_BUSY * cores:g}; got {load:.2f} (--force measures)")
-    beside_bare_calls(options.runs)
-    growing(options.largest)
 
 
 if __name__ == "__main__":

@@ -72,7 +72,7 @@ class Mujoco(UrdfReadingEngine, ApproximatingEngine):
         whole = approximate_model(scene)
         model = whole.smooth
         with _listening(mujoco) as of_building:
-            robot = _robot(mujoco, whole)
+            robot = robot_of(mujoco, whole)
         robot.opt.integrator = getattr(mujoco.mjtIntegrator, _INTEGRATORS[method])
         data = mujoco.MjData(robot)
         setup = perf_counter() - begin
@@ -181,7 +181,7 @@ def _listening(mujoco: Any) -> Iterator[list[str]]:
         found += dict.fromkeys([*said, *of_python])
 
 
-def _robot(mujoco: Any, whole: ApproximateModel) -> Any:
+def robot_of(mujoco: Any, whole: ApproximateModel) -> Any:
     """Return MuJoCo's model, with collisions only between the pairs of the scene."""
     robot, model = mujoco_contact.built(mujoco, whole), whole.smooth
     robot.opt.gravity[:] = model.gravity_in_space

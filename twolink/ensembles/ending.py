@@ -108,46 +108,81 @@ class Ending:
             cap = np.asarray(longest_steps(chain, effects, tuple(q), tuple(u), duration))
             second = EQUATIONS[FORMULATION].from_speeds(chain, tuple(q), tuple(u))
         lost = lost | ~np.isfinite(cap)
-        starts = np.array([*q, *np.broadcast_arrays(*second)])
-        found = _Motions(
-            order, np.full((4, PLACES + 1, len(cap)), np.nan), np.zeros(len(cap)), lost
-        )
         sequence = np.argsort(lengths, kind="stable")
         left = sequence[~lost[sequence]]
-        slopes, times = np.full_like(starts, np.nan), np.zeros(len(cap))
-        states = slopes.copy()
+        # Lanes without a run repeat others.
+        slots = left[np.arange(-(-len(left) // WIDTH) * WIDTH) % max(1, len(left))]
+        made = _Slots.of(len(slots))
+        given = _Given(np.array([*q, *np.broadcast_arrays(*second)]), self.numbers, cap)
+        times = np.repeat(np.linspace(0.0, duration, PLACES + 1)[:, None], WIDTH, axis=1)
         with self.system.integrator(order, WIDTH).lend() as integrator:
-            for first in range(0, len(left), WIDTH):
-                group = left[first : first + WIDTH]
-                while len(group):
-                    filled = group[np.arange(WIDTH) % len(group)]
-                    fine = self._group(integrator, starts, cap, filled, found)[: len(group)]
-                    if fine.all():
-                        states[:, filled], slopes[:, filled] = integrator.tc[:, :2].swapaxes(0, 1)
-                        times[filled] = integrator.time - integrator.last_h
-                        break
+            for first in range(0, len(slots), WIDTH):
+                lanes = slice(first, first + WIDTH)
+                group, grid = slots[lanes], made.grid[:, :, lanes]
+                while not (fine := _made(integrator, given.of(group), times, grid)).all():
                     # heyoka ends all lanes where one is no longer finite.
                     lost[group[~fine]] = True
-                    group = group[fine]
-        check_rates(self.lanes, states, slopes, times)
-        return found
+                    if not fine.any():
+                        break
+                    group = np.where(fine, group, group[fine.argmax()])
+                made.put(lanes, integrator)
+        return self._in_order(order, left, made, lost)
 
-    def _group(
-        self, integrator: Any, starts: Array, cap: Array, group: Any, found: _Motions
-    ) -> Any:
-        """Make the motions of a group, and return which are not lost, shape (WIDTH,)."""
-        integrator.state[:] = starts[:, group]
-        # Equations have no parameters after the last one that they use.
-        integrator.pars[:] = self.numbers[: len(integrator.pars), group]
-        integrator.set_time(0.0)
-        times = np.repeat(np.linspace(0.0, self.lanes.duration, PLACES + 1)[:, None], WIDTH, axis=1)
-        _, grid = integrator.propagate_grid(times, max_delta_t=cap[group], max_steps=MOST_STEPS)
-        found.variables[:, :, group] = grid.transpose(1, 0, 2)
-        outcomes, _, _, steps = zip(
-            *(result[:4] for result in integrator.propagate_res), strict=True
-        )
-        found.steps[group] = steps
-        ends = heyoka().taylor_outcome
-        return np.array(
-            [outcome not in (ends.err_nf_state, ends.step_limit) for outcome in outcomes]
-        )
+    def _in_order(self, order: int, left: Any, made: _Slots, lost: Any) -> _Motions:
+        """Return the motions of slots, each in the place of its run."""
+        count, width = len(left), len(lost)
+        steps, ends = np.zeros(width), np.full((9, width), np.nan)
+        variables = np.full((4, PLACES + 1, width), np.nan)
+        variables[:, :, left] = made.grid[:, :, :count].swapaxes(0, 1)
+        steps[left], ends[:, left] = made.steps[:count], made.ends[:, :count]
+        variables[:, :, lost] = ends[:, lost] = np.nan
+        check_rates(self.lanes, ends[:4], ends[4:8], ends[8])
+        return _Motions(order, variables, steps, lost)
+
+
+class _Given(NamedTuple):
+    """Starts of runs, (4, n), their parameters, (parameters, n), and longest steps (s), (n,)."""
+
+    starts: Array
+    numbers: Array
+    cap: Array
+
+    def of(self, group: Any) -> _Given:
+        """Return those of some runs."""
+        return _Given(self.starts[:, group], self.numbers[:, group], self.cap[group])
+
+
+class _Slots(NamedTuple):
+    """Motions in the order in which they are made: `grid` of shape (places, 4, n), steps (n,).
+
+    `ends`, shape (9, n), has the variables, their rates, and the time (s) where the last step
+    begins.
+    """
+
+    grid: Array
+    steps: Array
+    ends: Array
+
+    @classmethod
+    def of(cls, count: int) -> _Slots:
+        """Return slots without motions."""
+        return cls(np.empty((PLACES + 1, 4, count)), np.empty(count), np.empty((9, count)))
+
+    def put(self, lanes: slice, integrator: Any) -> None:
+        """Note the steps of the last run of an integrator."""
+        coefficients = integrator.tc
+        self.steps[lanes] = [result[3] for result in integrator.propagate_res]
+        self.ends[:4, lanes], self.ends[4:8, lanes] = coefficients[:, 0], coefficients[:, 1]
+        self.ends[8, lanes] = integrator.time - integrator.last_h
+
+
+def _made(integrator: Any, given: _Given, times: Array, grid: Array) -> Any:
+    """Make the motions of a group into a grid, and return which are not lost, shape (WIDTH,)."""
+    integrator.state[:] = given.starts
+    # Equations have no parameters after the last one that they use.
+    integrator.pars[:] = given.numbers[: len(integrator.pars)]
+    integrator.set_time(0.0)
+    _, grid[:] = integrator.propagate_grid(times, max_delta_t=given.cap, max_steps=MOST_STEPS)
+    ends = heyoka().taylor_outcome
+    lost = ends.err_nf_state, ends.step_limit
+    return np.array([result[0] not in lost for result in integrator.propagate_res])

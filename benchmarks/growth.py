@@ -1,0 +1,109 @@
+"""The cost and the memory of one whole sweep, in a process of its own with two worker processes.
+
+python -m benchmarks.growth RUNS
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from time import perf_counter
+from typing import NamedTuple
+
+from benchmarks.throughput import asked
+from twolink.ensembles.run import sweep
+
+# Workers have memory of their own, which is measured too.
+_WORKERS = 2
+
+
+class Size(NamedTuple):
+    """A sweep: its runs, wall and processor time (s), and peak memory of processes (MB)."""
+
+    runs: int
+    wall: float
+    processor: float
+    own: float
+    worker: float
+
+    def __str__(self) -> str:
+        return (
+            f"{self.runs:8d} runs {self.wall:8.1f} s {self.processor:8.1f} s of processors "
+            f"{self.processor / self.runs * 1e6:9.1f} µs a run   peak memory {self.own:4.0f} MB, "
+            f"largest worker {self.worker:4.0f} MB"
+        )
+
+
+def measured(runs: int) -> Size:
+    """Return the cost of a sweep, measured in a new process."""
+    command = [sys.executable, "-m", "benchmarks.growth", "--one", str(runs)]
+    found = subprocess.run(command, capture_output=True, text=True, check=True)
+    return Size(*json.loads(found.stdout))
+
+
+def growing(largest: int, plot: Path | None) -> Iterator[str]:
+    """Yield the lines of sweeps of 100 runs, ten times as many and so on, and draw the costs."""
+    sizes, count = [], 100
+    while count <= largest:
+        sizes.append(measured(count))
+        yield str(sizes[-1])
+        count *= 10
+    if plot is not None and sizes:
+        plotted(sizes, plot)
+
+
+def plotted(sizes: list[Size], path: Path) -> None:
+    """Draw the processor time and the peak memory over the number of runs to a file."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    cost, memory = figure.subplots(1, 2)
+    runs = [size.runs for size in sizes]
+    cost.loglog(runs, [size.processor for size in sizes], "o-", label="sweep, with its start")
+    last = sizes[-1]
+    line = [last.processor * size.runs / last.runs for size in sizes]
+    cost.loglog(runs, line, "--", color="0.5", label="proportional to the last")
+    cost.set(xlabel="runs", ylabel="processor time, s")
+    cost.legend()
+    memory.semilogx(runs, [size.own for size in sizes], "o-", label="the command")
+    memory.semilogx(runs, [size.worker for size in sizes], "s-", label="its largest worker")
+    memory.set(xlabel="runs", ylabel="peak memory (RSS), MB", ylim=(0, None))
+    memory.legend()
+    figure.savefig(path)
+
+
+def _one(runs: int) -> Size:
+    """Make a sweep here, and return its cost."""
+    begin = perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        sweep(asked(runs, {"final": True}), Path(folder) / "a.zarr", workers=_WORKERS)
+    wall = perf_counter() - begin
+    own, workers = (
+        resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    )
+    spent = sum(each.ru_utime + each.ru_stime for each in (own, workers))
+    return Size(runs, wall, spent, own.ru_maxrss / 1024, workers.ru_maxrss / 1024)
+
+
+def main() -> None:
+    """Measure, and print the results."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.growth", description=__doc__)
+    parser.add_argument("--runs", type=int, default=100_000, help="of the largest sweep")
+    parser.add_argument("--plot", type=Path, help="a picture of the cost of more and more runs")
+    parser.add_argument("--one", type=int, help="make a sweep of so many runs here")
+    options = parser.parse_args()
+    if options.one is not None:
+        print(json.dumps(_one(options.one)))
+        return
+    for line in growing(options.runs, options.plot):
+        print(line, flush=True)
+
+
+if __name__ == "__main__":
+    main()
