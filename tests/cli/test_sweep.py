@@ -1,7 +1,10 @@
+import json
+
 import pytest
 from typer.testing import CliRunner
 
 from twolink.cli import app
+from twolink.ensembles.quantities import QUANTITIES
 
 TEXT = """
 title = "Six starts"
@@ -55,6 +58,17 @@ def test_options_that_make_no_sense_are_refused(file, tmp_path, words, sentence)
     assert result.exit_code == 2
     assert sentence in result.stderr
     assert not (tmp_path / "a.zarr").exists()
+
+
+def test_the_schema_has_every_key_of_sweeps_and_scenes():
+    result = run("--schema")
+    assert result.exit_code == 0
+    schema = json.loads(result.stdout)
+    assert set(schema["properties"]) == {"title", "scene", "axes", "runs", "keep"}
+    assert set(schema["$defs"]["Keep"]["properties"]) == set(QUANTITIES)
+    kinds = schema["properties"]["scene"]["anyOf"]
+    assert [kind.get("type", kind.get("$ref")) for kind in kinds] == ["string", "#/$defs/Scene"]
+    assert schema["$defs"]["Scene"]["properties"]["effects"]
 
 
 def test_a_file_that_is_no_sweep_is_refused(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 from collections.abc import Callable, Iterator
@@ -19,6 +20,7 @@ from twolink.cli.terminal import (
     print_table,
     progress_bar,
     refuse,
+    say,
 )
 from twolink.suffixes import MAPS
 from twolink.text import either, one_line, quoted
@@ -30,6 +32,14 @@ if TYPE_CHECKING:
     from twolink.ensembles.results import Results
 
 _SUFFIX, _PAGE = ".zarr", ".html"
+
+
+def _print_schema(asked: bool) -> None:
+    if asked:
+        from twolink.ensembles.file import sweep_schema
+
+        say(json.dumps(sweep_schema(), indent=2))
+        raise typer.Exit()
 
 
 def sweep(
@@ -58,6 +68,15 @@ def sweep(
         ),
     ] = None,
     force: Force = False,
+    schema: Annotated[
+        bool,
+        typer.Option(
+            "--schema",
+            callback=_print_schema,
+            is_eager=True,
+            help="Print the JSON schema of sweep files, for editors, and exit.",
+        ),
+    ] = False,
 ) -> None:
     """Run many variants of a scene, into one store of results.
 

@@ -30,7 +30,7 @@ from twolink.ensembles.quantities import QUANTITIES
 from twolink.errors import ParameterError, SceneError, TwolinkError
 from twolink.inputs import as_duration, as_path
 from twolink.scene import Scene, scene_file
-from twolink.scene.model import checked, table_model
+from twolink.scene.model import checked, scene_model, table_model
 from twolink.scene.scene import checked_tables
 from twolink.scene.text import check_tables, read_text, tables
 from twolink.text import either, quoted
@@ -66,9 +66,14 @@ def ensemble_of(table: Any, source: str, folder: Path) -> Ensemble:
         raise SceneError(f"{source}: {error}") from error
 
 
-@lru_cache(maxsize=1)
-def sweep_model() -> type[BaseModel]:
-    """Return the pydantic model of a sweep file; its scene is one more scene file."""
+def sweep_schema() -> dict[str, Any]:
+    """Return the JSON schema of sweep files, in which a scene may be a table of its own."""
+    return sweep_model(str | scene_model()).model_json_schema()
+
+
+@lru_cache(maxsize=2)
+def sweep_model(scene: Any = str) -> type[BaseModel]:
+    """Return the pydantic model of a sweep file; by default its scene is one more scene file."""
     from pydantic import Field
 
     positive = Annotated[float, Field(gt=0)]
@@ -84,7 +89,7 @@ def sweep_model() -> type[BaseModel]:
     return table_model(
         "Sweep",
         title=(str, "untitled"),
-        scene=(str, Field(description="a scene: its name, its file, or a table of its own")),
+        scene=(scene, Field(description="a scene: its name, its file, or a table of its own")),
         axes=(list[_axis_table()], Field(default_factory=list)),  # type: ignore[misc]
         runs=(runs, Field(default_factory=dict, validate_default=True)),
         keep=(_keep_table(), Field(default_factory=dict, validate_default=True)),
