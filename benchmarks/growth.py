@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import argparse
 import json
+import multiprocessing
 import resource
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from time import perf_counter
@@ -80,15 +82,50 @@ def plotted(sizes: list[Size], path: Path) -> None:
 
 def _one(runs: int) -> Size:
     """Make a sweep here, and return its cost."""
-    begin = perf_counter()
-    with tempfile.TemporaryDirectory() as folder:
+    begin, workers = perf_counter(), _Workers()
+    with tempfile.TemporaryDirectory() as folder, workers:
         sweep(asked(runs, {"final": True}), Path(folder) / "a.zarr", workers=_WORKERS)
     wall = perf_counter() - begin
-    own, workers = (
-        resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
-    )
-    spent = sum(each.ru_utime + each.ru_stime for each in (own, workers))
-    return Size(runs, wall, spent, own.ru_maxrss / 1024, workers.ru_maxrss / 1024)
+    used = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    spent = sum(each.ru_utime + each.ru_stime for each in used)
+    return Size(runs, wall, spent, _peak("self"), workers.largest)
+
+
+class _Workers:
+    """The largest peak memory (MB) of any child process during a `with` statement.
+
+    The kernel keeps the peak of each; it is read often, and for the last time before a worker ends.
+    `getrusage` does not serve: a new process inherits the peak of the one that starts it.
+    """
+
+    largest = 0.0
+
+    def __enter__(self) -> None:
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._watch)
+        self._thread.start()
+
+    def __exit__(self, *exception: object) -> None:
+        self._ended.set()
+        self._thread.join()
+
+    def _watch(self) -> None:
+        while not self._ended.wait(_PERIOD):
+            for child in multiprocessing.active_children():
+                self.largest = max(self.largest, _peak(str(child.pid)))
+
+
+# Between two readings of the memory of workers (s).
+_PERIOD = 0.05
+
+
+def _peak(process: str) -> float:
+    """Return the peak memory (MB) of a process, or 0 if it has ended."""
+    try:
+        lines = Path("/proc", process, "status").read_text().splitlines()
+    except OSError:
+        return 0.0
+    return next((int(x.split()[1]) / 1024 for x in lines if x.startswith("VmHWM")), 0.0)
 
 
 def main() -> None:
