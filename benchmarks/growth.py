@@ -36,9 +36,8 @@ class Size(NamedTuple):
 
     def __str__(self) -> str:
         return (
-            f"{self.runs:8d} runs {self.wall:8.1f} s {self.processor:8.1f} s of processors "
-            f"{self.processor / self.runs * 1e6:9.1f} µs a run   peak memory {self.own:4.0f} MB, "
-            f"largest worker {self.worker:4.0f} MB"
+            f"{self.runs:8d} runs {self.wall:8.1f} s {self.processor:8.1f} s of processors"
+            f"  peak memory {self.own:4.0f} MB, largest worker {self.worker:4.0f} MB"
         )
 
 
@@ -54,10 +53,19 @@ def growing(largest: int, plot: Path | None) -> Iterator[str]:
     sizes, count = [], 100
     while count <= largest:
         sizes.append(measured(count))
-        yield str(sizes[-1])
+        yield f"{sizes[-1]}{_further(sizes)}"
         count *= 10
     if plot is not None and sizes:
         plotted(sizes, plot)
+
+
+def _further(sizes: list[Size]) -> str:
+    """Return the cost of each run that the last size has more than the one before, in words."""
+    if len(sizes) < 2:
+        return ""
+    before, last = sizes[-2:]
+    each = (last.processor - before.processor) / (last.runs - before.runs)
+    return f"   {each * 1e6:6.0f} µs for each further run"
 
 
 def plotted(sizes: list[Size], path: Path) -> None:
@@ -66,16 +74,21 @@ def plotted(sizes: list[Size], path: Path) -> None:
 
     figure = Figure(figsize=(9.0, 3.6), layout="constrained")
     cost, memory = figure.subplots(1, 2)
-    runs = [size.runs for size in sizes]
-    cost.loglog(runs, [size.processor for size in sizes], "o-", label="sweep, with its start")
-    last = sizes[-1]
-    line = [last.processor * size.runs / last.runs for size in sizes]
-    cost.loglog(runs, line, "--", color="0.5", label="proportional to the last")
+    runs, last = [size.runs for size in sizes], sizes[-1]
+    cost.loglog(runs, [size.processor for size in sizes], "o-", label="whole sweep")
+    # Imports, workers and compilation: the cost of the smallest sweep, nearly.
+    beyond = [size.processor - sizes[0].processor for size in sizes[1:]]
+    cost.loglog(runs[1:], beyond, "s-", label="beyond the smallest sweep")
+    line = [beyond[-1] * count / last.runs for count in runs[1:]] if beyond else []
+    cost.loglog(runs[1:], line, "--", color="0.5", label="proportional to the number of runs")
     cost.set(xlabel="runs", ylabel="processor time, s")
-    cost.legend()
+    # Room for the legend.
+    cost.set_ylim(top=30 * last.processor)
+    cost.legend(loc="upper left")
     memory.semilogx(runs, [size.own for size in sizes], "o-", label="the command")
     memory.semilogx(runs, [size.worker for size in sizes], "s-", label="its largest worker")
-    memory.set(xlabel="runs", ylabel="peak memory (RSS), MB", ylim=(0, None))
+    memory.set(xlabel="runs", ylabel="peak memory (RSS), MB")
+    memory.set_ylim(0, 1.1 * max(max(size.own, size.worker) for size in sizes))
     memory.legend()
     figure.savefig(path)
 
