@@ -190,7 +190,7 @@ def methods(few: int, many: int) -> Iterator[Method]:
         name = f"MuJoCo rollout, RK4, {cores} threads"
         yield Method(name, _rollout(cores), halved, "step (s)", few)
     if _installed("diffrax"):
-        tolerances = [10.0 ** (-6 - k / 2) for k in range(_TRIES)]
+        tolerances = [10.0 ** (-8 - k / 2) for k in range(_TRIES)]
         yield Method("diffrax vmap, Dopri8", _diffrax(), tolerances, "tolerance", few)
     if _installed("warp"):
         for device in warp_kernel.devices():
@@ -309,3 +309,21 @@ def compared(few: int, many: int, quantile: float) -> Iterator[str]:
             f"{np.quantile(one.errors, 0.9):8.0e} {1 / one.wall:9.3g} {one.processor * 1e6:9.4g} "
             f"{one.wall / first.wall:8.3g} {one.processor / first.processor:8.3g}"
         )
+    yield from _judged({one.name.partition(",")[0]: one.processor for one in reached})
+
+
+# Ratios of processor times for one trajectory, that of the second to that of the first.
+_MOST, _LEAST = 1.3, 1500.0
+
+
+def _judged(costs: dict[str, float]) -> Iterator[str]:
+    """Yield the ratios that have a target, from the processor time (s) of each method."""
+    kept, plain, other = (
+        costs.get(name) for name in ("sweep in memory", "bare batch call", "MuJoCo rollout")
+    )
+    if kept and plain:
+        ratio, met = kept / plain, "met" if kept / plain <= _MOST else "NOT MET"
+        yield f"the sweep costs {ratio:.2f} times the bare call (target: at most {_MOST:g}, {met})"
+    if kept and other:
+        ratio, met = other / kept, "met" if other / kept >= _LEAST else "NOT MET"
+        yield f"MuJoCo's rollout costs {ratio:.0f} times the sweep (target: {_LEAST:g}, {met})"
