@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 from twolink.arithmetic import sqrt
+from twolink.contact.elements import ContactElement
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
@@ -17,11 +19,13 @@ from twolink.simulation.hybrid.complementarity import (
     noise_of,
     value_of,
 )
+from twolink.simulation.hybrid.compliant_state import CompliantState
 from twolink.simulation.hybrid.dynamics import (
     LocalEquations,
     Solution,
     local_equations,
-    mode_solution,
+    push_of,
+    solve,
 )
 from twolink.simulation.hybrid.jet import Jet, Recording, leading_term
 from twolink.simulation.hybrid.mode import Trigger
@@ -116,27 +120,37 @@ def _motion(problem: Problem, states: States) -> _Motion:
     q1, q2, u1, u2, t = (Jet((x,), recording) for x in (*state.q, *state.u, state.t))
     q, u = (q1, q2), (u1, u2)
     pose = Pose(system.chain, system.formulation, q)
-    dents = [own.plastic if own is not None else None for own in state.compliant]
-    roots = _roots(problem, q)
-    solution = mode_solution(pose, system.effects, system.elements, states, dents, u, t, roots)
     active = [terms is not None for terms in problem.equations.terms]
-    pushes = [terms.push if terms is not None else 0 for terms in problem.equations.terms]
-    equations = local_equations(pose, system.effects, system.elements, u, t, active, pushes)
+    equations = local_equations(
+        pose, system.effects, system.elements, u, t, active, _pushes(problem, pose, u, active)
+    )
+    solution = solve(equations, system.elements, states)
     return _Motion(recording, q, u, t, solution, equations)
 
 
-def _roots(problem: Problem, q: tuple[Jet, Jet]) -> dict[int, Jet]:
-    """Return √depth (m^½) of pressed surfaces as jets, which start at the values of the state.
+def _pushes(problem: Problem, pose: Pose, u: tuple[Jet, Jet], active: Sequence[bool]) -> list[Any]:
+    """Return the forces (N) of pressed surfaces as jets, 0 for other elements."""
+    found: list[Any] = []
+    for is_active, element, own in zip(
+        active, problem.system.elements, problem.state.compliant, strict=True
+    ):
+        if own is None or not is_active:
+            found.append(0)
+            continue
+        root = _root(problem, pose, element, own)
+        found.append(push_of(pose, element, own.plastic, u, root))
+    return found
+
+
+def _root(problem: Problem, pose: Pose, element: ContactElement, own: CompliantState) -> Jet | None:
+    """Return √depth (m^½) of a pressed surface as a jet that starts at the value of the state.
 
     √depth is a variable of its own: the depth that follows from q differs from its square by
-    round-off, which the stiffness of a surface turns into forces that matter here.
+    round-off, which the stiffness of a surface turns into forces that matter here. None stands for
+    the depth of q, where √depth is no variable, or zero.
     """
-    system, found = problem.system, {}
-    for index, (element, own) in enumerate(
-        zip(system.elements, problem.state.compliant, strict=True)
-    ):
-        if own is None or not own.sqrt_depth or element.normal is None:
-            continue
-        place = element.normal.coordinate(system.chain, q)
-        found[index] = sqrt(own.sqrt_depth * own.sqrt_depth - (place - place.terms[0]))
-    return found
+    if not own.sqrt_depth or element.normal is None:
+        return None
+    place = element.normal.coordinate(problem.system.chain, pose.q)
+    root: Jet = sqrt(own.sqrt_depth * own.sqrt_depth - (place - place.terms[0]))
+    return root
