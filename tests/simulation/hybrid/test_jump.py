@@ -48,8 +48,8 @@ def test_two_modes_are_noted():
         after = settle(upwards, state, {})
         assert (len(after.notes) == 1) == bool(settle(system, state, {}).strikes)
         if after.notes:
-            assert "leave a choice" in after.notes[0]
-            assert "moves freely" in after.notes[0]
+            assert "leave a choice" in after.notes[0].sentence
+            assert "moves freely" in after.notes[0].sentence
 
 
 def test_impacts_without_end_are_an_error(monkeypatch):

@@ -8,7 +8,7 @@ from twolink.contact.force_laws import Phase, PlasticState
 from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind
-from twolink.simulation.hybrid.mode import Event, Impact, Mode, Trigger
+from twolink.simulation.hybrid.mode import Event, Impact, Mode, Remark, Trigger, sentences
 
 DENT = PlasticState(Phase.SPRINGS_BACK, 3.0, 0.25, 0.5)
 MODE = Mode(("A", "D on floor", "B on wall"), (S.STICKS, S.FORWARD, S.OPEN))
@@ -82,3 +82,16 @@ def test_bounces_that_are_summed_up_create_no_energy():
     last = replace(IMPACT, regime=Regime.BOUNCES_DIE_AWAY, kinetic_energy=(3.0, 4.0))
     assert not last.creates_energy
     assert last.description == "D on floor: the remaining bounces (below 2) end here"
+
+
+def test_remarks_of_one_kind_are_one_sentence():
+    many = [Remark("bounces of D", t, f"From {t} s on bounces are left out.") for t in (1, 2, 4.5)]
+    other = Remark("choice", 3.0, "At 3 s there is a choice.")
+    assert sentences([many[0], other, *many]) == (
+        "From 1 s on bounces are left out. This happens 2 more times until 4.5 s.",
+        "At 3 s there is a choice.",
+    )
+    assert sentences(many[:2]) == (
+        "From 1 s on bounces are left out. This happens 1 more time until 2 s.",
+    )
+    assert sentences([]) == ()

@@ -81,7 +81,7 @@ def test_bounces_without_loss_are_left_out_with_a_note_where_too_many_would_foll
     if rests:
         (doubt,) = after.doubts
         assert doubt.speed == pytest.approx(1e-12, rel=1e-3)
-        assert "are left out: they follow each other every 1.0e-12 s" in after.notes[0]
+        assert "are left out: they follow each other every 1.0e-12 s" in after.notes[0].sentence
     else:
         assert not after.notes
         assert not after.doubts

@@ -19,7 +19,7 @@ from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
 from twolink.simulation.hybrid.constraint import same_line
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS
 from twolink.simulation.hybrid.impact import Strike
-from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
+from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
 from twolink.simulation.hybrid.painleve import jammed, strike_without_collision
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.reactions import REACTIONS
@@ -42,7 +42,7 @@ class Jump(NamedTuple):
     state: HybridState
     mode: Mode
     strikes: tuple[Strike, ...] = ()
-    notes: tuple[str, ...] = ()
+    notes: tuple[Remark, ...] = ()
     delay: float = 0.0
     orders: Orders = NO_ORDERS
     doubts: tuple[Doubt, ...] = ()
@@ -79,7 +79,7 @@ def settle(
     """
     strikes: list[Strike] = []
     struck: list[Strike] = []
-    notes: list[str] = []
+    notes: list[Remark] = []
     doubts: list[Doubt] = []
     delay = 0.0
     if before:
@@ -142,20 +142,17 @@ def _dents(state: HybridState) -> tuple[Any, ...]:
     return dents if any(dents) else ()
 
 
-def _note(system: HybridSystem, state: HybridState, mode: Mode, selection: Selection) -> str:
-    """Return a note: the laws admit several motions, or round-off leaves the choice open."""
+def _note(system: HybridSystem, state: HybridState, mode: Mode, selection: Selection) -> Remark:
+    """Return a remark: the laws admit several motions, or round-off leaves the choice open."""
+    now = float(state.t)
     if not selection.confirmed:
-        return (
-            f"At {float(state.t):.9g} s rounding does not let the laws of contact decide: "
-            f"{mode} is taken."
-        )
+        undecided = "rounding does not let the laws of contact decide"
+        return Remark(undecided, now, f"At {now:.9g} s {undecided}: {mode} is taken.")
     others = "; or ".join(
         dict.fromkeys(str(replace(mode, states=states)) for states in selection.others)
     )
-    return (
-        f"At {float(state.t):.9g} s the laws of contact leave a choice: "
-        f"{mode} is taken; or {others}."
-    )
+    choice = "the laws of contact leave a choice"
+    return Remark(choice, now, f"At {now:.9g} s {choice}: {mode} is taken; or {others}.")
 
 
 def _tidied(system: HybridSystem, state: HybridState, mode: Mode) -> HybridState:

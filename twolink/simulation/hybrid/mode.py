@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -97,6 +98,28 @@ class Doubt(NamedTuple):
     time: float
     trigger: Trigger
     speed: float
+
+
+class Remark(NamedTuple):
+    """A sentence on a choice of the simulator at a time (s); remarks of one `kind` are alike."""
+
+    kind: str
+    time: float
+    sentence: str
+
+
+def sentences(remarks: Iterable[Remark]) -> tuple[str, ...]:
+    """Return the first remark of each kind, with the number of later ones and the last time."""
+    alike: dict[str, dict[str, float]] = {}
+    for remark in remarks:
+        alike.setdefault(remark.kind, {}).setdefault(remark.sentence, remark.time)
+    found = []
+    for times in alike.values():
+        first, *later = times
+        last = max(times.values())
+        often = f"{len(later)} more {'time' if len(later) == 1 else 'times'}"
+        found.append(f"{first} This happens {often} until {last:.9g} s." if later else first)
+    return tuple(found)
 
 
 @dataclass(frozen=True)

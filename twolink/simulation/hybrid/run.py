@@ -25,7 +25,7 @@ from twolink.simulation.hybrid.flow import Arc, flow
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.impact_log import impact_log
 from twolink.simulation.hybrid.jump import Jump, jump, settle
-from twolink.simulation.hybrid.mode import Doubt, Event, Impact
+from twolink.simulation.hybrid.mode import Doubt, Event, Impact, Remark, sentences
 from twolink.simulation.hybrid.start import start_state
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
@@ -174,7 +174,7 @@ def hybrid_run(
         polynomials=polynomials,
         since=tuple(history.since),
         strikes=tuple(history.strikes),
-        remarks=tuple(dict.fromkeys(history.notes)),
+        remarks=sentences(history.notes),
         doubts=tuple(history.doubts),
         reached=reached,
         failure=failure,
@@ -219,7 +219,7 @@ class _History:
         self.arcs: list[Arc] = []
         self.since: list[float] = []
         self.strikes: list[Strike] = []
-        self.notes: list[str] = []
+        self.notes: list[Remark] = []
         self.doubts: list[Doubt] = []
         self._bounces: Counter[int] = Counter()
         self._tired: frozenset[int] = frozenset()

@@ -20,7 +20,7 @@ from twolink.simulation.hybrid.impact import (
     is_left_over,
     speed_along,
 )
-from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
+from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import ended
 from twolink.simulation.hybrid.state import HybridState, put
@@ -53,7 +53,7 @@ class LeftOut(NamedTuple):
     strikes: list[Strike]
     delay: float
     doubts: tuple[Doubt, ...] = ()
-    notes: tuple[str, ...] = ()
+    notes: tuple[Remark, ...] = ()
 
 
 class _Flight(NamedTuple):
@@ -220,9 +220,13 @@ def _given_up(
     found = _clamped(system, state, pose, sorted(flights), 0.0)
     doubts = tuple(Doubt(now, Trigger(EventKind.HITS, i), f.lands) for i, f in flights.items())
     notes = tuple(
-        f"From {now:.9g} s on the bounces of {system.names[i]} are left out: they follow each "
-        f"other every {f.time:.1e} s without end, at {f.lands:.1e} "
-        f"{'rad/s' if isinstance(system.elements[i].normal, JointCoordinate) else 'm/s'}."
+        Remark(
+            f"bounces of {system.names[i]}",
+            now,
+            f"From {now:.9g} s on the bounces of {system.names[i]} are left out: they follow each "
+            f"other every {f.time:.1e} s without end, at {f.lands:.1e} "
+            f"{'rad/s' if isinstance(system.elements[i].normal, JointCoordinate) else 'm/s'}.",
+        )
         for i, f in flights.items()
     )
     return found._replace(doubts=doubts, notes=notes)
