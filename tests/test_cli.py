@@ -155,6 +155,7 @@ def test_a_missing_pinocchio_is_one_sentence(monkeypatch):
     assert "Traceback" not in result.stderr
 
 
+@pytest.mark.slow
 def test_an_interrupt_is_safe(tmp_path):
     """Ctrl-C in the middle: no traceback, no half-written file."""
     file = tmp_path / "verdict.json"

@@ -75,6 +75,7 @@ MAKERS = {name: (effect_class(name), fields) for name, fields in GOOD.items()}
 MAKERS |= {"chain": (Chain, CHAIN), "scene": (Scene, SCENE)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MAKERS)
 @settings(max_examples=60)
 @given(data=st.data())

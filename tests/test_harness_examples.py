@@ -48,11 +48,13 @@ def harness(request, tmp_path, monkeypatch):
     return command
 
 
+@pytest.mark.slow
 def test_an_example_keeps_to_the_protocol(harness):
     checks = check_harness(attach(harness), 30.0)
     assert [(check.name, check.said) for check in checks if not check.passed] == []
 
 
+@pytest.mark.slow
 def test_an_example_agrees_with_the_vectors(harness):
     found = conform(harness, attach(harness), {"evaluation": suite("evaluation")}, seconds=30.0)
     assert found.agrees, [(result.id, result.said) for result in found.failed]

@@ -22,6 +22,8 @@ from twolink import files
 from twolink.cli import app
 from twolink.data import data_path
 
+pytestmark = pytest.mark.slow
+
 DOCUMENT = Path(__file__).parent.parent / "docs" / "interruptions.md"
 SCENES = data_path("scenes")
 FREE_FALL, CONTACT = SCENES / "free_fall.toml", SCENES / "bounce_to_rest.toml"

@@ -54,6 +54,7 @@ def test_determinant_is_that_of_the_mass_matrix(formulation):
     assert vanishes(matrix.det() - formulation.determinant(CHAIN, Q))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formulation", [kane, lagrange])
 def test_forward_dynamics_solves_the_equations(formulation):
     du = formulation.forward_dynamics(CHAIN, Q, U, LOADS)

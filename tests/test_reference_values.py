@@ -87,6 +87,7 @@ def share_of_tolerance(name: str, formulation, chain: Chain, state: State) -> fl
     return float((error[..., None] / tolerance(name, problem)).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUANTITIES)
 @pytest.mark.parametrize("formulation", [kane, lagrange], ids=["kane", "lagrange"])
 @given(chain=chains(), state=states())

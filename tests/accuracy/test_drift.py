@@ -27,6 +27,8 @@ from twolink.errors import ParameterError, SimulationError
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import MomentumEquations
 
+pytestmark = pytest.mark.slow
+
 SWINGS = Scene.load(data_path("scenes") / "small_swings.toml")
 KEEPING = (
     Gravity(9.7, (0.3, 1.0)),

@@ -132,6 +132,7 @@ def agrees(scene, digits=12):
     return alike
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 11, 16, 35])
 def test_random_scenes_agree_with_the_simulator(seed):
     assert agrees(bouncing_scene(seed)) > 0
@@ -142,6 +143,7 @@ def test_many_random_scenes_agree_with_the_simulator():
     assert sum(agrees(bouncing_scene(seed)) for seed in range(50)) > 300
 
 
+@pytest.mark.slow
 def test_bounces_that_accumulate_end_the_proof():
     found = enclosure(DROP, 10)
     assert found.states == found.times == ()

@@ -37,6 +37,7 @@ def exact_transition(P, length):
     return sum(powers, mpmath.zeros(4))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("terms", "widest"), [(32, 1e-3), (6, 1e13)])
 @pytest.mark.parametrize("weights", [[1, 1, 1, 1], [1, 1, 5, 5]])
 @pytest.mark.parametrize("seed", range(4))

@@ -17,6 +17,8 @@ from twolink.accuracy.tables import (
 from twolink.scene import Scene
 from twolink.tables import length
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def found():

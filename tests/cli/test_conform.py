@@ -89,6 +89,7 @@ def test_golden_refuses_a_folder_that_it_cannot_make(tmp_path):
     assert "--out must be a folder" in found.output
 
 
+@pytest.mark.slow
 def test_the_convergence_of_motions_is_plotted(tmp_path):
     file = tmp_path / "motions.svg"
     found = run(

@@ -39,6 +39,7 @@ def test_every_diagnosis_has_its_wrong_engine():
     assert len(WRONG) >= 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WRONG)
 def test_the_mistake_is_found(name):
     check(name, few(FILES[name]))

@@ -83,6 +83,7 @@ class Raising(Arm):
         raise ValueError("not yet")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "name", "words"),
     [
@@ -111,6 +112,7 @@ def test_values_of_an_unknown_quantity_fail_a_check():
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mode", "name", "words"),
     [

@@ -44,12 +44,14 @@ def counts(output):
     return {kind: int(n) for n, kind in re.findall(r"(\d+) (\w+)", output.splitlines()[-1])}
 
 
+@pytest.mark.slow
 def test_a_right_engine_has_a_test_for_each_vector(folder):
     done = run(folder, "--twolink-engine", "mine:Arm", "--twolink-suite", "evaluation")
     assert done.returncode == 0, done.stdout + done.stderr
     assert counts(done.stdout)["passed"] == 130
 
 
+@pytest.mark.slow
 def test_vectors_fail_for_a_wrong_engine(folder):
     arguments = ("--twolink-engine", "mine:Wrong", "--twolink-suite", "evaluation", "-k", "kinetic")
     done = run(folder, *arguments)
@@ -109,6 +111,7 @@ def test_motions(folder):
     assert "converges to another model" in done.stdout
 
 
+@pytest.mark.slow
 def test_a_suite_without_vectors(folder):
     """A quantity at random states is one test, for all formulations."""
     done = run(folder, "--twolink-engine", "pinocchio", "--twolink-suite", "verify")

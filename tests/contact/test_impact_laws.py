@@ -209,6 +209,7 @@ def jams(draw: st.DrawFn) -> Blow:
     return Blow(0.0, math.copysign(v_t, G.nt), G, jamming, e)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "law"),
     [

@@ -93,6 +93,7 @@ def program(code):
     return running(*PYTHON, "-c", code)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mode", "mark", "words"), FAULTS, ids=[mode for mode, _, _ in FAULTS])
 def test_faults_have_different_marks_and_the_run_continues(mode, mark, words, answers):
     found = results(mode, answers)
@@ -111,6 +112,7 @@ def test_warnings_on_the_standard_error_are_reported(answers):
     assert reported("exit", answers).printed == (0, "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mode", "words"),
     [

@@ -286,6 +286,7 @@ def assert_it_reads_back(scene):
     assert back.chain._exact_inertia == scene.chain._exact_inertia
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EFFECTS)
 def test_every_effect_reads_back_from_toml(name):
     @given(scenes(st.tuples(EFFECT_STRATEGIES[name])))

@@ -46,6 +46,7 @@ SWINGS = Scene.load(data_path("scenes") / "small_swings.toml")
 STOPS = replace(FALL, effects=(Gravity(), JointStop("B", -1.0, 1.0, 1.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene",
     [
@@ -61,6 +62,7 @@ def test_an_excessive_duration_is_refused(scene):
         simulate(scene)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "method", ["taylor", pytest.param("DOP853", marks=pytest.mark.slow), "rk4"]
 )
@@ -124,6 +126,7 @@ def test_unlimited_lifts_the_limit_on_memory():
     assert simulate(FALL, samples=1000, limits=UNLIMITED).met
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     [

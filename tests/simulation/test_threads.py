@@ -78,6 +78,7 @@ def test_dense_output_races(scene):
     assert side_by_side(bits, times) == [bits(moments) for moments in times]
 
 
+@pytest.mark.slow
 def test_verifications_race():
     read = read_planar_urdf(data_path("twolink.urdf"))
 
@@ -175,6 +176,7 @@ def owners_of_integrators():
     return {"a pool" if id(one) in lendable else repr(owner)[:100] for owner, one in found}
 
 
+@pytest.mark.slow
 def test_no_integrator_is_shared_between_runs(monkeypatch):
     """The property on which interpreters without a global lock rely, too.
 

@@ -206,6 +206,7 @@ def messy(random) -> str:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(40))
 def test_messy_files_agree_with_pinocchio(number):
     random = np.random.default_rng([number, 7])

@@ -226,6 +226,7 @@ def test_a_namespace_is_ignored():
     assert parse_planar_urdf(text).links == parse_planar_urdf(PLAIN).links
 
 
+@pytest.mark.slow
 def test_deep_trees_and_nesting_do_not_overflow_the_stack():
     count = 20_000
     links = "".join(f'<link name="n{i}"/>' for i in range(count))

@@ -198,6 +198,7 @@ def test_view_ends_cleanly(number, short, scratch):
     assert processes_with(str(scratch)) == []
 
 
+@pytest.mark.slow
 def test_view_on_another_address_prints_a_warning(short, scratch):
     process = started(scratch, "view", short, "--no-browser", "--host", "0.0.0.0")
     try:

@@ -245,6 +245,7 @@ def test_two_pages_see_the_same_motion_and_both_may_steer():
     asyncio.run(asyncio.wait_for(check(), 20))
 
 
+@pytest.mark.slow
 def test_the_last_frame_comes_even_to_a_page_that_is_slow():
     async def check():
         async with served() as live:

@@ -14,6 +14,8 @@ from twolink.scene import Scene
 from twolink.viz.plots.drift import drift_plot
 from twolink.viz.plots.style import save
 
+pytestmark = pytest.mark.slow
+
 SCENE = data_path("scenes") / "small_swings.toml"
 
 

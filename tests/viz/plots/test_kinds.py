@@ -17,6 +17,7 @@ def test_every_kind_draws(run, kind):
     assert all(axes.lines or axes.collections for axes in made.axes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_light_plot_with_replaced_colours_is_the_dark_plot(run, kind):
     trajectory = run("painleve")

@@ -12,6 +12,8 @@ from twolink.scene import Scene
 from twolink.viz.plots.style import save, svg_into
 from twolink.viz.plots.work_precision import work_precision_plot
 
+pytestmark = pytest.mark.slow
+
 SCENE = data_path("scenes") / "general.toml"
 
 
