@@ -13,6 +13,7 @@ from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.jump import jump, settle
 from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.painleve import wedged
 
 
 def test_a_locked_slide_under_a_weight_is_struck_without_a_collision():
@@ -45,20 +46,32 @@ def test_a_slide_whose_force_grew_without_bound_is_stopped():
     assert after.strikes[0].impulse.regime == "slides, then sticks"
 
 
+@pytest.mark.parametrize("u", [(1.0, -1.0), (0.0, 0.0)], ids=["turning", "at rest"])
 @pytest.mark.parametrize(("share", "is_wedged"), [(0.99, False), (1.01, True)])
-def test_a_stretched_chain_is_wedged_if_it_is_inside_the_cone_of_friction(share, is_wedged):
-    """The links turn on and pull D along the chain, into the surface, at 0.4 rad to its normal.
+def test_a_stretched_chain_is_wedged_if_it_is_inside_the_cone_of_friction(share, is_wedged, u):
+    """The links turn and pull D along the chain, into the surface, at 0.4 rad to its normal.
 
     D follows along the surface only if the chain is outside the cone of friction: μ < tan 0.4.
     """
-    q = (math.pi / 2 - 0.4, math.pi / 2 - 0.4)
-    end = 2 * math.cos(q[0]), 2 * math.sin(q[0])
-    # The base is beyond the surface, which bars D only; gravity presses D on.
-    wall = Surface(end, (0.0, 1.0), friction=share * math.tan(0.4))
-    system = system_of(Gravity(-9.81), wall)
-    state = state_of(system, q)._replace(u=(1.0, -1.0), touching=frozenset({0}), sliding=(0,))
+    system, state = _stretched(share * math.tan(0.4), (math.pi / 2 - 0.4, math.pi / 2 - 0.4), u)
     if is_wedged:
         with pytest.raises(IntegrationError, match="D on surface is wedged"):
             settle(system, state, {})
     else:
         assert settle(system, state, {}).mode.states[0].slips
+
+
+def test_a_folded_chain_of_equal_links_whose_end_is_at_its_base_is_not_wedged():
+    """Its rotation leaves the end at rest, and no force along the links is needed."""
+    system, state = _stretched(2.0, (math.pi / 2 - 0.4, 3 * math.pi / 2 - 0.4), (1.0, 1.0))
+    assert wedged(system, state, system.pose(state.q)) == []
+
+
+def _stretched(friction, q, u):
+    """Return a chain whose end rests on a rough surface, beyond which its base is.
+
+    The surface bars the end only; gravity presses it on.
+    """
+    end = math.cos(q[0]) + math.cos(q[1]), math.sin(q[0]) + math.sin(q[1])
+    system = system_of(Gravity(-9.81), Surface(end, (0.0, 1.0), friction=friction))
+    return system, state_of(system, q)._replace(u=u, touching=frozenset({0}), sliding=(0,))

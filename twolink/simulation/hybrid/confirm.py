@@ -66,7 +66,10 @@ def confirmed(problem: Problem, candidate: Candidate) -> Orders | None:
 
 
 def _decided(problem: Problem, candidate: Candidate) -> dict[Condition, tuple[int, int]]:
-    """Return the order and the sign that decide each undecided condition, where there are any."""
+    """Return the order and the sign that decide each undecided condition, where there are any.
+
+    The search ends at the first sign that contradicts the mode.
+    """
     motion = _motion(problem, candidate.states)
     values = {
         c: value_of(problem.system, motion.equations, motion.solution, c)
@@ -84,7 +87,8 @@ def _decided(problem: Problem, candidate: Candidate) -> dict[Condition, tuple[in
             )
             for c, value in values.items()
         }
-        if all(sign for _, sign in found.values()):
+        signs = [sign for _, sign in found.values()]
+        if all(signs) or min(signs) < 0:
             break
     return found
 

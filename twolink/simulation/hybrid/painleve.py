@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from twolink.contact.elements import Constraint
+from twolink.contact.elements import Constraint, ContactElement
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.collision import sliding_after, touched_names
-from twolink.simulation.hybrid.complementarity import vanishes
+from twolink.simulation.hybrid.complementarity import size_of, vanishes
 from twolink.simulation.hybrid.constraint import is_answered, parallel
 from twolink.simulation.hybrid.impact import (
     Impacts,
@@ -85,33 +85,54 @@ def strike_without_collision(
 def wedged(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
     """Return the contacts that the chain drives along a line on which no force has a lever arm.
 
-    In a stretched or folded pose the end of the chain moves along one line only, so it may be at
-    rest while the links turn. The rotation then accelerates it along the other line: if the surface
-    or its friction prevents this, no finite impulse stops the links.
+    In a stretched or folded pose a point moves along one line only, so it may be at rest while the
+    links turn. Their rotation then accelerates it along the other line: if the surface or its
+    friction prevents this, no finite force and no finite impulse stops the links.
     """
-    if not any(state.u):
-        return ()
+    moving = any(state.u)
     found = []
     for index in sorted(state.touching):
         element = system.elements[index]
         if not element.rigid:
             continue
         assert element.normal is not None
-        row = pose.row(element.normal)
-        rough = element.tangent is not None and parallel(row, pose.row(element.tangent), pose.lever)
-        if (rough and not state.sliding[index]) or vanishes(system, row):
+        if vanishes(system, pose.row(element.normal)):
+            wedges = moving
+        else:
+            wedges = not state.sliding[index] and _is_carried_off(pose, element)
+        if wedges:
             found.append(index)
     return found
+
+
+def _is_carried_off(pose: Pose, element: ContactElement) -> bool:
+    """Return whether a point moves along one line only, and is accelerated along another.
+
+    The acceleration is that by the rotation that leaves the point at rest.
+    """
+    assert element.normal is not None
+    if element.tangent is None:
+        return False
+    row, tangent = pose.row(element.normal), pose.row(element.tangent)
+    if not parallel(row, tangent, pose.lever):
+        return False
+    # The longer row has the line with less round-off.
+    longer = max((row, tangent), key=size_of)
+    size = size_of(longer)
+    u = longer[1] / size, -longer[0] / size
+    gained = tuple(c.bias(pose.chain, pose.q, u) for c in (element.normal, element.tangent))
+    place = max((0, 1), key=lambda link: abs(longer[link]))
+    return not parallel((gained[0], gained[1]), (row[place], tangent[place]), pose.lever)
 
 
 def _without_motion(system: HybridSystem, state: HybridState, pose: Pose) -> str:
     """Return a sentence on why the laws admit no motion."""
     stuck = wedged(system, state, pose)
     if stuck:
+        without = "impulse on the point stops" if any(state.u) else "force on the point holds"
         return (
             f"at {float(state.t):.9g} s {system.names[stuck[0]]} is wedged: in this stretched or "
-            "folded pose no finite impulse on the point stops the links, and rigid bodies have no "
-            "motion from here"
+            f"folded pose no finite {without} the links, and rigid bodies have no motion from here"
         )
     return (
         f"at {float(state.t):.9g} s the laws of Coulomb friction and contact allow no motion; "

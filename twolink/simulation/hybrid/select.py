@@ -48,7 +48,7 @@ from twolink.simulation.hybrid.complementarity import (
 from twolink.simulation.hybrid.confirm import confirmed
 from twolink.simulation.hybrid.constraint import cramer
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, constraint_count, solve
-from twolink.simulation.hybrid.painleve import jammed
+from twolink.simulation.hybrid.painleve import jammed, wedged
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
@@ -72,7 +72,8 @@ def select(
     """Return the next mode, or None if the laws admit none.
 
     If the derivatives contradict every remaining mode, the cause is round-off unless a slide is
-    jammed. `known` has the states to which elements are restricted, by number.
+    jammed or a contact is wedged. `known` has the states to which elements are restricted, by
+    number.
     """
     touching, sliding = state.touching, state.sliding
     options = tuple(
@@ -92,21 +93,31 @@ def select(
         if not sticking_first and (moving or undecided):
             break
         candidates = list(_candidates(problem, with_pressed, sticking_first))
-        every = {c.states: confirmed(problem, c) for c in candidates}
+        resting = [c for c in candidates if at_rest and _rests(problem, c.states)]
+        taken = _first_confirmed(problem, resting)
+        if taken is not None:
+            return taken
+        every = {c.states: confirmed(problem, c) for c in candidates if c not in resting}
         orders |= {states: known for states, known in every.items() if known is not None}
-        found = [c for c in candidates if every[c.states] is not None]
-        resting = [c for c in found if at_rest and _rests(problem, c.states)]
-        if resting:
-            return _preferred(problem, resting, orders)
+        found = [c for c in candidates if every.get(c.states) is not None]
         if found and not at_rest:
             return _preferred(problem, found, orders)
         undecided += candidates
         moving = moving or found
     if moving:
         return _preferred(problem, moving, orders)
-    if not undecided or jammed(system, state, pose):
+    if not undecided or jammed(system, state, pose) or wedged(system, state, pose):
         return None
     return _preferred(problem, undecided, {})._replace(confirmed=False)
+
+
+def _first_confirmed(problem: Problem, resting: list[Candidate]) -> Selection | None:
+    """Return the preferred confirmed mode of those that hold the chain at rest: one motion."""
+    for candidate in sorted(resting, key=lambda candidate: _cost(problem, candidate)):
+        known = confirmed(problem, candidate)
+        if known is not None:
+            return Selection(candidate.states, orders=known)
+    return None
 
 
 def _rests(problem: Problem, states: States) -> bool:
