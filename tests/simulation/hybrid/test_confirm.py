@@ -14,6 +14,7 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.simulation.hybrid import select as select_module
+from twolink.simulation.hybrid.confirm import Derivatives
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.select import select
 
@@ -79,7 +80,7 @@ def test_a_mode_that_every_derivative_contradicts_is_not_confirmed(monkeypatch):
     state = state_of(system, (0.0, 0.0))
     pose = Pose(system.chain, system.formulation, state.q)
     assert select(system, state, pose, {}).confirmed
-    monkeypatch.setattr(select_module, "confirmed", lambda problem, candidate: None)
+    monkeypatch.setattr(Derivatives, "confirmed", lambda self, candidate: None)
     candidates = select_module._candidates
     monkeypatch.setattr(
         select_module,

@@ -1,6 +1,7 @@
 """Jets against the derivatives that mpmath finds in eighty digits."""
 
 import math
+from contextlib import suppress
 from fractions import Fraction
 
 import mpmath
@@ -166,6 +167,26 @@ def test_a_recorded_formula_gets_its_coefficients_one_by_one(formula):
         recording.extend()
     assert found.terms == formula(*(Jet(tuple(own)) for own in terms)).terms
     assert len(found.terms) == LENGTH
+
+
+def test_a_branch_leaves_the_recording_as_it_was():
+    """Also where it ends in an error."""
+    recording = Recording()
+    f = Jet((0.5,), recording)
+    sine = arithmetic.sin(f)
+    found = []
+    for slope in (1.0, 2.0):
+        with suppress(ZeroDivisionError), recording.branch():
+            product = arithmetic.cos(f) * sine
+            f.terms.append(slope)
+            recording.extend()
+            found.append(product.terms[1])
+            if slope == 2.0:
+                product / 0
+        f.forget()
+        assert (sine.terms, arithmetic.cos(f).terms) == ([math.sin(0.5)], [math.cos(0.5)])
+        assert len(recording) == 1
+    assert found == pytest.approx([math.cos(1.0), 2 * math.cos(1.0)])
 
 
 def test_an_operation_is_recorded_once_and_not_at_all_with_0_or_1():

@@ -12,7 +12,7 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
-from twolink.simulation.hybrid import select as select_module
+from twolink.simulation.hybrid.confirm import Derivatives
 from twolink.simulation.hybrid.dynamics import mode_solution
 from twolink.simulation.hybrid.painleve import jammed
 from twolink.simulation.hybrid.pose import Pose
@@ -236,7 +236,7 @@ def test_a_locked_slide_that_is_pulled_off_has_two_modes_and_opens_or_slides():
 
 def test_a_jammed_contact_has_no_mode_where_the_derivatives_contradict_all(monkeypatch):
     """Elsewhere a contradiction is rounding: a mode is taken, and it is not confirmed."""
-    monkeypatch.setattr(select_module, "confirmed", lambda problem, candidate: None)
+    monkeypatch.setattr(Derivatives, "confirmed", lambda self, candidate: None)
     system, state, response, _ = painleve(-1.0, direction=locking_direction())
     assert response < 0
     assert selected(system, state) is None

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import cached_property
 from typing import Any, NamedTuple
 
 from twolink.arithmetic import sqrt
@@ -15,7 +17,6 @@ from twolink.simulation.hybrid.complementarity import (
     Law,
     Orders,
     Problem,
-    States,
     noise_of,
     value_of,
 )
@@ -44,73 +45,94 @@ _EVENTS = {
 }
 
 
-def confirmed(problem: Problem, candidate: Candidate) -> Orders | None:
-    """Return the orders at which the event functions of a mode grow from zero, None if one falls.
+class Derivatives:
+    """The motions from a state as power series in time: its modes share the equations of motion."""
 
-    Undecided conditions must hold immediately afterwards, in the motion of that mode.
-    """
-    found = {_trigger(c): _EVENTS[c.law][1] for c in candidate.decided}
-    if not candidate.undecided:
+    def __init__(self, problem: Problem) -> None:
+        """Store a problem; nothing is computed before it is needed."""
+        self._problem = problem
+
+    def confirmed(self, candidate: Candidate) -> Orders | None:
+        """Return the orders at which event functions grow from zero in a mode, None if one falls.
+
+        Undecided conditions must hold immediately afterwards, in the motion of that mode.
+        """
+        found = {_trigger(c): _EVENTS[c.law][1] for c in candidate.decided}
+        if not candidate.undecided:
+            return found
+        try:
+            leading = self._decided(candidate)
+        except (ZeroDivisionError, OverflowError, ValueError):
+            # The motion is not analytic: its events decide.
+            return found
+        for condition, (order, sign) in leading.items():
+            if sign < 0 or (sign == 0 and condition.law is Law.ACCELERATES):
+                return None
+            if sign > 0:
+                found[_trigger(condition)] = _EVENTS[condition.law][1] + order
         return found
-    try:
-        leading = _decided(problem, candidate)
-    except (ZeroDivisionError, OverflowError, ValueError):
-        # The motion is not analytic: its events decide.
+
+    def _decided(self, candidate: Candidate) -> dict[Condition, tuple[int, int]]:
+        """Return the order and the sign that decide each undecided condition, where there are any.
+
+        The search ends at the first sign that contradicts the mode.
+        """
+        problem, start = self._problem, self._start
+        noise = {c: noise_of(problem, c, candidate.solution) for c in candidate.undecided}
+        rate = 1 / problem.system.longest_step
+        with start.branch():
+            solution = solve(start.equations, problem.system.elements, candidate.states)
+            values = {
+                c: value_of(problem.system, start.equations, solution, c)
+                for c in candidate.undecided
+            }
+            for length in range(2, tolerances.JET_ORDER + 2):
+                start.extend(solution)
+                if length < _FEW:
+                    continue
+                found = {
+                    c: leading_term(
+                        value.terms[:-1] if isinstance(value, Jet) else (value,), noise[c], rate
+                    )
+                    for c, value in values.items()
+                }
+                signs = [sign for _, sign in found.values()]
+                if all(signs) or min(signs) < 0:
+                    break
         return found
-    for condition, (order, sign) in leading.items():
-        if sign < 0 or (sign == 0 and condition.law is Law.ACCELERATES):
-            return None
-        if sign > 0:
-            found[_trigger(condition)] = _EVENTS[condition.law][1] + order
-    return found
 
-
-def _decided(problem: Problem, candidate: Candidate) -> dict[Condition, tuple[int, int]]:
-    """Return the order and the sign that decide each undecided condition, where there are any.
-
-    The search ends at the first sign that contradicts the mode.
-    """
-    motion = _motion(problem, candidate.states)
-    values = {
-        c: value_of(problem.system, motion.equations, motion.solution, c)
-        for c in candidate.undecided
-    }
-    noise = {c: noise_of(problem, c, candidate.solution) for c in values}
-    rate = 1 / problem.system.longest_step
-    for length in range(2, tolerances.JET_ORDER + 2):
-        motion.extend()
-        if length < _FEW:
-            continue
-        found = {
-            c: leading_term(
-                value.terms[:-1] if isinstance(value, Jet) else (value,), noise[c], rate
-            )
-            for c, value in values.items()
-        }
-        signs = [sign for _, sign in found.values()]
-        if all(signs) or min(signs) < 0:
-            break
-    return found
+    @cached_property
+    def _start(self) -> _Start:
+        return _started(self._problem)
 
 
 def _trigger(condition: Condition) -> Trigger:
     return Trigger(_EVENTS[condition.law][0], condition.number, condition.sense)
 
 
-class _Motion(NamedTuple):
-    """The motion in a mode as jets: q, u and time, and the equations and solution that follow."""
+class _Start(NamedTuple):
+    """A state as jets: q, u and time, with the equations of motion that follow."""
 
     recording: Recording
     q: tuple[Jet, Jet]
     u: tuple[Jet, Jet]
     t: Jet
-    solution: Solution
     equations: LocalEquations
 
-    def extend(self) -> None:
+    @contextmanager
+    def branch(self) -> Iterator[None]:
+        """Take back, afterwards, what is made and extended within."""
+        try:
+            with self.recording.branch():
+                yield
+        finally:
+            for jet in (*self.q, *self.u, self.t):
+                jet.forget()
+
+    def extend(self, solution: Solution) -> None:
         """Compute one more coefficient of all jets: each follows from those before it."""
         k = len(self.t.terms)
-        for q, u, du in zip(self.q, self.u, self.solution.du, strict=True):
+        for q, u, du in zip(self.q, self.u, solution.du, strict=True):
             q.terms.append(u.terms[k - 1] / k)
             known = du.terms[k - 1] if isinstance(du, Jet) else du if k == 1 else 0 * du
             u.terms.append(known / k)
@@ -118,8 +140,8 @@ class _Motion(NamedTuple):
         self.recording.extend()
 
 
-def _motion(problem: Problem, states: States) -> _Motion:
-    """Return the motion in a mode, with the first coefficients of its jets."""
+def _started(problem: Problem) -> _Start:
+    """Return the state of a problem, with the first coefficients of its jets."""
     system, state, recording = problem.system, problem.state, Recording()
     q1, q2, u1, u2, t = (Jet((x,), recording) for x in (*state.q, *state.u, state.t))
     q, u = (q1, q2), (u1, u2)
@@ -128,8 +150,7 @@ def _motion(problem: Problem, states: States) -> _Motion:
     equations = local_equations(
         pose, system.effects, system.elements, u, t, active, _pushes(problem, pose, u, active)
     )
-    solution = solve(equations, system.elements, states)
-    return _Motion(recording, q, u, t, solution, equations)
+    return _Start(recording, q, u, t, equations)
 
 
 def _pushes(problem: Problem, pose: Pose, u: tuple[Jet, Jet], active: Sequence[bool]) -> list[Any]:

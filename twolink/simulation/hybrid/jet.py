@@ -9,6 +9,8 @@ operations with an exact 0 or 1 are left out.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from operator import mul
 from typing import Any
 
@@ -21,6 +23,10 @@ class Recording:
     def __init__(self) -> None:
         """Create an empty recording."""
         self._jets: dict[tuple[type, int, int], Derived] = {}
+
+    def __len__(self) -> int:
+        """Return the number of recorded operations."""
+        return len(self._jets)
 
     def derived(self, kind: type[Derived], of: Jet, other: Any) -> Derived:
         """Return the jet of an operation, which is recorded if it is new."""
@@ -36,6 +42,18 @@ class Recording:
         for jet in self._jets.values():
             terms = jet.terms
             terms.append(jet.term(len(terms)))
+
+    @contextmanager
+    def branch(self) -> Iterator[None]:
+        """Forget the jets that are made within, and all coefficients but the first, afterwards."""
+        count = len(self._jets)
+        try:
+            yield
+        finally:
+            while len(self._jets) > count:
+                self._jets.popitem()
+            for jet in self._jets.values():
+                jet.forget()
 
 
 class Jet:
@@ -53,6 +71,10 @@ class Jet:
         """Store the coefficients."""
         self.terms: list[Any] = list(terms)
         self.recording = recording
+
+    def forget(self) -> None:
+        """Keep only the first coefficient."""
+        del self.terms[1:]
 
     def derived(self, kind: type[Derived], other: Any = None) -> Derived:
         """Return the jet of an operation on this one and an `other` jet or number."""
@@ -238,6 +260,11 @@ class _Sine(Derived):
         """Compute both."""
         self.cosine = Jet((), of.recording)
         super().__init__(of, other)
+
+    def forget(self) -> None:
+        """Keep only the first coefficients of both."""
+        super().forget()
+        self.cosine.forget()
 
     def term(self, k: int) -> Any:
         x, s, c = self.of.terms, self.terms, self.cosine.terms

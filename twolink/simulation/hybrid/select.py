@@ -45,7 +45,7 @@ from twolink.simulation.hybrid.complementarity import (
     problem_at,
     value_of,
 )
-from twolink.simulation.hybrid.confirm import confirmed
+from twolink.simulation.hybrid.confirm import Derivatives
 from twolink.simulation.hybrid.constraint import cramer
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, constraint_count, solve
 from twolink.simulation.hybrid.painleve import jammed, wedged
@@ -85,6 +85,7 @@ def select(
     if all([len(states) == 1 for states in options]):
         return Selection(tuple([states[0] for states in options]))
     problem = problem_at(system, state, pose, options)
+    derivatives = Derivatives(problem)
     at_rest = bool(state.u[0] == 0 and state.u[1] == 0)
     orders: dict[States, Orders] = {}
     undecided: list[Candidate] = []
@@ -94,10 +95,10 @@ def select(
             break
         candidates = list(_candidates(problem, with_pressed, sticking_first))
         resting = [c for c in candidates if at_rest and _rests(problem, c.states)]
-        taken = _first_confirmed(problem, resting)
+        taken = _first_confirmed(derivatives, problem, resting)
         if taken is not None:
             return taken
-        every = {c.states: confirmed(problem, c) for c in candidates if c not in resting}
+        every = {c.states: derivatives.confirmed(c) for c in candidates if c not in resting}
         orders |= {states: known for states, known in every.items() if known is not None}
         found = [c for c in candidates if every.get(c.states) is not None]
         if found and not at_rest:
@@ -111,10 +112,12 @@ def select(
     return _preferred(problem, undecided, {})._replace(confirmed=False)
 
 
-def _first_confirmed(problem: Problem, resting: list[Candidate]) -> Selection | None:
+def _first_confirmed(
+    derivatives: Derivatives, problem: Problem, resting: list[Candidate]
+) -> Selection | None:
     """Return the preferred confirmed mode of those that hold the chain at rest: one motion."""
     for candidate in sorted(resting, key=lambda candidate: _cost(problem, candidate)):
-        known = confirmed(problem, candidate)
+        known = derivatives.confirmed(candidate)
         if known is not None:
             return Selection(candidate.states, orders=known)
     return None
