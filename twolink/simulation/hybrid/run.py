@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
 from typing import Any, Literal, NamedTuple
@@ -154,22 +154,28 @@ def hybrid_run(
         if not partial or not history.arcs:
             raise
         failure = str(error)
-    reached = float(history.state.t) if failure else end
+    found = _run_of(history, np.asarray(times, dtype=float), failure)
+    return replace(found, run_seconds=perf_counter() - begun - history.compile_seconds)
+
+
+def _run_of(history: _History, asked: Any, failure: str) -> HybridRun:
+    """Return the run that a history has followed, at the times (s) that it has reached."""
+    precision = history.system.precision
+    reached = float(history.state.t) if failure else history.end
     polynomials = polynomials_of(history.arcs, history.state, precision)
-    asked = np.asarray(times, dtype=float)
     q, u = polynomials.at(asked[asked <= reached])
     return HybridRun(
-        scene=scene,
-        formulation=own,
+        scene=history.scene,
+        formulation=history.formulation,
         precision=precision,
-        longest_step=cap,
+        longest_step=history.system.longest_step,
         q=q,
         u=u,
         steps=len(polynomials.starts) - 1,
         order=polynomials.coefficients.shape[2] - 1,
         operations=max((arc.compiled.operations for arc in history.arcs), default=0),
         compile_seconds=history.compile_seconds,
-        run_seconds=perf_counter() - begun - history.compile_seconds,
+        run_seconds=0.0,
         arcs=tuple(history.arcs),
         polynomials=polynomials,
         since=tuple(history.since),
@@ -208,7 +214,7 @@ class _History:
         chain, effects = scene.moving_chain, pieces_at(scene.effects, 0.0)
         own = chain.convert(number)
         elements = contact_elements(effects, own)
-        self._scene, self._formulation = scene, formulation
+        self.scene, self.formulation, self.end = scene, formulation, end
         self.system = HybridSystem(
             chain, own, FORMULATIONS[formulation].equations, effects, elements, precision,
             safe_order(elements, order), number, PRECISIONS[precision].rounding, cap,
@@ -238,7 +244,7 @@ class _History:
 
         def reached(t: float, size: int) -> None:
             self._check_memory(t, self._bytes + size)
-            progress(t / self._scene.duration)
+            progress(t / self.scene.duration)
 
         following = settle(self.system, self.state, {})
         self._keep(following)
@@ -247,7 +253,7 @@ class _History:
             if any(self.state.compliant):
                 until = min(until, self._relaxed())
             arc = flow(
-                self.system, self.state, following.mode, until, self._formulation,
+                self.system, self.state, following.mode, until, self.formulation,
                 reached, self.arcs[-2:], following.orders,
             )  # fmt: skip
             advanced = arc.end.t > self.state.t
@@ -262,22 +268,30 @@ class _History:
                     f"modes follow each other without end at {float(arc.end.t):.9g} s: "
                     f"{arc.mode}, then {_event_of(arc)}"
                 )
-            for block in arc.blocks:
-                self._steps += len(block.lengths)
-                self._bytes += block.coefficients.nbytes
-            self._bytes += _BYTES_OF_AN_ARC
+            self._spend(arc)
             if self._steps - reported >= _UNREPORTED or arc.end.t >= self._end:
                 reported = self._steps
                 reached(float(arc.end.t), 0)
-            too_many = len(self.arcs) > self._effort.jumps or self._steps > self._effort.steps
-            if too_many or self._is_stuck():
-                self.exhausted = True
-                raise IntegrationError(
-                    f"the motion has {len(self.arcs)} modes by {float(arc.end.t):.6g} s, and is "
-                    f"not followed further: {arc.mode}, then {_event_of(arc)}"
-                )
+            self._check_effort(arc)
             following = self._jump(arc, until)
             self._keep(following)
+
+    def _spend(self, arc: Arc) -> None:
+        """Add the steps of an arc, and their memory, to those of the run."""
+        for block in arc.blocks:
+            self._steps += len(block.lengths)
+            self._bytes += block.coefficients.nbytes
+        self._bytes += _BYTES_OF_AN_ARC
+
+    def _check_effort(self, arc: Arc) -> None:
+        """Raise `IntegrationError` if a run has taken more than its effort by the end of an arc."""
+        too_many = len(self.arcs) > self._effort.jumps or self._steps > self._effort.steps
+        if too_many or self._is_stuck():
+            self.exhausted = True
+            raise IntegrationError(
+                f"the motion has {len(self.arcs)} modes by {float(arc.end.t):.6g} s, and is "
+                f"not followed further: {arc.mode}, then {_event_of(arc)}"
+            )
 
     def _check_memory(self, t: float, size: int) -> None:
         """Raise `TooMuchError` if the whole motion would take more memory than is allowed.
@@ -306,7 +320,7 @@ class _History:
             return jump(self.system, state, arc.mode, arc.event, past)
         if self._breaks and state.t >= self._breaks[0]:
             begins = float(self._breaks.pop(0))
-            self.system = self.system.with_effects(pieces_at(self._scene.effects, begins))
+            self.system = self.system.with_effects(pieces_at(self.scene.effects, begins))
             return jump(self.system, state, arc.mode, None)
         return Jump(state, arc.mode)
 

@@ -84,8 +84,12 @@ def select(
     )
     if all([len(states) == 1 for states in options]):
         return Selection(tuple([states[0] for states in options]))
-    problem = problem_at(system, state, pose, options)
-    derivatives = Derivatives(problem)
+    return _selected(problem_at(system, state, pose, options), pose)
+
+
+def _selected(problem: Problem, pose: Pose) -> Selection | None:
+    """Return the next mode between the options of a problem, or None if the laws admit none."""
+    state, derivatives = problem.state, Derivatives(problem)
     at_rest = bool(state.u[0] == 0 and state.u[1] == 0)
     orders: dict[States, Orders] = {}
     undecided: list[Candidate] = []
@@ -107,7 +111,7 @@ def select(
         moving = moving or found
     if moving:
         return _preferred(problem, moving, orders)
-    if not undecided or jammed(system, state, pose) or wedged(system, state, pose):
+    if not undecided or jammed(problem.system, state, pose) or wedged(problem.system, state, pose):
         return None
     return _preferred(problem, undecided, {})._replace(confirmed=False)
 
