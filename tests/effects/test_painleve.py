@@ -9,8 +9,10 @@ from scipy.optimize import brentq
 from twolink import lagrange
 from twolink.chain import Chain
 from twolink.data import data_path
+from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.surface import Surface
+from twolink.errors import IntegrationError
 from twolink.loads import Force
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -132,3 +134,33 @@ def test_the_shipped_scene_shows_it():
     assert trajectory.met
     assert trajectory.impacts[0].time == 0
     assert trajectory.impacts[0].speeds[0] == 0
+
+
+def folded(obstacle: type, friction: float, **options) -> Scene:
+    """A folded chain at rest, whose end touches a surface at 0.5 rad to the links."""
+    chain, angle = Chain.uniform_bars(length=(1.0, 0.6)), 1.2
+    place = 0.4 * math.cos(angle), 0.4 * math.sin(angle)
+    normal = -math.cos(angle + 0.5), -math.sin(angle + 0.5)
+    surface = obstacle(place, normal, friction=friction, **options)
+    q = angle, angle + math.pi
+    return Scene(chain=chain, q=q, u=(0.0, 0.0), duration=0.2, effects=(Gravity(), surface))
+
+
+def test_a_folded_chain_at_rest_is_wedged_if_its_links_are_inside_the_cone_of_friction():
+    slides = simulate(folded(Surface, 0.99 * math.tan(0.5)))
+    assert slides.events[0].description == "D on surface slips forward"
+    with pytest.raises(IntegrationError, match="at 0 s D on surface is wedged"):
+        simulate(folded(Surface, 1.01 * math.tan(0.5)))
+
+
+@pytest.mark.slow
+def test_the_motion_of_a_wedged_chain_vanishes_as_its_surface_grows_stiff():
+    """The links turn by ε, and press D by ε²; their force, of order 1/ε, is of order k ε²."""
+    friction = 1.2 * math.tan(0.5)
+    turned = []
+    for stiffness in (1e7, 1e8, 1e9):
+        scene = folded(CompliantSurface, friction, law="kelvin-voigt", stiffness=stiffness)
+        q = simulate(scene, accuracy=1e-6, samples=2001).q
+        turned.append(np.ptp(q, axis=1).max())
+    assert turned[0] / turned[1] == pytest.approx(10 ** (1 / 3), rel=0.05)
+    assert turned[1] / turned[2] == pytest.approx(10 ** (1 / 3), rel=0.05)
