@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from twolink import cli, files
 from twolink.cli import app
 from twolink.cli.program import _ended_by_signals
 from twolink.data import data_path
@@ -114,6 +115,33 @@ def test_a_bug_of_the_program_raises_its_exception(monkeypatch):
 
     monkeypatch.setattr(sys.modules["twolink.cli.simulate"], "check_target", fails)
     assert isinstance(run("simulate", FREE_FALL).exception, ZeroDivisionError)
+
+
+def test_a_command_in_a_process_leaves_the_temporary_files_of_its_other_work(tmp_path):
+    """Such as the folder of a browser that another thread drives, or a file of a notebook."""
+    with (
+        files.scratch_folder("profile", tmp_path) as folder,
+        files.atomic_write(tmp_path / "a") as file,
+    ):
+        assert run("scenes").exit_code == 0
+        assert run("simulate", "no-such").exit_code == 2
+        assert folder.exists()
+        assert file.exists()
+
+
+@pytest.mark.parametrize(("end", "code"), [(SystemExit(143), 143), (KeyboardInterrupt(), 130)])
+def test_the_program_removes_interrupted_files_before_its_process_ends(end, code, monkeypatch):
+    """It may end by `os._exit`, where the interpreter's functions at exit are not called."""
+    calls = []
+
+    def ended():
+        raise end
+
+    monkeypatch.setattr(cli, "_run", ended)
+    monkeypatch.setattr(cli, "remove_interrupted", lambda: calls.append("removed"))
+    monkeypatch.setattr(cli, "end_process", calls.append)
+    cli.main()
+    assert calls == ["removed", code]
 
 
 @pytest.mark.parametrize("words", [["scenes"], ["verify", "--states", "20"]], ids=" ".join)

@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 from io import TextIOWrapper
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -30,6 +30,7 @@ from twolink.cli.terminal import FAILED, say, warn
 from twolink.cli.urdf import app as urdf
 from twolink.cli.verify import verify
 from twolink.cli.view import view
+from twolink.files import remove_interrupted
 from twolink.interruptible import end_process
 
 app = typer.Typer(
@@ -86,14 +87,23 @@ def options(
 
 
 def main() -> None:
-    """Run the command line."""
+    """Run the command line, and end the process."""
+    code = _exit_code()
+    # A command that runs inside another program leaves this to the end of that program.
+    remove_interrupted()
+    end_process(code)
+
+
+def _exit_code() -> Any:
+    """Run the command line; return its exit code."""
     try:
         _run()
     except KeyboardInterrupt:
         # Before a command has begun; `Program` handles later interrupts.
-        end_process(128 + signal.SIGINT)
+        return 128 + signal.SIGINT
     except SystemExit as end:
-        end_process(end.code)
+        return end.code
+    return 0
 
 
 def _run() -> None:

@@ -22,7 +22,6 @@ from typer.core import TyperGroup
 
 from twolink.cli.terminal import BAD_INPUT, FAILED, flush, warn
 from twolink.errors import BrowserError, FileError, IntegrationError, TwolinkError
-from twolink.files import remove_interrupted
 from twolink.text import choice, one_line, quoted
 
 # Seconds until a signal is sent again whose exception was lost in a library, and then between
@@ -58,7 +57,6 @@ class Program(TyperGroup):
             warn(f"twolink: {one_line(sentence)}")
             return code
         finally:
-            remove_interrupted()
             _leave_nothing_to_write()
 
     def _invoked(self, words: list[str]) -> int:
