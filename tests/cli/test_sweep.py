@@ -102,6 +102,17 @@ def test_a_page_of_a_map_needs_samples_of_two_axes(before, after, sentence, file
     assert list(tmp_path.iterdir()) == [file]
 
 
+def test_one_value_twice_makes_no_second_axis(file, tmp_path):
+    """The page is refused before the sweep, which may take hours."""
+    twice = SECOND.replace("[0.0, 1.0]", "[1.0, 1.0]")
+    head, runs, rest = TEXT.partition("[runs]")
+    file.write_text(head + twice + runs + rest.replace("final = true", "samples = 3"))
+    result = run(file, "--out", tmp_path / "a.zarr", "--plot", tmp_path / "map.html")
+    assert result.exit_code == 2
+    assert "--plot must be of a sweep over two axes for a .html page" in result.stderr
+    assert list(tmp_path.iterdir()) == [file]
+
+
 def test_maps_are_drawn_and_have_a_page(file, tmp_path):
     head, runs, rest = TEXT.partition("[runs]")
     file.write_text(head + SECOND + runs + rest.replace("final = true", "samples = 3"))

@@ -106,14 +106,14 @@ def sweep(
 
 def _check_picture(asked: Ensemble, plot: Path) -> None:
     """Refuse a picture of quantities that the sweep does not keep."""
-    keep, shape = asked.document["keep"], asked.runs.shape
+    keep = asked.document["keep"]
     if not keep["first"]:
         refuse("--plot must be of a sweep that keeps first times ([keep] first); got one without")
     if plot.suffix != _PAGE:
         return
     if not keep["samples"]:
         refuse(f"--plot must be of a sweep that keeps samples for a {_PAGE} page; got one without")
-    if shape[-1] > 1 or sum(count > 1 for count in shape) != 2:
+    if asked.runs.draws > 1 or len(asked.runs.varied) != 2:
         refuse(f"--plot must be of a sweep over two axes for a {_PAGE} page; got another")
 
 

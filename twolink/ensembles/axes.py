@@ -183,6 +183,11 @@ class Runs:
         return (*(len(axis.values) for axis in self._fixed()), self.draws)
 
     @property
+    def varied(self) -> tuple[str, ...]:
+        """The names of the fixed axes that have two or more different values."""
+        return tuple(a.name for a in self._fixed() if len(np.unique(a.values.numbers)) > 1)
+
+    @property
     def count(self) -> int:
         """The number of runs."""
         return math.prod(self.shape)
@@ -201,7 +206,7 @@ class Runs:
                 found[:, column] = axis.values.quantiles(shares)
         return found
 
-    def _fixed(self) -> tuple[Axis, ...]:
+    def _fixed(self) -> tuple[Any, ...]:
         return tuple(axis for axis in self.axes if isinstance(axis.values, FixedValues))
 
 

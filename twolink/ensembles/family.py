@@ -22,6 +22,7 @@ from twolink.effects import Effect, with_rotors
 from twolink.ensembles.parameters import SYMBOLS
 from twolink.errors import ParameterError
 from twolink.scene import Scene
+from twolink.scene.chain_table import DescribedChain
 from twolink.scene.reading import chain_of, effects_of, start_of
 from twolink.text import choice, quoted
 
@@ -80,6 +81,18 @@ class Family:
         """Return whether a number of a table, such as "chain", is replaced."""
         return any(keys[0] == table for keys in self.keys)
 
+    @property
+    def lengths(self) -> tuple[float, float]:
+        """L1 and L2 (m) of the scene itself."""
+        chain = self._readers.described.chain
+        return float(chain.L1), float(chain.L2)
+
+    @property
+    def urdf(self) -> str:
+        """The text of the URDF that describes the chain, empty without one."""
+        read = self._readers.described.read if self.tables["chain"]["urdf"] else None
+        return "" if read is None else str(read.xml)
+
     def scene(self, values: Numbers) -> Scene:
         """Return the scene of a run. Raises `TwolinkError` where a value is refused."""
         return Scene.from_checked(self.given(values), self.folder)
@@ -95,7 +108,7 @@ class Family:
         for keys, column in zip(self.keys, values.T, strict=True):
             if keys[0] == "start":
                 start = _replaced(start, keys[1:], column)
-        q, u = start_of(start, self._readers.joints)
+        q, u = start_of(start, self._readers.described.joints)
         shape = (2, len(values))
         return _rows(q, shape), _rows(u, shape)
 
@@ -122,9 +135,10 @@ class _Readers:
         self._moving = functools.lru_cache(_KEPT)(self._read_moving)
 
     @property
-    def joints(self) -> Any:
-        """The joints of the scene as it is in the file."""
-        return chain_of(self._family.tables["chain"], self._family.folder).joints
+    def described(self) -> DescribedChain:
+        """The chain of the scene as it is in the file."""
+        values = self._family.values
+        return self._chain(tuple(values[k] for k in self._columns["chain"]))
 
     def parts(self, values: tuple[float, ...]) -> Parts:
         of_chain, of_effects = (
@@ -143,7 +157,7 @@ class _Readers:
         effects = described.effects(list(self._effects(of_effects)))
         return with_rotors(effects, described.chain), effects
 
-    def _read_chain(self, numbers: tuple[float, ...]) -> Any:
+    def _read_chain(self, numbers: tuple[float, ...]) -> DescribedChain:
         return chain_of(self._with("chain", numbers), self._family.folder)
 
     def _read_effects(self, numbers: tuple[float, ...]) -> tuple[Effect, ...]:

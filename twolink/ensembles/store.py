@@ -159,6 +159,8 @@ def _attributes(ensemble: Ensemble, chunk: int) -> dict[str, Any]:
         "title": ensemble.title,
         "fingerprint": ensemble.fingerprint,
         "sweep": ensemble.document,
+        # A URDF need not be there any more when results are read.
+        "lengths": list(ensemble.family.lengths),
         "axes": [axis.name for axis in ensemble.runs.axes],
         "shape": list(ensemble.runs.shape),
         "chunk": chunk,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+import shutil
 import struct
 import zlib
 
@@ -16,8 +17,11 @@ from tests.viz.accessibility import violations
 from tests.viz.films import need_browser
 from tests.viz.surroundings import press, surround
 from twolink import sweep
+from twolink.chain import Chain
+from twolink.data import data_path
 from twolink.ensembles.first_time import HAPPENS
-from twolink.errors import PictureError
+from twolink.errors import PictureError, SceneError
+from twolink.urdf import read_planar_urdf
 from twolink.viz.browser import Browser
 from twolink.viz.report import map as map_module
 from twolink.viz.report.map import map_page
@@ -29,7 +33,7 @@ LENGTHS = axis("chain.length.1", 1.0, 0.5, -1.0, name="L2")
 
 
 def swept(folder, **tables):
-    asked = ensemble(runs=RUNS, **{"keep": KEEP, "title": "<Flips>", **tables})
+    asked = ensemble(**{"runs": RUNS, "keep": KEEP, "title": "<Flips>", **tables})
     return sweep(asked, folder / "a.zarr", workers=1)
 
 
@@ -85,6 +89,75 @@ def test_one_pair_of_lengths_serves_equal_chains(tmp_path):
     assert numbers_of(map_page(made))[0]["lengths"] == [[1.0, 1.0]]
 
 
+def test_a_random_length_of_one_draw_is_the_drawn_one(tmp_path):
+    axes = [
+        axis("start.q.0", 0.5, 1.0, name="q1"),
+        axis("start.u.0", 0.0, 1.0, name="u1"),
+        axis("chain.length.1", uniform={"low": 0.5, "high": 0.7}, name="L2"),
+    ]
+    made = swept(tmp_path, axes=axes, runs={**RUNS, "draws": 1})
+    (length,) = set(made.array("L2").tolist())
+    assert 0.5 < length < 0.7
+    assert numbers_of(map_page(made))[0]["lengths"] == [[1.0, length]] * 4
+
+
+SWEEP_OF_URDF = """
+axes = [
+    {parameter = "start.theta.0", values = [-1.0, 1.0]},
+    {parameter = "start.theta.1", values = [-1.0, 1.0]},
+]
+keep = {samples = 2, first = [{name = "flip", of = "either"}]}
+[scene]
+chain = {urdf = "arm.urdf"}
+start = {theta = [0.0, 0.0]}
+run = {duration = 0.5}
+effects = {gravity = {}}
+"""
+
+
+def test_the_lengths_of_a_urdf_are_known_wherever_the_store_is(tmp_path):
+    """Its name is relative to the folder of the sweep, and it may be gone."""
+    for folder in ("sweep", "store"):
+        (tmp_path / folder).mkdir()
+    urdf = tmp_path / "sweep" / "arm.urdf"
+    shutil.copy(data_path("twolink.urdf"), urdf)
+    file = tmp_path / "sweep" / "sweep.toml"
+    file.write_text(SWEEP_OF_URDF)
+    made = sweep(file, tmp_path / "store" / "a.zarr", workers=1)
+    chain = Chain.from_links(read_planar_urdf(urdf).links)
+    urdf.unlink()
+    assert numbers_of(map_page(made))[0]["lengths"] == [[chain.L1, chain.L2]]
+
+
+def test_a_start_of_any_size_is_right_but_for_whole_turns(tmp_path):
+    """Also one whose number of parts of a turn needs more than 4 bytes."""
+    axes = [axis("start.q.0", -1e9, 1e9, name="q1"), axis("start.u.0", 0.0, 1.0, name="u1")]
+    made = swept(tmp_path, axes=axes, runs={"duration": 0.1, "accuracy": 1e-3})
+    _, parts = numbers_of(map_page(made))
+    motions = made.grid()["q_samples"].transpose("u1", "q1", ...).values.reshape(4, 31, 2)
+    assert not np.isnan(motions).any()
+    angles = parts.cumsum(axis=1) * (2 * np.pi / 2**16)
+    assert np.abs(np.exp(1j * angles) - np.exp(1j * motions)).max() < 5e-5
+
+
+def test_fast_turns_between_samples_fit_their_numbers():
+    angles = np.array([[[0.0, 3.0], [1e6, -1e7], [-1e9, 2.0]]])
+    parts = map_module._differences(angles)
+    assert np.abs(parts).max() < 2**31
+    shown = parts.cumsum(axis=1) * (2 * np.pi / 2**16)
+    assert np.abs(np.exp(1j * shown) - np.exp(1j * angles)).max() < 5e-5
+
+
+@pytest.mark.parametrize("values", [(1.0, 0.5, 2.0), (2.0, 1.0, 0.5), (0.5, 1.0, 0.5, 2.0, 1.0)])
+def test_values_in_any_order_or_twice_have_the_motion_of_their_pixel(values, tmp_path):
+    axes = [axis("start.q.0", *values, name="q1"), axis("chain.length.1", *values, name="L2")]
+    head, parts = numbers_of(map_page(swept(tmp_path, axes=axes)))
+    assert head["places"] == [[0.5, 1.0, 2.0]] * 2
+    assert head["lengths"] == [[1.0, L2] for L2 in head["places"][1] for _ in range(3)]
+    starts = parts[:, 0, 0].reshape(3, 3) * (2 * np.pi / head["turn"])
+    assert np.abs(starts - head["places"][0]).max() < 5e-5
+
+
 def test_titles_are_text(page):
     assert "<h1>&lt;Flips&gt;</h1>" in page
 
@@ -101,6 +174,21 @@ def test_results_that_make_no_map_are_refused(keep, axes, words, tmp_path):
     made = swept(tmp_path, keep=keep, axes=[axis("start.q.0", grid=GRID), LENGTHS][:axes])
     with pytest.raises(PictureError, match=words):
         map_page(made)
+
+
+def test_an_axis_of_one_value_twice_is_none_of_two_axes(tmp_path):
+    made = swept(tmp_path, axes=[axis("start.q.0", 1.0, 1.0), LENGTHS])
+    with pytest.raises(PictureError, match="must have first times over two axes; got others"):
+        map_page(made)
+
+
+def test_chains_that_are_refused_have_no_lengths(monkeypatch):
+    def refused(*_):
+        raise SceneError("refused")
+
+    family = ensemble(axes=[LENGTHS]).family
+    monkeypatch.setattr(type(family), "parts", refused)
+    assert map_module._chain(family, [1.0]) is None
 
 
 def test_motions_beyond_the_limit_of_memory_are_refused(found, monkeypatch):

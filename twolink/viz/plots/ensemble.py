@@ -59,13 +59,14 @@ def map_of(found: Results) -> TimeMap | None:
     """
     name = _condition(found)
     grid = found.grid()
-    long = [dim for dim in grid[f"{name}{_VERDICT}"].dims if grid.sizes[dim] > 1]
+    dims = grid[f"{name}{_VERDICT}"].dims
+    # Lists of values may have a value twice, and need not rise.
+    grid = grid.drop_duplicates([dim for dim in dims if dim != "draw"])
+    long = [dim for dim in dims if grid.sizes[dim] > 1]
     if len(long) != 2 or "draw" in long:
         return None
     x, y = long
-    # Lists of values need not rise, and may have a value twice.
-    short = [dim for dim in grid[f"{name}{_VERDICT}"].dims if grid.sizes[dim] == 1]
-    grid = grid.squeeze(short).drop_duplicates([x, y]).sortby([x, y])
+    grid = grid.squeeze([dim for dim in dims if dim not in long]).sortby([x, y])
     times, verdicts, reasons = (
         grid[key].transpose(y, x).values for key in (f"{name}_time", f"{name}{_VERDICT}", "reason")
     )

@@ -14,10 +14,10 @@ from matplotlib.figure import Figure
 
 from twolink.chain import Chain
 from twolink.ensembles.family import Family
-from twolink.ensembles.file import ensemble_of
+from twolink.ensembles.file import axes_of, ensemble_of
 from twolink.ensembles.first_time import HAPPENS, NEVER
 from twolink.ensembles.results import Results
-from twolink.errors import ParameterError, PictureError
+from twolink.errors import PictureError, TwolinkError
 from twolink.limits import in_bytes
 from twolink.text import printable
 from twolink.viz.page import packed_message
@@ -29,6 +29,7 @@ _MOST = 1e8
 
 # Angles are whole numbers of this part of a turn, and samples differences from the one before.
 _TURN = 2**16
+_MOST_TURNS = 2**14
 
 
 def map_page(found: Results) -> str:
@@ -98,31 +99,30 @@ def _duration(found: Results) -> float:
 def _differences(runs: Any) -> Any:
     """Return angles (rad), shape (runs, samples, 2), as differences in parts of a turn.
 
-    Angles that are not known, after a failure, stay where they are.
+    Angles that are not known, after a failure, stay where they are. Differences too large for their
+    numbers of 4 bytes lose whole turns.
     """
     parts = np.rint(np.nan_to_num(runs) * (_TURN / (2 * np.pi)))
     found: Any = np.diff(parts, axis=1, prepend=0.0)
     unknown = np.isnan(runs)
     found[unknown] = 0.0
-    return found
+    return np.fmod(found, _TURN * _MOST_TURNS)
 
 
 def _lengths(found: Results, times: TimeMap) -> list[list[float]]:
     """Return L1 and L2 (m): of each run where they are different, else of all."""
-    ensemble = ensemble_of(found.attributes["sweep"], str(found.path), found.path.parent)
-    family = ensemble.family
-    if not family.changes("chain"):
-        chain = family.parts(family.values).chain
-        return [[float(chain.L1), float(chain.L2)]]
-    names = [axis.name for axis in ensemble.runs.axes]
-    x, y = (place.tolist() for place in times.places)
-    held = dict(zip(names, family.values, strict=True))
-    held |= {name: float(times.grid[name]) for name in names if times.grid[name].ndim == 0}
-    chains = [
-        _chain(family, [{**held, times.x: a, times.y: b}[name] for name in names])
-        for b in y
-        for a in x
+    about = found.attributes
+    axes = axes_of(about["sweep"])
+    if not any(axis.keys[0] == "chain" for axis in axes):
+        return [about["lengths"]]
+    # A chain whose numbers change has no URDF: no file is read.
+    family = ensemble_of(about["sweep"], str(found.path), found.path.parent).family
+    like = times.grid["reason"]
+    columns = [
+        times.grid[axis.name].broadcast_like(like).transpose(times.y, times.x).values.ravel()
+        for axis in axes
     ]
+    chains = [_chain(family, values) for values in np.transpose(columns).tolist()]
     return [[0.0, 0.0] if chain is None else [float(chain.L1), float(chain.L2)] for chain in chains]
 
 
@@ -130,7 +130,7 @@ def _chain(family: Family, values: list[float]) -> Chain | None:
     """Return the chain of a run, or None where its values are refused."""
     try:
         return family.parts(values).chain
-    except ParameterError:
+    except TwolinkError:
         return None
 
 
