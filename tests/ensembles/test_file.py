@@ -3,7 +3,8 @@ from pathlib import Path
 import pytest
 
 from tests.ensembles.cases import axis, ensemble, starts
-from twolink.ensembles.file import load
+from twolink.data import data_path
+from twolink.ensembles.file import ensemble_of, load
 from twolink.errors import SceneError
 from twolink.scene import Scene
 
@@ -69,6 +70,21 @@ def test_the_same_sweep_has_the_same_fingerprint_and_another_has_not():
         starts(runs={"accuracy": 1e-6, "duration": 3.0, "refine": True}),
     ]
     assert len({starts().fingerprint, *(other.fingerprint for other in others)}) == 5
+
+
+def test_another_urdf_of_the_same_name_has_another_fingerprint(tmp_path):
+    """Or a store would be continued with the motions of another chain."""
+    text = data_path("twolink.urdf").read_text(encoding="utf-8")
+    scene = {"chain": {"urdf": "a.urdf"}, "start": {"theta": [0.0, 0.0]}, "run": {"duration": 1.0}}
+    found = []
+    for name in ("here", "there", "other"):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "a.urdf").write_text(
+            text.replace('<mass value="', '<mass value="1') if name == "other" else text
+        )
+        found.append(ensemble_of({"scene": scene}, "<dict>", folder).fingerprint)
+    assert found[0] == found[1] != found[2]
 
 
 Q = axis("start.q.0", 1.0)

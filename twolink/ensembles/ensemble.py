@@ -23,7 +23,7 @@ class Ensemble:
 
     `accuracy` (rad, rad/s) is the global error allowed for states. With `refine` a run that is not
     accurate enough, or has an undecided verdict, is repeated in longer precision. Equal
-    `document`s describe equal ensembles.
+    `document`s describe equal ensembles, unless they name different URDFs.
     """
 
     family: Family
@@ -62,8 +62,8 @@ class Ensemble:
 
     @property
     def fingerprint(self) -> str:
-        """A hash (SHA-256) of all that determines the results."""
-        text = json.dumps(self.document, sort_keys=True)
+        """A hash (SHA-256) of all that determines the results, and of the text of a URDF."""
+        text = json.dumps(self.document, sort_keys=True) + self.family.urdf
         return hashlib.sha256(text.encode()).hexdigest()
 
     def values(self, first: int, last: int) -> Array:
