@@ -2,55 +2,34 @@ import numpy as np
 import pytest
 
 from tests.ensembles.cases import starts
+from tests.ensembles.falls import DURATION, FALL, check_bounds, random_starts, with_wild_neighbours
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.compiled import System
 from twolink.ensembles.ending import WIDTH, Ending
 from twolink.errors import SimulationError
-from twolink.scene import Scene
-from twolink.simulation import simulate
 
-FALL = Scene.load("free_fall")
 SYSTEM = System(FALL.moving_chain, FALL.effects, ())
 
 
-def at_the_start(q, u, duration=3.0):
+def at_the_start(q, u, duration=DURATION):
     none = np.zeros((0, q.shape[1]))
     return Ending.at_the_start(SYSTEM, SYSTEM.lanes(none, q, u, duration), none)
 
 
-def random_starts(random, count=21):
-    return random.uniform(-3, 3, (2, count)), random.normal(size=(2, count))
-
-
 @pytest.mark.parametrize("orders", [(7,), (11,), (15,), (7, 11, 15)])
 def test_the_bound_holds_and_is_not_far_above_the_error(orders, random):
-    q, u = random_starts(random)
+    q, u = random_starts(random, 21)
     ending = at_the_start(q, u)
     for order in orders:
         ends, lost, _ = ending.ends(order)
     assert not lost.any()
-    for lane in range(0, q.shape[1], 4):
-        start = {"q": tuple(q[:, lane]), "u": tuple(u[:, lane])}
-        scene = Scene(FALL.chain, **start, duration=3.0, effects=FALL.effects)
-        truth = simulate(scene, accuracy=1e-13, samples=2)
-        error = max(
-            np.abs(ends.q[:, lane] - truth.q[:, -1]).max(),
-            np.abs(ends.u[:, lane] - truth.u[:, -1]).max(),
-        )
-        bound = ends.errors[lane]
-        assert error <= bound + truth.error
-        if np.isfinite(bound):
-            # The error may be smaller at the end than it was before.
-            assert bound <= 1e4 * error + 1e-10
+    check_bounds(ends, q, u)
 
 
 def test_bits_do_not_depend_on_the_neighbours_in_lanes(random):
     q, u = random_starts(random, 3 * WIDTH)
-    # Neighbours that turn by hundreds of radians, and need ten times the steps.
-    wild_q, wild_u = q.copy(), u.copy()
-    wild_q[:, ::2] += 400.0
-    wild_u[:, ::2] *= 60.0
-    one, other = (at_the_start(*pair).ends(11)[0] for pair in ((q, u), (wild_q, wild_u)))
+    pairs = (q, u), with_wild_neighbours(q, u)
+    one, other = (at_the_start(*pair).ends(11)[0] for pair in pairs)
     order = random.permutation(q.shape[1])
     mixed = at_the_start(q[:, order], u[:, order]).ends(11)[0]
     for k in range(3):
@@ -59,7 +38,7 @@ def test_bits_do_not_depend_on_the_neighbours_in_lanes(random):
 
 
 def test_the_judge_is_the_next_run_that_is_kept(random):
-    q, u = random_starts(random)
+    q, u = random_starts(random, 21)
     again = at_the_start(q, u)
     _, _, first = again.ends(11)
     chosen = np.array([2, 3, 17])
@@ -75,7 +54,7 @@ def test_the_judge_is_the_next_run_that_is_kept(random):
 
 
 def test_runs_whose_start_or_end_is_not_finite_are_lost_alone(random):
-    q, u = random_starts(random)
+    q, u = random_starts(random, 21)
     u[0, [3, 5]] = 1e200
     q[1, 9] = np.inf
     ends, lost, _ = at_the_start(q, u).ends(11)
@@ -95,7 +74,7 @@ def test_an_error_that_is_too_large_to_be_known_is_infinite():
 
 def test_compiled_rates_that_are_not_those_of_the_formulas_are_noticed(random):
     heavier = System(FALL.moving_chain.convert(lambda x: 1.01 * float(x)), FALL.effects, ())
-    q, u = random_starts(random)
+    q, u = random_starts(random, 21)
     none = np.zeros((0, q.shape[1]))
     ending = Ending.at_the_start(SYSTEM, heavier.lanes(none, q, u, 1.0), none)
     with pytest.raises(SimulationError, match="must be those of the formulas; got others"):

@@ -2,17 +2,14 @@ import numpy as np
 import pytest
 
 from tests.ensembles.cases import starts
+from tests.ensembles.falls import DURATION, FALL, check_bounds, random_starts, with_wild_neighbours
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.compiled import LANES, System
 from twolink.ensembles.following import Follower, LostError
 from twolink.errors import SimulationError
-from twolink.scene import Scene
-from twolink.simulation import simulate
-
-FALL = Scene.load("free_fall")
 
 
-def followed(q, u, order, scene=FALL, duration=3.0, growths=None):
+def followed(q, u, order, scene=FALL, duration=DURATION, growths=None):
     """Return a follower of starts that has come to the end, and its blocks."""
     system = System(scene.moving_chain, scene.effects, ())
     none = np.zeros((0, LANES))
@@ -21,38 +18,17 @@ def followed(q, u, order, scene=FALL, duration=3.0, growths=None):
     return follower, blocks
 
 
-def random_starts(random):
-    return random.uniform(-3, 3, (2, LANES)), random.normal(size=(2, LANES))
-
-
 @pytest.mark.parametrize("order", [7, 11, 15])
 def test_the_bound_holds_and_is_not_far_above_the_error(order, random):
-    q, u = random_starts(random)
+    q, u = random_starts(random, LANES)
     follower, _ = followed(q, u, order)
-    for lane in range(0, LANES, 4):
-        start = {"q": tuple(q[:, lane]), "u": tuple(u[:, lane])}
-        scene = Scene(FALL.chain, **start, duration=3.0, effects=FALL.effects)
-        truth = simulate(scene, accuracy=1e-13, samples=2)
-        ends = follower.ends
-        error = max(
-            np.abs(ends.q[:, lane] - truth.q[:, -1]).max(),
-            np.abs(ends.u[:, lane] - truth.u[:, -1]).max(),
-        )
-        bound = ends.errors[lane]
-        assert error <= bound + truth.error
-        if np.isfinite(bound):
-            # The error may be smaller at the end than it was before.
-            assert bound <= 1e4 * error + 1e-10
+    check_bounds(follower.ends, q, u)
 
 
 def test_bits_do_not_depend_on_the_neighbours_in_lanes(random):
-    q, u = random_starts(random)
-    # Neighbours that turn by hundreds of radians, and need ten times the steps.
-    wild_q, wild_u = q.copy(), u.copy()
-    wild_q[:, ::2] += 400.0
-    wild_u[:, ::2] *= 60.0
+    q, u = random_starts(random, LANES)
     one, blocks = followed(q, u, 11)
-    other, others = followed(wild_q, wild_u, 11)
+    other, others = followed(*with_wild_neighbours(q, u), 11)
     assert len(others) > len(blocks)
     assert np.array_equal(one.ends.q[:, 1::2], other.ends.q[:, 1::2])
     assert np.array_equal(one.ends.u[:, 1::2], other.ends.u[:, 1::2])
@@ -64,7 +40,7 @@ def test_bits_do_not_depend_on_the_neighbours_in_lanes(random):
 
 
 def test_steps_join_and_end_at_the_duration(random):
-    _, blocks = followed(*random_starts(random), 11, duration=20.0)
+    _, blocks = followed(*random_starts(random, LANES), 11, duration=20.0)
     starts_of, lengths = (np.concatenate([block[k] for block in blocks]) for k in (0, 1))
     assert len(blocks) > 1
     assert (starts_of[0] == 0).all()
@@ -74,7 +50,7 @@ def test_steps_join_and_end_at_the_duration(random):
 
 
 def test_given_error_growths_enlarge_the_bound(random):
-    q, u = random_starts(random)
+    q, u = random_starts(random, LANES)
     without, _ = followed(q, u, 15)
     grown = np.full_like(without.growths, 1e9)
     with_growths, _ = followed(q, u, 15, growths=grown)
@@ -92,7 +68,7 @@ def test_an_error_that_is_too_large_to_be_known_is_infinite():
 
 
 def test_lanes_whose_start_is_not_finite_are_named(random):
-    q, u = random_starts(random)
+    q, u = random_starts(random, LANES)
     u[0, [3, 5]] = 1e200
     with pytest.raises(LostError) as caught:
         followed(q, u, 11)
@@ -103,7 +79,7 @@ def test_compiled_rates_that_are_not_those_of_the_formulas_are_noticed(random, m
     system = System(FALL.moving_chain, FALL.effects, ())
     none = np.zeros((0, LANES))
     heavier = System(FALL.moving_chain.convert(lambda x: 1.01 * float(x)), FALL.effects, ())
-    lanes = heavier.lanes(none, *random_starts(random), 1.0)
+    lanes = heavier.lanes(none, *random_starts(random, LANES), 1.0)
     with pytest.raises(SimulationError, match="must be those of the formulas; got others"):
         list(Follower(system, lanes, none, 11).blocks())
 
