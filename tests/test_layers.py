@@ -201,7 +201,7 @@ ROWS = {
     "twolink.viz.plots": ["style", "moments", "curves", OTHERS, "path", "kinds strip"],
     "twolink.viz.report": ["page", "conformance map scoreboard sections"],
     "twolink.cli": [
-        "limits terminal",
+        "limits options terminal",
         "program studies trajectories",
         "showing",
         OTHERS,

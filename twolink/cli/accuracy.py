@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from twolink.cli.limits import Force, limits_of
+from twolink.cli.options import Methods, SceneName
 from twolink.cli.studies import bar_of, check_budget, names_in, write_study
 from twolink.cli.terminal import check_folder, console, print_table, styled
 
@@ -17,23 +18,25 @@ if TYPE_CHECKING:
 
     from twolink.accuracy.study import Study
 
+_Engines = Annotated[
+    bool, typer.Option("--engines", help="Measure other engines too, if they are installed.")
+]
+_Budget = Annotated[
+    float | None,
+    typer.Option(help="Time (s) for the runs that are measured. Default: 15, with engines 75."),
+]
+_Out = Annotated[
+    Path | None,
+    typer.Option(help="Write accuracy.json, .csv, .svg and .png into this folder."),
+]
+
 
 def accuracy(
-    scene: Annotated[Path, typer.Argument(help="A scene: its name, or a TOML file.")],
-    methods: Annotated[
-        str, typer.Option(help="These methods alone, separated by commas. Default: all.")
-    ] = "",
-    engines: Annotated[
-        bool, typer.Option("--engines", help="Measure other engines too, if they are installed.")
-    ] = False,
-    budget: Annotated[
-        float | None,
-        typer.Option(help="Time (s) for the runs that are measured. Default: 15, with engines 75."),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Write accuracy.json, .csv, .svg and .png into this folder."),
-    ] = None,
+    scene: SceneName,
+    methods: Methods = "",
+    engines: _Engines = False,
+    budget: _Budget = None,
+    out: _Out = None,
     force: Force = False,
 ) -> None:
     """Measure the cost of accuracy in time, and recommend a method.

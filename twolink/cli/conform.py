@@ -32,45 +32,55 @@ _SHOWN = 3
 
 _GIGABYTE = 2**30
 
+_Engine = Annotated[
+    str,
+    typer.Argument(
+        help="A registered name, 'module:object', 'cmd: COMMAND' of a program, or fmu:FILE."
+    ),
+]
+_Suite = Annotated[
+    list[str] | None,
+    typer.Option(help="Only this suite (repeatable). Default: all but hardcases and verify."),
+]
+_Seconds = Annotated[
+    float, typer.Option(help="Time limit of each answer, with the start of the engine.")
+]
+_Memory = Annotated[float, typer.Option(help="Memory limit of the engine, in GB.")]
+_Check = Annotated[
+    bool,
+    typer.Option(
+        "--check-harness",
+        help="Only check, message by message, that the engine keeps to the protocol.",
+    ),
+]
+_Expect = Annotated[
+    Path | None, typer.Option(help="A TOML file of known failures, which must fail.")
+]
+_JsonFile = Annotated[
+    Path | None, typer.Option("--json", help="Write the report to this file as JSON.")
+]
+_JunitFile = Annotated[
+    Path | None, typer.Option("--junit", help="Write the report to this file as JUnit XML.")
+]
+_Plot = Annotated[
+    Path | None,
+    typer.Option(
+        help="Plot the errors of motions against steps and tolerances into this"
+        f" {either(PLOTS)} file."
+    ),
+]
+
 
 def conform(
-    engine: Annotated[
-        str,
-        typer.Argument(
-            help="A registered name, 'module:object', 'cmd: COMMAND' of a program, or fmu:FILE."
-        ),
-    ],
-    suite: Annotated[
-        list[str] | None,
-        typer.Option(help="Only this suite (repeatable). Default: all but hardcases and verify."),
-    ] = None,
-    seconds: Annotated[
-        float, typer.Option(help="Time limit of each answer, with the start of the engine.")
-    ] = 60.0,
-    memory: Annotated[float, typer.Option(help="Memory limit of the engine, in GB.")] = 4.0,
-    check: Annotated[
-        bool,
-        typer.Option(
-            "--check-harness",
-            help="Only check, message by message, that the engine keeps to the protocol.",
-        ),
-    ] = False,
-    expect: Annotated[
-        Path | None, typer.Option(help="A TOML file of known failures, which must fail.")
-    ] = None,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="Write the report to this file as JSON.")
-    ] = None,
-    junit_file: Annotated[
-        Path | None, typer.Option("--junit", help="Write the report to this file as JUnit XML.")
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(
-            help="Plot the errors of motions against steps and tolerances into this"
-            f" {either(PLOTS)} file."
-        ),
-    ] = None,
+    engine: _Engine,
+    suite: _Suite = None,
+    seconds: _Seconds = 60.0,
+    memory: _Memory = 4.0,
+    check: _Check = False,
+    expect: _Expect = None,
+    json_file: _JsonFile = None,
+    junit_file: _JunitFile = None,
+    plot: _Plot = None,
 ) -> None:
     """Check a dynamics engine, and name its mistakes.
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from twolink.cli.limits import Force, limits_of
+from twolink.cli.options import Methods
 from twolink.cli.studies import bar_of, names_in, write_study
 from twolink.cli.terminal import check_folder, console, print_table, styled
 
@@ -26,9 +27,7 @@ def drift(
         Path, typer.Argument(help="A scene that conserves energy: its name, or a TOML file.")
     ],
     seconds: Annotated[float, typer.Option(help="How long to follow the motion (s).")] = 1e5,
-    methods: Annotated[
-        str, typer.Option(help="These methods alone, separated by commas. Default: all.")
-    ] = "",
+    methods: Methods = "",
     out: Annotated[
         Path | None,
         typer.Option(help="Write drift.json, .csv, .svg and .png into this folder."),

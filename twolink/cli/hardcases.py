@@ -29,27 +29,31 @@ _FAIR = (
     "growth of their tolerance; --json saves their messages and calls."
 )
 
+_Case = Annotated[list[str] | None, typer.Option("--case", help="Run only this case (repeatable).")]
+_Engine = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--engine",
+        help="Run only this column: momenta, lagrange, kane, or an engine by the beginning of "
+        "its name (repeatable). Default: all that are installed.",
+    ),
+]
+_Ours = Annotated[bool, typer.Option("--ours", help="Only the columns of this library.")]
+_Explain = Annotated[
+    str | None,
+    typer.Option("--explain", help="Print a description of this case, in Markdown; or 'all'."),
+]
+_JsonFile = Annotated[
+    Path | None, typer.Option("--json", help="Write the scoreboard to this file as JSON.")
+]
+
 
 def hardcases(
-    case: Annotated[
-        list[str] | None, typer.Option("--case", help="Run only this case (repeatable).")
-    ] = None,
-    engine: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--engine",
-            help="Run only this column: momenta, lagrange, kane, or an engine by the beginning of "
-            "its name (repeatable). Default: all that are installed.",
-        ),
-    ] = None,
-    ours: Annotated[bool, typer.Option("--ours", help="Only the columns of this library.")] = False,
-    explain: Annotated[
-        str | None,
-        typer.Option("--explain", help="Print a description of this case, in Markdown; or 'all'."),
-    ] = None,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="Write the scoreboard to this file as JSON.")
-    ] = None,
+    case: _Case = None,
+    engine: _Engine = None,
+    ours: _Ours = False,
+    explain: _Explain = None,
+    json_file: _JsonFile = None,
 ) -> None:
     """Run the hard cases on this library and on external engines.
 

@@ -26,37 +26,44 @@ if TYPE_CHECKING:
 OF_MOTION = ("angles", "phase", "path", "energy", "reactions", "contact")
 KINDS = (*OF_MOTION, "difference", "verification", "all")
 
+_Source = Annotated[
+    Path,
+    typer.Argument(
+        metavar="SCENE|TRAJECTORY",
+        help="A scene (its name or TOML file), or a trajectory that `twolink simulate --out` "
+        "wrote; a URDF for --kind verification.",
+    ),
+]
+_Kind = Annotated[str, typer.Option(help=f"Kind of plot: {', '.join(KINDS)}.")]
+_Out = Annotated[
+    Path,
+    typer.Option(help=f"The {either(PLOTS)} file to write; with --kind all NAME-angles.svg, …"),
+]
+_Others = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--with",
+        help="Another scene or trajectory in the same plot (repeatable); for --kind "
+        "difference exactly one.",
+    ),
+]
+_Theme = Annotated[str, typer.Option(help="light or dark.")]
+_Samples = Annotated[
+    int, typer.Option(help="How many evenly spaced samples a scene is simulated at.")
+]
+_States = Annotated[int, typer.Option(help="How many random states a verification compares at.")]
+_Seed = Annotated[int, typer.Option(help="Seed of these states.")]
+
 
 def plot(
-    source: Annotated[
-        Path,
-        typer.Argument(
-            metavar="SCENE|TRAJECTORY",
-            help="A scene (its name or TOML file), or a trajectory that `twolink simulate --out` "
-            "wrote; a URDF for --kind verification.",
-        ),
-    ],
-    kind: Annotated[str, typer.Option(help=f"Kind of plot: {', '.join(KINDS)}.")],
-    out: Annotated[
-        Path,
-        typer.Option(help=f"The {either(PLOTS)} file to write; with --kind all NAME-angles.svg, …"),
-    ],
-    others: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--with",
-            help="Another scene or trajectory in the same plot (repeatable); for --kind "
-            "difference exactly one.",
-        ),
-    ] = None,
-    theme: Annotated[str, typer.Option(help="light or dark.")] = "light",
-    samples: Annotated[
-        int, typer.Option(help="How many evenly spaced samples a scene is simulated at.")
-    ] = 2001,
-    states: Annotated[
-        int, typer.Option(help="How many random states a verification compares at.")
-    ] = 10_000,
-    seed: Annotated[int, typer.Option(help="Seed of these states.")] = 1,
+    source: _Source,
+    kind: _Kind,
+    out: _Out,
+    others: _Others = None,
+    theme: _Theme = "light",
+    samples: _Samples = 2001,
+    states: _States = 10_000,
+    seed: _Seed = 1,
     force: Force = False,
 ) -> None:
     """Plot a motion, its energy and contacts, or a verification.

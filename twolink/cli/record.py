@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -14,28 +16,32 @@ from twolink.cli.showing import (
     Motion,
     Nearby,
     OwnGeometry,
+    Speed,
     Surroundings,
     film_of,
 )
 from twolink.cli.terminal import check_target, progress_bar, refuse, say
 from twolink.text import quoted
 
+_Out = Annotated[Path, typer.Option(help="The .mp4, .webm, .gif, .png or .html file to write.")]
+_Fps = Annotated[
+    float | None, typer.Option(help="Frames per second. Default: 30, and 25 in a .gif.")
+]
+_Size = Annotated[str, typer.Option(help="Width and height in pixels.")]
+_At = Annotated[float | None, typer.Option(help="The time of a .png (s). Default: the end.")]
+
 
 def record(
     motion: Motion,
-    out: Annotated[Path, typer.Option(help="The .mp4, .webm, .gif, .png or .html file to write.")],
-    fps: Annotated[
-        float | None, typer.Option(help="Frames per second. Default: 30, and 25 in a .gif.")
-    ] = None,
-    size: Annotated[str, typer.Option(help="Width and height in pixels.")] = "1280x720",
-    speed: Annotated[float, typer.Option(help="Playback speed; 0.5 is slow motion.")] = 1.0,
+    out: _Out,
+    fps: _Fps = None,
+    size: _Size = "1280x720",
+    speed: Speed = 1.0,
     theme: Surroundings = None,
     ghost: Ghosts = None,
     nearby: Nearby = None,
     urdf: OwnGeometry = None,
-    at: Annotated[
-        float | None, typer.Option(help="The time of a .png (s). Default: the end.")
-    ] = None,
+    at: _At = None,
     force: Force = False,
 ) -> None:
     """Record a motion to a film, a picture, or a web page.
@@ -56,18 +62,24 @@ def record(
         motion, ghosts=ghost or [], nearby=nearby, urdf=urdf, fps=rate, speed=speed,
         theme=theme, force=force, frame_bytes=BYTES_OF_A_FRAME,
     )  # fmt: skip
-    with progress_bar() as bar:
-        task = bar.add_task("recording", total=float(len(STAGES)))
-
-        def report(stage: str, share: float) -> None:
-            # A bar that is full between two stages would stop its clock.
-            bar.update(
-                task, description=f"recording, {stage}", completed=STAGES.index(stage) + share
-            )
-
-        recorded(film, out, size=pixels, at=at, follows=theme is None, progress=report)
+    with _bar(STAGES) as progress:
+        recorded(film, out, size=pixels, at=at, follows=theme is None, progress=progress)
     frames = "" if out.suffix == ".png" else f"{len(film.times)} frames, "
     say(f"{out}: {frames}{out.stat().st_size / 1e6:.2g} MB")
+
+
+@contextmanager
+def _bar(stages: Sequence[str]) -> Iterator[Callable[[str, float], None]]:
+    """Show a progress bar; yield a callback that takes a stage and its completed share."""
+    with progress_bar() as bar:
+        task = bar.add_task("recording", total=float(len(stages)))
+
+        def progress(stage: str, share: float) -> None:
+            # A bar that is full between two stages would stop its clock.
+            done = stages.index(stage) + share
+            bar.update(task, description=f"recording, {stage}", completed=done)
+
+        yield progress
 
 
 def _size(text: str) -> tuple[int, int]:

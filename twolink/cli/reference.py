@@ -37,28 +37,31 @@ _KINDS = (".json", ".csv")
 # Digits that are computed, and that are proven, unless others are asked for.
 _COMPUTED, _PROVEN = 60, 30
 
+_Scenes = Annotated[list[Path], typer.Argument(help="Scenes: their names, or TOML files.")]
+_Digits = Annotated[
+    int | None,
+    typer.Option(help="Right digits after the decimal point. Default: 60; 30 with --rigorous."),
+]
+_Times = Annotated[str, typer.Option(help="Times in s, separated by commas. Default: the end.")]
+_Fifths = Annotated[bool, typer.Option("--fifths", help="Take the times at each fifth of the run.")]
+_Rigorous = Annotated[
+    bool, typer.Option("--rigorous", help="Prove intervals that contain the motion.")
+]
+_Out = Annotated[
+    Path | None,
+    typer.Option(
+        help="Write a .json or .csv file; for several scenes a folder, in which each has both."
+    ),
+]
+
 
 def reference(
-    scenes: Annotated[list[Path], typer.Argument(help="Scenes: their names, or TOML files.")],
-    digits: Annotated[
-        int | None,
-        typer.Option(help="Right digits after the decimal point. Default: 60; 30 with --rigorous."),
-    ] = None,
-    times: Annotated[
-        str, typer.Option(help="Times in s, separated by commas. Default: the end.")
-    ] = "",
-    fifths: Annotated[
-        bool, typer.Option("--fifths", help="Take the times at each fifth of the run.")
-    ] = False,
-    rigorous: Annotated[
-        bool, typer.Option("--rigorous", help="Prove intervals that contain the motion.")
-    ] = False,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            help="Write a .json or .csv file; for several scenes a folder, in which each has both."
-        ),
-    ] = None,
+    scenes: _Scenes,
+    digits: _Digits = None,
+    times: _Times = "",
+    fifths: _Fifths = False,
+    rigorous: _Rigorous = False,
+    out: _Out = None,
     force: Force = False,
 ) -> None:
     """Compute a motion to many digits, verified by a second run.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Protocol
 import typer
 
 from twolink.cli.limits import Force, limits_of
+from twolink.cli.options import Samples
 from twolink.cli.studies import bar_of
 from twolink.cli.terminal import (
     FAILED,
@@ -29,42 +30,46 @@ if TYPE_CHECKING:
 
 _KINDS = (".json", ".csv")
 
+_Scene = Annotated[Path, typer.Argument(help="A smooth scene: its name, or a TOML file.")]
+_By = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="A parameter, as in sweep files: start.q.0 or q1, chain.mass.1 or m2, "
+        "effects.gravity.g or g. May be repeated."
+    ),
+]
+_Deviation = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=NUMBER",
+        help="The standard deviation of a parameter, to print that of the motion. May be repeated.",
+    ),
+]
+_Lyapunov = Annotated[
+    float | None,
+    typer.Option(
+        metavar="SECONDS",
+        help="Print the Lyapunov exponents over this time instead of derivatives.",
+    ),
+]
+_Accuracy = Annotated[
+    float | None,
+    typer.Option(
+        help="Error allowed in q (rad) and u (rad/s), and in derivatives as a share of the "
+        "largest. Default: the scene's."
+    ),
+]
+_Out = Annotated[Path | None, typer.Option(help="Write the result to this .json or .csv file.")]
+
 
 def sensitivity(
-    scene: Annotated[Path, typer.Argument(help="A smooth scene: its name, or a TOML file.")],
-    by: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="A parameter, as in sweep files: start.q.0 or q1, chain.mass.1 or m2, "
-            "effects.gravity.g or g. May be repeated."
-        ),
-    ] = None,
-    deviation: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=NUMBER",
-            help="The standard deviation of a parameter, to print that of the motion. May be "
-            "repeated.",
-        ),
-    ] = None,
-    lyapunov: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SECONDS",
-            help="Print the Lyapunov exponents over this time instead of derivatives.",
-        ),
-    ] = None,
-    accuracy: Annotated[
-        float | None,
-        typer.Option(
-            help="Error allowed in q (rad) and u (rad/s), and in derivatives as a share of the "
-            "largest. Default: the scene's."
-        ),
-    ] = None,
-    samples: Annotated[int, typer.Option(help="How many evenly spaced samples to keep.")] = 501,
-    out: Annotated[
-        Path | None, typer.Option(help="Write the result to this .json or .csv file.")
-    ] = None,
+    scene: _Scene,
+    by: _By = None,
+    deviation: _Deviation = None,
+    lyapunov: _Lyapunov = None,
+    accuracy: _Accuracy = None,
+    samples: Samples = 501,
+    out: _Out = None,
     force: Force = False,
 ) -> None:
     """Differentiate a smooth motion by its start and parameters.

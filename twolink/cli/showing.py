@@ -45,6 +45,7 @@ Nearby = Annotated[
 OwnGeometry = Annotated[
     Path | None, typer.Option(help="Show this URDF's own geometry. Default: the scene's.")
 ]
+Speed = Annotated[float, typer.Option(help="Playback speed; 0.5 is slow motion.")]
 
 _PINOCCHIO = "pinocchio"
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from twolink.cli.limits import Force, limits_of
+from twolink.cli.options import Samples, SceneName
 from twolink.cli.terminal import FAILED, check_target, console, print_table, progress_bar
 from twolink.cli.trajectories import simulated
 from twolink.suffixes import TRAJECTORIES
@@ -24,30 +25,34 @@ if TYPE_CHECKING:
 # More lines of a log than these are not read.
 _LOG_LINES = 40
 
+_Accuracy = Annotated[
+    float | None,
+    typer.Option(help="Global error allowed in q (rad) and u (rad/s). Default: the scene's."),
+]
+_Method = Annotated[str | None, typer.Option(help="Integration method. Default: the scene's.")]
+_Formulation = Annotated[
+    str, typer.Option(help="Variables and equations: momenta, lagrange or kane.")
+]
+_Out = Annotated[
+    Path | None,
+    typer.Option(help=f"Write the trajectory to this {either(TRAJECTORIES)} file."),
+]
+_EffectsCost = Annotated[
+    bool,
+    typer.Option(
+        "--effects-cost", help="Print the cost of each effect in a step, and nothing else."
+    ),
+]
+
 
 def simulate(
-    scene: Annotated[Path, typer.Argument(help="A scene: its name, or a TOML file.")],
-    accuracy: Annotated[
-        float | None,
-        typer.Option(help="Global error allowed in q (rad) and u (rad/s). Default: the scene's."),
-    ] = None,
-    method: Annotated[
-        str | None, typer.Option(help="Integration method. Default: the scene's.")
-    ] = None,
-    formulation: Annotated[
-        str, typer.Option(help="Variables and equations: momenta, lagrange or kane.")
-    ] = "momenta",
-    samples: Annotated[int, typer.Option(help="How many evenly spaced samples to keep.")] = 501,
-    out: Annotated[
-        Path | None,
-        typer.Option(help=f"Write the trajectory to this {either(TRAJECTORIES)} file."),
-    ] = None,
-    effects_cost: Annotated[
-        bool,
-        typer.Option(
-            "--effects-cost", help="Print the cost of each effect in a step, and nothing else."
-        ),
-    ] = False,
+    scene: SceneName,
+    accuracy: _Accuracy = None,
+    method: _Method = None,
+    formulation: _Formulation = "momenta",
+    samples: Samples = 501,
+    out: _Out = None,
+    effects_cost: _EffectsCost = False,
     force: Force = False,
 ) -> None:
     """Simulate a scene to a measured accuracy.
@@ -64,10 +69,10 @@ def simulate(
 
     if out is not None:
         check_kind(out)
-    if effects_cost:
-        _print_effects_cost(Scene.load(scene), equations_named(formulation), limits_of(force))
-        return
     loaded = Scene.load(scene)
+    if effects_cost:
+        _print_effects_cost(loaded, equations_named(formulation), limits_of(force))
+        return
     options = RunOptions(
         accuracy=accuracy,
         method=None if method is None else method_named(method),

@@ -42,41 +42,49 @@ def _print_schema(asked: bool) -> None:
         raise typer.Exit()
 
 
+_File = Annotated[
+    Path, typer.Argument(metavar="SWEEP", help="A sweep: a TOML file of a scene and axes.")
+]
+_Out = Annotated[
+    Path,
+    typer.Option(help=f"The folder of the results, a {_SUFFIX} store; begun or continued."),
+]
+_Workers = Annotated[
+    int | None, typer.Option(help="How many processes to use. Default: one for each core.")
+]
+_Dask = Annotated[
+    str | None,
+    typer.Option(
+        help="Use a Dask cluster: the address of its scheduler, such as tcp://host:8786, or "
+        "local for one on this machine."
+    ),
+]
+_Plot = Annotated[
+    Path | None,
+    typer.Option(
+        help=f"Draw the first times of a condition to this {either(MAPS)} file: over two axes "
+        "a map, otherwise their distribution. A page (.html) shows the motion of a pixel."
+    ),
+]
+_Schema = Annotated[
+    bool,
+    typer.Option(
+        "--schema",
+        callback=_print_schema,
+        is_eager=True,
+        help="Print the JSON schema of sweep files, for editors, and exit.",
+    ),
+]
+
+
 def sweep(
-    file: Annotated[
-        Path, typer.Argument(metavar="SWEEP", help="A sweep: a TOML file of a scene and axes.")
-    ],
-    out: Annotated[
-        Path,
-        typer.Option(help=f"The folder of the results, a {_SUFFIX} store; begun or continued."),
-    ],
-    workers: Annotated[
-        int | None, typer.Option(help="How many processes to use. Default: one for each core.")
-    ] = None,
-    dask: Annotated[
-        str | None,
-        typer.Option(
-            help="Use a Dask cluster: the address of its scheduler, such as tcp://host:8786, or "
-            "local for one on this machine."
-        ),
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(
-            help=f"Draw the first times of a condition to this {either(MAPS)} file: over two axes "
-            "a map, otherwise their distribution. A page (.html) shows the motion of a pixel."
-        ),
-    ] = None,
+    file: _File,
+    out: _Out,
+    workers: _Workers = None,
+    dask: _Dask = None,
+    plot: _Plot = None,
     force: Force = False,
-    schema: Annotated[
-        bool,
-        typer.Option(
-            "--schema",
-            callback=_print_schema,
-            is_eager=True,
-            help="Print the JSON schema of sweep files, for editors, and exit.",
-        ),
-    ] = False,
+    schema: _Schema = False,
 ) -> None:
     """Run many variants of a scene, into one store of results.
 

@@ -24,30 +24,36 @@ from twolink.text import choice
 if TYPE_CHECKING:
     from twolink.verification import Verdict
 
+_Urdf = Annotated[
+    Path | None,
+    typer.Option(help="A URDF of a planar two-link chain. Default: the shipped chain."),
+]
+_States = Annotated[int, typer.Option(help="How many random states to compare at.")]
+_Seed = Annotated[int, typer.Option(help="Seed of the random states.")]
+_Formulation = Annotated[
+    str | None, typer.Option(help="Check this one alone: kane or lagrange. Default: both.")
+]
+_Tip = Annotated[str | None, typer.Option(help="The URDF's link to take as the free end D.")]
+_Contact = Annotated[
+    bool,
+    typer.Option(
+        "--contact",
+        help="Compare contact at D instead: impacts, constraint forces, a given force.",
+    ),
+]
+_JsonFile = Annotated[
+    Path | None, typer.Option("--json", help="Write the verdict to this file as JSON.")
+]
+
 
 def verify(
-    urdf: Annotated[
-        Path | None,
-        typer.Option(help="A URDF of a planar two-link chain. Default: the shipped chain."),
-    ] = None,
-    states: Annotated[int, typer.Option(help="How many random states to compare at.")] = 10_000,
-    seed: Annotated[int, typer.Option(help="Seed of the random states.")] = 1,
-    formulation: Annotated[
-        str | None, typer.Option(help="Check this one alone: kane or lagrange. Default: both.")
-    ] = None,
-    tip: Annotated[
-        str | None, typer.Option(help="The URDF's link to take as the free end D.")
-    ] = None,
-    contact: Annotated[
-        bool,
-        typer.Option(
-            "--contact",
-            help="Compare contact at D instead: impacts, constraint forces, a given force.",
-        ),
-    ] = False,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="Write the verdict to this file as JSON.")
-    ] = None,
+    urdf: _Urdf = None,
+    states: _States = 10_000,
+    seed: _Seed = 1,
+    formulation: _Formulation = None,
+    tip: _Tip = None,
+    contact: _Contact = False,
+    json_file: _JsonFile = None,
     force: Force = False,
 ) -> None:
     """Check Kane's and Lagrange's equations against Pinocchio.

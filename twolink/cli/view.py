@@ -13,6 +13,7 @@ from twolink.cli.showing import (
     Motion,
     Nearby,
     OwnGeometry,
+    Speed,
     Surroundings,
     film_of,
 )
@@ -32,7 +33,7 @@ def view(
     ghost: Ghosts = None,
     nearby: Nearby = None,
     urdf: OwnGeometry = None,
-    speed: Annotated[float, typer.Option(help="Playback speed; 0.5 is slow motion.")] = 1.0,
+    speed: Speed = 1.0,
     theme: Surroundings = None,
     browser: Annotated[
         bool, typer.Option(help="Open the page in your browser, and not only print its address.")
