@@ -32,8 +32,8 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.surface import Surface
 from twolink.errors import SimulationError
-from twolink.formulations import EquationsName
 from twolink.integration.precisions import PrecisionName
+from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid import flow, run

@@ -22,8 +22,8 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.engines.registry import SIMULATORS, by_name
-from twolink.formulations import EquationsName
 from twolink.integration.precisions import PRECISIONS
+from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.smooth.equations import EQUATIONS

@@ -8,13 +8,14 @@ import pytest
 
 from tests.verification.chains import GENERAL
 from twolink import kane, lagrange
-from twolink.formulations import FORMULATIONS, EquationsOfMotion, FormulationName
+from twolink.formulations import FORMULATIONS, EquationsOfMotion
 from twolink.loads import Force
+from twolink.names import FORMULATION_NAMES, FormulationName
 
 
 def test_both_formulations_are_registered_by_name():
     assert [f.equations for f in FORMULATIONS.values()] == [kane, lagrange]
-    assert typing.get_args(FormulationName) == tuple(FORMULATIONS)
+    assert typing.get_args(FormulationName) == tuple(FORMULATIONS) == FORMULATION_NAMES
 
 
 def test_every_function_of_the_contract_is_there():

@@ -15,6 +15,7 @@ ROOT = Path(__file__).parent.parent
 LAYERS = [
     "twolink.text",
     "twolink.errors",
+    "twolink.names",
     "twolink.suffixes",
     "twolink.times",
     "twolink.tables",

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Protocol
 
 from twolink import kane, lagrange
 from twolink.arithmetic import Matrix, Pair, Scalar
 from twolink.chain import Chain, Point
 from twolink.loads import Loads
+from twolink.names import FormulationName
 
 
 class EquationsOfMotion(Protocol):
@@ -48,12 +49,6 @@ class EquationsOfMotion(Protocol):
 
     def kinetic_energy(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
         """Return T (J)."""
-
-
-FormulationName = Literal["kane", "lagrange"]
-
-# Momenta are other variables of Lagrange's equations, for simulation (`EQUATIONS`).
-EquationsName = FormulationName | Literal["momenta"]
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,10 @@ import typer
 from typer.testing import CliRunner
 
 from twolink.cli import app
+from twolink.formulations import FORMULATIONS
+from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.viz.encoding import _VIDEO
+from twolink.viz.themes import THEMES
 
 
 @pytest.mark.parametrize("words", [[], ["urdf"]], ids=["twolink", "twolink urdf"])
@@ -19,3 +23,21 @@ def test_every_command_has_a_line():
     group = typer.main.get_command(app)
     for name, command in group.commands.items():
         assert command.get_short_help_str(63), name
+
+
+@pytest.mark.parametrize("words", ["simulate", "hardcases", "view", "record"])
+def test_equations_are_named_as_options_take_them(words):
+    shown = CliRunner().invoke(app, [words, "--help"], terminal_width=80).stdout
+    assert ", ".join([*EQUATIONS][:2]) in " ".join(shown.split())
+    for name in EQUATIONS:
+        assert name in shown
+
+
+def test_files_and_formulations_are_named_as_options_take_them():
+    for words, names in (
+        ("record", (*_VIDEO, ".png", ".html")),
+        ("plot", THEMES),
+        ("verify", FORMULATIONS),
+    ):
+        shown = CliRunner().invoke(app, [words, "--help"], terminal_width=80).stdout
+        assert f"{', '.join([*names][:-1])} or {[*names][-1]}" in " ".join(shown.split())

@@ -10,11 +10,11 @@ from typing import Any
 from numpy.typing import NDArray
 
 from twolink.errors import SimulationError
-from twolink.formulations import EquationsName, FormulationName
 from twolink.integration.method import Parameter
 from twolink.integration.methods import NUMERIC_METHODS, NumericName
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import UNLIMITED, Limits
+from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.motion import has_modes, motion_run

@@ -9,7 +9,7 @@ from typing import Any
 
 from twolink.chain import Chain
 from twolink.errors import SimulationError
-from twolink.formulations import EquationsName
+from twolink.names import EquationsName
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS, Equations

@@ -19,10 +19,10 @@ from twolink.accuracy.multiprecision import precise_motion
 from twolink.effects import discontinuities
 from twolink.environment import package_versions
 from twolink.errors import SimulationError
-from twolink.formulations import EquationsName
 from twolink.inputs import as_count, as_times
 from twolink.interruptible import side_by_side
 from twolink.limits import DEFAULT_LIMITS, Limits
+from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.motion import check_run, has_modes, motion_run
 

@@ -17,6 +17,7 @@ from twolink.cli.terminal import (
     refuse,
     write_json,
 )
+from twolink.names import EQUATIONS_NAMES
 
 if TYPE_CHECKING:
     from twolink.hardcases import Case, Column, Outcome
@@ -34,8 +35,8 @@ _Engine = Annotated[
     list[str] | None,
     typer.Option(
         "--engine",
-        help="Run only this column: momenta, lagrange, kane, or an engine by the beginning of "
-        "its name (repeatable). Default: all that are installed.",
+        help=f"Run only this column: {', '.join(EQUATIONS_NAMES)}, or an engine by the beginning "
+        "of its name (repeatable). Default: all that are installed.",
     ),
 ]
 _Ours = Annotated[bool, typer.Option("--ours", help="Only the columns of this library.")]

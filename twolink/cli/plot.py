@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from twolink.cli.limits import Force, limits_of
+from twolink.cli.showing import ThemeName
 from twolink.cli.terminal import FAILED, check_target, progress_bar, refuse, say, warn
 from twolink.cli.trajectories import trajectory_of
 from twolink.errors import ParameterError
@@ -47,7 +48,7 @@ _Others = Annotated[
         "difference exactly one.",
     ),
 ]
-_Theme = Annotated[str, typer.Option(help="light or dark.")]
+_Theme = Annotated[str, typer.Option(help=f"{either(list(ThemeName))}.")]
 _Samples = Annotated[
     int, typer.Option(help="How many evenly spaced samples a scene is simulated at.")
 ]

@@ -21,9 +21,10 @@ from twolink.cli.showing import (
     film_of,
 )
 from twolink.cli.terminal import check_target, progress_bar, refuse, say
-from twolink.text import quoted
+from twolink.suffixes import RECORDINGS
+from twolink.text import either, quoted
 
-_Out = Annotated[Path, typer.Option(help="The .mp4, .webm, .gif, .png or .html file to write.")]
+_Out = Annotated[Path, typer.Option(help=f"The {either(RECORDINGS)} file to write.")]
 _Fps = Annotated[
     float | None, typer.Option(help="Frames per second. Default: 30, and 25 in a .gif.")
 ]
@@ -50,10 +51,10 @@ def record(
     none. A film is decoded again and checked. Exit code 0: the file was written. 1: browser or
     encoder failed. 2: the input was refused.
     """
-    from twolink.viz.recording import KINDS, STAGES, check_recording
+    from twolink.viz.recording import STAGES, check_recording
     from twolink.viz.recording import record as recorded
 
-    check_target("--out", out, KINDS)
+    check_target("--out", out, RECORDINGS)
     rate = (25.0 if out.suffix == ".gif" else 30.0) if fps is None else fps
     pixels = _size(size)
     # Missing programs and invalid options are reported before anything is simulated.

@@ -24,7 +24,8 @@ from twolink.cli.terminal import (
     write_json,
 )
 from twolink.files import atomic_write, new_folder
-from twolink.text import quoted
+from twolink.suffixes import RESULTS
+from twolink.text import either, quoted
 
 if TYPE_CHECKING:
     from twolink.accuracy.enclosed_impact import EnclosedImpact
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from twolink.accuracy.reference import Reference
     from twolink.scene import Scene
 
-_KINDS = (".json", ".csv")
 
 # Digits that are computed, and that are proven, unless others are asked for.
 _COMPUTED, _PROVEN = 60, 30
@@ -50,7 +50,7 @@ _Rigorous = Annotated[
 _Out = Annotated[
     Path | None,
     typer.Option(
-        help="Write a .json or .csv file; for several scenes a folder, in which each has both."
+        help=f"Write a {either(RESULTS)} file; for several scenes a folder, in which each has both."
     ),
 ]
 
@@ -76,7 +76,7 @@ def reference(
     if several:
         check_folder("--out", out)
     else:
-        check_target("--out", out, _KINDS)
+        check_target("--out", out, RESULTS)
     asked = _Asked(digits, _times(times), fifths, several, force)
     complete = True
     for file, scene in _loaded(scenes, several and out is not None).items():
@@ -211,7 +211,7 @@ def _print_impact(number: int, impact: EnclosedImpact) -> None:
 
 def _write(found: Reference | Enclosure, out: Path, stem: str | None) -> None:
     """Write one file of the kind its name says, or both into a folder."""
-    targets = [out] if stem is None else [out / f"{stem}{kind}" for kind in _KINDS]
+    targets = [out] if stem is None else [out / f"{stem}{kind}" for kind in RESULTS]
     with nullcontext() if stem is None else new_folder(out):
         for target in targets:
             if target.suffix == ".json":

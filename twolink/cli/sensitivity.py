@@ -21,14 +21,13 @@ from twolink.cli.terminal import (
     write_json,
 )
 from twolink.files import atomic_write
-from twolink.text import quoted
+from twolink.suffixes import RESULTS
+from twolink.text import either, quoted
 
 if TYPE_CHECKING:
     from twolink.limits import Limits
     from twolink.variations.sensitivity import Sensitivity
     from twolink.variations.spectrum import Spectrum
-
-_KINDS = (".json", ".csv")
 
 _Scene = Annotated[Path, typer.Argument(help="A smooth scene: its name, or a TOML file.")]
 _By = Annotated[
@@ -59,7 +58,9 @@ _Accuracy = Annotated[
         "largest. Default: the scene's."
     ),
 ]
-_Out = Annotated[Path | None, typer.Option(help="Write the result to this .json or .csv file.")]
+_Out = Annotated[
+    Path | None, typer.Option(help=f"Write the result to this {either(RESULTS)} file.")
+]
 
 
 def sensitivity(
@@ -78,7 +79,7 @@ def sensitivity(
     code 0: the accuracy is met. 1: only up to the time that is printed. 2: the input was refused,
     as are scenes with contact or dry friction, whose motion has no derivative at events.
     """
-    check_target("--out", out, _KINDS)
+    check_target("--out", out, RESULTS)
     if lyapunov is not None:
         if by or deviation or accuracy is not None:
             refuse("--lyapunov must be given without --by, --deviation and --accuracy; got both")

@@ -13,8 +13,9 @@ import typer
 from twolink.cli.limits import limits_of
 from twolink.cli.terminal import progress_bar, refuse
 from twolink.cli.trajectories import simulated, trajectory_of
+from twolink.names import EQUATIONS_NAMES
 from twolink.suffixes import TRAJECTORIES
-from twolink.text import choice
+from twolink.text import choice, either
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from twolink.simulation import RunOptions, Trajectory
     from twolink.viz.film import Film
     from twolink.viz.run import Run
+
+_PINOCCHIO = "pinocchio"
 
 Motion = Annotated[
     Path,
@@ -35,8 +38,8 @@ Ghosts = Annotated[
     list[str] | None,
     typer.Option(
         "--ghost",
-        help="Another run beside it: a scene, a trajectory, momenta, lagrange, kane or "
-        "pinocchio. May be given several times.",
+        help="Another run beside it: a scene, a trajectory, "
+        f"{either((*EQUATIONS_NAMES, _PINOCCHIO))}. May be given several times.",
     ),
 ]
 Nearby = Annotated[
@@ -46,8 +49,6 @@ OwnGeometry = Annotated[
     Path | None, typer.Option(help="Show this URDF's own geometry. Default: the scene's.")
 ]
 Speed = Annotated[float, typer.Option(help="Playback speed; 0.5 is slow motion.")]
-
-_PINOCCHIO = "pinocchio"
 
 # The tolerance of SciPy's steps where Pinocchio moves the chain: near the finest it accepts.
 _ENGINE_TOLERANCE = 1e-13
@@ -130,10 +131,10 @@ def check_frames(
 def _ghost(ghost: str, first: Trajectory, step: float, bar: Progress, options: RunOptions) -> Run:
     """Return the run that a word or a file names."""
     from twolink.scene import scene_file
-    from twolink.simulation.smooth.equations import EQUATIONS, equations_named
+    from twolink.simulation.smooth.equations import equations_named
     from twolink.viz.run import Run
 
-    if ghost in EQUATIONS:
+    if ghost in EQUATIONS_NAMES:
         own = replace(options, formulation=equations_named(ghost))
         return Run(ghost, simulated(first.scene, own, bar, f"simulating {ghost}"))
     if ghost == _PINOCCHIO:
@@ -145,7 +146,7 @@ def _ghost(ghost: str, first: Trajectory, step: float, bar: Progress, options: R
             choice(
                 "--ghost, unless it is the path of a scene or a trajectory,",
                 ghost,
-                (*EQUATIONS, _PINOCCHIO),
+                (*EQUATIONS_NAMES, _PINOCCHIO),
             )
         )
     return Run(file.stem, trajectory_of(file, options, bar))

@@ -11,14 +11,15 @@ from twolink.cli.limits import Force, limits_of
 from twolink.cli.options import Samples, SceneName
 from twolink.cli.terminal import FAILED, check_target, console, print_table, progress_bar
 from twolink.cli.trajectories import simulated
+from twolink.names import EQUATIONS_NAMES
 from twolink.suffixes import TRAJECTORIES
 from twolink.text import either
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from twolink.formulations import EquationsName
     from twolink.limits import Limits
+    from twolink.names import EquationsName
     from twolink.scene import Scene
     from twolink.simulation import Trajectory
 
@@ -31,7 +32,7 @@ _Accuracy = Annotated[
 ]
 _Method = Annotated[str | None, typer.Option(help="Integration method. Default: the scene's.")]
 _Formulation = Annotated[
-    str, typer.Option(help="Variables and equations: momenta, lagrange or kane.")
+    str, typer.Option(help=f"Variables and equations: {either(EQUATIONS_NAMES)}.")
 ]
 _Out = Annotated[
     Path | None,

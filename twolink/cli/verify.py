@@ -19,7 +19,8 @@ from twolink.cli.terminal import (
     refuse,
     write_json,
 )
-from twolink.text import choice
+from twolink.names import FORMULATION_NAMES
+from twolink.text import choice, either
 
 if TYPE_CHECKING:
     from twolink.verification import Verdict
@@ -31,7 +32,8 @@ _Urdf = Annotated[
 _States = Annotated[int, typer.Option(help="How many random states to compare at.")]
 _Seed = Annotated[int, typer.Option(help="Seed of the random states.")]
 _Formulation = Annotated[
-    str | None, typer.Option(help="Check this one alone: kane or lagrange. Default: both.")
+    str | None,
+    typer.Option(help=f"Check this one alone: {either(FORMULATION_NAMES)}. Default: all."),
 ]
 _Tip = Annotated[str | None, typer.Option(help="The URDF's link to take as the free end D.")]
 _Contact = Annotated[

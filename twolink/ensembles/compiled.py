@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from twolink.ensembles.blocks import Lanes
 from twolink.ensembles.numbers import numbers_in, with_numbers
 from twolink.errors import SimulationError, TwolinkError
-from twolink.formulations import EquationsName
 from twolink.integration.precisions import PRECISIONS
+from twolink.names import EquationsName
 from twolink.optional import heyoka
 from twolink.simulation.pool import IntegratorPool
 from twolink.simulation.smooth.equations import EQUATIONS

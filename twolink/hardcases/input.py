@@ -16,10 +16,10 @@ from twolink.effects.gravity import Gravity
 from twolink.engines.child import tell
 from twolink.errors import TwolinkError
 from twolink.files import scratch_folder
-from twolink.formulations import EquationsName
 from twolink.hardcases.hostile_urdf import URDFS
 from twolink.hardcases.input_trial import InputTrial, refused
 from twolink.hardcases.record import Case
+from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.urdf import parse_planar_urdf, read_planar_urdf

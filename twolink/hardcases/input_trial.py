@@ -22,9 +22,9 @@ from twolink.engines.marks import Result
 from twolink.engines.messages import Model
 from twolink.engines.remote_engine import RemoteEngine
 from twolink.errors import EngineError, TwolinkError
-from twolink.formulations import EquationsName
 from twolink.hardcases.hostile_urdf import URDFS
 from twolink.hardcases.state_trial import accelerations, without_accelerations
+from twolink.names import EquationsName
 
 # A message may quote the received value, with this limit on its length (characters).
 _LONGEST_SENTENCE = 500

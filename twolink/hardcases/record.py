@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from twolink.engines.marks import Mark, Result
 from twolink.errors import TwolinkError
-from twolink.formulations import EquationsName
+from twolink.names import EquationsName
 
 if TYPE_CHECKING:
     from twolink.engines.contract import Engine

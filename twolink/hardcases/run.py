@@ -17,8 +17,8 @@ from twolink.engines.remote_engine import RemoteEngine
 from twolink.engines.session import Session
 from twolink.environment import package_versions, this_machine
 from twolink.errors import EngineError, TwolinkError
-from twolink.formulations import EquationsName
 from twolink.hardcases.record import Case, Column, LateError, Outcome
+from twolink.names import EquationsName
 from twolink.simulation.smooth.equations import EQUATIONS, equations_named
 
 OURS = tuple(Column(name) for name in EQUATIONS)

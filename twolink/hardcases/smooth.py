@@ -14,7 +14,6 @@ from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.engines.marks import Result
-from twolink.formulations import EquationsName
 from twolink.hardcases import exact, stored_references
 from twolink.hardcases.record import Case
 from twolink.hardcases.reference_integrator import ReferenceMotion, ReferenceStates
@@ -29,6 +28,7 @@ from twolink.hardcases.trajectory_trial import (
     near,
     near_run,
 )
+from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation import motion
 from twolink.verification.states import Array

@@ -30,8 +30,9 @@ from twolink.engines.joint_model import JOINTS
 from twolink.engines.marks import Result
 from twolink.engines.messages import Model, Parameters
 from twolink.engines.remote_engine import RemoteEngine
-from twolink.formulations import FORMULATIONS, EquationsName
+from twolink.formulations import FORMULATIONS
 from twolink.hardcases import exact
+from twolink.names import EquationsName
 from twolink.simulation.smooth.equations import MomentumEquations
 from twolink.verification.states import Array, States
 from twolink.verification.tolerance import Problem, Scale, tolerance

@@ -26,8 +26,8 @@ from twolink.engines.messages import Method, Model, Move, Moved
 from twolink.engines.remote_engine import RemoteEngine
 from twolink.engines.scenes import joint_state, parameters_of
 from twolink.errors import IntegrationError
-from twolink.formulations import EquationsName
 from twolink.hardcases.reference_integrator import ReferenceMotion, ReferenceStates
+from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
 from twolink.simulation.motion import has_modes

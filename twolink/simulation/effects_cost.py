@@ -6,8 +6,8 @@ import statistics
 from dataclasses import dataclass, replace
 
 from twolink.effects import names_of
-from twolink.formulations import EquationsName
 from twolink.limits import DEFAULT_LIMITS, Limits
+from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.motion import check_run, motion_run
 from twolink.simulation.smooth.taylor import default_longest_step

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 from twolink.effects import contact_elements, discontinuities
-from twolink.formulations import EquationsName
 from twolink.inputs import check_callback, check_instance
 from twolink.integration.precisions import PrecisionName
 from twolink.limits import UNLIMITED, Limits
+from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.taylor import taylor_run

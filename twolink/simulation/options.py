@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from twolink.errors import SimulationError
-from twolink.formulations import EquationsName
 from twolink.inputs import (
     as_count,
     as_number,
@@ -18,6 +17,7 @@ from twolink.inputs import (
 )
 from twolink.integration.methods import MethodName, method_named
 from twolink.limits import DEFAULT_LIMITS, Limits
+from twolink.names import EquationsName
 from twolink.simulation.smooth.equations import equations_named
 
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twolink.formulations import EquationsName
 from twolink.integration.precisions import PrecisionName
+from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact
 

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from twolink.errors import SimulationError
-from twolink.formulations import EquationsName
 from twolink.inputs import check_instance
 from twolink.integration.method import Method
 from twolink.integration.methods import (
@@ -26,6 +25,7 @@ from twolink.integration.methods import (
 )
 from twolink.integration.precisions import PrecisionName
 from twolink.limits import DEFAULT_LIMITS, Limits
+from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.motion import has_events, has_modes
 from twolink.simulation.options import RunOptions

@@ -23,8 +23,8 @@ import numpy as np
 from twolink.effects import contact_elements
 from twolink.errors import FileError, SceneError, SimulationError
 from twolink.files import atomic_write, check_readable
-from twolink.formulations import FormulationName
 from twolink.integration.precisions import PRECISIONS
+from twolink.names import FormulationName
 from twolink.scene import Scene
 from twolink.simulation.formats import LARGEST_FILE, Arrays, format_of
 from twolink.simulation.hybrid.mode import Event, Impact

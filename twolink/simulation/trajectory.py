@@ -27,8 +27,8 @@ from twolink.simulation.views import Views
 from twolink.simulation.work import Work
 
 if TYPE_CHECKING:
-    from twolink.formulations import EquationsName
     from twolink.integration.precisions import PrecisionName
+    from twolink.names import EquationsName
 
 Dense = Callable[[Array, str], tuple[Any, Any]]
 

@@ -15,8 +15,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from twolink.formulations import EquationsName
 from twolink.integration.precisions import PrecisionName
+from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.smooth.measure import MARGIN_OF_LIKE_PRECISIONS, apart
 from twolink.variations.directions import Direction

@@ -18,8 +18,8 @@ from twolink.accuracy.dual import Dual
 from twolink.chain import Chain
 from twolink.ensembles.numbers import numbers_in, with_numbers
 from twolink.errors import SimulationError, TwolinkError
-from twolink.formulations import EquationsName
 from twolink.integration.precisions import PRECISIONS, Code, PrecisionName
+from twolink.names import EquationsName
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.pool import IntegratorPool

@@ -20,9 +20,10 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
 from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.errors import ParameterError
-from twolink.formulations import FORMULATIONS, Formulation, FormulationName
+from twolink.formulations import FORMULATIONS, Formulation
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.loads import Force, Loads, Torque
+from twolink.names import FormulationName
 from twolink.simulation.hybrid.dynamics import Solution, mode_solution
 from twolink.simulation.hybrid.pose import Pose
 from twolink.urdf import PlanarUrdf

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from twolink.engines.chain_engine import ChainEngine
-from twolink.formulations import FORMULATIONS, Formulation, FormulationName
+from twolink.formulations import FORMULATIONS, Formulation
 from twolink.limits import DEFAULT_LIMITS, Limits
+from twolink.names import FormulationName
 from twolink.urdf import PlanarUrdf
 from twolink.verification.states import Array
 from twolink.verification.verify import Progress, motion_plan

@@ -15,9 +15,10 @@ from twolink.engines.chain_engine import ChainEngine
 from twolink.engines.marks import excess
 from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.environment import package_versions, this_machine
-from twolink.formulations import FORMULATIONS, Formulation, FormulationName
+from twolink.formulations import FORMULATIONS, Formulation
 from twolink.inputs import as_count, check_callback, check_instance
 from twolink.limits import DEFAULT_LIMITS, Limits
+from twolink.names import FormulationName
 from twolink.urdf import PlanarUrdf, read_planar_urdf
 from twolink.verification.jointspace import (
     JointSpace,

@@ -36,8 +36,6 @@ _COLOURS = (
 # The file's unit of time (s), the largest deviation of a frame from its exact time.
 _CLOCK = {".mp4": Fraction(0), ".webm": Fraction(1, 1000), ".gif": Fraction(1, 100)}
 
-FILMS = tuple(_VIDEO)
-
 
 def ffmpeg() -> str:
     """Return the path of ffmpeg. Raises `PictureError` if imageio-ffmpeg is missing."""

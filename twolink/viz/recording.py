@@ -12,13 +12,12 @@ import numpy as np
 
 from twolink.errors import PictureError
 from twolink.files import atomic_write, scratch_folder
+from twolink.suffixes import FILMS, RECORDINGS
 from twolink.text import choice
 from twolink.viz.browser import Browser, Page, browser_program
-from twolink.viz.encoding import FILMS, check_decoded, check_film, decoded, encoder, ffmpeg
+from twolink.viz.encoding import check_decoded, check_film, decoded, encoder, ffmpeg
 from twolink.viz.film import Film
 from twolink.viz.page import player_page
-
-KINDS = (*FILMS, ".png", ".html")
 
 _LEAST, _MOST = 160, 7680
 
@@ -81,8 +80,8 @@ def record(
 
 def check_recording(file: Path, size: tuple[int, int], fps: float) -> None:
     """Raise `PictureError` for invalid formats and sizes, and for missing programs."""
-    if file.suffix not in KINDS:
-        raise PictureError(f"{file}: {choice('the suffix', file.suffix, KINDS)}")
+    if file.suffix not in RECORDINGS:
+        raise PictureError(f"{file}: {choice('the suffix', file.suffix, RECORDINGS)}")
     if not all(_LEAST <= length <= _MOST for length in size):
         raise PictureError(
             f"the size must be {_LEAST} to {_MOST} pixels each way; got {size[0]}x{size[1]}"

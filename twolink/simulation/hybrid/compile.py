@@ -25,8 +25,9 @@ from twolink.arithmetic import sqrt
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
 from twolink.effects import Effect, ParametricEffect, contact_elements
-from twolink.formulations import FORMULATIONS, FormulationName
+from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.names import FormulationName
 from twolink.optional import heyoka
 from twolink.simulation.hybrid.constraint import same_line
 from twolink.simulation.hybrid.dynamics import (

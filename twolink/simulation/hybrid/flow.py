@@ -16,8 +16,8 @@ import numpy as np
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
 from twolink.errors import IntegrationError
-from twolink.formulations import FormulationName
 from twolink.integration.precisions import PrecisionName
+from twolink.names import FormulationName
 from twolink.optional import heyoka
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.certificate import Block, Certificate, Finding

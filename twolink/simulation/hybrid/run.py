@@ -14,9 +14,10 @@ import numpy as np
 
 from twolink.effects import contact_elements, discontinuities, pieces_at
 from twolink.errors import IntegrationError
-from twolink.formulations import FORMULATIONS, EquationsName, FormulationName
+from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import UNLIMITED, Forecast, Limits
+from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.compile import safe_order

@@ -24,8 +24,8 @@ import numpy as np
 
 from twolink.chain import Chain
 from twolink.effects import Effect
-from twolink.formulations import EquationsName
 from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
 from twolink.simulation.series import powers

@@ -16,8 +16,9 @@ from twolink.arithmetic import Pair, Scalar, cos, sin
 from twolink.chain import Chain
 from twolink.effects import Effect, smooth_loads
 from twolink.errors import SimulationError
-from twolink.formulations import FORMULATIONS, EquationsName, FormulationName
+from twolink.formulations import FORMULATIONS
 from twolink.loads import Loads, Torque
+from twolink.names import EQUATIONS_NAMES, EquationsName, FormulationName
 from twolink.text import choice
 
 
@@ -124,10 +125,9 @@ def _gathered_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
 
 Equations = SpeedEquations | MomentumEquations
 
-# The first is the default, as it has the lowest measured cost (benchmarks/simulation.py).
 EQUATIONS: dict[EquationsName, Equations] = {
-    "momenta": MomentumEquations(),
-    **{name: SpeedEquations(name) for name in reversed(FORMULATIONS)},
+    name: MomentumEquations() if name == "momenta" else SpeedEquations(name)
+    for name in EQUATIONS_NAMES
 }
 """The equations by the names that options take, the cheapest first."""
 

@@ -30,8 +30,8 @@ from typing import Any
 
 import numpy as np
 
-from twolink.formulations import EquationsName
 from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.defect import StepErrors

@@ -14,10 +14,10 @@ from twolink.chain import Chain
 from twolink.compilation import Compiled
 from twolink.effects import Effect, discontinuities, pieces_at
 from twolink.errors import SimulationError
-from twolink.formulations import EquationsName
 from twolink.integration.method import Array, Rates
 from twolink.integration.methods import NUMERIC_METHODS, NumericName
 from twolink.integration.precisions import PrecisionName
+from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS
 

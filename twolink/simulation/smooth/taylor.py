@@ -18,8 +18,8 @@ import numpy as np
 from twolink.chain import Chain
 from twolink.effects import Effect, discontinuities
 from twolink.errors import IntegrationError, SimulationError
-from twolink.formulations import EquationsName
 from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.names import EquationsName
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.pool import IntegratorPool
