@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.accuracy.test_study import END
+from tests.simulation.smooth.test_taylor import KINKED
 from twolink.accuracy.multiprecision import precise_motion
 from twolink.accuracy.reference import MOST_DIGITS_WITH_EVENTS, reference
 from twolink.cli import app
@@ -212,6 +213,17 @@ def test_a_committed_reference_is_reproduced():
     state = document["states"][0]
     again = reference(scene, state["digits"], (float(state["t"]),))
     assert again.states[0] == tuple(state[name] for name in ("q1", "q2", "u1", "u2"))
+
+
+def test_a_load_that_is_not_smooth_is_one_sentence():
+    words = (
+        r"the integration failed at 0 s \(the state, a load or a derivative of a load by time is"
+    )
+    with pytest.raises(SimulationError, match=words):
+        reference(KINKED, 20)
+    motion = precise_motion(KINKED, "lagrange", 20)
+    with pytest.raises(SimulationError, match=words):
+        motion.step(motion.longest_step)
 
 
 def test_all_scenes_are_read_before_any_is_computed(tmp_path):

@@ -8,10 +8,11 @@ from math import sin as plain_sin
 import numpy as np
 import pytest
 
+from tests.effects.test_inputs_of_effects import GOOD
 from twolink import arithmetic
 from twolink.arithmetic import cos, exp, sign, sin, sqrt
 from twolink.chain import Chain
-from twolink.effects import Effect
+from twolink.effects import EFFECTS, ContactEffect, Effect, custom, effect_class
 from twolink.effects.gravity import Gravity
 from twolink.errors import ParameterError
 from twolink.kinematics import velocity
@@ -93,6 +94,21 @@ def test_loads_that_cannot_be_compiled(effect, words):
 def test_wrong_functions_of_loads_are_refused(function, words):
     with pytest.raises(ParameterError, match=words):
         replace(SCENE, effects=(Acting(function),))
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_effects_of_the_library_follow_the_rules_for_those_of_users(name):
+    effect = effect_class(name)(**GOOD[name])
+    assert custom.checked(effect, SCENE.chain) is effect
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_effects_of_the_library_are_smooth_at_rest(name):
+    """The check of their formulas does not see a kink, such as that of −c w |w| at w = 0."""
+    effect = effect_class(name)(**GOOD[name])
+    if not isinstance(effect, ContactEffect):
+        scene = Scene(SCENE.chain, (0.0, 0.0), (0.0, 0.0), 0.1, (effect,))
+        assert simulate(scene).met
 
 
 @pytest.mark.parametrize("effect", [3, "gravity", None, Gravity, object(), Acting])

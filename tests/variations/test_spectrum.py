@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from tests.ensembles.cases import UNCOUPLED
+from tests.simulation.smooth.test_taylor import ENDING
 from twolink import kane
 from twolink.chain import Chain
 from twolink.effects import Gravity, JointDamping, smooth_loads
-from twolink.errors import ParameterError, SimulationError, TooMuchError
+from twolink.errors import IntegrationError, ParameterError, SimulationError, TooMuchError
 from twolink.limits import Limits
 from twolink.scene import Scene
 from twolink.variations.spectrum import Spectrum, lyapunov
@@ -105,6 +106,14 @@ def test_what_has_no_exponents_is_refused(scene, seconds, options, error, senten
 
 
 @pytest.mark.slow
+@pytest.mark.slow
+def test_a_motion_that_ends_is_an_error_with_the_time_reached():
+    with pytest.raises(
+        IntegrationError, match=r"could not be integrated beyond 0\.19\d+ s \(the st"
+    ):
+        lyapunov(ENDING, 5.0)
+
+
 def test_a_run_that_takes_too_long_ends_early():
     with pytest.raises(TooMuchError, match="the exponents over 1e\\+09 s would take"):
         lyapunov(Scene.load("general"), 1e9, limits=Limits(seconds=1.0))

@@ -13,7 +13,7 @@ from twolink.names import EquationsName
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS, Equations
-from twolink.simulation.smooth.taylor import default_longest_step
+from twolink.simulation.smooth.taylor import default_longest_step, failure_of
 
 
 @dataclass(frozen=True)
@@ -50,22 +50,23 @@ class PreciseMotion:
         Other threads run meanwhile, as they do not in heyoka's own `step`. The Taylor coefficients
         of the step are in the integrator.
         """
-        beyond = self.integrator.time + 2 * longest
+        before = self.integrator.time
         outcome, _, own_length, *_ = self.integrator.propagate_until(
-            beyond, max_delta_t=longest, max_steps=1, write_tc=True
+            before + 2 * longest, max_delta_t=longest, max_steps=1, write_tc=True
         )
-        self.check(outcome)
+        check_outcome(outcome, before)
         # heyoka counts no step that was cut.
         return own_length if own_length > 0 else longest
 
-    def check(self, outcome: Any) -> None:
-        """Raise `SimulationError` unless a step, or a run of steps, succeeded."""
-        outcomes = heyoka().taylor_outcome
-        if outcome not in (outcomes.success, outcomes.time_limit, outcomes.step_limit):
-            raise SimulationError(
-                f"the motion must stay finite; the integration failed at "
-                f"{float(self.integrator.time):.6g} s ({outcome.name})"
-            )
+
+def check_outcome(outcome: Any, reached: Any) -> None:
+    """Raise `SimulationError` unless a step, or steps, that reached a time (s) succeeded."""
+    outcomes = heyoka().taylor_outcome
+    if outcome not in (outcomes.success, outcomes.time_limit, outcomes.step_limit):
+        raise SimulationError(
+            f"the motion must stay finite, and its loads smooth; the integration failed at"
+            f" {float(reached):.6g} s ({failure_of(outcome)})"
+        )
 
 
 def precise_motion(scene: Scene, equations: EquationsName, digits: int) -> PreciseMotion:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from twolink.accuracy.multiprecision import precise_motion
+from twolink.accuracy.multiprecision import check_outcome, precise_motion
 from twolink.effects import discontinuities
 from twolink.environment import package_versions
 from twolink.errors import SimulationError
@@ -229,9 +229,11 @@ def _precise(
     """Return a run by Taylor series in multiple precision, with `digits` digits in each step."""
     motion = precise_motion(scene, equations, digits)
     integrator, steps = motion.integrator, 0
-    states = []
+    reached, states = integrator.time, []
 
     def each_step(stepped: Any) -> bool:
+        nonlocal reached
+        reached = stepped.time
         report(float(stepped.time) / (grid[-1] or 1.0))
         return True
 
@@ -239,7 +241,7 @@ def _precise(
         outcome, _, _, taken, *_ = integrator.propagate_until(
             motion.number(time), max_delta_t=motion.longest_step, callback=each_step
         )
-        motion.check(outcome)
+        check_outcome(outcome, reached)
         steps += taken
         states.append(_decimals(motion.speeds()))
     return ReferenceRun(equations, motion.bits, integrator.order, steps), states

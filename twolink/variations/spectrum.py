@@ -31,7 +31,7 @@ from twolink.inputs import as_count, as_duration, check_callback, check_instance
 from twolink.integration.precisions import Code
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
-from twolink.simulation.smooth.taylor import check_arrival, default_longest_step
+from twolink.simulation.smooth.taylor import check_arrival, default_longest_step, last_time
 from twolink.tables import Column, Table, table
 from twolink.variations.directions import Direction
 from twolink.variations.smooth import check_smooth
@@ -225,6 +225,8 @@ class _Following:
             state, time = integrator.state.copy(), integrator.time
             reached = min(end, time + self._interval)
             outcome, _, _, steps, *_ = integrator.propagate_until(reached, max_delta_t=self._cap)
+            if not math.isfinite(integrator.time):
+                integrator.time = last_time(integrator, time, state, reached, self._cap)
             check_arrival(outcome, float(integrator.time), last)
             directions, stretch = np.linalg.qr(integrator.state[places] / self._units)
             sizes = np.abs(np.diag(stretch))

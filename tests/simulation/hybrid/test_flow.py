@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.simulation.hybrid import BALANCED, mode_of, state_of, system_of
+from tests.simulation.smooth.test_taylor import Kinked
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
 from twolink.effects.compliant_surface import CompliantSurface
@@ -50,6 +51,16 @@ def test_an_arc_without_an_event_ends_at_the_very_time_that_was_asked_for():
     assert arc.event is None
     assert arc.end.t == 0.7
     assert arc.end.q[0] == pytest.approx(1 - 0.49, rel=1e-15)
+
+
+def test_a_load_that_is_not_smooth_ends_the_run_with_the_time_reached():
+    system = system_of(*FALLING, Kinked(), chain=BALANCED)
+    words = (
+        r"beyond 0 s \(the state, a load or a derivative of a load by time is not finite there\), "
+        r"in the mode 'moves freely'; it must stay finite, and its loads smooth$"
+    )
+    with pytest.raises(IntegrationError, match=words):
+        arc_of(system, (1.0, 0.0), (0.0, 0.0), S.OPEN)
 
 
 @pytest.mark.parametrize("speed", [1e-3, 1e-8, 1e-12])

@@ -1,13 +1,18 @@
 """Runs by Taylor series: long ones in parts, optimised by the number of their steps alone."""
 
-from dataclasses import replace
+import re
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
+from twolink.arithmetic import sqrt
 from twolink.chain import Chain
+from twolink.effects import Effect
 from twolink.effects.gravity import Gravity
+from twolink.errors import IntegrationError, SimulationError
 from twolink.integration.precisions import PRECISIONS
+from twolink.loads import Torque
 from twolink.scene import Scene
 from twolink.simulation.smooth import taylor
 from twolink.simulation.smooth.taylor import taylor_run
@@ -68,3 +73,70 @@ def test_dense_output_repeats_the_run(monkeypatch):
         assert (u[:, ::-1] == found.u).all()
     q, _ = found.dense()([2.0, 2.0, 1.0])
     assert (q[:, 0] == q[:, 1]).all()
+
+
+@dataclass(frozen=True)
+class Kinked(Effect):
+    """Drag −u1 |u1|, which has no second derivative at rest."""
+
+    def loads(self, chain, q, u, t=0.0):
+        return (Torque(1, -u[0] * sqrt(u[0] * u[0])),)
+
+
+@dataclass(frozen=True)
+class Ending(Effect):
+    """A torque that is not real beyond a speed (rad/s)."""
+
+    last: float
+
+    def loads(self, chain, q, u, t=0.0):
+        return (Torque(1, 3.0 * sqrt(self.last - u[0])),)
+
+
+KINKED = replace(SCENE, u=(0.0, 0.0), effects=(Kinked(),))
+ENDING = replace(SCENE, u=(0.0, 0.0), effects=(Ending(0.25),))
+
+NOT_FINITE = (
+    r" s \(the state, a load or a derivative of a load by time is not finite there\);"
+    r" it must stay finite, and its loads smooth, until 5 s$"
+)
+BEYOND = "^the motion could not be integrated beyond "
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_a_kink_at_the_start_ends_a_run_there(precision):
+    with pytest.raises(IntegrationError, match=f"{BEYOND}0{NOT_FINITE}"):
+        run(KINKED, precision=precision)
+
+
+@pytest.mark.parametrize("often", [False, True])
+@pytest.mark.parametrize("observe", [None, lambda steps: None])
+def test_the_time_that_a_run_has_reached_is_known(often, observe, monkeypatch):
+    """heyoka loses it where the coefficients of a step are not finite."""
+    if often:
+        check_often(monkeypatch, "double")
+    with pytest.raises(IntegrationError, match=f"{BEYOND}([0-9.]+){NOT_FINITE}") as caught:
+        run(ENDING, observe=observe)
+    reached = float(re.match(f"{BEYOND}([0-9.]+)", str(caught.value))[1])
+    before = taylor_run(ENDING, np.array([0.0, 0.999 * reached]), formulation="momenta")
+    assert 0.249 < before.u[0, -1] < 0.25
+
+
+@pytest.mark.parametrize(
+    "torque",
+    [
+        lambda u, t: sqrt(-1 - u[0] * u[0]),
+        lambda u, t: sqrt(0.25 - t),
+        lambda u, t: 1 / (t - 2.5),
+        lambda u, t: 1 / (0.0 * u[0]),
+    ],
+)
+def test_loads_that_are_not_finite_at_the_start_are_one_sentence(torque):
+    @dataclass(frozen=True)
+    class Undefined(Effect):
+        def loads(self, chain, q, u, t=0.0):
+            return (Torque(1, torque(u, t)),)
+
+    sentence = "^accelerations at the start must be finite in float64, under the loads at all times"
+    with pytest.raises(SimulationError, match=sentence):
+        run(replace(SCENE, effects=(Undefined(),)))

@@ -32,6 +32,7 @@ from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
 from twolink.simulation.series import powers
+from twolink.simulation.smooth.taylor import failure_of
 
 # Initial and largest number of steps between certificates. A step in a long precision costs more
 # than its certificate.
@@ -183,8 +184,8 @@ def _failed(course: _Course, blocks: list[Block], doubts: list[Doubt], failure: 
         if element.rigid and own.slips and locks(system, mode, pose, index):
             return arc._replace(event=Trigger(EventKind.JAMS, index, own.direction))
     raise IntegrationError(
-        f"the motion could not be integrated beyond {float(arc.end.t):.9g} s ({failure}) while "
-        f"{mode}; the motion must stay finite"
+        f"the motion could not be integrated beyond {float(arc.end.t):.9g} s ({failure}), in the "
+        f"mode '{mode}'; it must stay finite, and its loads smooth"
     )
 
 
@@ -260,7 +261,7 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
             over = True
             break
         if int(outcome) not in complete:
-            failure = outcome.name
+            failure = failure_of(outcome)
             break
         starts.append(start)
         lengths.append(length)

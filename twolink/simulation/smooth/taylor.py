@@ -137,11 +137,16 @@ def taylor_run(
 
 def default_longest_step(scene: Scene) -> float:
     """Return the cap of the step (s) of a scene, as `longest_steps` does."""
-    cap = float(longest_steps(scene.moving_chain, scene.effects, scene.q, scene.u, scene.duration))
+    chain, effects, duration = scene.moving_chain, scene.effects, scene.duration
+    try:
+        cap = float(longest_steps(chain, effects, scene.q, scene.u, duration))
+    except (ArithmeticError, ValueError):
+        # Functions of floats raise errors where those of arrays return NaN.
+        cap = math.nan
     if not cap > 0:
         raise SimulationError(
-            "accelerations at the start must be finite in float64; got non-finite ones at"
-            f" q = {scene.q!r}, u = {scene.u!r}"
+            "accelerations at the start must be finite in float64, under the loads at all times"
+            f" until {duration:.6g} s; got non-finite ones at q = {scene.q!r}, u = {scene.u!r}"
         )
     return cap
 
@@ -164,7 +169,8 @@ def longest_steps(
     if np.ndim(q[0]):
         times = times[:, None]
     # At the initial pose, under the loads at each of these times.
-    _, rates = EQUATIONS["lagrange"].rates(chain, effects, q, u, times)
+    with np.errstate(all="ignore"):
+        _, rates = EQUATIONS["lagrange"].rates(chain, effects, q, u, times)
     shape = np.broadcast_shapes(times.shape, np.shape(q[0]))
     strongest = np.max([np.abs(np.broadcast_to(du, shape)).max(axis=0) for du in rates], axis=0)
     speeds = np.max([np.abs(np.asarray(speed, dtype=float)) for speed in u], axis=0)
@@ -278,14 +284,19 @@ def parts_of_run(
     """Yield the outcome, the number of steps and the states at times (s) of each part of a run.
 
     An integrator of heyoka goes along a grid of times; no step is longer than `cap` (s), and
-    `callback` is called after each.
+    `callback` is called after each. Its time is the last one that it has reached, also of a run
+    that fails.
     """
     own = PRECISIONS[precision]
     ahead, begun = grid, 0
     while True:
+        time, state = integrator.time, integrator.state.copy()
         outcome, _, _, taken, _, found = integrator.propagate_grid(
             ahead, max_delta_t=own.number(cap), max_steps=own.steps_at_once, callback=callback
         )
+        if not np.isfinite(float(integrator.time)):
+            # A step whose coefficients are not finite has no length.
+            integrator.time = last_time(integrator, time, state, ahead[-1], own.number(cap))
         # After the first part, the first time is the end of the last part.
         known = np.array(found)[begun:]
         ahead = ahead[begun:][len(known) :]
@@ -297,13 +308,34 @@ def parts_of_run(
         ahead, begun = np.concatenate([own.array([integrator.time]), ahead]), 1
 
 
+def last_time(integrator: Any, time: Any, state: Any, end: Any, cap: Any) -> Any:
+    """Return the last time (s) that an integrator reaches from a time and a state to an end."""
+    integrator.time, integrator.state[:] = time, state
+    reached = time
+
+    def note(stepped: Any) -> bool:
+        nonlocal reached
+        reached = stepped.time
+        return True
+
+    integrator.propagate_until(end, max_delta_t=cap, callback=note)
+    return reached
+
+
 def check_arrival(outcome: Any, reached: float, last: float) -> None:
     """Raise `IntegrationError` unless a run that has reached a time (s) is at its last one."""
     if outcome != heyoka().taylor_outcome.time_limit:
         raise IntegrationError(
-            f"the motion could not be integrated beyond {reached:.6g} s ({outcome.name}); it"
-            f" must stay finite until {last:.6g} s"
+            f"the motion could not be integrated beyond {reached:.6g} s ({failure_of(outcome)}); it"
+            f" must stay finite, and its loads smooth, until {last:.6g} s"
         )
+
+
+def failure_of(outcome: Any) -> str:
+    """Return in words why a run of heyoka has ended early."""
+    if outcome == heyoka().taylor_outcome.err_nf_state:
+        return "the state, a load or a derivative of a load by time is not finite there"
+    return str(outcome.name)
 
 
 class _Recorder:
