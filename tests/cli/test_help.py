@@ -5,6 +5,7 @@ import typer
 from typer.testing import CliRunner
 
 from twolink.cli import app
+from twolink.ensembles.parameters import SYMBOLS
 from twolink.formulations import FORMULATIONS
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.viz.encoding import _VIDEO
@@ -38,6 +39,7 @@ def test_files_and_formulations_are_named_as_options_take_them():
         ("record", (*_VIDEO, ".png", ".html")),
         ("plot", THEMES),
         ("verify", FORMULATIONS),
+        ("sensitivity", SYMBOLS),
     ):
         shown = CliRunner().invoke(app, [words, "--help"], terminal_width=80).stdout
         assert f"{', '.join([*names][:-1])} or {[*names][-1]}" in " ".join(shown.split())

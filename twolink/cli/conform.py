@@ -35,26 +35,35 @@ _GIGABYTE = 2**30
 _Engine = Annotated[
     str,
     typer.Argument(
-        help="A registered name, 'module:object', 'cmd: COMMAND' of a program, or fmu:FILE."
+        help="A name of an installed engine, such as mujoco; module:object of a Python class; "
+        "'cmd: COMMAND' to start a program; or fmu:FILE."
     ),
 ]
 _Suite = Annotated[
     list[str] | None,
-    typer.Option(help="Only this suite (repeatable). Default: all but hardcases and verify."),
+    typer.Option(
+        help="Only this suite of tests, such as motion. May be repeated. Default: all but "
+        "hardcases and verify; a wrong name lists all."
+    ),
 ]
 _Seconds = Annotated[
-    float, typer.Option(help="Time limit of each answer, with the start of the engine.")
+    float,
+    typer.Option(help="Time limit (s) of the engine's start, and of each answer."),
 ]
 _Memory = Annotated[float, typer.Option(help="Memory limit of the engine, in GB.")]
 _Check = Annotated[
     bool,
     typer.Option(
         "--check-harness",
-        help="Only check, message by message, that the engine keeps to the protocol.",
+        help="Run no suite, but check that the engine keeps to the protocol of messages.",
     ),
 ]
 _Expect = Annotated[
-    Path | None, typer.Option(help="A TOML file of known failures, which must fail.")
+    Path | None,
+    typer.Option(
+        help="A TOML file of tests that are known to fail. They do not count as failures, but "
+        "one of them that passes does."
+    ),
 ]
 _JsonFile = Annotated[
     Path | None, typer.Option("--json", help="Write the report to this file as JSON.")
@@ -65,8 +74,8 @@ _JunitFile = Annotated[
 _Plot = Annotated[
     Path | None,
     typer.Option(
-        help="Plot the errors of motions against steps and tolerances into this"
-        f" {either(PLOTS)} file."
+        help="Plot how the errors of the engine's motions fall with smaller steps or tolerances, "
+        f"to this {either(PLOTS)} file."
     ),
 ]
 
@@ -84,8 +93,9 @@ def conform(
 ) -> None:
     """Check a dynamics engine, and name its mistakes.
 
-    The engine answers messages; see docs/check_your_engine.md. Exit code 0: all agree. 1: some do
-    not. 2: the input was refused.
+    It is asked for quantities and motions of two-link chains, and its answers are compared with
+    certified ones; see docs/check_your_engine.md. Exit code 0: all agree. 1: some do not. 2: the
+    input was refused.
     """
     _check_limits(seconds, memory)
     check_target("--json", json_file)

@@ -20,6 +20,7 @@ from twolink.cli.terminal import (
     styled,
     write_json,
 )
+from twolink.ensembles.parameters import SYMBOLS
 from twolink.files import atomic_write
 from twolink.suffixes import RESULTS
 from twolink.text import either, quoted
@@ -29,33 +30,36 @@ if TYPE_CHECKING:
     from twolink.variations.sensitivity import Sensitivity
     from twolink.variations.spectrum import Spectrum
 
-_Scene = Annotated[Path, typer.Argument(help="A smooth scene: its name, or a TOML file.")]
+_Scene = Annotated[
+    Path, typer.Argument(help="A scene without contact and dry friction: its name, or a TOML file.")
+]
 _By = Annotated[
     list[str] | None,
     typer.Option(
-        help="A parameter, as in sweep files: start.q.0 or q1, chain.mass.1 or m2, "
-        "effects.gravity.g or g. May be repeated."
+        help="Differentiate by this number of the scene: its keys in the scene file, such as "
+        f"start.q.0, or its symbol: {either(list(SYMBOLS))}. May be repeated."
     ),
 ]
 _Deviation = Annotated[
     list[str] | None,
     typer.Option(
         metavar="NAME=NUMBER",
-        help="The standard deviation of a parameter, to print that of the motion. May be repeated.",
+        help="The standard deviation of a number of the scene, such as q1=0.01. That of the motion "
+        "is printed, to first order. May be repeated.",
     ),
 ]
 _Lyapunov = Annotated[
     float | None,
     typer.Option(
         metavar="SECONDS",
-        help="Print the Lyapunov exponents over this time instead of derivatives.",
+        help="Print no derivatives, but the Lyapunov exponents of the motion over this time.",
     ),
 ]
 _Accuracy = Annotated[
     float | None,
     typer.Option(
-        help="Error allowed in q (rad) and u (rad/s), and in derivatives as a share of the "
-        "largest. Default: the scene's."
+        help="Error allowed in q (rad) and u (rad/s), and in a derivative relative to the largest "
+        "by the same number. Default: the scene's."
     ),
 ]
 _Out = Annotated[
@@ -75,9 +79,10 @@ def sensitivity(
 ) -> None:
     """Differentiate a smooth motion by its start and parameters.
 
-    Prints the derivatives at the end with their measured errors, or the Lyapunov exponents. Exit
-    code 0: the accuracy is met. 1: only up to the time that is printed. 2: the input was refused,
-    as are scenes with contact or dry friction, whose motion has no derivative at events.
+    Prints the derivatives of q and u at the end with their measured errors, or the Lyapunov
+    exponents. Exit code 0: the accuracy is met. 1: it is met only until the time that is printed.
+    2: the input was refused, as are contact, dry friction and torques with corners, where motions
+    have no derivatives.
     """
     check_target("--out", out, RESULTS)
     if lyapunov is not None:

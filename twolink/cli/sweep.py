@@ -43,11 +43,19 @@ def _print_schema(asked: bool) -> None:
 
 
 _File = Annotated[
-    Path, typer.Argument(metavar="SWEEP", help="A sweep: a TOML file of a scene and axes.")
+    Path,
+    typer.Argument(
+        metavar="SWEEP",
+        help="A TOML file with a scene, the numbers of it that vary and their values, and the "
+        "results to keep; see docs/from_one_run_to_a_cluster.md.",
+    ),
 ]
 _Out = Annotated[
     Path,
-    typer.Option(help=f"The folder of the results, a {_SUFFIX} store; begun or continued."),
+    typer.Option(
+        help=f"The folder of the results (NAME{_SUFFIX}). Where it has results of this sweep, only "
+        "the missing runs are made."
+    ),
 ]
 _Workers = Annotated[
     int | None, typer.Option(help="How many processes to use. Default: one for each core.")
@@ -55,15 +63,16 @@ _Workers = Annotated[
 _Dask = Annotated[
     str | None,
     typer.Option(
-        help="Use a Dask cluster: the address of its scheduler, such as tcp://host:8786, or "
-        "local for one on this machine."
+        help="Run on a Dask cluster: the address of its scheduler, such as tcp://host:8786, or "
+        "'local' to start a cluster on this machine."
     ),
 ]
 _Plot = Annotated[
     Path | None,
     typer.Option(
-        help=f"Draw the first times of a condition to this {either(MAPS)} file: over two axes "
-        "a map, otherwise their distribution. A page (.html) shows the motion of a pixel."
+        help="Draw when the first condition that is kept, such as a flip, happens in each run, to "
+        f"this {either(MAPS)} file: a map if two axes vary, otherwise the share of runs over time. "
+        "In a .html page, a click on a pixel of the map shows the motion of its run."
     ),
 ]
 _Schema = Annotated[
@@ -86,11 +95,11 @@ def sweep(
     force: Force = False,
     schema: _Schema = False,
 ) -> None:
-    """Run many variants of a scene, into one store of results.
+    """Run many variants of a scene, and store their results.
 
-    The same command again continues an interrupted sweep. Exit code 0: every run is done, and those
-    that failed have a reason in the results. 1: the sweep could not be finished. 2: the input was
-    refused.
+    Where a sweep was interrupted, the same command continues it. Exit code 0: every run is done;
+    the results have the reason of each run that failed. 1: the sweep could not be finished. 2: the
+    input was refused.
     """
     _check_out(out)
     check_target("--plot", plot, MAPS)
