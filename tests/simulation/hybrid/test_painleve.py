@@ -13,7 +13,6 @@ from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.jump import jump, settle
 from twolink.simulation.hybrid.mode import Trigger
-from twolink.simulation.hybrid.painleve import wedged
 
 
 def test_a_locked_slide_under_a_weight_is_struck_without_a_collision():
@@ -53,7 +52,7 @@ def test_a_stretched_chain_is_wedged_if_it_is_inside_the_cone_of_friction(share,
 
     D follows along the surface only if the chain is outside the cone of friction: μ < tan 0.4.
     """
-    system, state = _stretched(share * math.tan(0.4), (math.pi / 2 - 0.4, math.pi / 2 - 0.4), u)
+    system, state = stretched(share * math.tan(0.4), (math.pi / 2 - 0.4, math.pi / 2 - 0.4), u)
     if is_wedged:
         with pytest.raises(IntegrationError, match="D on surface is wedged"):
             settle(system, state, {})
@@ -61,13 +60,7 @@ def test_a_stretched_chain_is_wedged_if_it_is_inside_the_cone_of_friction(share,
         assert settle(system, state, {}).mode.states[0].slips
 
 
-def test_a_folded_chain_of_equal_links_whose_end_is_at_its_base_is_not_wedged():
-    """Its rotation leaves the end at rest, and no force along the links is needed."""
-    system, state = _stretched(2.0, (math.pi / 2 - 0.4, 3 * math.pi / 2 - 0.4), (1.0, 1.0))
-    assert wedged(system, state, system.pose(state.q)) == []
-
-
-def _stretched(friction, q, u):
+def stretched(friction, q, u):
     """Return a chain whose end rests on a rough surface, beyond which its base is.
 
     The surface bars the end only; gravity presses it on.

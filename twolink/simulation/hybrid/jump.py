@@ -24,6 +24,7 @@ from twolink.simulation.hybrid.painleve import jammed, strike_without_collision
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.reactions import REACTIONS
 from twolink.simulation.hybrid.select import Selection, select
+from twolink.simulation.hybrid.singular_pose import pinned
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.zeno import NO_PAST, LeftOut, Past, accumulated, left_out
@@ -153,7 +154,12 @@ def _note(system: HybridSystem, state: HybridState, mode: Mode, selection: Selec
     """Return a remark: the laws admit several motions, or round-off leaves the choice open."""
     now = float(state.t)
     if not selection.confirmed:
+        fixed = pinned(system, state, system.pose(state.q))
         undecided = "rounding does not let the laws of contact decide"
+        if fixed:
+            undecided = (
+                f"the laws of contact do not determine the force of {system.names[fixed[0]]}"
+            )
         return Remark(undecided, now, f"At {now:.9g} s {undecided}: {mode} is taken.")
     others = "; or ".join(
         dict.fromkeys(str(replace(mode, states=states)) for states in selection.others)

@@ -8,18 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from twolink.contact.elements import Constraint, ContactElement
+from twolink.contact.elements import Constraint
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.collision import sliding_after, touched_names
-from twolink.simulation.hybrid.complementarity import size_of, vanishes
-from twolink.simulation.hybrid.constraint import is_answered, parallel
+from twolink.simulation.hybrid.complementarity import vanishes
+from twolink.simulation.hybrid.constraint import is_answered
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
     stopped,
 )
 from twolink.simulation.hybrid.pose import Pose
+from twolink.simulation.hybrid.singular_pose import wedged
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 
@@ -29,7 +30,7 @@ def jammed(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int
 
     There row · M⁻¹ (normal + friction) is negative, or zero within round-off: the contact force
     accelerates the point into the surface, or not at all. A contact whose force has no lever arm is
-    `wedged` instead.
+    wedged instead (`singular_pose`).
     """
     found: list[tuple[float, int]] = []
     for index in sorted(state.touching):
@@ -80,49 +81,6 @@ def strike_without_collision(
         sliding = put(sliding, index, 0)
     state = state._replace(u=after, touching=touching, sliding=sliding)
     return state, strike
-
-
-def wedged(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
-    """Return the contacts that the chain drives along a line on which no force has a lever arm.
-
-    In a stretched or folded pose a point moves along one line only, so it may be at rest while the
-    links turn. Their rotation then accelerates it along the other line: if the surface or its
-    friction prevents this, no finite force and no finite impulse stops the links.
-    """
-    moving = any(state.u)
-    found = []
-    for index in sorted(state.touching):
-        element = system.elements[index]
-        if not element.rigid:
-            continue
-        assert element.normal is not None
-        if vanishes(system, pose.row(element.normal)):
-            wedges = moving
-        else:
-            wedges = not state.sliding[index] and _is_carried_off(pose, element)
-        if wedges:
-            found.append(index)
-    return found
-
-
-def _is_carried_off(pose: Pose, element: ContactElement) -> bool:
-    """Return whether a point moves along one line only, and is accelerated along another.
-
-    The acceleration is that by the rotation that leaves the point at rest.
-    """
-    assert element.normal is not None
-    if element.tangent is None:
-        return False
-    row, tangent = pose.row(element.normal), pose.row(element.tangent)
-    if not parallel(row, tangent, pose.lever):
-        return False
-    # The longer row has the line with less round-off.
-    longer = max((row, tangent), key=size_of)
-    size = size_of(longer)
-    u = longer[1] / size, -longer[0] / size
-    gained = tuple(c.bias(pose.chain, pose.q, u) for c in (element.normal, element.tangent))
-    place = max((0, 1), key=lambda link: abs(longer[link]))
-    return not parallel((gained[0], gained[1]), (row[place], tangent[place]), pose.lever)
 
 
 def _without_motion(system: HybridSystem, state: HybridState, pose: Pose) -> str:

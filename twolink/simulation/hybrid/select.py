@@ -48,8 +48,9 @@ from twolink.simulation.hybrid.complementarity import (
 from twolink.simulation.hybrid.confirm import Derivatives
 from twolink.simulation.hybrid.constraint import cramer
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, constraint_count, solve
-from twolink.simulation.hybrid.painleve import jammed, wedged
+from twolink.simulation.hybrid.painleve import jammed
 from twolink.simulation.hybrid.pose import Pose
+from twolink.simulation.hybrid.singular_pose import wedged
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 

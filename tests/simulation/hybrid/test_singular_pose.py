@@ -1,0 +1,63 @@
+"""Contacts of stretched and folded chains."""
+
+import math
+
+import pytest
+
+from tests.simulation.hybrid import state_of, system_of
+from twolink.chain import Chain
+from twolink.effects.gravity import Gravity
+from twolink.effects.surface import Surface
+from twolink.simulation.hybrid.jump import settle
+from twolink.simulation.hybrid.singular_pose import pinned, wedged
+
+
+def at_rest(q, normal, *, lengths=(1.0, 1.0), friction=0.5, u=(0.0, 0.0), sliding=0, load=None):
+    """Return a chain whose end touches a surface at rest, and its pose."""
+    end = tuple(
+        sum(length * f(angle) for length, angle in zip(lengths, q, strict=True))
+        for f in (math.cos, math.sin)
+    )
+    chain = Chain.uniform_bars(length=lengths)
+    surface = Surface(end, normal, friction=friction)
+    system = system_of(*([load] if load else []), surface, chain=chain)
+    state = state_of(system, q, u)._replace(touching=frozenset({0}), sliding=(sliding,))
+    return system, state, system.pose(state.q)
+
+
+FOLDED = 1.1, 1.1 + math.pi
+
+
+def test_a_rough_contact_of_a_folded_chain_may_be_wedged():
+    case = at_rest(FOLDED, (0.0, -1.0), lengths=(1.0, 0.6))
+    assert (wedged(*case), pinned(*case)) == ([0], [])
+
+
+def test_a_point_at_the_base_of_a_folded_chain_is_pinned():
+    """Its links, of one length, turn about it, and no force along them is needed."""
+    for u in ((0.0, 0.0), (1.0, 1.0)):
+        case = at_rest(FOLDED, (0.0, -1.0), u=u)
+        assert (wedged(*case), pinned(*case)) == ([], [0])
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.1, math.pi])
+def test_a_surface_across_the_links_may_wedge_even_without_friction(angle):
+    normal = -math.cos(angle), -math.sin(angle)
+    case = at_rest((angle, angle), normal, friction=0.0)
+    assert (wedged(*case), pinned(*case)) == ([0], [])
+
+
+def test_in_other_poses_and_where_a_point_slides_nothing_is_wedged_or_pinned():
+    for case in (
+        at_rest((1.1, 0.2), (0.0, -1.0)),
+        at_rest(FOLDED, (0.0, -1.0), lengths=(1.0, 0.6), sliding=1),
+        at_rest(FOLDED, (0.0, -1.0), lengths=(1.0, 0.6), friction=0.0),
+    ):
+        assert (wedged(*case), pinned(*case)) == ([], [])
+
+
+def test_a_pinned_contact_is_remarked():
+    """Link 2 falls onto link 1, about D at A, on a slope with friction."""
+    system, state, _ = at_rest((-3.0, math.pi - 3.0), (0.1435660307, -0.9896407402), load=Gravity())
+    (note,) = settle(system, state, {}).notes
+    assert "do not determine the force of D on surface" in note.sentence
