@@ -87,7 +87,12 @@ def _rates(chain: Chain, effects: tuple[Effect, ...], formulation: EquationsName
     def text(q: Pair, x: Pair, time: Pair) -> tuple[Pair, Pair]:
         return equations.rates(chain, effects, q, x, time[0])
 
-    compiled = Compiled(text)
+    try:
+        compiled = Compiled(text)
+    except (ArithmeticError, ValueError) as error:
+        raise SimulationError(
+            f"the loads must be finite in some state; in every state they end in: {error}"
+        ) from error
 
     def rates(t: float, variables: Array) -> Array:
         q1, q2, x1, x2 = variables.tolist()
