@@ -75,6 +75,7 @@ ROWS = {
     "twolink.contact": ["coordinates force_laws impact_laws states", "elastoplastic elements"],
     "twolink.integration": [
         "method precisions tableaus",
+        "operations",
         "fixed_step scipy_method",
         "methods",
     ],

@@ -16,7 +16,7 @@ from twolink.errors import SimulationError
 from twolink.integration.methods import NUMERIC_METHODS
 from twolink.integration.tableaus import GAUSS_LEGENDRE, RK4
 from twolink.scene import Scene
-from twolink.simulation.smooth.numeric import _rates
+from twolink.simulation.smooth.numeric import _formula, _rates
 
 SWINGS = Scene.load(data_path("scenes") / "small_swings.toml")
 STATES = many_starts(SWINGS, 5, spread=0.3, seed=7)
@@ -33,7 +33,7 @@ ROUNDING = np.spacing(1.0)
 
 def stepped(steps: int, step) -> np.ndarray:
     """Return the states after a number of steps, one start after the other."""
-    rates = _rates(SWINGS.moving_chain, SWINGS.effects, "momenta")
+    rates = _rates(_formula(SWINGS.moving_chain, SWINGS.effects, "momenta"))
     found = []
     for start in STATES.T:
         x = start

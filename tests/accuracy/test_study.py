@@ -98,7 +98,8 @@ def test_the_slope_of_fixed_steps_is_the_declared_order():
 def test_the_slope_of_scipys_methods_is_the_declared_order_at_constant_steps(method, q, steps):
     """With a tolerance as parameter, step distributions differ between runs, and errors scatter."""
     scene = replace(GENTLE, q=q)
-    rates = numeric._rates(GENTLE.moving_chain, GENTLE.effects, "lagrange")
+    formula = numeric._formula(GENTLE.moving_chain, GENTLE.effects, "lagrange")
+    rates = numeric._rates(formula)
     # Radau solves its equations as well as it is asked to err; others never meet their tolerance.
     tolerance = 1e-11 if method == "Radau" else 1e3
 

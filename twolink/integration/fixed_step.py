@@ -15,6 +15,7 @@ import numpy as np
 
 from twolink.errors import SimulationError
 from twolink.integration.method import Array, NumericMethod, Rates
+from twolink.integration.operations import Beside
 from twolink.integration.tableaus import Tableau
 
 Step = Callable[[Rates, float, Array, float], Array]
@@ -32,13 +33,15 @@ _LEAST_STEPS = 200
 class FixedStepMethod(NumericMethod):
     """A method that takes a `step` from time t (s) over h (s); the setting of its parameter is h.
 
-    The step is shortened to divide the time between two samples.
+    The step is shortened to divide the time between two samples. `beside` has the operations of the
+    steps beside the rates.
     """
 
     parameter = "step"
     refinement = 0.5
 
     step: Step
+    beside: Beside
 
     def coarsest(self, accuracy: float, duration: float, between_samples: float) -> float:
         """Return a step (s) that is not longer than the time between samples."""
@@ -62,6 +65,10 @@ class FixedStepMethod(NumericMethod):
             steps += count
             found.append(variables)
         return np.array(found).T, steps
+
+    def beside_rates(self, steps: int, evaluations: int) -> int:
+        """Return the operations of a run beside its evaluations of the rates."""
+        return self.beside(steps, evaluations)
 
 
 def explicit(tableau: Tableau) -> Step:

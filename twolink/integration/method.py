@@ -70,3 +70,7 @@ class NumericMethod(Method):
 
         `start` has the variables at the first time. Raises `SimulationError` if the method fails.
         """
+
+    @abstractmethod
+    def beside_rates(self, steps: int, evaluations: int) -> int | None:
+        """Return the operations of a run beside its evaluations of the rates, None if unknown."""

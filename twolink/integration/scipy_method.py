@@ -9,6 +9,7 @@ import numpy as np
 
 from twolink.errors import SimulationError
 from twolink.integration.method import Array, NumericMethod, Rates
+from twolink.integration.operations import Beside
 
 SciPyName = Literal["DOP853", "RK45", "Radau", "LSODA"]
 
@@ -18,12 +19,16 @@ _FINEST_TOLERANCE = 1e-13
 
 @dataclass(frozen=True, kw_only=True)
 class SciPyMethod(NumericMethod):
-    """A method of SciPy by its name there; the setting of its parameter is both rtol and atol."""
+    """A method of SciPy by its name there; the setting of its parameter is both rtol and atol.
+
+    `beside` has the operations of its attempts at steps beside the rates, None if they are unknown.
+    """
 
     parameter = "tolerance"
     refinement = 0.1
 
     name: SciPyName
+    beside: Beside | None = None
 
     def coarsest(self, accuracy: float, duration: float, between_samples: float) -> float:
         """Return the accuracy itself, within the tolerances that are of use."""
@@ -53,3 +58,10 @@ class SciPyMethod(NumericMethod):
         if inside is not None:
             return solution.y, int(solution.nfev)
         return solution.y[:, [0, -1]], len(solution.t) - 1
+
+    def beside_rates(self, steps: int, evaluations: int) -> int | None:
+        """Return the operations beside the rates of a run without samples, None if unknown."""
+        # A run with samples reports its evaluations as steps, some of them for the samples.
+        if self.beside is None or steps == evaluations:
+            return None
+        return self.beside(steps, evaluations)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twolink.integration.operations import Operations
 from twolink.integration.precisions import PrecisionName
 from twolink.names import EquationsName
 from twolink.scene import Scene
@@ -76,6 +77,11 @@ class MotionRun(ABC):
     def notes(self) -> tuple[str, ...]:
         """Sentences that qualify the result."""
         return ()
+
+    @property
+    @abstractmethod
+    def arithmetic(self) -> Operations:
+        """The floating-point operations of the steps; without those of events and of samples."""
 
     @abstractmethod
     def step_times(self) -> Any:

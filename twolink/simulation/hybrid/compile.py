@@ -26,6 +26,7 @@ from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
 from twolink.effects import Effect, ParametricEffect, contact_elements
 from twolink.formulations import FORMULATIONS
+from twolink.integration.operations import Operations, of_taylor_step
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.names import FormulationName
 from twolink.optional import heyoka
@@ -90,6 +91,11 @@ class CompiledMode:
     clock: int | None
     integrals: slice
     number: Any
+
+    @cached_property
+    def step_operations(self) -> Operations:
+        """The floating-point operations of a step."""
+        return of_taylor_step(self.pool.original)
 
     @cached_property
     def layout(self) -> Layout:

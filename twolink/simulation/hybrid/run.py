@@ -15,6 +15,7 @@ import numpy as np
 from twolink.effects import contact_elements, discontinuities, pieces_at
 from twolink.errors import IntegrationError
 from twolink.formulations import FORMULATIONS
+from twolink.integration.operations import Extent, Operations, total
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import UNLIMITED, Forecast, Limits
 from twolink.names import EquationsName, FormulationName
@@ -61,6 +62,12 @@ class HybridRun(MotionRun):
     reached: float
     failure: str = ""
     exhausted: bool = False
+
+    @property
+    def arithmetic(self) -> Operations:
+        """The floating-point operations of the steps; without those of events, a lower bound."""
+        parts = (arc.compiled.step_operations.times(arc.step_count) for arc in self.arcs)
+        return total(parts, Extent.AT_LEAST)
 
     @property
     def events(self) -> tuple[Event, ...]:

@@ -16,6 +16,7 @@ from twolink.effects import Effect, discontinuities, pieces_at
 from twolink.errors import SimulationError
 from twolink.integration.method import Array, Rates
 from twolink.integration.methods import NUMERIC_METHODS, NumericName
+from twolink.integration.operations import Operations, of_formula, of_rates, total
 from twolink.integration.precisions import PrecisionName
 from twolink.names import EquationsName
 from twolink.scene import Scene
@@ -26,7 +27,8 @@ from twolink.simulation.smooth.equations import EQUATIONS
 class NumericRun:
     """A motion at the requested times, and its cost.
 
-    `q` (rad) and `u` (rad/s) have shape (2, n); the rates were evaluated `evaluations` times.
+    `q` (rad) and `u` (rad/s) have shape (2, n); the rates were evaluated `evaluations` times, and
+    `arithmetic` are the floating-point operations of the whole run.
     """
 
     q: Array
@@ -34,6 +36,7 @@ class NumericRun:
     steps: int
     evaluations: int
     run_seconds: float
+    arithmetic: Operations
     precision: PrecisionName = "double"
 
 
@@ -55,11 +58,15 @@ def numeric_run(
     chosen = NUMERIC_METHODS[method]
     variables = np.array([*scene.q, *equations.from_speeds(chain, scene.q, scene.u)], dtype=float)
     found, steps, evaluations, seconds = [variables[:, None]], 0, 0, 0.0
+    arithmetic: list[Operations] = []
     for piece, effects in _pieces(scene, times):
-        rates = _Counted(_rates(chain, effects, formulation), scene.duration, progress)
+        formula = _formula(chain, effects, formulation)
+        rates = _Counted(_rates(formula), scene.duration, progress)
         start = perf_counter()
         states, taken = chosen.integrate(rates, piece, variables.tolist(), setting)
         seconds += perf_counter() - start
+        beside = chosen.beside_rates(taken, rates.count)
+        arithmetic.append(of_rates(rates.count, of_formula(formula.operations), beside))
         steps, evaluations, variables = steps + taken, evaluations + rates.count, states[:, -1]
         found.append(states[:, 1:][:, np.isin(piece[1:], times)])
         if not np.isfinite(states).all():
@@ -69,7 +76,7 @@ def numeric_run(
             )
     whole = np.concatenate(found, axis=1)
     u = np.array(equations.to_speeds(chain, tuple(whole[:2]), tuple(whole[2:])))
-    return NumericRun(whole[:2], u, steps, evaluations, seconds)
+    return NumericRun(whole[:2], u, steps, evaluations, seconds, total(arithmetic))
 
 
 def _pieces(scene: Scene, times: Array) -> Iterator[tuple[Array, tuple[Effect, ...]]]:
@@ -80,19 +87,23 @@ def _pieces(scene: Scene, times: Array) -> Iterator[tuple[Array, tuple[Effect, .
         yield np.array([start, *within, end]), pieces_at(scene.effects, start)
 
 
-def _rates(chain: Chain, effects: tuple[Effect, ...], formulation: EquationsName) -> Rates:
-    """Return the rates of the equations' variables as a function of time and variables."""
+def _formula(chain: Chain, effects: tuple[Effect, ...], formulation: EquationsName) -> Compiled:
+    """Return the equations' rates, compiled."""
     equations = EQUATIONS[formulation]
 
     def text(q: Pair, x: Pair, time: Pair) -> tuple[Pair, Pair]:
         return equations.rates(chain, effects, q, x, time[0])
 
     try:
-        compiled = Compiled(text)
+        return Compiled(text)
     except (ArithmeticError, ValueError) as error:
         raise SimulationError(
             f"the loads must be finite in some state; in every state they end in: {error}"
         ) from error
+
+
+def _rates(compiled: Compiled) -> Rates:
+    """Return compiled rates as a function of time and variables."""
 
     def rates(t: float, variables: Array) -> Array:
         q1, q2, x1, x2 = variables.tolist()

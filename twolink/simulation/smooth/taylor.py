@@ -18,6 +18,7 @@ import numpy as np
 from twolink.chain import Chain
 from twolink.effects import Effect, discontinuities
 from twolink.errors import IntegrationError, SimulationError
+from twolink.integration.operations import Operations, of_taylor_step
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.names import EquationsName
 from twolink.optional import heyoka
@@ -53,11 +54,21 @@ class TaylorRun(MotionRun):
     compiled: _Compiled | None = field(repr=False, compare=False)
     optimised: bool
 
-    def dense(self) -> Callable[..., tuple[Any, Any]]:
-        """Return q and u as functions of time (s): the polynomials of the steps of this run."""
-        compiled = self.compiled or _ready(
+    @property
+    def arithmetic(self) -> Operations:
+        """The floating-point operations of the steps."""
+        return of_taylor_step(self._code.pool.original).times(self.steps)
+
+    @property
+    def _code(self) -> _Compiled:
+        """The compiled code of this run, recompiled if the run was stored."""
+        return self.compiled or _ready(
             self.scene, self.formulation, self.precision, self.order, self.optimised
         )
+
+    def dense(self) -> Callable[..., tuple[Any, Any]]:
+        """Return q and u as functions of time (s): the polynomials of the steps of this run."""
+        compiled = self._code
 
         def at(times: Any, side: str = "right") -> tuple[Any, Any]:
             # The run is repeated step for step, so that its steps need not be stored.
@@ -74,10 +85,7 @@ class TaylorRun(MotionRun):
 
     def step_times(self) -> Any:
         """Return the boundaries (s) of the steps, in float64."""
-        compiled = self.compiled or _ready(
-            self.scene, self.formulation, self.precision, self.order, self.optimised
-        )
-        return compiled.step_times(self.scene, self.longest_step)
+        return self._code.step_times(self.scene, self.longest_step)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the run without its compiled code, which is recompiled on demand."""
