@@ -12,7 +12,6 @@ their peak memory. It refuses to measure on a machine that is busy, unless force
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -38,12 +37,10 @@ from twolink.ensembles.compiled import LANES, System
 from twolink.ensembles.ending import PLACES, WIDTH, Ending
 from twolink.ensembles.ensemble import Ensemble
 from twolink.ensembles.store import created
+from twolink.environment import load_of_machine
 from twolink.simulation.smooth.measure import MORE_ORDERS
 
 _ROUNDS = 5
-
-# Above this load for each core timings are those of other programs.
-_BUSY = 0.5
 
 # The order of a sweep to 1e-6.
 _KEPT = 11
@@ -179,12 +176,12 @@ def main() -> None:
 
 def _print_load(force: bool) -> None:
     """Print the load, and end the program on a busy machine, unless forced."""
-    load, cores = os.getloadavg()[0], os.cpu_count() or 1
-    busy = load > _BUSY * cores
-    words = ": BUSY, timings are those of a shared machine" if busy else ""
-    print(f"load {load:.2f} on {cores} cores{words}", flush=True)
-    if busy and not force:
-        sys.exit(f"the load must be at most {_BUSY * cores:g}; got {load:.2f} (--force measures)")
+    load = load_of_machine()
+    print(f"load {load}", flush=True)
+    if load is not None and load.busy and not force:
+        sys.exit(
+            f"the load must be at most {load.most:g}; got {load.average:.2f} (--force measures)"
+        )
 
 
 if __name__ == "__main__":

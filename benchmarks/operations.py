@@ -15,7 +15,6 @@ meets each accuracy, over its orders, by the momenta and by heyoka's own `lagran
 from __future__ import annotations
 
 import argparse
-import os
 import re
 import statistics
 import time
@@ -31,6 +30,7 @@ from twolink import lagrange
 from twolink.chain import Chain
 from twolink.effects import potential_energy
 from twolink.effects.gravity import Gravity
+from twolink.environment import load_of_machine
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
@@ -170,7 +170,7 @@ def main() -> None:
             f"{min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} chains)",
         )
     console.print(table)
-    console.print(f"load of the machine: {os.getloadavg()[0]:.2f} on {os.cpu_count()} cores")
+    console.print(f"load of the machine: {load_of_machine()}")
 
 
 def _variables(*names: str) -> Any:

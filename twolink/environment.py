@@ -6,7 +6,41 @@ import importlib.metadata
 import os
 import platform
 import subprocess
+from dataclasses import dataclass
 from pathlib import Path
+
+# Above this load for each core times are those of other programs.
+_BUSY = 0.5
+
+
+@dataclass(frozen=True)
+class Load:
+    """The load of the machine: processes that ran or waited, over the last minute."""
+
+    average: float
+    cores: int
+
+    @property
+    def most(self) -> float:
+        """The largest load at which times are comparable."""
+        return _BUSY * self.cores
+
+    @property
+    def busy(self) -> bool:
+        """Whether times are those of a shared machine."""
+        return self.average > self.most
+
+    def __str__(self) -> str:
+        """Return the load in words."""
+        shared = ": busy, times are those of a shared machine" if self.busy else ""
+        return f"{self.average:.2f} on {self.cores} cores{shared}"
+
+
+def load_of_machine() -> Load | None:
+    """Return the load of this machine, or None where the system does not tell it."""
+    if not hasattr(os, "getloadavg"):
+        return None
+    return Load(os.getloadavg()[0], os.cpu_count() or 1)
 
 
 def package_versions(*packages: str) -> dict[str, str]:
