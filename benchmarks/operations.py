@@ -31,6 +31,7 @@ from twolink.chain import Chain
 from twolink.effects import potential_energy
 from twolink.effects.gravity import Gravity
 from twolink.environment import load_of_machine
+from twolink.integration.operations import of_taylor_step
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
@@ -38,6 +39,9 @@ from twolink.simulation.smooth.equations import EQUATIONS
 
 LEAST = 9
 """Convolutions of the recurrences with an implicit solution of M u = p."""
+
+COUNTED = (9, 15, 21)
+"""Orders of steps whose operations are counted."""
 
 ORDERS = range(9, 24, 2)
 ACCURACIES = (1e-3, 1e-5, 1e-7, 1e-9)
@@ -149,12 +153,16 @@ def main() -> None:
     given = parser.parse_args()
     console = Console(width=100)
     scenes = list(random_scenes(given.chains, given.seed))
-    counts = {name: convolutions(system(scenes[0], 21)[0]) for name, system in SYSTEMS.items()}
-    table = Table(title="Convolutions of a Taylor step of a general chain under gravity")
-    for column in ("equations", "convolutions", "ratio to the least"):
+    table = Table(title="A Taylor step of a general chain under gravity")
+    columns = ("convolutions", "ratio to the least", *(f"operations, order {p}" for p in COUNTED))
+    for column in ("equations", *columns):
         table.add_column(column, justify="left" if column == "equations" else "right")
-    for name, count in [*counts.items(), ("least, implicit", float(LEAST))]:
-        table.add_row(name, f"{count:g}", f"{count / LEAST:.2f}")
+    for name, system in SYSTEMS.items():
+        integrators = [system(scenes[0], order)[0] for order in COUNTED]
+        count = convolutions(integrators[0])
+        whole = [f"{of_taylor_step(each).number:,.0f}" for each in integrators]
+        table.add_row(name, f"{count:g}", f"{count / LEAST:.2f}", *whole)
+    table.add_row("least, implicit", f"{LEAST}", "1.00", *("" for _ in COUNTED))
     console.print(table)
     found = [cheapest(scene) for scene in scenes]
     table = Table(title=f"Processor time of a bare run, {given.chains} chains, seed {given.seed}")
