@@ -147,7 +147,7 @@ ROWS = {
     ],
     "twolink.accuracy": [
         "certain divergence dual error_growth frames interval method_configurations multiprecision "
-        "reference_trajectory series step_maps",
+        "peak reference_trajectory series step_maps",
         "across_events defect_bound engine_configurations long_runs reference roundoff_floor",
         "drift gap_bound work_precision",
         "enclosed_impact",

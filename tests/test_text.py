@@ -1,6 +1,15 @@
 import pytest
 
-from twolink.text import as_sentence, choice, either, name_of_source, one_line, printable, quoted
+from twolink.text import (
+    as_sentence,
+    choice,
+    either,
+    name_of_source,
+    one_line,
+    printable,
+    quoted,
+    rounded,
+)
 
 
 @pytest.mark.parametrize(
@@ -18,6 +27,14 @@ def test_control_characters_are_escaped(text, shown):
     assert printable(text) == shown
     assert printable(shown) == shown
     shown.encode("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("number", "shown"),
+    [(1.0, "1"), (1.2893, "1.29"), (78.49, "78.5"), (6359.0, "6,360"), (0.7561, "0.756")],
+)
+def test_ratios_have_three_digits(number, shown):
+    assert rounded(number) == shown
 
 
 def test_one_line_is_one_line_and_bounded():

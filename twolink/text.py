@@ -52,6 +52,11 @@ def name_of_source(source: str) -> str:
     return one_line(source) if len(source) <= _LONGEST_NAME else quoted(source)
 
 
+def rounded(number: float) -> str:
+    """Return a number with three digits, and its thousands apart, such as 1.29 or 6,360."""
+    return f"{float(f'{number:.3g}'):,g}"
+
+
 def as_sentence(words: str) -> str:
     """Return words as a sentence: a capital first, and one full stop at the end."""
     return f"{words[:1].upper()}{words[1:]}{'' if words.endswith('.') else '.'}"

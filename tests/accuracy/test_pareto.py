@@ -3,12 +3,28 @@ from dataclasses import replace
 
 import pytest
 
-from twolink.accuracy.pareto import choices, measured_order, pareto_front, seconds_at
+from twolink.accuracy.pareto import (
+    choices,
+    measured_order,
+    operations_at,
+    pareto_front,
+    seconds_at,
+)
 from twolink.accuracy.work_precision import Point
+from twolink.integration.operations import Extent
 
 
 def point(
-    error, seconds, *, configuration="a", parameter="step", setting=0.1, steps=100, failed=""
+    error,
+    seconds,
+    *,
+    configuration="a",
+    parameter="step",
+    setting=0.1,
+    steps=100,
+    failed="",
+    arithmetic=None,
+    extent=Extent.COUNTED,
 ):
     return Point(
         engine="twolink",
@@ -28,6 +44,8 @@ def point(
         evaluations=None,
         operations=None,
         failed=failed,
+        arithmetic=arithmetic,
+        extent=extent,
     )
 
 
@@ -82,3 +100,12 @@ def test_an_error_reached_by_chance_is_ignored():
     points = [point(1e-6, 1.0), point(1e-9, 1.5), point(1e-7, 2.0), point(1e-10, 4.0)]
     assert seconds_at(points, 1e-8) > 2.0
     assert seconds_at(points[:3], 1e-8) is None
+
+
+def test_operations_at_an_error_are_interpolated_as_times_are():
+    points = [point(1e-6, 1.0, arithmetic=1e3), point(1e-10, 4.0, arithmetic=1e5)]
+    assert operations_at(points, 1e-8) == pytest.approx(1e4)
+    assert operations_at(points, 1e-11) is None
+    failed = point(math.nan, math.nan, failed="left the numbers")
+    assert operations_at([failed, *points], 1e-8) == pytest.approx(1e4)
+    assert operations_at([*points, point(1e-12, 8.0)], 1e-8) is None

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from twolink.errors import SimulationError
 from twolink.integration.method import Parameter
 from twolink.integration.methods import NUMERIC_METHODS, NumericName
+from twolink.integration.operations import Operations
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import UNLIMITED, Limits
 from twolink.names import EquationsName, FormulationName
@@ -52,7 +53,8 @@ class MeasuredRun:
 
     `q` (rad) and `u` (rad/s) have shape (2, n), in the scalar type of the run; `seconds` is the
     time of the run and `compile_seconds` the time before it. `evaluations` of the rates, or of a
-    series' terms, have `operations` each; None if the engine does not report it.
+    series' terms, have `operations` each; `arithmetic` are the floating-point operations of the
+    whole run. They are None if the engine does not report them.
     """
 
     q: Any
@@ -65,6 +67,7 @@ class MeasuredRun:
     events: tuple[Event, ...] = ()
     impacts: tuple[Impact, ...] = ()
     warnings: tuple[str, ...] = ()
+    arithmetic: Operations | None = None
 
 
 @dataclass(frozen=True)
@@ -187,6 +190,7 @@ def _of_series(found: MotionRun) -> MeasuredRun:
         operations=found.operations,
         events=found.events,
         impacts=found.log,
+        arithmetic=found.arithmetic,
     )
 
 
@@ -213,7 +217,15 @@ def _numeric(
             setting=value,
             progress=limits.timed(f"a run with {method.parameter} {value:.3g}"),
         )
-        return MeasuredRun(found.q, found.u, found.run_seconds, 0.0, found.steps, found.evaluations)
+        return MeasuredRun(
+            q=found.q,
+            u=found.u,
+            seconds=found.run_seconds,
+            compile_seconds=0.0,
+            steps=found.steps,
+            evaluations=found.evaluations,
+            arithmetic=found.arithmetic,
+        )
 
     sweep = _SWEEPS[method.parameter]
     return MethodConfiguration(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,15 +103,30 @@ def seconds_at(points: Iterable[Point], error: float) -> float | None:
     between that setting and the one before, so that the result does not depend on the distance of
     a setting from the error.
     """
+    return _cost_at(points, error, lambda point: point.seconds)
+
+
+def operations_at(points: Iterable[Point], error: float) -> float | None:
+    """Return the floating-point operations at an error, interpolated as in `seconds_at`, or None.
+
+    They are None, too, if one of the points has neither a count nor an estimate.
+    """
+    given = tuple(point for point in points if not point.failed)
+    if any(point.arithmetic is None for point in given):
+        return None
+    return _cost_at(given, error, lambda point: point.arithmetic or 0.0)
+
+
+def _cost_at(points: Iterable[Point], error: float, cost: Callable[[Point], float]) -> float | None:
     usable = [p for p in points if not p.failed and p.error > 0]
     kept = [p.error <= error for p in usable]
     for index, point in enumerate(usable):
         if kept[index] and all(kept[index : index + 2]):
             coarser = usable[index - 1] if index else point
-            return _between(coarser, point, error) if coarser.error > error else point.seconds
+            return _between(coarser, point, error, cost) if coarser.error > error else cost(point)
     return None
 
 
-def _between(coarse: Point, fine: Point, error: float) -> float:
+def _between(coarse: Point, fine: Point, error: float, cost: Callable[[Point], float]) -> float:
     share = math.log(coarse.error / error) / math.log(coarse.error / fine.error)
-    return float(coarse.seconds * (fine.seconds / coarse.seconds) ** share)
+    return float(cost(coarse) * (cost(fine) / cost(coarse)) ** share)

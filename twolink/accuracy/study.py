@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, fields
 from itertools import groupby
 from typing import Any
@@ -17,29 +18,51 @@ from twolink.accuracy.pareto import (
     by_configuration,
     choices,
     measured_order,
+    operations_at,
     pareto_front,
     seconds_at,
 )
 from twolink.accuracy.roundoff_floor import RoundoffFloor, roundoff_floor
-from twolink.accuracy.work_precision import Point, WorkPrecision, work_precision
+from twolink.accuracy.work_precision import RESOLVED, Point, WorkPrecision, work_precision
 from twolink.environment import package_versions, this_machine
 from twolink.inputs import as_flag, as_positive, as_words
+from twolink.integration.operations import Extent
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
 from twolink.simulation.motion import check_run
+from twolink.text import rounded
 
 # The error (rad, rad/s) at which configurations are compared.
 COMPARED_AT = 1e-8
 
 
 @dataclass(frozen=True)
+class Work:
+    """The floating-point operations of a configuration at an error, exact or a bound of them.
+
+    The error is `COMPARED_AT`, or the least one if that is larger. `ratio` is the number of
+    operations over the fewest of all configurations at this error.
+    """
+
+    error: float
+    operations: float
+    extent: Extent
+    ratio: float
+
+    def __str__(self) -> str:
+        """Return the operations in words."""
+        bound = "" if self.extent is Extent.COUNTED else f"{self.extent} "
+        return f"{bound}{self.operations:.2g}"
+
+
+@dataclass(frozen=True)
 class ConfigurationSummary:
-    """One configuration in a line: best error, declared and measured order, time.
+    """One configuration in a line: best error, declared and measured order, time, operations.
 
     `seconds` is the time at `COMPARED_AT`, None if the error is not reached, or is reached at one
     setting and not at the next finer one; `ratio` is that time over the shortest of all
-    configurations. `failures` counts the failed settings. `stopped` states whether the time budget
-    ended before the finest setting.
+    configurations. `work` has its floating-point operations. `failures` counts the failed settings.
+    `stopped` states whether the time budget ended before the finest setting.
     """
 
     configuration: str
@@ -52,6 +75,7 @@ class ConfigurationSummary:
     failures: int
     repeatable: bool
     stopped: bool = False
+    work: Work | None = None
 
     @property
     def why_no_time(self) -> str:
@@ -102,6 +126,7 @@ class Study:
                 failures=sum(bool(p.failed) for p in points),
                 repeatable=all(p.repeatable for p in points if not p.failed),
                 stopped=name in stopped,
+                work=_work(points, grouped.values()),
             )
             for name, points in grouped.items()
         ]
@@ -122,6 +147,30 @@ class Study:
             parts.append(f"{configuration} up to {own[-1].digits} digits")
         return f"Recommended: {'; '.join(parts)}."
 
+    @property
+    def waste(self) -> str:
+        """The operations of the most frugal and of the most wasteful configurations, in words."""
+        lines = [(line.configuration, line.work) for line in self.configurations if line.work]
+        words = []
+        reached = [line for line in lines if line[1].error == COMPARED_AT]
+        if reached:
+            name, work = min(reached, key=lambda line: (line[1].ratio < 1, line[1].operations))
+            a_digit = work.operations / -math.log10(COMPARED_AT)
+            words.append(
+                f"At an error of {COMPARED_AT:g} {name} takes the fewest floating-point operations,"
+                f" {work}, or {a_digit:.2g} a digit."
+            )
+        for kind, up_to, estimated in (("counted", "", False), ("estimated", "up to ", True)):
+            group = [line for line in lines if (line[1].extent is Extent.AT_MOST) is estimated]
+            wasteful = [line for line in group if line[1].ratio > 1]
+            if wasteful:
+                name, work = max(wasteful, key=lambda line: line[1].ratio)
+                words.append(
+                    f"Of those {kind} {name} is the most wasteful: {work} at an error of "
+                    f"{work.error:.1e}, {up_to}{rounded(work.ratio)} times as many as are needed."
+                )
+        return " ".join(words)
+
     def document(self) -> dict[str, Any]:
         """Return the study as JSON-compatible data."""
         return {
@@ -130,6 +179,8 @@ class Study:
             "judged_at": self.work_precision.judged_at,
             "judged_by": self.work_precision.reference.source,
             "machine": this_machine(),
+            "load": None if self.work_precision.load is None else asdict(self.work_precision.load),
+            "peak_operations_a_second": self.work_precision.peak,
             "versions": package_versions("heyoka", "numpy", "scipy"),
             "recommendation": self.recommendation,
             "choices": [
@@ -175,6 +226,28 @@ def _kind(point: Point) -> tuple[str, str, str]:
 
 def _ratio(seconds: float | None, least: float | None) -> float | None:
     return None if seconds is None or least is None else seconds / least
+
+
+def _work(points: tuple[Point, ...], others: Iterable[tuple[Point, ...]]) -> Work | None:
+    """Return the operations of a configuration, compared with all; None if it is too coarse."""
+    usable = [point for point in points if not point.failed]
+    best = min(usable, key=lambda point: point.error, default=None)
+    if best is None or best.arithmetic is None or best.error >= RESOLVED:
+        return None
+    error, operations = COMPARED_AT, operations_at(points, COMPARED_AT)
+    if operations is None:
+        error, operations = best.error, best.arithmetic
+    rivals = [(operations, best.extent), *((operations_at(p, error), _extent(p)) for p in others)]
+    known = [(number, extent) for number, extent in rivals if number is not None]
+    # That some operations were not counted does not make them few.
+    firm = [number for number, extent in known if extent is not Extent.AT_LEAST]
+    fewest = min(firm or [number for number, _ in known])
+    return Work(error, operations, best.extent, operations / fewest)
+
+
+def _extent(points: Iterable[Point]) -> Extent:
+    """Return whether the operations of a configuration are exact; they are for all points alike."""
+    return next((point.extent for point in points if not point.failed), Extent.COUNTED)
 
 
 def _held(floor: RoundoffFloor, digits: int) -> dict[str, Any]:

@@ -7,8 +7,9 @@ from collections.abc import Iterable
 from itertools import groupby
 
 from twolink.accuracy.drift import Drift
-from twolink.accuracy.study import COMPARED_AT, ConfigurationSummary, Study
+from twolink.accuracy.study import COMPARED_AT, ConfigurationSummary, Study, Work
 from twolink.tables import Cell, Column, Table, Tone, table
+from twolink.text import rounded
 
 # Names of configurations continue in a second line in narrower columns (characters).
 _NAME = 22
@@ -16,7 +17,8 @@ _NAME = 22
 MARKS = (
     "±: the time varied by more than a factor of two, or was measured once. By chance: this "
     "setting reached the error, the next finer one did not. Budget ended: finer settings were not "
-    "tried."
+    "tried. Operations are of floating-point numbers. ≥: some were not counted; ≤: the time times "
+    "the peak of a core; *: at the least error, and compared with the fewest at that error."
 )
 """The meaning of the marks in a table of configurations."""
 
@@ -47,11 +49,13 @@ def choices_table(study: Study) -> Table:
 
 
 def configurations_table(configurations: Iterable[ConfigurationSummary]) -> Table:
-    """Return the time of each configuration at `COMPARED_AT`, and its least error."""
+    """Return time and operations of each configuration at `COMPARED_AT`, and its least error."""
     columns = (
         Column("configuration", wraps=_NAME),
         Column("time", number=True),
         Column("ratio", number=True, spare=1),
+        Column("operations", number=True),
+        Column("to fewest", number=True),
         Column("least error", number=True),
         Column("order", number=True, spare=4),
         Column("measured order", number=True, spare=3),
@@ -63,7 +67,8 @@ def configurations_table(configurations: Iterable[ConfigurationSummary]) -> Tabl
             line.why_no_time
             if line.seconds is None
             else time_in_words(line.seconds, line.repeatable),
-            "" if line.ratio is None else f"{line.ratio:.3g}",
+            "" if line.ratio is None else rounded(line.ratio),
+            *_work(line.work),
             f"{line.best:.1e}" if math.isfinite(line.best) else "none",
             "" if line.declared is None else str(line.declared),
             "" if line.measured is None else f"{line.measured:.2f}",
@@ -72,6 +77,14 @@ def configurations_table(configurations: Iterable[ConfigurationSummary]) -> Tabl
         for line in configurations
     )
     return table(f"Every configuration, at an error of {COMPARED_AT:g}", columns, rows)
+
+
+def _work(work: Work | None) -> tuple[str, str]:
+    """Return the operations of a configuration, and their ratio to the fewest."""
+    if work is None:
+        return "", ""
+    star = "" if work.error == COMPARED_AT else " *"
+    return f"{work.extent.mark}{work.operations:.1e}{star}", f"× {rounded(work.ratio)}"
 
 
 def events_table(study: Study) -> Table:

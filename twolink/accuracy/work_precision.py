@@ -13,13 +13,16 @@ import numpy as np
 
 from twolink.accuracy.across_events import EventErrors, event_errors
 from twolink.accuracy.method_configurations import MethodConfiguration
+from twolink.accuracy.peak import peak_of_a_core
 from twolink.accuracy.reference_trajectory import (
     ReferenceTrajectory,
     comparison_times,
     largest_difference,
     reference_trajectory,
 )
+from twolink.environment import Load, load_of_machine
 from twolink.errors import TooMuchError
+from twolink.integration.operations import Extent, Operations
 from twolink.limits import DEFAULT_LIMITS, Limits, in_time
 from twolink.scene import Scene
 from twolink.simulation.motion import has_modes
@@ -36,7 +39,7 @@ UNREPEATABLE = 2.0
 # The sweep ends after this number of finer settings without improvement (round-off); errors of a
 # large part of a radian do not count, since they only show that a setting is too coarse.
 _NO_BETTER = 2
-_RESOLVED = 0.1
+RESOLVED = 0.1
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,8 @@ class Point:
     `error` is the global error (rad, rad/s), `seconds` the median of the repeated runs and
     `spread` the ratio of slowest to fastest, both without `compile_seconds`. `events` has the
     errors of events, if there are any. If the run failed, `failed` is the reason, and error and
-    time are NaN.
+    time are NaN. `arithmetic` is the number of floating-point operations of the run, `extent` says
+    whether it is exact; None if there is neither a count nor an estimate.
     """
 
     engine: str
@@ -68,6 +72,8 @@ class Point:
     events: EventErrors | None = None
     failed: str = ""
     warnings: tuple[str, ...] = ()
+    arithmetic: float | None = None
+    extent: Extent = Extent.COUNTED
 
     @property
     def repeatable(self) -> bool:
@@ -89,7 +95,8 @@ class WorkPrecision:
     """All points of a scene, and the reference of their errors.
 
     `left_out` are sentences on configurations that were not measured, and `stopped` those whose
-    finer settings were not tried.
+    finer settings were not tried. `load` is the load of the machine at the start, and `peak` the
+    operations a second of one core, by which those of other engines are estimated.
     """
 
     scene: Scene
@@ -98,6 +105,8 @@ class WorkPrecision:
     judged_at: str
     left_out: tuple[str, ...] = ()
     stopped: tuple[Stop, ...] = ()
+    load: Load | None = None
+    peak: float | None = None
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -121,6 +130,7 @@ class _Measurement:
     steps: int | None = None
     evaluations: int | None = None
     operations: int | None = None
+    arithmetic: Operations | None = None
     events: EventErrors | None = None
     failed: str = ""
     warnings: tuple[str, ...] = ()
@@ -147,14 +157,19 @@ class _Measurement:
             return
         self.error, self.steps, self.evaluations = error, result.steps, result.evaluations
         self.operations, self.warnings = result.operations, result.warnings
+        self.arithmetic = result.arithmetic
         if exact.events or exact.impacts:
             self.events = event_errors(exact, result)
         self.compile_seconds = max(self.compile_seconds, result.compile_seconds)
         self.seconds.append(result.seconds)
 
-    def point(self) -> Point:
+    def point(self, peak: float | None) -> Point:
+        """Return the point; operations that were not counted are estimated by the peak rate."""
         configuration, taken = self.configuration, self.seconds
         fine = not self.failed
+        seconds, arithmetic = statistics.median(taken) if fine else math.nan, self.arithmetic
+        if fine and arithmetic is None and peak is not None:
+            arithmetic = Operations(seconds * peak, Extent.AT_MOST)
         return Point(
             engine=configuration.engine,
             configuration=configuration.name,
@@ -165,7 +180,7 @@ class _Measurement:
             parameter=configuration.parameter,
             setting=self.setting,
             error=self.error if fine else math.nan,
-            seconds=statistics.median(taken) if fine else math.nan,
+            seconds=seconds,
             spread=max(taken) / min(taken) if fine else math.nan,
             repeats=len(taken),
             compile_seconds=self.compile_seconds,
@@ -175,6 +190,8 @@ class _Measurement:
             events=self.events,
             failed=self.failed,
             warnings=self.warnings,
+            arithmetic=None if arithmetic is None else arithmetic.number,
+            extent=Extent.COUNTED if arithmetic is None else arithmetic.extent,
         )
 
 
@@ -195,7 +212,7 @@ def work_precision(
     fraction. A configuration whose run raises `TooMuchError`, and those that have no time left of
     the `limits`, are left out; the error is raised by the reference run, and if none is left.
     """
-    start = perf_counter()
+    start, load = perf_counter(), load_of_machine()
     times = comparison_times(scene)
     report = progress or (lambda stage, share: None)
     report("the reference", 0.0)
@@ -211,13 +228,17 @@ def work_precision(
     if sweeps.too_long and not sweeps.measurements:
         raise TooMuchError(sweeps.too_long[-1])
     _repeat(sweeps.measurements, times, exact, (1 - _SWEEPING) * budget, report)
+    counted = all(each.failed or each.arithmetic for each in sweeps.measurements)
+    peak = None if counted else peak_of_a_core()
     return WorkPrecision(
         scene=scene,
-        points=tuple(measurement.point() for measurement in sweeps.measurements),
+        points=tuple(measurement.point(peak) for measurement in sweeps.measurements),
         reference=exact,
         judged_at=f"{len(times)} samples" if has_modes(scene) else "the end",
         left_out=(*left_out, *sweeps.too_long),
         stopped=tuple(sweeps.stopped),
+        load=load,
+        peak=peak,
     )
 
 
@@ -277,7 +298,7 @@ def _at_its_best(measurements: list[_Measurement]) -> bool:
     best = min(
         (measurement.error for measurement in before if not measurement.failed), default=math.inf
     )
-    return best < _RESOLVED and all(
+    return best < RESOLVED and all(
         measurement.failed or measurement.error >= best for measurement in late
     )
 

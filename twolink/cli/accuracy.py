@@ -11,7 +11,7 @@ import typer
 from twolink.cli.limits import Force, limits_of
 from twolink.cli.options import Methods, SceneName
 from twolink.cli.studies import bar_of, check_budget, names_in, write_study
-from twolink.cli.terminal import check_folder, console, print_table, styled
+from twolink.cli.terminal import check_folder, console, print_table, refuse, styled
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -29,6 +29,9 @@ _Out = Annotated[
     Path | None,
     typer.Option(help="Write accuracy.json, .csv, .svg and .png into this folder."),
 ]
+_Busy = Annotated[
+    bool, typer.Option("--busy", help="Measure other engines even on a busy machine.")
+]
 
 
 def accuracy(
@@ -37,14 +40,16 @@ def accuracy(
     engines: _Engines = False,
     budget: _Budget = None,
     out: _Out = None,
+    busy: _Busy = False,
     force: Force = False,
 ) -> None:
-    """Measure the cost of accuracy in time, and recommend a method.
+    """Measure the cost of accuracy, and recommend a method.
 
     Every method runs at settings from coarse to fine, each is judged by a run in 113 bits, and all
     are timed in turn. Exit code 0, or 2: the input was refused.
     """
     from twolink.accuracy.study import study
+    from twolink.environment import load_of_machine
     from twolink.scene import Scene
 
     if budget is None:
@@ -52,6 +57,12 @@ def accuracy(
     check_budget(budget)
     check_folder("--out", out)
     loaded = Scene.load(scene)
+    load = load_of_machine()
+    if engines and load is not None and load.busy and not busy:
+        refuse(
+            f"the load of the machine must be at most {load.most:g} to time other engines (--busy"
+            f" times them all the same); got {load.average:.2f}"
+        )
     with bar_of("measuring") as progress:
         found = study(
             loaded,
@@ -74,12 +85,17 @@ def _print(page: Console, found: Study) -> None:
     measured = found.work_precision
     page.print(styled((measured.scene.title, "bold"), f", {measured.scene.duration:g} s"))
     page.print(
-        f"Errors at {measured.judged_at}, measured against {measured.reference.source}.\n",
+        f"Errors at {measured.judged_at}, measured against {measured.reference.source}.",
         soft_wrap=True,
     )
+    if measured.load is not None:
+        page.print(f"Load of the machine: {measured.load}.")
+    page.print()
     print_table(page, choices_table(found))
     print_table(page, configurations_table(found.configurations))
     page.print(f"{MARKS}\n", soft_wrap=True)
+    if found.waste:
+        page.print(f"{found.waste}\n", soft_wrap=True)
     if any(point.events for point in found.points):
         print_table(page, events_table(found))
         page.print("Each precision resolves a different number of decaying bounces.\n")

@@ -255,6 +255,7 @@ def _accuracy(study: Study) -> str:
     tables = (
         table(choices_table(study))
         + table(configurations_table(study.configurations))
+        + (paragraph(study.waste) if study.waste else "")
         + paragraph(MARKS, "note")
     )
     return (
