@@ -76,6 +76,18 @@ def test_all_methods_and_equations_have_a_configuration():
     assert {"taylor, long double on momenta", "taylor, quadruple on momenta"} <= names
 
 
+@pytest.mark.slow
+def test_taylor_series_run_through_the_discontinuities_of_a_torque():
+    scene = Scene.load(SCENES / "sampled_torque.toml")
+    series = [each for each in own_configurations(scene) if each.method == "taylor"]
+    times = comparison_times(scene)
+    exact = reference_trajectory(scene, times)
+    assert {each.equations for each in series} == {"lagrange", "kane"}
+    for each in series:
+        found = each.run(each.sweep[-1], times)
+        assert largest_difference(exact, found.q, found.u) < 1e-12
+
+
 # A gentle motion, on which the low orders come into their own within reason.
 GENTLE = replace(GENERAL, q=(1.3, 1.8), u=(0.0, 0.0), duration=4.0)
 

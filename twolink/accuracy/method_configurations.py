@@ -18,7 +18,7 @@ from twolink.limits import UNLIMITED, Limits
 from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact
-from twolink.simulation.motion import has_modes, motion_run
+from twolink.simulation.motion import has_events, has_modes, motion_run
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.numeric import numeric_run
@@ -103,21 +103,21 @@ def own_configurations(scene: Scene, limits: Limits = UNLIMITED) -> tuple[Method
     """Return this library's method configurations for a scene.
 
     Taylor series with each formulation, SciPy's methods, and the fixed-step ones in momenta, for
-    which symplectic methods are symplectic. A scene with modes has only Taylor series. A run that
-    would exceed the `limits` raises `TooMuchError`.
+    which symplectic methods are symplectic. A scene with modes has only Taylor series, which events
+    restrict to formulations in speeds. A run that would exceed the `limits` raises `TooMuchError`.
     """
     by_rates = () if has_modes(scene) else _by_rates(scene, limits)
     return (*_by_series(scene, limits), *by_rates)
 
 
 def _by_series(scene: Scene, limits: Limits) -> Iterator[MethodConfiguration]:
-    modal = has_modes(scene)
+    modal, eventful = has_modes(scene), has_events(scene)
     for precision in PRECISIONS:
         every = precision == "double"
-        for equations in _in_speeds(every=every) if modal else _equations(every=every):
-            integrate = _through_modes if modal else _smooth
+        for equations in _in_speeds(every=every) if eventful else _equations(every=every):
+            integrate = _through_events if eventful else _smooth
             run = partial(integrate, scene, limits, equations, precision)
-            orders = _ORDERS[precision] if modal or equations == "momenta" else _FEW_ORDERS
+            orders = _ORDERS[precision] if eventful or equations == "momenta" else _FEW_ORDERS
             if modal:
                 orders = tuple(order for order in orders if order >= _LOWEST_WITH_MODES)
             yield MethodConfiguration(
@@ -133,7 +133,7 @@ def _smooth(
     order: float,
     times: Any,
 ) -> MeasuredRun:
-    """Run a scene without modes, by code that is optimised."""
+    """Run a scene that is smooth throughout, by code that is optimised."""
     return _of_series(
         taylor_run(
             scene,
@@ -147,7 +147,7 @@ def _smooth(
     )
 
 
-def _through_modes(
+def _through_events(
     scene: Scene,
     limits: Limits,
     equations: EquationsName,
@@ -155,7 +155,7 @@ def _through_modes(
     order: float,
     times: Any,
 ) -> MeasuredRun:
-    """Run a scene with modes."""
+    """Run a scene with modes or discontinuities."""
     return _of_series(
         motion_run(
             scene,
