@@ -8,7 +8,7 @@ import pytest
 
 from tests.ensembles.cases import UNCOUPLED, axis, ensemble, torques
 from twolink.ensembles.chunk import rows_of
-from twolink.ensembles.first_time import HAPPENS, NEVER, UNDECIDED, FirstTime
+from twolink.ensembles.first_time import HAPPENS, NEVER, UNDECIDED, FirstTime, first_descent
 from twolink.errors import ParameterError
 
 NAMES = ("q1", "q2", "either")
@@ -180,3 +180,41 @@ def test_the_mirror_image_of_a_run_flips_at_the_same_time():
     bounds = found["flip_bound"] + found["flip_bound"][::-1]
     # The starts are mirror images within a rounding of each angle, which grows like an error.
     assert (np.abs(one - other) <= bounds + 1e-9)[happens].all()
+
+
+def test_descents_are_at_the_first_roots_of_known_polynomials():
+    # (x − 0.3) (x − 0.6) (x − 0.9) falls twice; −x does so at its start, and x nowhere.
+    twice = -np.poly([0.3, 0.6, 0.9])[::-1]
+    rows = np.array([twice, -twice, [0, -1, 0, 0], [0, 1, 0, 0], [1, -0.5, 0, 0]]).T
+    found = first_descent(rows, np.array([0.0, 0.0, 0.0, -1e-3, 0.0]))
+    assert found[:4] == pytest.approx([0.3, 0.0, 0.0, np.inf], abs=1e-13)
+    assert found[4] == np.inf
+
+
+@pytest.mark.parametrize("above", [1e-3, 1e-6, 1e-9, 1e-12])
+def test_a_descent_that_ends_above_the_level_is_none(above):
+    rows = np.array([[0.25, -1.0, 1.0]]).T
+    assert first_descent(rows, np.array([-above])) == [np.inf]
+    assert first_descent(rows, np.array([above])) == pytest.approx(
+        0.5 - math.sqrt(above), abs=1e-14 / math.sqrt(above)
+    )
+
+
+def test_no_sample_before_a_descent_is_below_the_level(random):
+    rows = random.normal(size=(14, 400)) * 0.7 ** np.arange(14.0)[:, None]
+    levels = random.normal(size=400) - 1
+    found = first_descent(rows, levels)
+    x = np.linspace(0, 1, 2001)
+    for column, level, place in zip(rows.T, levels, found, strict=True):
+        values = np.polynomial.polynomial.polyval(x, column)
+        assert (values[x < place] > level - 1e-14).all()
+        if 0 < place < np.inf:
+            reached = np.polynomial.polynomial.polyval(place, column)
+            assert reached == pytest.approx(level, abs=1e-12)
+    assert 100 < np.isinf(found).sum() < 350
+
+
+def test_bits_of_a_descent_do_not_depend_on_its_neighbours(random):
+    rows, levels = random.normal(size=(14, 100)), random.normal(size=100) - 1
+    alone = [first_descent(rows[:, k : k + 1], levels[k : k + 1])[0] for k in range(100)]
+    assert np.array_equal(first_descent(rows, levels), alone)

@@ -4,10 +4,10 @@ Angles leave an open interval: for a flip, between two upright positions. On eac
 a polynomial y, whose distance from the true angle is at most ε: the bound on the error of the run
 up to the end of the step, and round-off and truncation of the polynomial. As long as y stays in the
 interval by more than ε, the angle has not left it; once y is outside by more than ε, it has. The
-first crossing is therefore between the first place where y is within ε of an end (`first_fall`
-proves by Bernstein coefficients that there is none before) and the first place where it is beyond
-by ε. The verdict is "happens", with the middle of the two times and half their distance as the
-bound; "never", where the first place does not come; or else "undecided".
+first crossing is therefore between the first place where y is within ε of an end (`first_descent`
+proves that there is none before) and the first place where it is beyond by ε. The verdict is
+"happens", with the middle of the two times and half their distance as the bound; "never", where the
+first place does not come; or else "undecided".
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.effects import effect_class
-from twolink.ensembles.blocks import Block, Ends, Lanes
+from twolink.ensembles.blocks import Block, Ends, Lanes, values_at
 from twolink.ensembles.family import Family
 from twolink.ensembles.quantity import Accumulator, Quantity, Variable
 from twolink.errors import ParameterError
 from twolink.inputs import as_choice, as_positive, as_real, as_word
-from twolink.simulation.hybrid.roots import Search, first_fall, rounding_bound
+from twolink.simulation.hybrid.tolerances import POLYNOMIAL
 from twolink.simulation.series import powers
 from twolink.text import quoted
 
@@ -168,19 +168,12 @@ class _Watch(Accumulator):
         """Look for the exits on the steps of a block."""
         # Decided lanes are skipped.
         open_lanes = (block.lengths > 0) & ~self._unknown & np.isinf(self._late)
-        of_each = [open_lanes & ~_inside(interval, block) for interval in self._intervals]
-        lanes, steps = np.nonzero(functools.reduce(np.logical_or, of_each).T)
-        for lane, step in zip(lanes.tolist(), steps.tolist(), strict=True):
-            if self._late[lane] < np.inf or self._unknown[lane]:
-                continue
-            if not math.isfinite(block.errors[step, lane]):
-                # From a step of unknown error on, the lane is undecided.
-                self._unknown[lane] = True
-                self._early[lane] = min(self._early[lane], block.starts[step, lane])
-                continue
-            for interval, suspects in zip(self._intervals, of_each, strict=True):
-                if suspects[step, lane]:
-                    self._look(interval, block, step, lane)
+        for interval in self._intervals:
+            steps, lanes = np.nonzero(open_lanes & ~_inside(interval, block))
+            if len(steps):
+                found = _exits(interval, block, steps, lanes)
+                for moments, known in zip(found, (self._early, self._late), strict=True):
+                    np.minimum.at(known, lanes, moments)
 
     def values(self, ends: Ends) -> dict[str, Any]:
         """Return the times (s), their bounds (s) and the verdicts."""
@@ -206,30 +199,6 @@ class _Watch(Accumulator):
         never = np.isinf(self._early) & ~self._unknown
         return np.where(never, NEVER, np.where(known, HAPPENS, UNDECIDED)).astype(np.uint8)
 
-    def _look(self, interval: _Interval, block: Block, step: int, lane: int) -> None:
-        """Look for the exit of an angle from its interval on a step of a lane."""
-        y, error = _polynomial(interval, block, step, lane)
-        swing = float(np.abs(y[1:]).sum())
-        for end, sign in ((float(interval.high[lane]), 1.0), (float(interval.low[lane]), -1.0)):
-            if not math.isfinite(end):
-                continue
-            # The distance to the end, positive inside.
-            distance = (-sign * y).tolist()
-            distance[0] += sign * end
-            margin = error + _OF_A_LEVEL * _ROUNDING * abs(end)
-            if distance[0] - swing > margin + _SLACK * abs(end):
-                # It stays away from this end, if not from the other one.
-                continue
-            early = _first_below(distance, margin)
-            if early is None:
-                continue
-            moment = _time_at(block, step, lane, early)
-            self._early[lane] = min(self._early[lane], moment)
-            late = _surely_below(distance, -margin)
-            if late is not None:
-                moment = _time_at(block, step, lane, late)
-                self._late[lane] = min(self._late[lane], moment)
-
 
 def _inside(interval: _Interval, block: Block) -> Any:
     """Return which steps are in the interval for certain, by a bound that costs little."""
@@ -250,50 +219,101 @@ def _inside(interval: _Interval, block: Block) -> Any:
 _SLACK = 1e-12
 
 
-def _polynomial(interval: _Interval, block: Block, step: int, lane: int) -> tuple[Array, float]:
-    """Return an angle on a step as a polynomial on [0, 1], and the bound on its error (rad)."""
+def _exits(interval: _Interval, block: Block, steps: Any, lanes: Any) -> tuple[Array, Array]:
+    """Return before which times (s) an angle is inside, and by which it is outside; inf if not.
+
+    Both are of shape (m,), for so many steps, each of a lane.
+    """
     w1, w2 = interval.weights
-    rows = block.angles[step, :, :, lane]
-    length = block.lengths[step : step + 1, lane]
-    y = (w1 * rows[0] + w2 * rows[1]) * powers(length, rows.shape[1])[0]
-    weight = abs(w1) + abs(w2)
-    error = weight * float(block.errors[step, lane]) + rounding_bound(y.tolist(), _ROUNDING)
-    return y, error
+    chosen = block.angles[steps, :, :, lanes]
+    lengths = block.lengths[steps, lanes]
+    # Shape (p + 1, m), for angles on [0, 1].
+    y = (w1 * chosen[:, 0] + w2 * chosen[:, 1]).T * powers(lengths, chosen.shape[2]).T
+    rounding = POLYNOMIAL * _ROUNDING * _sum(np.abs(y))
+    cut = _sum(np.abs(y[-2:]))
+    errors = (abs(w1) + abs(w2)) * block.errors[steps, lanes] + rounding + cut
+    early, late = np.full((2, len(steps)), np.inf)
+    for ends, sign in ((interval.high, 1.0), (interval.low, -1.0)):
+        end = ends[lanes]
+        # The distance to the end, positive inside.
+        distance = -sign * y
+        distance[0] += sign * end
+        margin = errors + _OF_A_LEVEL * _ROUNDING * np.abs(end)
+        near = np.flatnonzero(np.isfinite(end))
+        given, margin, gap = distance[:, near], margin[near], rounding[near]
+        early[near] = np.minimum(early[near], first_descent(given, margin))
+        place = first_descent(given, -margin - gap)
+        # A touch ends above its level, where nothing is certain.
+        beyond = _value_and_slope(given, np.minimum(place, 1.0))[0] < -margin
+        late[near] = np.minimum(late[near], np.where(beyond, place, np.inf))
+    return _times_at(block, steps, lanes, early), _times_at(block, steps, lanes, late)
 
 
-def _first_below(distance: list[float], margin: float) -> float | None:
-    """Return a place in [0, 1] before which a polynomial exceeds a margin, or None if it does."""
-    lowered = [distance[0] - margin, *distance[1:]]
-    if lowered[0] <= 0:
-        return 0.0
-    found: Search = first_fall(lowered, 0.0)
-    if found.unsure:
-        return 0.0
-    places = [float(place) for place in (found.fall, found.touch) if place is not None]
-    # The root is polished to a few roundings.
-    return max(0.0, min(places) - _POLISHED) if places else None
-
-
-def _surely_below(distance: list[float], margin: float) -> float | None:
-    """Return a place in [0, 1] by which a polynomial has fallen below a (negative) margin."""
-    lowered = [distance[0] - margin, *distance[1:]]
-    if lowered[0] <= 0:
-        return 0.0
-    found: Search = first_fall(lowered, 0.0)
-    if found.fall is None:
-        return None
-    place = min(1.0, float(found.fall) + _POLISHED)
-    return place
-
-
-_POLISHED = 1e-12
-
-
-def _time_at(block: Block, step: int, lane: int, x: float) -> float:
-    """Return the time (s) at a place in [0, 1] of a step."""
-    start = float(block.starts[step, lane])
-    elapsed = x * float(block.lengths[step, lane])
+def _times_at(block: Block, steps: Any, lanes: Any, x: Array) -> Array:
+    """Return the times (s) at places in [0, 1] of steps, and inf at infinite places."""
+    finite = np.isfinite(x)
+    elapsed = np.where(finite, x, 0.0) * block.lengths[steps, lanes]
     if block.clocks is not None:
-        clock = block.clocks[step, :, lane].tolist()
-        elapsed = math.fsum(c * elapsed**k for k, c in enumerate(clock))
-    return start + elapsed
+        clocks = block.clocks[steps, :, lanes].T
+        elapsed = values_at(clocks[None], elapsed[None])[0]
+    return np.where(finite, block.starts[steps, lanes] + elapsed, np.inf)
+
+
+@np.errstate(all="ignore")
+def first_descent(rows: Array, levels: Array) -> Array:
+    """Return the first places in [0, 1] where polynomials descend to levels, inf where they do not.
+
+    `rows`, shape (p + 1, m), are the coefficients. Before its place a polynomial is above its level
+    for certain: by y″ ≥ −K, y(x + t) ≥ y(x) + t y′(x) − K t²/2, and t is the largest one at which
+    the right side is not below the level. At a simple root this converges as Newton's method does.
+    At the place the polynomial is above the level by some roundings, or more in a touch.
+    """
+    degrees, sizes = np.arange(float(len(rows)))[:, None], np.abs(rows)
+    bends = np.maximum(_sum(degrees * (degrees - 1) * sizes), _LEAST)
+    tiny = _ROUNDING * _sum(sizes)
+    of_slopes = POLYNOMIAL * _ROUNDING * _sum(degrees * sizes)
+    found = np.zeros(len(levels))
+    left = np.flatnonzero(rows[0] - levels > tiny)
+    for _ in range(_MOST_ADVANCES):
+        if not len(left):
+            break
+        value, slope = _value_and_slope(rows[:, left], found[left])
+        above, slope = value - levels[left], slope - of_slopes[left]
+        t = _positive_root(above, slope, bends[left])
+        x = found[left] + t
+        moves = (above > tiny[left]) & (x > found[left])
+        found[left] = np.where(moves, np.where(x < 1, x, np.inf), found[left])
+        left = left[moves & (x < 1)]
+    return found
+
+
+def _sum(rows: Array) -> Array:
+    """Return the sum of rows, one after another: no bit depends on their length."""
+    total: Array = functools.reduce(np.add, rows)
+    return total
+
+
+def _positive_root(above: Array, slope: Array, bend: Array) -> Array:
+    """Return the t > 0 at which above + slope t − bend t²/2 is zero, in a form without cancelling.
+
+    It is 0 where `above` is not positive.
+    """
+    above = np.maximum(above, 0.0)
+    root = np.sqrt(slope * slope + 2 * bend * above)
+    return np.where(slope < 0, 2 * above / (root - slope), (slope + root) / bend)
+
+
+def _value_and_slope(rows: Array, x: Array) -> tuple[Array, Array]:
+    """Return the values and the slopes of polynomials, shape (p + 1, m), each at its place."""
+    value, slope = rows[-1], np.zeros(len(x))
+    for row in rows[-2::-1]:
+        slope = slope * x + value
+        value = value * x + row
+    return value, slope
+
+
+# Advances after which a place is not proven to be the last one: a touch takes a few tens.
+_MOST_ADVANCES = 200
+
+# A bound on y″ that divides.
+_LEAST = 1e-300
