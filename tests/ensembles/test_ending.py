@@ -5,7 +5,8 @@ from tests.ensembles.cases import starts
 from tests.ensembles.falls import DURATION, FALL, check_bounds, random_starts, with_wild_neighbours
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.compiled import System
-from twolink.ensembles.ending import WIDTH, Ending
+from twolink.ensembles.ending import PLACES, WIDTH, Ending
+from twolink.ensembles.quantity import Accumulator
 from twolink.errors import SimulationError
 
 SYSTEM = System(FALL.moving_chain, FALL.effects, ())
@@ -98,3 +99,60 @@ def test_errors_are_measured_where_nothing_is_kept():
     )
     assert np.array_equal(bare["error"], kept["error"])
     assert np.isfinite(bare["error"]).all()
+
+
+class _Spy(Accumulator):
+    """An accumulator that keeps what it is shown, asks for nothing, and ends runs at a place."""
+
+    def __init__(self, count, last=99):
+        self.shown, self._seen, self._last = [], np.zeros(count, int), last
+
+    def add(self, block):
+        raise AssertionError
+
+    def values(self, ends):
+        return {}
+
+    def open_spans(self, spans):
+        self.shown.append(spans)
+        self._seen[spans.which] += spans.errors.shape[0]
+        return np.zeros(spans.errors.shape, bool)
+
+    def known(self):
+        return self._seen >= self._last
+
+
+def watched(q, u, spy, duration=3.0):
+    none = np.zeros((0, q.shape[1]))
+    lanes = SYSTEM.lanes(none, q, u, duration)
+    ending = Ending.at_the_start(SYSTEM, lanes, none, paths=True, brief=True)
+    return ending, ending.ends(11, [spy])
+
+
+def test_paths_bound_how_far_angles_turn(random):
+    q, u = random_starts(random)
+    spy = _Spy(q.shape[1])
+    watched(q, u, spy)
+    paths = np.concatenate([spans.paths for spans in spy.shown], axis=1)
+    assert paths.shape == (2, PLACES, q.shape[1])
+    for lane in (0, 7, 20):
+        start = {"q": tuple(q[:, lane]), "u": tuple(u[:, lane])}
+        scene = Scene(FALL.chain, **start, duration=3.0, effects=FALL.effects)
+        truth = simulate(scene, samples=PLACES * 200 + 1)
+        turned = np.abs(np.diff(truth.q)).reshape(2, PLACES, 200).sum(axis=2)
+        assert (turned <= paths[:, :, lane]).all()
+        # Speeds change by less than half within most of the intervals.
+        assert np.median(paths[:, :, lane] / turned) < 1.1
+
+
+def test_runs_end_where_all_is_known(random):
+    q, u = random_starts(random)
+    _, (whole, _, all_steps) = watched(q, u, _Spy(q.shape[1]))
+    spy = _Spy(q.shape[1], 8)
+    ending, (ends, lost, steps) = watched(q, u, spy)
+    assert not lost.any()
+    assert steps < all_steps / 3
+    assert (ends.errors <= whole.errors).all()
+    assert len(spy.shown) == 1
+    # The judge has no end: a run that is kept again and does not end there is lost.
+    assert ending.ends(15, [_Spy(q.shape[1])])[1].all()

@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from tests.ensembles.cases import UNCOUPLED, axis, ensemble, torques
+from tests.ensembles.cases import UNCOUPLED, axis, ensemble, starts, torques
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.first_time import HAPPENS, NEVER, UNDECIDED, FirstTime, first_descent
 from twolink.errors import ParameterError
@@ -218,3 +218,50 @@ def test_bits_of_a_descent_do_not_depend_on_its_neighbours(random):
     rows, levels = random.normal(size=(14, 100)), random.normal(size=100) - 1
     alone = [first_descent(rows[:, k : k + 1], levels[k : k + 1])[0] for k in range(100)]
     assert np.array_equal(first_descent(rows, levels), alone)
+
+
+@pytest.mark.parametrize("duration", [4.1, 40.0])
+@pytest.mark.parametrize(("above", "verdict"), [(1e-3, HAPPENS), (1e-5, HAPPENS), (-1e-5, NEVER)])
+def test_a_crossing_and_return_between_two_places_is_found(duration, above, verdict):
+    # The top of q2 = 2 t - t²/2, at 2 s, is far from the 32 places, where q2 is below the level.
+    level = {"name": "x", "of": "q2", "level": 2.0 - above}
+    found = rows(torques(-0.5, keep={"first": [level]}, u2=2.0, duration=duration))
+    assert found["x_verdict"][0] == verdict
+    if verdict == HAPPENS:
+        assert abs(found["x_time"][0] - (2 - math.sqrt(2 * above))) <= found["x_bound"][0]
+
+
+@pytest.mark.parametrize("others", [{"final": True}, {"extremes": True}])
+def test_verdicts_are_those_of_runs_that_do_not_end_early(others):
+    first = [{"name": "flip", "of": "either"}, {"name": "x", "of": "elbow", "level": 1.0}]
+    runs = {"accuracy": 1e-7, "duration": 8.0}
+    one, other = (
+        rows(starts(9, keep={"first": first, **more}, runs=runs)) for more in ({}, others)
+    )
+    for name in ("flip", "x"):
+        verdicts = one[f"{name}_verdict"]
+        assert np.array_equal(verdicts, other[f"{name}_verdict"])
+        assert len(set(verdicts)) == 2
+        times, bounds = ([each[f"{name}_{k}"] for each in (one, other)] for k in ("time", "bound"))
+        apart = np.abs(times[0] - times[1])
+        assert (apart <= bounds[0] + bounds[1])[verdicts == HAPPENS].all()
+
+
+def test_bits_of_first_times_do_not_depend_on_chunks():
+    asked = starts(7, keep={"first": [{"of": "either"}]}, runs={"accuracy": 1e-8, "duration": 6.0})
+    whole = rows(asked)
+    for first in range(0, 49, 5):
+        last = min(first + 5, 49)
+        for name, part in rows_of(asked, first, last).arrays.items():
+            assert np.array_equal(part, whole[name][first:last], equal_nan=part.dtype.kind == "f")
+
+
+def test_a_run_of_unknown_error_is_never_without_a_flip():
+    # Chaotic motions over a minute, from near the upright poses.
+    around = {"first": -1.6, "last": -1.5, "count": 6}
+    axes = [axis("start.q.0", grid=around), axis("start.q.1", -1.4)]
+    level = {"name": "x", "of": "q1", "level": 300.0}
+    runs = {"duration": 60.0, "accuracy": 1e-3}
+    found = rows(ensemble(axes=axes, keep={"first": [level]}, runs=runs))
+    assert np.isinf(found["error"]).any()
+    assert (found["x_verdict"][np.isinf(found["error"])] == UNDECIDED).all()

@@ -41,7 +41,8 @@ class Block(NamedTuple):
     (n, 2, p + 1, lanes). Where `clocks`, of shape (n, p + 1, lanes), are given, the variable is
     another one, and they are the coefficients of the time since the start; lengths are then those
     of the variable. `errors`, shape (n, lanes), bound the errors (rad, rad/s) up to the end of each
-    step. Steps of a run that has ended have length 0.
+    step. Steps of a run that has ended have length 0. `which` are the numbers of the lanes among
+    those of an accumulator, shape (lanes,); one may come again with later steps.
     """
 
     starts: Array
@@ -49,6 +50,21 @@ class Block(NamedTuple):
     angles: Array
     errors: Array
     clocks: Array | None = None
+    which: Any = slice(None)
+
+
+class Spans(NamedTuple):
+    """Intervals between places of some lanes, with the numbers `which`, shape (n,).
+
+    `angles` are q1 and q2 (rad) at the m + 1 places, shape (2, m + 1, n). `paths`, shape (2, m, n),
+    bound how far they turn in total in each interval (rad), and `errors`, shape (m, n), the errors
+    of both (rad) at the places up to the end of each.
+    """
+
+    which: Any
+    angles: Array
+    paths: Array
+    errors: Array
 
 
 class Impacts(NamedTuple):

@@ -1,23 +1,32 @@
-"""The ends of runs of a smooth scene in lanes, where nothing before the end is kept.
+"""The ends of runs of a smooth scene in lanes, and steps before the end only where they are needed.
 
 The error is measured as in `following`: twice the difference from a judge of four more orders, and
-round-off. The two are compared at evenly spaced times, through which heyoka goes in one call: a
-call of Python after each step would cost more than the step. The judge of a run serves as the next
-kept run, where the first one is not accurate enough.
+round-off. The two are compared at evenly spaced times, the places, through which heyoka goes in one
+call: a call of Python after each step would cost more than the step. The judge of a run serves as
+the next kept run, where the first one is not accurate enough.
+
+Where angles are watched, the judge integrates the squares of both speeds as well. By the inequality
+of Cauchy and Schwarz an angle turns between two places by no more than the root of their distance
+in time times the integral of its squared speed. Few intervals remain in which an angle may reach a
+level; they are looked at step by step (`looking`). A run ends where nothing more of it counts.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twolink.ensembles.blocks import Ends, Lanes
-from twolink.ensembles.compiled import FORMULATION, System
+from twolink.ensembles.blocks import Ends, Lanes, Spans
+from twolink.ensembles.compiled import FORMULATION, PATH_UNIT, System
 from twolink.ensembles.following import MOST_STEPS, check_rates, error_bounds
-from twolink.optional import heyoka
+from twolink.ensembles.looking import CloserLook, Intervals
+from twolink.ensembles.quantity import Accumulator
+from twolink.errors import SimulationError
+from twolink.simulation.pool import IntegratorPool
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.measure import MORE_ORDERS, truncation
 from twolink.simulation.smooth.taylor import longest_steps
@@ -30,133 +39,306 @@ WIDTH = 8
 PLACES = 32
 """Intervals of a run at whose ends its error is measured."""
 
+# Intervals after which runs may end early: fewer cost more calls, and more cost steps in vain.
+_IN_A_PART = 8
 
-class _Motions(NamedTuple):
-    """Motions of an order: variables at evenly spaced times, shape (4, places, n), and steps (n,).
+# Intervals that are looked at together, which bounds their memory.
+_LOOKS = 512
 
-    `lost` says which have no end, shape (n,).
+# The relative error of the integral of a squared speed, which has the truncation of a step, is far
+# below this at all orders.
+_OF_AN_INTEGRAL = 1e-3
+
+# Paths (rad) so short that errors of the integral need not be small beside it.
+_SHORT = 1e-4
+
+
+@dataclass
+class _Motions:
+    """Motions of an order: variables at the places, shape (variables, places, n).
+
+    Those with `paths` have their two integrals as the last variables. Of shape (n,) are all `steps`
+    and those `taken` last, whether a motion is `lost`, and the last place that it has `reached`.
     """
 
     order: int
+    paths: bool
     variables: Array
     steps: Array
+    taken: Array
     lost: Any
+    reached: Any
 
     def of(self, chosen: Any) -> _Motions:
         """Return some of the motions."""
-        return _Motions(
-            self.order, self.variables[:, :, chosen], self.steps[chosen], self.lost[chosen]
-        )
+        rows = (self.variables, self.steps, self.taken, self.lost, self.reached)
+        return _Motions(self.order, self.paths, *(each[..., chosen] for each in rows))
+
+    def pool(self, system: System) -> IntegratorPool:
+        """Return the integrators that make them."""
+        return system.integrator(self.order, WIDTH, paths=self.paths)
+
+
+class _Known(NamedTuple):
+    """What the errors of runs depend on, as `error_bounds` has it: up to now, shape (…, n)."""
+
+    differences: Array
+    sizes: Array
+    growths: Array
+
+    def note(self, which: Any, others: Sequence[Array]) -> None:
+        """Raise all for some runs, which may come more than once."""
+        for own, new in zip(self, others, strict=True):
+            np.maximum.at(own, which, new)
 
 
 @dataclass
 class Ending:
-    """Runs side by side, of which only the ends are wanted.
+    """Runs side by side, of which only the ends are wanted, and what accumulators ask for.
 
     `numbers` are the parameters, shape (parameters, n). `growths` are the growths of errors that
-    pairs of lower orders have measured, shape (n,).
+    pairs of lower orders have measured, shape (n,). With `paths` angles are watched between places,
+    and runs that are `brief` end where all is known.
     """
 
     system: System
     lanes: Lanes
     numbers: Array
     growths: Array
+    paths: bool = False
+    brief: bool = False
     _judge: _Motions | None = None
+    _cap: Array = field(init=False)
+    _times: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Compute the longest steps (s), shape (n,), and the times of the places (s)."""
+        chain, effects, q, u, duration = self.lanes
+        with np.errstate(all="ignore"):
+            self._cap = np.asarray(longest_steps(chain, effects, tuple(q), tuple(u), duration))
+        self._times = np.linspace(0.0, duration, PLACES + 1)
 
     @classmethod
-    def at_the_start(cls, system: System, lanes: Lanes, numbers: Array) -> Ending:
+    def at_the_start(
+        cls,
+        system: System,
+        lanes: Lanes,
+        numbers: Array,
+        *,
+        paths: bool = False,
+        brief: bool = False,
+    ) -> Ending:
         """Return runs of which nothing is known."""
-        return cls(system, lanes, numbers, np.zeros(lanes.width))
+        return cls(system, lanes, numbers, np.zeros(lanes.width), paths, brief)
 
     def of(self, chosen: Any) -> Ending:
         """Return some of the runs, by their places, shape (m,)."""
-        _, _, q, u, duration = self.lanes
-        numbers = self.numbers[:, chosen]
-        lanes = self.system.lanes(numbers, q[:, chosen], u[:, chosen], duration)
         judge = None if self._judge is None else self._judge.of(chosen)
-        return Ending(self.system, lanes, numbers, self.growths[chosen], judge)
+        own = self._lanes_of(chosen), self.numbers[:, chosen], self.growths[chosen]
+        return Ending(self.system, *own, self.paths, self.brief, judge)
 
-    def ends(self, order: int) -> tuple[Ends, Any, int]:
-        """Return the ends by an order, which runs have none, shape (n,), and the steps taken."""
-        if self._judge is not None and self._judge.order == order:
-            kept, taken = self._judge, 0
-        else:
-            kept = self._motions(order, np.zeros(self.lanes.width, bool), self.growths)
-            taken = int(kept.steps.sum())
-        # Runs of like numbers of steps side by side wait least for each other.
-        judge = self._motions(order + MORE_ORDERS, kept.lost, kept.steps)
-        self._judge = judge
-        states, judged = self._states(kept.variables), self._states(judge.variables)
-        differences = np.abs(judged - states).max(axis=(0, 1))
-        differences[np.isnan(differences)] = np.inf
-        np.maximum(self.growths, differences / truncation(order), out=self.growths)
-        sizes = np.abs(states).max(axis=(0, 1))
-        errors = error_bounds(differences, sizes, kept.steps, self.growths)
-        return Ends(states[:2, -1], states[2:, -1], errors), judge.lost, taken
+    def ends(self, order: int, accumulators: Sequence[Accumulator] = ()) -> tuple[Ends, Any, int]:
+        """Return the ends by an order, which runs have none, shape (n,), and the steps taken.
 
-    def _states(self, variables: Array) -> Array:
-        """Return q and u, shape (4, places, n), of variables of this shape."""
-        q, second = variables[:2], variables[2:]
+        Accumulators receive the steps that they ask for.
+        """
+        again = self._judge is not None and self._judge.order == order
+        kept = self._judge if again and self._judge else self._begun(order, paths=False)
+        judge = self._judge = self._begun(order + MORE_ORDERS, paths=self.paths)
+        taken = -kept.steps.sum()
+        width = self.lanes.width
+        known = _Known(np.zeros(width), np.zeros(width), self.growths)
+        asked: list[Intervals] = []
+        going, done = np.flatnonzero(~kept.lost), np.zeros(width, bool)
+        stride = _IN_A_PART if self.brief else PLACES
+        for first in range(0, PLACES, stride):
+            places = slice(first, first + stride + 1)
+            if not again:
+                self._go_on(kept, going, places, kept.taken)
+            going = going[~kept.lost[going] & (kept.reached[going] >= first + stride)]
+            self._go_on(judge, going, places, kept.steps if again else kept.taken)
+            going = going[~judge.lost[going]]
+            found, errors = self._compared(kept, judge, going, places, known)
+            if self.paths and len(going):
+                asked.append(self._asked(kept, judge, going, places, found, errors, accumulators))
+            known.note(going, [rows[-1] for rows in found])
+            if self.brief:
+                done = np.logical_and.reduce([each.known() for each in accumulators])
+                going = going[~done[going]]
+        lost = kept.lost | judge.lost | ((judge.reached < PLACES) & ~done)
+        self._look(kept, judge, asked, accumulators, known, lost)
+        states = self._states(self.lanes, kept.variables[:4, -1])
+        errors = error_bounds(known.differences, known.sizes, kept.steps, known.growths)
+        taken += kept.steps.sum()
+        return Ends(states[:2], states[2:], np.where(lost, np.nan, errors)), lost, int(taken)
+
+    def _begun(self, order: int, *, paths: bool) -> _Motions:
+        """Return motions by an order at their starts."""
+        chain, _, q, u, _ = self.lanes
         with np.errstate(all="ignore"):
-            u = EQUATIONS[FORMULATION].to_speeds(self.lanes.chain, tuple(q), tuple(second))
-        return np.array([*q, *u])
-
-    def _motions(self, order: int, lost: Any, lengths: Array) -> _Motions:
-        """Return the motions by an order, but for those lost; groups are of similar `lengths`."""
-        chain, effects, q, u, duration = self.lanes
-        with np.errstate(all="ignore"):
-            cap = np.asarray(longest_steps(chain, effects, tuple(q), tuple(u), duration))
             second = EQUATIONS[FORMULATION].from_speeds(chain, tuple(q), tuple(u))
-        lost = lost | ~np.isfinite(cap)
-        sequence = np.argsort(lengths, kind="stable")
-        left = sequence[~lost[sequence]]
+        width = self.lanes.width
+        variables = np.full((6 if paths else 4, PLACES + 1, width), np.nan)
+        variables[:4, 0] = [*q, *np.broadcast_arrays(*second)]
+        variables[4:, 0] = 0.0
+        steps, taken = np.zeros((2, width))
+        lost = ~np.isfinite(self._cap)
+        return _Motions(order, paths, variables, steps, taken, lost, np.zeros(width, int))
+
+    def _go_on(self, motions: _Motions, runs: Any, places: slice, lengths: Array) -> None:
+        """Continue some motions through places; runs of similar `lengths` are side by side.
+
+        They wait least for each other.
+        """
+        sequence = runs[np.argsort(lengths[runs], kind="stable")]
+        count = len(sequence)
         # Lanes without a run repeat others.
-        slots = left[np.arange(-(-len(left) // WIDTH) * WIDTH) % max(1, len(left))]
-        made = _Slots.of(len(slots))
-        given = _Given(np.array([*q, *np.broadcast_arrays(*second)]), self.numbers, cap)
-        times = np.repeat(np.linspace(0.0, duration, PLACES + 1)[:, None], WIDTH, axis=1)
-        with self.system.integrator(order, WIDTH).lend() as integrator:
+        slots = sequence[np.arange(-(-count // WIDTH) * WIDTH) % max(1, count)]
+        times = np.repeat(self._times[places, None], WIDTH, axis=1)
+        made = _Slots.of(len(slots), len(times), len(motions.variables))
+        given = _Given(motions.variables[:, places.start], self.numbers, self._cap)
+        with motions.pool(self.system).lend() as integrator:
             for first in range(0, len(slots), WIDTH):
                 lanes = slice(first, first + WIDTH)
                 group, grid = slots[lanes], made.grid[:, :, lanes]
-                while not (fine := _made(integrator, given.of(group), times, grid)).all():
+                while (lost := _lost(integrator, given.of(group), times, grid)).any():
                     # heyoka ends all lanes where one is no longer finite.
-                    lost[group[~fine]] = True
-                    if not fine.any():
+                    motions.lost[group[lost]] = True
+                    if lost.all():
                         break
-                    group = np.where(fine, group, group[fine.argmax()])
-                made.put(lanes, integrator)
-        return self._in_order(order, left, made, lost)
+                    group = np.where(lost, group[lost.argmin()], group)
+                made.put(lanes, integrator, rates=places.start == 0)
+        motions.variables[:, places, sequence] = made.grid[:, :, :count].swapaxes(0, 1)
+        motions.taken[sequence] = made.steps[:count]
+        motions.steps[sequence] += made.steps[:count]
+        motions.reached[sequence] = places.stop - 1
+        if places.start == 0:
+            left = ~motions.lost[sequence]
+            self._check(sequence[left], made.ends[:, :count][:, left])
 
-    def _in_order(self, order: int, left: Any, made: _Slots, lost: Any) -> _Motions:
-        """Return the motions of slots, each in the place of its run."""
-        count, width = len(left), len(lost)
-        steps, ends = np.zeros(width), np.full((9, width), np.nan)
-        variables = np.full((4, PLACES + 1, width), np.nan)
-        variables[:, :, left] = made.grid[:, :, :count].swapaxes(0, 1)
-        steps[left], ends[:, left] = made.steps[:count], made.ends[:, :count]
-        variables[:, :, lost] = ends[:, lost] = np.nan
-        check_rates(self.lanes, ends[:4], ends[4:8], ends[8])
-        return _Motions(order, variables, steps, lost)
+    def _check(self, runs: Any, ends: Array) -> None:
+        """Raise `SimulationError` unless the rates in a step are those of the formulas.
+
+        `ends`, shape (2 variables + 1, n), has the variables, their rates, and the times (s).
+        """
+        whole = np.full((len(ends), self.lanes.width), np.nan)
+        whole[:, runs] = ends
+        rates = whole[len(ends) // 2 : -1]
+        check_rates(self.lanes, whole[:4], rates[:4], whole[-1])
+        squares = PATH_UNIT * rates[:2] ** 2
+        if len(rates) > 4 and (np.abs(rates[4:] - squares) > _OF_AN_INTEGRAL * squares).any():
+            raise SimulationError(
+                "the integrals of squared speeds must have these as their rates; got others:"
+                " please report this"
+            )
+
+    def _compared(
+        self, kept: _Motions, judge: _Motions, runs: Any, places: slice, known: _Known
+    ) -> tuple[_Known, Array]:
+        """Return what is known of errors at places, and the bounds on them: shape (places, n)."""
+        lanes = self._lanes_of(runs)
+        states, judged = (
+            self._states(lanes, each.variables[:4, places, runs]) for each in (kept, judge)
+        )
+        differences = np.abs(judged - states).max(axis=0)
+        differences[np.isnan(differences)] = np.inf
+        sizes = np.abs(states).max(axis=0)
+        before = _Known(*(rows[runs] for rows in known))
+        differences = np.maximum.accumulate(np.maximum(differences, before.differences))
+        sizes = np.maximum.accumulate(np.maximum(sizes, before.sizes))
+        growths = np.maximum(before.growths, differences / truncation(kept.order))
+        errors = error_bounds(differences, sizes, kept.steps[runs], growths)
+        return _Known(differences, sizes, growths), errors
+
+    def _asked(
+        self,
+        kept: _Motions,
+        judge: _Motions,
+        runs: Any,
+        places: slice,
+        found: _Known,
+        errors: Array,
+        accumulators: Sequence[Accumulator],
+    ) -> Intervals:
+        """Return the intervals between places whose steps are needed."""
+        variables = judge.variables[:, places, runs]
+        lengths = np.diff(self._times[places])[:, None]
+        squares = (1 + _OF_AN_INTEGRAL) * lengths * np.diff(variables[4:], axis=1) / PATH_UNIT
+        paths = np.sqrt(np.maximum(squares, 0.0) + _SHORT**2)
+        spans = Spans(runs, variables[:2], paths, errors[1:])
+        needed = np.zeros(errors[1:].shape, bool)
+        for each in accumulators:
+            needed |= each.open_spans(spans)
+        first, lanes = np.nonzero(needed)
+        place, which = places.start + first, runs[lanes]
+        return Intervals(
+            which,
+            self._times[place],
+            self._times[place + 1],
+            kept.variables[:, place, which],
+            judge.variables[:, place, which],
+            found.differences[first, lanes],
+            found.sizes[first, lanes],
+            kept.steps[which],
+            found.growths[first, lanes],
+        )
+
+    def _look(
+        self,
+        kept: _Motions,
+        judge: _Motions,
+        asked: Sequence[Intervals],
+        accumulators: Sequence[Accumulator],
+        known: _Known,
+        lost: Any,
+    ) -> None:
+        """Give the steps of intervals to the accumulators, and note what they show of errors."""
+        if not asked:
+            return
+        intervals = Intervals(*(np.concatenate(rows, axis=-1) for rows in zip(*asked, strict=True)))
+        pools = kept.pool(self.system), judge.pool(self.system)
+        for first in range(0, len(intervals.which), _LOOKS):
+            part = intervals.of(slice(first, first + _LOOKS))
+            which = part.which
+            lanes, numbers = self._lanes_of(which), self.numbers[:, which]
+            look = CloserLook(kept.order, *pools, lanes, numbers, self._cap[which], part)
+            for block in look.blocks():
+                for each in accumulators:
+                    each.add(block)
+            now = look.intervals
+            known.note(which, (now.differences, now.sizes, now.growths))
+            lost[which[look.lost]] = True
+
+    def _lanes_of(self, chosen: Any) -> Lanes:
+        """Return the lanes of some runs, shape (m,)."""
+        _, _, q, u, duration = self.lanes
+        return self.system.lanes(self.numbers[:, chosen], q[:, chosen], u[:, chosen], duration)
+
+    def _states(self, lanes: Lanes, variables: Array) -> Array:
+        """Return q and u of variables, both of shape (4, …, n)."""
+        q, second = variables[:2], variables[2:]
+        with np.errstate(all="ignore"):
+            u = EQUATIONS[FORMULATION].to_speeds(lanes.chain, tuple(q), tuple(second))
+        return np.array([*q, *u])
 
 
 class _Given(NamedTuple):
-    """Starts of runs, (4, n), their parameters, (parameters, n), and longest steps (s), (n,)."""
+    """States of runs, (variables, n), their parameters, (parameters, n), and longest steps (s)."""
 
-    starts: Array
+    states: Array
     numbers: Array
     cap: Array
 
     def of(self, group: Any) -> _Given:
         """Return those of some runs."""
-        return _Given(self.starts[:, group], self.numbers[:, group], self.cap[group])
+        return _Given(self.states[:, group], self.numbers[:, group], self.cap[group])
 
 
 class _Slots(NamedTuple):
-    """Motions in the order in which they are made: `grid` of shape (places, 4, n), steps (n,).
+    """Motions in the order in which they are made: `grid` of shape (places, variables, n).
 
-    `ends`, shape (9, n), has the variables, their rates, and the time (s) where the last step
-    begins.
+    `steps` is of shape (n,). `ends`, shape (2 variables + 1, n), has the variables, their rates,
+    and the time (s) where the last step begins.
     """
 
     grid: Array
@@ -164,25 +346,30 @@ class _Slots(NamedTuple):
     ends: Array
 
     @classmethod
-    def of(cls, count: int) -> _Slots:
+    def of(cls, count: int, places: int, variables: int) -> _Slots:
         """Return slots without motions."""
-        return cls(np.empty((PLACES + 1, 4, count)), np.empty(count), np.empty((9, count)))
+        grid = np.empty((places, variables, count))
+        return cls(grid, np.empty(count), np.empty((2 * variables + 1, count)))
 
-    def put(self, lanes: slice, integrator: Any) -> None:
-        """Note the steps of the last run of an integrator."""
-        coefficients = integrator.tc
+    def put(self, lanes: slice, integrator: Any, *, rates: bool) -> None:
+        """Note the steps of the last run of an integrator, and its rates if they are wanted."""
         self.steps[lanes] = [result[3] for result in integrator.propagate_res]
-        self.ends[:4, lanes], self.ends[4:8, lanes] = coefficients[:, 0], coefficients[:, 1]
-        self.ends[8, lanes] = integrator.time - integrator.last_h
+        if not rates:
+            return
+        coefficients = integrator.tc
+        count = len(coefficients)
+        self.ends[:count, lanes] = coefficients[:, 0]
+        self.ends[count:-1, lanes] = coefficients[:, 1]
+        self.ends[-1, lanes] = integrator.time - integrator.last_h
 
 
-def _made(integrator: Any, given: _Given, times: Array, grid: Array) -> Any:
-    """Make the motions of a group into a grid, and return which are not lost, shape (WIDTH,)."""
-    integrator.state[:] = given.starts
-    # Equations have no parameters after the last one that they use.
-    integrator.pars[:] = given.numbers[: len(integrator.pars)]
-    integrator.set_time(0.0)
+def _lost(integrator: Any, given: _Given, times: Array, grid: Array) -> Any:
+    """Make the motions of a group into a grid, and return which are lost, shape (WIDTH,)."""
+    integrator.state[:] = given.states
+    if len(given.numbers):
+        # Equations have no parameters after the last one that they use.
+        integrator.pars[:] = given.numbers[: len(integrator.pars)]
+    integrator.set_time(times[0, 0])
     _, grid[:] = integrator.propagate_grid(times, max_delta_t=given.cap, max_steps=MOST_STEPS)
-    ends = heyoka().taylor_outcome
-    lost = ends.err_nf_state, ends.step_limit
-    return np.array([result[0] not in lost for result in integrator.propagate_res])
+    # A lane that is lost or has taken too many steps does not come to the last place.
+    return ~np.isfinite(grid[-1]).all(axis=0)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.effects import effect_class
-from twolink.ensembles.blocks import Block, Ends, Lanes, values_at
+from twolink.ensembles.blocks import Block, Ends, Lanes, Spans, values_at
 from twolink.ensembles.family import Family
 from twolink.ensembles.quantity import Accumulator, Quantity, Variable
 from twolink.errors import ParameterError
@@ -67,6 +67,8 @@ class FirstTime(Quantity):
     within: float = 1e-3
 
     of_state = False
+    of_steps = False
+    of_spans = True
 
     def __post_init__(self) -> None:
         """Require a name, an angle, and a finite level; an elbow has no upright position."""
@@ -125,6 +127,10 @@ class _Interval(NamedTuple):
     low: Array
     high: Array
 
+    def of(self, which: Any) -> _Interval:
+        """Return the interval of some lanes."""
+        return _Interval(self.weights, self.low[which], self.high[which])
+
 
 def _intervals(asked: FirstTime, lanes: Lanes) -> Iterator[_Interval]:
     """Yield the intervals in which the angles are at the start."""
@@ -163,17 +169,45 @@ class _Watch(Accumulator):
         ends = np.array([interval.low for interval in self._intervals])
         # Without gravity no pose is upright, so that flips are undecided.
         self._unknown = np.isnan(ends).any(axis=0)
+        # Whether an angle has been seen outside of its interval between two steps that were added.
+        self._seen = np.zeros(lanes.width, bool)
+        # Whether the error has become unknown before.
+        self._blind = np.zeros(lanes.width, bool)
 
     def add(self, block: Block) -> None:
         """Look for the exits on the steps of a block."""
+        numbers = np.arange(len(self._late))[block.which]
         # Decided lanes are skipped.
-        open_lanes = (block.lengths > 0) & ~self._unknown & np.isinf(self._late)
-        for interval in self._intervals:
+        open_lanes = (block.lengths > 0) & (~self._unknown & np.isinf(self._late))[numbers]
+        for each in self._intervals:
+            interval = each.of(numbers)
             steps, lanes = np.nonzero(open_lanes & ~_inside(interval, block))
             if len(steps):
                 found = _exits(interval, block, steps, lanes)
                 for moments, known in zip(found, (self._early, self._late), strict=True):
-                    np.minimum.at(known, lanes, moments)
+                    np.minimum.at(known, numbers[lanes], moments)
+
+    def open_spans(self, spans: Spans) -> Any:
+        """Return in which intervals an angle may leave its own for the first time, shape (m, n)."""
+        which = spans.which
+        needed = np.zeros(spans.errors.shape, bool)
+        seen = self._seen[which]
+        for each in self._intervals:
+            may_leave, outside = _between(each.of(which), spans)
+            needed |= may_leave
+            seen = seen | outside
+        # Unknown errors stay unknown.
+        blind = np.isinf(spans.errors) | self._blind[which]
+        decided = np.logical_or.accumulate(seen | blind)
+        # An interval counts if nothing is decided at its start.
+        needed[1:] &= ~decided[:-1]
+        needed[0] &= ~(self._seen | self._blind)[which]
+        self._seen[which], self._blind[which] = seen.any(axis=0), blind[-1]
+        return needed & ~self._unknown[which]
+
+    def known(self) -> Any:
+        """Return which lanes have left their intervals for certain."""
+        return self._seen | self._unknown
 
     def values(self, ends: Ends) -> dict[str, Any]:
         """Return the times (s), their bounds (s) and the verdicts."""
@@ -196,7 +230,7 @@ class _Watch(Accumulator):
     def _verdicts(self) -> Any:
         with np.errstate(invalid="ignore"):
             known = (self._late - self._early) / 2 <= self._asked.within
-        never = np.isinf(self._early) & ~self._unknown
+        never = np.isinf(self._early) & ~self._unknown & ~self._seen & ~self._blind
         return np.where(never, NEVER, np.where(known, HAPPENS, UNDECIDED)).astype(np.uint8)
 
 
@@ -214,6 +248,25 @@ def _inside(interval: _Interval, block: Block) -> Any:
     reach = 2 * size * block.lengths + block.errors + _SLACK * np.abs(rows[:, 0])
     return (rows[:, 0] + reach < interval.high) & (rows[:, 0] - reach > interval.low)
 
+
+def _between(interval: _Interval, spans: Spans) -> tuple[Any, Any]:
+    """Return where between places an angle may leave an interval, and at which it is outside.
+
+    Both are of shape (m, n), the latter at the ends of spans. An angle that goes from a to b by a
+    path p comes up to (a + b + p)/2, and down to (a + b − p)/2.
+    """
+    w1, w2 = interval.weights
+    y = w1 * spans.angles[0] + w2 * spans.angles[1]
+    half = (abs(w1) * spans.paths[0] + abs(w2) * spans.paths[1]) / 2
+    errors = (abs(w1) + abs(w2)) * _BETWEEN * spans.errors
+    middle, half = (y[:-1] + y[1:]) / 2, half + errors + _SLACK * np.abs(y[1:])
+    inside = (middle + half < interval.high) & (middle - half > interval.low)
+    outside = (y[1:] - errors > interval.high) | (y[1:] + errors < interval.low)
+    return ~inside, outside
+
+
+# Errors between two places are allowed to be so many times those at the places.
+_BETWEEN = 100.0
 
 # Roundings of an angle, far above those of a polynomial's sum.
 _SLACK = 1e-12

@@ -65,11 +65,11 @@ class LostError(Exception):
         self.lanes = lanes
 
 
-class _Part(NamedTuple):
+class Part(NamedTuple):
     """Steps of an integrator: times at their starts and ends (s), (n + 1, lanes).
 
-    `lengths` (s) are of shape (n, lanes), `coefficients` of shape (n, 4, p + 1, lanes), and `end`,
-    of shape (4, lanes), has the variables at the end.
+    `lengths` (s) are of shape (n, lanes), `coefficients` of shape (n, variables, p + 1, lanes), and
+    `end`, of shape (variables, lanes), has the variables at the end.
     """
 
     times: Array
@@ -78,14 +78,15 @@ class _Part(NamedTuple):
     end: Array
 
 
-class _Recorder:
+class Recorder:
     """A callback that keeps the steps of an integrator, and ends a part after some steps."""
 
     def __init__(self, integrator: Any) -> None:
+        """Make memory for the steps."""
         self._views = integrator.tc, integrator.last_h, integrator.time
         self._coefficients = np.empty((_STEPS, *integrator.tc.shape))
-        self._lengths = np.empty((_STEPS, LANES))
-        self._times = np.empty((_STEPS + 1, LANES))
+        self._lengths = np.empty((_STEPS, *integrator.last_h.shape))
+        self._times = np.empty((_STEPS + 1, *integrator.time.shape))
         self._begin(integrator)
 
     def _begin(self, integrator: Any) -> None:
@@ -99,13 +100,13 @@ class _Recorder:
         self._count = place + 1
         return self._count < _STEPS
 
-    def part(self, integrator: Any, until: float, cap: Array) -> _Part:
+    def part(self, integrator: Any, until: float | Array, cap: Array) -> Part:
         """Return the next steps towards a time (s), at most `_STEPS`, in memory that is reused."""
         self._begin(integrator)
         integrator.propagate_until(until, max_delta_t=cap, callback=self, write_tc=True)
         _check_outcomes(integrator)
         n = self._count
-        return _Part(
+        return Part(
             self._times[: n + 1], self._lengths[:n], self._coefficients[:n], integrator.state
         )
 
@@ -140,7 +141,7 @@ class Follower:
         with kept_pool.lend() as kept, judge_pool.lend() as judge:
             for integrator in (kept, judge):
                 self._start(integrator)
-            recorder = _Recorder(kept)
+            recorder = Recorder(kept)
             while (before < duration).any():
                 part = recorder.part(kept, duration, cap)
                 if not self.steps:
@@ -148,7 +149,7 @@ class Follower:
                     check_rates(self.lanes, first[:, 0], first[:, 1], 0.0)
                 self.steps += len(part.lengths)
                 moves = np.diff(part.times, axis=0) > 0
-                errors = compare.errors(part, moves, _judged(judge, part.times, cap))
+                errors = compare.errors(part, moves, through(judge, part.times, cap))
                 lengths = np.where(moves, part.lengths, 0.0)
                 yield Block(part.times[:-1], lengths, part.coefficients[:, :2], errors)
                 ended = (part.times[-1] >= duration) & (before < duration)
@@ -188,7 +189,7 @@ class _Comparison:
         self.growths = np.zeros((PLACES + 1, LANES))
         self.so_far = np.zeros(LANES)
 
-    def errors(self, kept: _Part, moves: Any, judged: Array) -> Array:
+    def errors(self, kept: Part, moves: Any, judged: Array) -> Array:
         """Return the bounds on the error (rad, rad/s) up to the end of each step (n, lanes).
 
         `moves` says in which steps a run has not ended before, shape (n, lanes); `judged` has the
@@ -254,7 +255,7 @@ def check_rates(lanes: Lanes, states: Array, compiled: Array, times: Any) -> Non
         )
 
 
-def _at_the_end(part: _Part, moves: Any) -> Array:
+def _at_the_end(part: Part, moves: Any) -> Array:
     """Return the variables after the last step of each run, shape (4, lanes).
 
     While other lanes go on, an integrator may move a run that has ended by a rounding of the time.
@@ -264,7 +265,7 @@ def _at_the_end(part: _Part, moves: Any) -> Array:
     return np.asarray(states[last, :, np.arange(LANES)].T)
 
 
-def _judged(integrator: Any, times: Array, cap: Array) -> Array:
+def through(integrator: Any, times: Array, cap: Array) -> Array:
     """Return the variables of the judge at the ends of steps, shape (n, 4, lanes).
 
     `times` (s), shape (n + 1, lanes), begin where the judge is. A lane that has ended goes on a

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from twolink.ensembles.blocks import Block, Ends, Lanes
+from twolink.ensembles.blocks import Block, Ends, Lanes, Spans
 from twolink.ensembles.family import Family
 
 Array = NDArray[np.float64]
@@ -77,6 +77,14 @@ class Accumulator(ABC):
         """Return which lanes a more precise run could decide, shape (lanes,); none by default."""
         return False
 
+    def open_spans(self, spans: Spans) -> Any:
+        """Return in which intervals steps are needed, shape (m, n); by default in none."""
+        return False
+
+    def known(self) -> Any:
+        """Return which lanes need no more of their motions, shape (lanes,); none by default."""
+        return False
+
 
 class Quantity(ABC):
     """A quantity that is kept of each run."""
@@ -85,7 +93,10 @@ class Quantity(ABC):
     """Whether its error is that of the state, so that the accuracy of the runs counts."""
 
     of_steps = True
-    """Whether it depends on the motion before the end."""
+    """Whether it needs all steps of the motion."""
+
+    of_spans = False
+    """Whether it needs the steps in some intervals, as `Accumulator.open_spans` says."""
 
     @property
     @abstractmethod

@@ -76,7 +76,14 @@ class _Ended(Stages):
         """Begin with all runs."""
         _, numbers, q, u = self.prepared
         lanes = self.system.lanes(numbers, q, u, self.ensemble.duration)
-        self.ending = Ending.at_the_start(self.system, lanes, numbers)
+        kept = self.ensemble.kept
+        self.ending = Ending.at_the_start(
+            self.system,
+            lanes,
+            numbers,
+            paths=any(quantity.of_spans for quantity in kept),
+            brief=bool(kept) and all(quantity.of_spans for quantity in kept),
+        )
         self.numbers = np.arange(lanes.width)
 
     def runs(self, left: Any, order: int) -> Iterator[Done]:
@@ -85,8 +92,8 @@ class _Ended(Stages):
         self.numbers = left
         if not len(left):
             return
-        ends, lost, steps = self.ending.ends(order)
         accumulators = _accumulators(self.ensemble, self.ending.lanes)
+        ends, lost, steps = self.ending.ends(order, accumulators)
         values, undecided = _kept(accumulators, ends, len(left))
         found = {name: array[~lost] for name, array in values.items()}
         errors = ends.errors[~lost]
