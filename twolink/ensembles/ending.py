@@ -195,26 +195,31 @@ class Ending:
         # Lanes without a run repeat others.
         slots = sequence[np.arange(-(-count // WIDTH) * WIDTH) % max(1, count)]
         times = np.repeat(self._times[places, None], WIDTH, axis=1)
-        made = _Slots.of(len(slots), len(times), len(motions.variables))
-        given = _Given(motions.variables[:, places.start], self.numbers, self._cap)
+        made = _Made.of(len(slots) // WIDTH, len(times), len(motions.variables))
+        starts = motions.variables[:, places.start]
+        given = _Given(starts[:, slots], self.numbers[:, slots], self._cap[slots])
         with motions.pool(self.system).lend() as integrator:
-            for first in range(0, len(slots), WIDTH):
-                lanes = slice(first, first + WIDTH)
-                group, grid = slots[lanes], made.grid[:, :, lanes]
-                while (lost := _lost(integrator, given.of(group), times, grid)).any():
+            for number in range(len(slots) // WIDTH):
+                lanes = slice(number * WIDTH, (number + 1) * WIDTH)
+                group, own = slots[lanes], given.of(lanes)
+                while (lost := _lost(integrator, own, times, made.grid[number])).any():
                     # heyoka ends all lanes where one is no longer finite.
                     motions.lost[group[lost]] = True
                     if lost.all():
                         break
-                    group = np.where(lost, group[lost.argmin()], group)
-                made.put(lanes, integrator, rates=places.start == 0)
-        motions.variables[:, places, sequence] = made.grid[:, :, :count].swapaxes(0, 1)
-        motions.taken[sequence] = made.steps[:count]
-        motions.steps[sequence] += made.steps[:count]
+                    others = np.where(lost, lost.argmin(), np.arange(WIDTH))
+                    group, own = group[others], own.of(others)
+                made.put(number, integrator, rates=places.start == 0)
+        motions.variables[:, places, sequence] = _side_by_side(made.grid)[..., :count].swapaxes(
+            0, 1
+        )
+        steps = made.steps.ravel()[:count]
+        motions.taken[sequence] = steps
+        motions.steps[sequence] += steps
         motions.reached[sequence] = places.stop - 1
         if places.start == 0:
             left = ~motions.lost[sequence]
-            self._check(sequence[left], made.ends[:, :count][:, left])
+            self._check(sequence[left], _side_by_side(made.ends)[:, :count][:, left])
 
     def _check(self, runs: Any, ends: Array) -> None:
         """Raise `SimulationError` unless the rates in a step are those of the formulas.
@@ -334,11 +339,11 @@ class _Given(NamedTuple):
         return _Given(self.states[:, group], self.numbers[:, group], self.cap[group])
 
 
-class _Slots(NamedTuple):
-    """Motions in the order in which they are made: `grid` of shape (places, variables, n).
+class _Made(NamedTuple):
+    """Motions in groups: `grid`, (groups, places, variables, WIDTH), and `steps`, (groups, WIDTH).
 
-    `steps` is of shape (n,). `ends`, shape (2 variables + 1, n), has the variables, their rates,
-    and the time (s) where the last step begins.
+    `ends`, shape (groups, 2 variables + 1, WIDTH), has the variables, their rates, and the time (s)
+    where the last step begins.
     """
 
     grid: Array
@@ -346,21 +351,24 @@ class _Slots(NamedTuple):
     ends: Array
 
     @classmethod
-    def of(cls, count: int, places: int, variables: int) -> _Slots:
-        """Return slots without motions."""
-        grid = np.empty((places, variables, count))
-        return cls(grid, np.empty(count), np.empty((2 * variables + 1, count)))
+    def of(cls, groups: int, places: int, variables: int) -> _Made:
+        """Return memory for motions."""
+        grid = np.empty((groups, places, variables, WIDTH))
+        return cls(grid, np.empty((groups, WIDTH)), np.empty((groups, 2 * variables + 1, WIDTH)))
 
-    def put(self, lanes: slice, integrator: Any, *, rates: bool) -> None:
+    def put(self, group: int, integrator: Any, *, rates: bool) -> None:
         """Note the steps of the last run of an integrator, and its rates if they are wanted."""
-        self.steps[lanes] = [result[3] for result in integrator.propagate_res]
-        if not rates:
-            return
-        coefficients = integrator.tc
-        count = len(coefficients)
-        self.ends[:count, lanes] = coefficients[:, 0]
-        self.ends[count:-1, lanes] = coefficients[:, 1]
-        self.ends[-1, lanes] = integrator.time - integrator.last_h
+        self.steps[group] = [result[3] for result in integrator.propagate_res]
+        if rates:
+            variables, first = integrator.tc[:, 0], integrator.tc[:, 1]
+            begin = integrator.time - integrator.last_h
+            np.concatenate([variables, first, begin[None]], out=self.ends[group])
+
+
+def _side_by_side(groups: Array) -> Array:
+    """Return rows of groups, shape (groups, …, WIDTH), as rows of shape (…, n)."""
+    rows = np.moveaxis(groups, 0, -2)
+    return rows.reshape(*rows.shape[:-2], -1)
 
 
 def _lost(integrator: Any, given: _Given, times: Array, grid: Array) -> Any:

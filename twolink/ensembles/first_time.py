@@ -286,13 +286,16 @@ def _exits(interval: _Interval, block: Block, steps: Any, lanes: Any) -> tuple[A
     cut = _sum(np.abs(y[-2:]))
     errors = (abs(w1) + abs(w2)) * block.errors[steps, lanes] + rounding + cut
     early, late = np.full((2, len(steps)), np.inf)
+    swing = _sum(np.abs(y[1:]))
     for ends, sign in ((interval.high, 1.0), (interval.low, -1.0)):
         end = ends[lanes]
         # The distance to the end, positive inside.
         distance = -sign * y
         distance[0] += sign * end
         margin = errors + _OF_A_LEVEL * _ROUNDING * np.abs(end)
-        near = np.flatnonzero(np.isfinite(end))
+        # It stays away from the other ends, of which some are infinite.
+        away = distance[0] - swing > margin + _SLACK * np.abs(end)
+        near = np.flatnonzero(np.isfinite(end) & ~away)
         given, margin, gap = distance[:, near], margin[near], rounding[near]
         early[near] = np.minimum(early[near], first_descent(given, margin))
         place = first_descent(given, -margin - gap)

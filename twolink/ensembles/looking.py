@@ -71,6 +71,8 @@ class CloserLook:
             left = np.flatnonzero((at.starts < at.ends) & ~self.lost)
             if not len(left):
                 return
+            # Intervals of like numbers of steps side by side wait least for each other.
+            left = left[np.argsort(at.steps[left] / at.ends[left], kind="stable")]
             steps = _Steps.of(at, list(self._parts(left)))
             moves = np.diff(steps.times, axis=0) > 0
             errors = self._errors(steps, moves)
