@@ -28,8 +28,9 @@ from twolink.simulation.smooth.measure import GROWTH, MARGIN_OF_ORDERS, MORE_ORD
 
 Array = NDArray[np.float64]
 
-# Runs whose motions are in memory at once.
-_AT_ONCE = 1024
+# Runs whose motions are in memory at once, 3 kB each. The more there are, the more alike are the
+# numbers of steps in a group.
+_AT_ONCE = 4096
 
 # Number of runs whose scenes are compared to find the numbers that vary.
 _PROBES = 8
