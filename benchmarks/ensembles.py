@@ -40,10 +40,11 @@ from benchmarks.throughput import (
 )
 from twolink.ensembles.chunk import Rows, rows_of
 from twolink.ensembles.compiled import LANES, System
-from twolink.ensembles.ending import PLACES, WIDTH, Ending
+from twolink.ensembles.ending import PLACES, Ending
 from twolink.ensembles.ensemble import Ensemble
 from twolink.ensembles.file import ensemble_of
 from twolink.ensembles.first_time import VERDICTS
+from twolink.ensembles.motions import WIDTH
 from twolink.ensembles.store import created
 from twolink.environment import load_of_machine
 from twolink.simulation.smooth.measure import MORE_ORDERS

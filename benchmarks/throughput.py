@@ -28,9 +28,9 @@ from twolink.engines.joint_model import JOINTS
 from twolink.engines.mujoco_engine import robot_of
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.compiled import FORMULATION
-from twolink.ensembles.ending import WIDTH
 from twolink.ensembles.ensemble import Ensemble
 from twolink.ensembles.file import ensemble_of
+from twolink.ensembles.motions import WIDTH
 from twolink.ensembles.run import sweep
 from twolink.integration.precisions import PRECISIONS
 from twolink.optional import heyoka

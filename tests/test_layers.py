@@ -129,7 +129,7 @@ ROWS = {
         "axes blocks family numbers",
         "compiled quantity",
         "following states",
-        "looking",
+        "looking motions",
         "ending",
         "extremes first_time impact_counts",
         "quantities single",

@@ -5,7 +5,8 @@ from tests.ensembles.cases import starts
 from tests.ensembles.falls import DURATION, FALL, check_bounds, random_starts, with_wild_neighbours
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.compiled import System
-from twolink.ensembles.ending import PLACES, WIDTH, Ending
+from twolink.ensembles.ending import PLACES, Ending
+from twolink.ensembles.motions import WIDTH
 from twolink.ensembles.quantity import Accumulator
 from twolink.errors import SimulationError
 

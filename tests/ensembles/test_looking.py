@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from twolink.ensembles.compiled import FORMULATION, System
-from twolink.ensembles.ending import WIDTH
 from twolink.ensembles.looking import CloserLook, Intervals
+from twolink.ensembles.motions import WIDTH
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.smooth.equations import EQUATIONS
