@@ -9,6 +9,8 @@ from twolink.ensembles.ending import PLACES, Ending
 from twolink.ensembles.motions import WIDTH
 from twolink.ensembles.quantity import Accumulator
 from twolink.errors import SimulationError
+from twolink.scene import Scene
+from twolink.simulation import simulate
 
 SYSTEM = System(FALL.moving_chain, FALL.effects, ())
 
@@ -123,7 +125,7 @@ class _Spy(Accumulator):
         return self._seen >= self._last
 
 
-def watched(q, u, spy, duration=3.0):
+def watched(q, u, spy, duration=DURATION):
     none = np.zeros((0, q.shape[1]))
     lanes = SYSTEM.lanes(none, q, u, duration)
     ending = Ending.at_the_start(SYSTEM, lanes, none, paths=True, brief=True)
@@ -131,14 +133,14 @@ def watched(q, u, spy, duration=3.0):
 
 
 def test_paths_bound_how_far_angles_turn(random):
-    q, u = random_starts(random)
+    q, u = random_starts(random, 21)
     spy = _Spy(q.shape[1])
     watched(q, u, spy)
     paths = np.concatenate([spans.paths for spans in spy.shown], axis=1)
     assert paths.shape == (2, PLACES, q.shape[1])
     for lane in (0, 7, 20):
         start = {"q": tuple(q[:, lane]), "u": tuple(u[:, lane])}
-        scene = Scene(FALL.chain, **start, duration=3.0, effects=FALL.effects)
+        scene = Scene(FALL.chain, **start, duration=DURATION, effects=FALL.effects)
         truth = simulate(scene, samples=PLACES * 200 + 1)
         turned = np.abs(np.diff(truth.q)).reshape(2, PLACES, 200).sum(axis=2)
         assert (turned <= paths[:, :, lane]).all()
@@ -147,7 +149,7 @@ def test_paths_bound_how_far_angles_turn(random):
 
 
 def test_runs_end_where_all_is_known(random):
-    q, u = random_starts(random)
+    q, u = random_starts(random, 21)
     _, (whole, _, all_steps) = watched(q, u, _Spy(q.shape[1]))
     spy = _Spy(q.shape[1], 8)
     ending, (ends, lost, steps) = watched(q, u, spy)
