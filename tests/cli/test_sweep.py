@@ -113,6 +113,7 @@ def test_one_value_twice_makes_no_second_axis(file, tmp_path):
     assert list(tmp_path.iterdir()) == [file]
 
 
+@pytest.mark.slow
 def test_maps_are_drawn_and_have_a_page(file, tmp_path):
     head, runs, rest = TEXT.partition("[runs]")
     file.write_text(head + SECOND + runs + rest.replace("final = true", "samples = 3"))

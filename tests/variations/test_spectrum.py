@@ -114,6 +114,7 @@ def test_a_motion_that_ends_is_an_error_with_the_time_reached():
         lyapunov(ENDING, 5.0)
 
 
+@pytest.mark.slow
 def test_a_run_that_takes_too_long_ends_early():
     with pytest.raises(TooMuchError, match="the exponents over 1e\\+09 s would take"):
         lyapunov(Scene.load("general"), 1e9, limits=Limits(seconds=1.0))

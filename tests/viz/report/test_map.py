@@ -148,6 +148,7 @@ def test_fast_turns_between_samples_fit_their_numbers():
     assert np.abs(np.exp(1j * shown) - np.exp(1j * angles)).max() < 5e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("values", [(1.0, 0.5, 2.0), (2.0, 1.0, 0.5), (0.5, 1.0, 0.5, 2.0, 1.0)])
 def test_values_in_any_order_or_twice_have_the_motion_of_their_pixel(values, tmp_path):
     axes = [axis("start.q.0", *values, name="q1"), axis("chain.length.1", *values, name="L2")]
