@@ -133,11 +133,15 @@ class Seen:
         return self.size_at(self.q, self.u, self.t, self.normal, self.tangential)
 
     def size_at(self, q: Any, u: Any, t: Any, normal: Any, tangential: Any) -> Any:
-        """Return the size of all generalized forces (N m) in some states, shape (n,)."""
+        """Return the size of all generalized forces (N m) in some states, shape (n,).
+
+        Inertial forces vanish in a stretched or folded pose, but not their change with the pose.
+        """
         _, smooth = self.smooth_force(q, u, t)
-        terms = lagrange.velocity_terms(self.chain, (q[0], q[1]), (u[0], u[1]))
+        (M11, M12), (_, M22) = lagrange.mass_matrix(self.chain, (q[0], q[1]))
+        inertial = (np.abs(M11) + 2 * np.abs(M12) + np.abs(M22)) * np.abs(u).max(axis=0) ** 2
         contact = np.abs(self.generalized(q, normal, tangential)).sum(axis=(0, 1))
-        return smooth.sum(axis=0) + np.abs(terms[0]) + np.abs(terms[1]) + contact
+        return smooth.sum(axis=0) + inertial + contact
 
     @cached_property
     def stiffness(self) -> Any:

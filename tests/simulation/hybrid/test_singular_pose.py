@@ -8,7 +8,9 @@ from tests.simulation.hybrid import state_of, system_of
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.effects.surface import Surface
+from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.jump import settle
+from twolink.simulation.hybrid.painleve import strike_without_collision
 from twolink.simulation.hybrid.singular_pose import pinned, wedged
 
 
@@ -61,3 +63,9 @@ def test_a_pinned_contact_is_remarked():
     system, state, _ = at_rest((-3.0, math.pi - 3.0), (0.1435660307, -0.9896407402), load=Gravity())
     (note,) = settle(system, state, {}).notes
     assert "do not determine the force of D on surface" in note.sentence
+
+
+def test_without_a_motion_a_pinned_contact_is_named():
+    system, state, pose = at_rest(FOLDED, (0.0, -1.0), u=(1.0, 1.0))
+    with pytest.raises(IntegrationError, match="at 0 s D on surface is pinned"):
+        strike_without_collision(system, state, pose)

@@ -20,7 +20,7 @@ from twolink.simulation.hybrid.impact import (
     stopped,
 )
 from twolink.simulation.hybrid.pose import Pose
-from twolink.simulation.hybrid.singular_pose import wedged
+from twolink.simulation.hybrid.singular_pose import pinned, wedged
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 
@@ -91,6 +91,13 @@ def _without_motion(system: HybridSystem, state: HybridState, pose: Pose) -> str
         return (
             f"at {float(state.t):.9g} s {system.names[stuck[0]]} is wedged: in this stretched or "
             f"folded pose no finite {without} the links, and rigid bodies have no motion from here"
+        )
+    fixed = pinned(system, state, pose)
+    if fixed:
+        return (
+            f"at {float(state.t):.9g} s {system.names[fixed[0]]} is pinned: in this folded pose "
+            "the links turn together about the point, and the laws do not determine the force of "
+            "its friction; such motions are not simulated"
         )
     return (
         f"at {float(state.t):.9g} s the laws of Coulomb friction and contact allow no motion; "
