@@ -2,6 +2,7 @@
 
 import math
 import re
+from types import SimpleNamespace
 
 import heyoka as hy
 import numpy as np
@@ -95,6 +96,14 @@ def test_a_taylor_step_worked_out_by_hand():
 
 def test_a_function_of_unknown_cost_makes_a_lower_bound():
     assert of_taylor_step(taylor(hy.tanh(X))).extent is Extent.AT_LEAST
+
+
+@pytest.mark.parametrize("element", ["?", "u_0 ? u_1", "(u_0 * u_1 * u_2)"])
+def test_an_element_that_is_not_known_makes_a_lower_bound(element):
+    """As elements of another version of heyoka may be."""
+    texts = ["x", "y", element, "u_1", "u_2"]
+    other = SimpleNamespace(order=7, dim=2, decomposition=[(text, []) for text in texts])
+    assert of_taylor_step(other).extent is Extent.AT_LEAST
 
 
 class Counting:

@@ -47,6 +47,8 @@ _LARGEST_EXPONENT = 16
 
 _SERIES = re.compile(r"u_\d+")
 _CALL = re.compile(r"(\w+)\((.*)\)")
+# A series, the time, a parameter or a number, or its negative: no operation.
+_AT_HAND = re.compile(r"-?(u_\d+|t|p\d+|\d+(\.\d*)?(e[+-]?\d+)?)")
 
 
 class Extent(StrEnum):
@@ -86,7 +88,7 @@ def of_formula(counts: Mapping[str, int]) -> int:
 def of_taylor_step(integrator: Any) -> Operations:
     """Return the operations of a step of one of heyoka's integrators.
 
-    A function of unknown cost makes it a lower bound.
+    An element of unknown cost makes it a lower bound.
     """
     order, variables = integrator.order, integrator.dim
     texts = [str(expression) for expression, _ in integrator.decomposition]
@@ -171,15 +173,14 @@ def _of_element(text: str, order: int) -> int | None:
         return _of_function(call[1], call[2].split(", "), order)
     if text.startswith("("):
         return _of_sum_or_product(text[1:-1], order)
-    # A variable, its negative, the time, a parameter or a number.
-    return 0
+    return 0 if _AT_HAND.fullmatch(text) else None
 
 
-def _of_sum_or_product(text: str, order: int) -> int:
+def _of_sum_or_product(text: str, order: int) -> int | None:
     series = len(_SERIES.findall(text))
     if " * " not in text:
         return len(re.findall(r" [+-] ", text)) * (order if series else 1)
-    return {2: order**2, 1: order, 0: 1}[series]
+    return {2: order**2, 1: order, 0: 1}.get(series)
 
 
 def _of_function(name: str, operands: list[str], order: int) -> int | None:
