@@ -37,7 +37,7 @@ class Load:
 
 
 def load_of_machine() -> Load | None:
-    """Return the load of this machine, or None where the system does not tell it."""
+    """Return the load of this machine, or None where the system does not report it."""
     if not hasattr(os, "getloadavg"):
         return None
     return Load(os.getloadavg()[0], os.cpu_count() or 1)

@@ -99,11 +99,13 @@ def _selected(problem: Problem, pose: Pose) -> Selection | None:
         if not sticking_first and (moving or undecided):
             break
         candidates = list(_candidates(problem, with_pressed, sticking_first))
-        resting = [c for c in candidates if at_rest and _rests(problem, c.states)]
+        holding = {c.states for c in candidates if at_rest and _rests(problem, c.states)}
+        resting = [c for c in candidates if c.states in holding]
         taken = _first_confirmed(derivatives, problem, resting)
         if taken is not None:
             return taken
-        every = {c.states: derivatives.confirmed(c) for c in candidates if c not in resting}
+        leaving = [c for c in candidates if c.states not in holding]
+        every = {c.states: derivatives.confirmed(c) for c in leaving}
         orders |= {states: known for states, known in every.items() if known is not None}
         found = [c for c in candidates if every.get(c.states) is not None]
         if found and not at_rest:
