@@ -74,7 +74,7 @@ ROWS = {
     ],
     "twolink.contact": ["coordinates force_laws impact_laws states", "elastoplastic elements"],
     "twolink.integration": [
-        "method precisions tableaus",
+        "method outcomes precisions tableaus",
         "operations",
         "fixed_step scipy_method",
         "methods",
@@ -107,7 +107,13 @@ ROWS = {
         "trajectory",
         "effects_cost simulate",
     ],
-    "twolink.simulation.smooth": ["equations", "numeric taylor", "defect", "measure"],
+    "twolink.simulation.smooth": [
+        "equations",
+        "longest_step",
+        "numeric taylor",
+        "defect",
+        "measure",
+    ],
     "twolink.simulation.hybrid": [
         "jet mode tolerances",
         "compliant_state constraint roots",
@@ -128,7 +134,8 @@ ROWS = {
         "parameters",
         "axes blocks family numbers",
         "compiled quantity",
-        "following states",
+        "error states",
+        "following",
         "looking motions",
         "ending",
         "extremes first_time impact_counts",

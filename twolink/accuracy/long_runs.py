@@ -23,7 +23,7 @@ from twolink.integration.tableaus import GAUSS_LEGENDRE, RK4, Tableau
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import MomentumEquations
-from twolink.simulation.smooth.taylor import default_longest_step
+from twolink.simulation.smooth.longest_step import default_longest_step
 
 # Number of float64 values in the widest SIMD registers.
 LANES = 8

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from twolink.chain import Chain
-from twolink.errors import SimulationError
+from twolink.integration.outcomes import check_outcome
 from twolink.names import EquationsName
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS, Equations
-from twolink.simulation.smooth.taylor import default_longest_step, failure_of
+from twolink.simulation.smooth.longest_step import default_longest_step
 
 
 @dataclass(frozen=True)
@@ -57,16 +57,6 @@ class PreciseMotion:
         check_outcome(outcome, before)
         # heyoka counts no step that was cut.
         return own_length if own_length > 0 else longest
-
-
-def check_outcome(outcome: Any, reached: Any) -> None:
-    """Raise `SimulationError` unless a step, or steps, that reached a time (s) succeeded."""
-    outcomes = heyoka().taylor_outcome
-    if outcome not in (outcomes.success, outcomes.time_limit, outcomes.step_limit):
-        raise SimulationError(
-            f"the motion must stay finite, and its loads smooth; the integration failed at"
-            f" {float(reached):.6g} s ({failure_of(outcome)})"
-        )
 
 
 def precise_motion(scene: Scene, equations: EquationsName, digits: int) -> PreciseMotion:

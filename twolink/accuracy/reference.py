@@ -15,11 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from twolink.accuracy.multiprecision import check_outcome, precise_motion
+from twolink.accuracy.multiprecision import precise_motion
 from twolink.effects import discontinuities
 from twolink.environment import package_versions
 from twolink.errors import SimulationError
 from twolink.inputs import as_count, as_times
+from twolink.integration.outcomes import check_outcome
 from twolink.interruptible import side_by_side
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName

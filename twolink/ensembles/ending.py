@@ -1,9 +1,8 @@
 """The ends of runs of a smooth scene in lanes, and steps before the end only where they are needed.
 
-The error is measured as in `following`: twice the difference from a judge of four more orders, and
-round-off. The two are compared at evenly spaced times, the places, through which heyoka goes in one
-call: a call of Python after each step would cost more than the step. The judge of a run serves as
-the next kept run, where the first one is not accurate enough.
+The error is bounded as in `error`. A run and its judge are compared at evenly spaced times, the
+places, through which heyoka goes in one call: a call of Python after each step would cost more than
+the step. Where a run is not accurate enough, its judge is the next run that is kept.
 
 Where angles are watched, the judge integrates the squares of both speeds as well. By the inequality
 of Cauchy and Schwarz an angle turns between two places by no more than the root of their distance
@@ -15,20 +14,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twolink.ensembles.blocks import Ends, Lanes, Spans
-from twolink.ensembles.compiled import FORMULATION, PATH_UNIT, System
-from twolink.ensembles.following import error_bounds
+from twolink.ensembles.compiled import PATH_UNIT, System
+from twolink.ensembles.error import SoFar, states_of
 from twolink.ensembles.looking import CloserLook, Intervals
 from twolink.ensembles.motions import OF_AN_INTEGRAL, Given, Motions, begun, go_on
 from twolink.ensembles.quantity import Accumulator
-from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.measure import MORE_ORDERS, truncation
-from twolink.simulation.smooth.taylor import longest_steps
+from twolink.simulation.smooth.longest_step import longest_steps
+from twolink.simulation.smooth.measure import MORE_ORDERS
 
 Array = NDArray[np.float64]
 
@@ -43,19 +41,6 @@ _LOOKS = 512
 
 # Paths (rad) so short that errors of the integral need not be small beside it.
 _SHORT = 1e-4
-
-
-class _Known(NamedTuple):
-    """What the errors of runs depend on, as `error_bounds` has it: up to now, shape (…, n)."""
-
-    differences: Array
-    sizes: Array
-    growths: Array
-
-    def note(self, which: Any, others: Sequence[Array]) -> None:
-        """Raise all for some runs, which may come more than once."""
-        for own, new in zip(self, others, strict=True):
-            np.maximum.at(own, which, new)
 
 
 @dataclass
@@ -112,10 +97,9 @@ class Ending:
         kept = self._judge if again and self._judge else begun(self._runs, order, paths=False)
         judge = self._judge = begun(self._runs, order + MORE_ORDERS, paths=self.paths)
         taken = -kept.steps.sum()
-        width = self.lanes.width
-        known = _Known(np.zeros(width), np.zeros(width), self.growths)
+        known = SoFar.at_the_start(self.lanes.width, self.growths)
         asked: list[Intervals] = []
-        going, done = np.flatnonzero(~kept.lost), np.zeros(width, bool)
+        going, done = np.flatnonzero(~kept.lost), np.zeros(self.lanes.width, bool)
         stride = _IN_A_PART if self.brief else PLACES
         for first in range(0, PLACES, stride):
             places = slice(first, first + stride + 1)
@@ -124,37 +108,29 @@ class Ending:
             going = going[~kept.lost[going] & (kept.reached[going] >= first + stride)]
             go_on(self._runs, judge, going, places, kept.steps if again else kept.taken)
             going = going[~judge.lost[going]]
-            found, errors = self._compared(kept, judge, going, places, known)
+            found = self._compared(kept, judge, going, places, known)
             if self.paths and len(going):
-                asked.append(self._asked(kept, judge, going, places, found, errors, accumulators))
-            known.note(going, [rows[-1] for rows in found])
+                asked.append(self._asked(kept, judge, going, places, found, accumulators))
+            known.note(going, found.of(-1))
             if self.brief:
                 done = np.logical_and.reduce([each.known() for each in accumulators])
                 going = going[~done[going]]
         lost = kept.lost | judge.lost | ((judge.reached < PLACES) & ~done)
         self._look(kept, judge, asked, accumulators, known, lost)
-        states = self._states(self.lanes, kept.variables[:4, -1])
-        errors = error_bounds(known.differences, known.sizes, kept.steps, known.growths)
+        states = states_of(self.lanes.chain, kept.variables[:4, -1])
+        errors = known.bounds(kept.steps)
         taken += kept.steps.sum()
         return Ends(states[:2], states[2:], np.where(lost, np.nan, errors)), lost, int(taken)
 
     def _compared(
-        self, kept: Motions, judge: Motions, runs: Any, places: slice, known: _Known
-    ) -> tuple[_Known, Array]:
-        """Return what is known of errors at places, and the bounds on them: shape (places, n)."""
-        lanes = self._runs.lanes_of(runs)
-        states, judged = (
-            self._states(lanes, each.variables[:4, places, runs]) for each in (kept, judge)
+        self, kept: Motions, judge: Motions, runs: Any, places: slice, known: SoFar
+    ) -> SoFar:
+        """Return the measures of errors up to places, shape (places, n)."""
+        chain = self._runs.lanes_of(runs).chain
+        first, second = (
+            states_of(chain, each.variables[:4, places, runs]) for each in (kept, judge)
         )
-        differences = np.abs(judged - states).max(axis=0)
-        differences[np.isnan(differences)] = np.inf
-        sizes = np.abs(states).max(axis=0)
-        before = _Known(*(rows[runs] for rows in known))
-        differences = np.maximum.accumulate(np.maximum(differences, before.differences))
-        sizes = np.maximum.accumulate(np.maximum(sizes, before.sizes))
-        growths = np.maximum(before.growths, differences / truncation(kept.order))
-        errors = error_bounds(differences, sizes, kept.steps[runs], growths)
-        return _Known(differences, sizes, growths), errors
+        return known.of(runs).with_states(first, second, kept.order)
 
     def _asked(
         self,
@@ -162,8 +138,7 @@ class Ending:
         judge: Motions,
         runs: Any,
         places: slice,
-        found: _Known,
-        errors: Array,
+        found: SoFar,
         accumulators: Sequence[Accumulator],
     ) -> Intervals:
         """Return the intervals between places whose steps are needed."""
@@ -171,8 +146,8 @@ class Ending:
         lengths = np.diff(self._runs.times[places])[:, None]
         squares = (1 + OF_AN_INTEGRAL) * lengths * np.diff(variables[4:], axis=1) / PATH_UNIT
         paths = np.sqrt(np.maximum(squares, 0.0) + _SHORT**2)
-        spans = Spans(runs, variables[:2], paths, errors[1:])
-        needed = np.zeros(errors[1:].shape, bool)
+        spans = Spans(runs, variables[:2], paths, found.bounds(kept.steps[runs])[1:])
+        needed = np.zeros(spans.errors.shape, bool)
         for each in accumulators:
             needed |= each.open_spans(spans)
         first, lanes = np.nonzero(needed)
@@ -195,7 +170,7 @@ class Ending:
         judge: Motions,
         asked: Sequence[Intervals],
         accumulators: Sequence[Accumulator],
-        known: _Known,
+        known: SoFar,
         lost: Any,
     ) -> None:
         """Give the steps of intervals to the accumulators, and note what they show of errors."""
@@ -211,13 +186,5 @@ class Ending:
             for block in look.blocks():
                 for each in accumulators:
                     each.add(block)
-            now = look.intervals
-            known.note(which, (now.differences, now.sizes, now.growths))
+            known.note(which, look.intervals.so_far)
             lost[which[look.lost]] = True
-
-    def _states(self, lanes: Lanes, variables: Array) -> Array:
-        """Return q and u of variables, both of shape (4, …, n)."""
-        q, second = variables[:2], variables[2:]
-        with np.errstate(all="ignore"):
-            u = EQUATIONS[FORMULATION].to_speeds(lanes.chain, tuple(q), tuple(second))
-        return np.array([*q, *u])

@@ -1,9 +1,6 @@
 """Runs of a smooth scene in lanes, each with the measured error of its trajectory.
 
-The mechanism is that of `twolink.simulation.smooth.measure`: a run of order p is kept, and a second
-run of order p + 4, the judge, has an error of at most half of it, so that twice their difference
-bounds the error of the kept run; the round-off of sums and of the growth of errors is added. The
-two are compared at the end of every step of the kept run.
+The error is bounded as in `error`; a run and its judge are compared at the end of every step.
 """
 
 from __future__ import annotations
@@ -17,18 +14,12 @@ from numpy.typing import NDArray
 
 from twolink.ensembles.blocks import Block, Ends, Lanes
 from twolink.ensembles.compiled import FORMULATION, LANES, System
+from twolink.ensembles.error import SoFar, states_at_ends, states_of
 from twolink.errors import SimulationError
-from twolink.integration.precisions import PRECISIONS
-from twolink.optional import heyoka
+from twolink.integration.outcomes import failed_lanes
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.measure import (
-    A_VALUE,
-    MARGIN_OF_ORDERS,
-    MORE_ORDERS,
-    MOST_ROUND_OFF,
-    truncation,
-)
-from twolink.simulation.smooth.taylor import longest_steps
+from twolink.simulation.smooth.longest_step import longest_steps
+from twolink.simulation.smooth.measure import MORE_ORDERS
 
 Array = NDArray[np.float64]
 
@@ -39,18 +30,11 @@ _STEPS = 128
 # A run of more steps than these is ended: it would take a minute.
 MOST_STEPS = 4_000_000
 
-# The difference (rad, rad/s) up to which errors are small enough that that of the judge is a part
-# of them; beyond it the error is unknown.
-_LINEAR = 1e-2
-
 PLACES = 64
 """Intervals of a run in each of which the growth of errors is known."""
 
 # The time (s) between two places at which the judge is asked where a run has ended.
 _BEYOND = 1e-9
-
-# The rounding of float64.
-_ROUNDING = PRECISIONS["double"].rounding
 
 # The largest relative difference of the rates of the compiled system and of the scene's formulas.
 _SAME_RATES = 1e-9
@@ -104,7 +88,7 @@ class Recorder:
         """Return the next steps towards a time (s), at most `_STEPS`, in memory that is reused."""
         self._begin(integrator)
         integrator.propagate_until(until, max_delta_t=cap, callback=self, write_tc=True)
-        _check_outcomes(integrator)
+        _check(~failed_lanes(integrator))
         n = self._count
         return Part(
             self._times[: n + 1], self._lengths[:n], self._coefficients[:n], integrator.state
@@ -157,13 +141,8 @@ class Follower:
                 before = part.times[-1].copy()
                 _check((before >= duration) | (self.steps < MOST_STEPS))
         self.growths = np.maximum.accumulate(compare.growths, axis=0)
-        self.ends = Ends(variables[:2], self.speeds(variables), compare.so_far)
-
-    def speeds(self, variables: Array) -> Array:
-        """Return u (rad/s), shape (2, …), of variables (4, …)."""
-        to_speeds = EQUATIONS[FORMULATION].to_speeds
-        chain = self.lanes.chain
-        return np.array(to_speeds(chain, (variables[0], variables[1]), tuple(variables[2:])))
+        states = states_of(chain, variables)
+        self.ends = Ends(states[:2], states[2:], compare.so_far)
 
     def _start(self, integrator: Any) -> None:
         """Set an integrator to the starts."""
@@ -179,12 +158,9 @@ class _Comparison:
     """The error of a kept run so far, from its differences from the judge, in each lane."""
 
     def __init__(self, follower: Follower) -> None:
-        self._follower = follower
-        self._known = follower.growths
-        self._duration = follower.lanes.duration
-        self._unit = truncation(follower.order)
-        self._difference = np.zeros(LANES)
-        self._size = np.zeros(LANES)
+        self._chain, self._duration = follower.lanes.chain, follower.lanes.duration
+        self._order, self._known = follower.order, follower.growths
+        self._measured = SoFar.at_the_start(LANES)
         self._steps = np.zeros(LANES)
         self.growths = np.zeros((PLACES + 1, LANES))
         self.so_far = np.zeros(LANES)
@@ -196,40 +172,20 @@ class _Comparison:
         variables of the judge at the ends of the steps, shape (n, 4, lanes).
         """
         ours = np.concatenate([kept.coefficients[1:, :, 0], kept.end[None]])
-        first, second = (self._states(variables) for variables in (ours, judged))
-        apart = np.abs(second - first).max(axis=0)
-        apart[np.isnan(apart)] = np.inf
-        apart[~moves] = 0.0
+        first, second = (states_at_ends(self._chain, rows) for rows in (ours, judged))
+        measured = self._measured.with_states(first, second, self._order, moves)
         steps = np.cumsum(moves, axis=0) + self._steps
-        differences = np.maximum.accumulate(np.maximum(apart, self._difference))
-        sizes = np.maximum.accumulate(np.maximum(np.abs(first).max(axis=0), self._size))
-        self._difference, self._size, self._steps = differences[-1], sizes[-1], steps[-1]
-        growths = differences / self._unit
+        self._measured, self._steps = measured.of(-1), steps[-1]
         # The first of the evenly spaced times that is not before the end of a step.
         place = np.ceil(kept.times[1:] * (PLACES / self._duration)).astype(int)
         place, lanes = np.minimum(place, PLACES), np.arange(LANES)
         if self._known is not None:
-            growths = np.maximum(growths, self._known[place, lanes])
-        np.maximum.at(self.growths, (place, lanes), growths)
-        found = error_bounds(differences, sizes, steps, growths)
+            growths = np.maximum(measured.growths, self._known[place, lanes])
+            measured = measured._replace(growths=growths)
+        np.maximum.at(self.growths, (place, lanes), measured.growths)
+        found = measured.bounds(steps)
         self.so_far = found[-1]
         return found
-
-    def _states(self, variables: Array) -> Array:
-        """Return q and u, shape (4, n, lanes), of variables of shape (n, 4, lanes)."""
-        rows = np.ascontiguousarray(variables.transpose(1, 0, 2))
-        return np.concatenate([rows[:2], self._follower.speeds(rows)])
-
-
-def error_bounds(differences: Array, sizes: Array, steps: Array, growths: Array) -> Array:
-    """Return bounds on errors (rad, rad/s) from the differences of kept runs from their judges.
-
-    `sizes` are the largest values (rad, rad/s), and `growths` those of truncation errors: all of
-    one shape, so far.
-    """
-    sums = (A_VALUE + steps) * _ROUNDING * sizes
-    found = MARGIN_OF_ORDERS * differences + sums + MOST_ROUND_OFF * _ROUNDING * growths
-    return np.where(differences > _LINEAR, np.inf, found)
 
 
 def check_rates(lanes: Lanes, states: Array, compiled: Array, times: Any) -> None:
@@ -275,14 +231,8 @@ def through(integrator: Any, times: Array, cap: Array) -> Array:
     # At exactly the first time.
     integrator.set_time(grid[0])
     _, found = integrator.propagate_grid(grid, max_delta_t=cap)
-    _check_outcomes(integrator)
+    _check(~failed_lanes(integrator))
     return np.asarray(found[1:])
-
-
-def _check_outcomes(integrator: Any) -> None:
-    """Raise `LostError` for lanes whose state is no longer finite."""
-    lost = heyoka().taylor_outcome.err_nf_state
-    _check(np.array([result[0] != lost for result in integrator.propagate_res]))
 
 
 def _check(fine: Any) -> None:

@@ -14,11 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.ensembles.blocks import Block, Lanes
-from twolink.ensembles.compiled import FORMULATION
-from twolink.ensembles.following import LostError, Part, Recorder, error_bounds, through
+from twolink.ensembles.error import SoFar, states_at_ends
+from twolink.ensembles.following import LostError, Part, Recorder, through
 from twolink.simulation.pool import IntegratorPool
-from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.measure import truncation
 
 Array = NDArray[np.float64]
 
@@ -26,8 +24,8 @@ Array = NDArray[np.float64]
 class Intervals(NamedTuple):
     """Intervals of the runs `which`, and the variables of both motions at their starts.
 
-    Arrays are of shape (n,), those of variables (variables, n). `differences`, `sizes`, `steps` and
-    `growths` are those of the runs so far, as `error_bounds` has them.
+    Arrays are of shape (n,), those of variables (variables, n). `steps` are those of the runs so
+    far, and `differences`, `sizes` and `growths` as in `SoFar`.
     """
 
     which: Any
@@ -39,6 +37,11 @@ class Intervals(NamedTuple):
     sizes: Array
     steps: Array
     growths: Array
+
+    @property
+    def so_far(self) -> SoFar:
+        """The measures of errors of the runs so far."""
+        return SoFar(self.differences, self.sizes, self.growths)
 
     def of(self, chosen: Any) -> Intervals:
         """Return some of the intervals."""
@@ -104,33 +107,21 @@ class CloserLook:
 
     def _errors(self, steps: _Steps, moves: Any) -> Array:
         """Return the bounds on errors (rad, rad/s) up to the end of each step, shape (m, n)."""
-        at = self.intervals
-        first, second = (self._states(rows) for rows in (steps.kept, steps.judged))
-        apart = np.abs(second - first).max(axis=0)
-        apart[np.isnan(apart)] = np.inf
-        differences = np.where(moves, apart, 0.0)
-        differences = np.maximum.accumulate(np.maximum(differences, at.differences))
-        sizes = np.where(moves, np.abs(first).max(axis=0), 0.0)
-        sizes = np.maximum.accumulate(np.maximum(sizes, at.sizes))
+        at, chain = self.intervals, self.lanes.chain
+        first, second = (states_at_ends(chain, rows) for rows in (steps.kept, steps.judged))
+        measured = at.so_far.with_states(first, second, self.order, moves)
         counts = np.cumsum(moves, axis=0) + at.steps
-        growths = np.maximum(at.growths, differences / truncation(self.order))
+        differences, sizes, growths = measured.of(-1)
         self.intervals = at._replace(
             starts=steps.times[-1],
             kept=steps.ends_kept,
             judged=steps.ends_judged,
-            differences=differences[-1],
-            sizes=sizes[-1],
+            differences=differences,
+            sizes=sizes,
             steps=counts[-1],
-            growths=growths[-1],
+            growths=growths,
         )
-        return error_bounds(differences, sizes, counts, growths)
-
-    def _states(self, variables: Array) -> Array:
-        """Return q and u, shape (4, m, n), of variables of shape (m, 4, n)."""
-        rows = np.ascontiguousarray(variables.transpose(1, 0, 2))
-        q, second = rows[:2], rows[2:]
-        u = EQUATIONS[FORMULATION].to_speeds(self.lanes.chain, tuple(q), tuple(second))
-        return np.array([*q, *u])
+        return measured.bounds(counts)
 
 
 class _Taken(NamedTuple):

@@ -12,7 +12,7 @@ from twolink.ensembles.blocks import Lanes
 from twolink.ensembles.compiled import FORMULATION, PATH_UNIT, System
 from twolink.ensembles.following import MOST_STEPS, check_rates
 from twolink.errors import SimulationError
-from twolink.optional import heyoka
+from twolink.integration.outcomes import failed_lanes
 from twolink.simulation.pool import IntegratorPool
 from twolink.simulation.smooth.equations import EQUATIONS
 
@@ -189,7 +189,6 @@ def _lost(integrator: Any, given: _Group, times: Array, grid: Array) -> Any:
         integrator.pars[:] = given.numbers[: len(integrator.pars)]
     integrator.set_time(times[0, 0])
     _, grid[:] = integrator.propagate_grid(times, max_delta_t=given.cap, max_steps=MOST_STEPS)
-    failure = heyoka().taylor_outcome.err_nf_state
-    failed = np.array([result[0] == failure for result in integrator.propagate_res])
+    failed = failed_lanes(integrator)
     # Where a lane fails, all of them end. One that takes too many steps ends alone.
     return failed if failed.any() else ~np.isfinite(grid[-1]).all(axis=0)

@@ -32,7 +32,7 @@ from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
 from twolink.simulation.motion import has_modes
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.taylor import default_longest_step
+from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.verification.tolerance import EPSILON
 
 ENGINE_ACCURACY, NO_ANSWER = 1e-6, 1e-2

@@ -10,7 +10,7 @@ from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.motion import check_run, motion_run
-from twolink.simulation.smooth.taylor import default_longest_step
+from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.tables import Column, Table, table
 
 _REPEATS = 9

@@ -28,10 +28,11 @@ from numpy.typing import NDArray
 from twolink import lagrange
 from twolink.errors import ParameterError
 from twolink.inputs import as_count, as_duration, check_callback, check_instance
+from twolink.integration.outcomes import check_arrival, last_time
 from twolink.integration.precisions import Code
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
-from twolink.simulation.smooth.taylor import check_arrival, default_longest_step, last_time
+from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.tables import Column, Table, table
 from twolink.variations.directions import Direction
 from twolink.variations.smooth import check_smooth

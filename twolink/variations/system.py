@@ -18,13 +18,15 @@ from twolink.accuracy.dual import Dual
 from twolink.chain import Chain
 from twolink.ensembles.numbers import numbers_in, with_numbers
 from twolink.errors import SimulationError, TwolinkError
+from twolink.integration.outcomes import check_arrival
 from twolink.integration.precisions import PRECISIONS, Code, PrecisionName
 from twolink.names import EquationsName
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.pool import IntegratorPool
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.taylor import check_arrival, default_longest_step, parts_of_run
+from twolink.simulation.smooth.longest_step import default_longest_step
+from twolink.simulation.smooth.taylor import parts_of_run
 from twolink.values import Content
 from twolink.variations.directions import Direction
 

@@ -16,6 +16,7 @@ import numpy as np
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
 from twolink.errors import IntegrationError
+from twolink.integration.outcomes import failure_of
 from twolink.integration.precisions import PrecisionName
 from twolink.names import FormulationName
 from twolink.optional import heyoka
@@ -32,7 +33,6 @@ from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
 from twolink.simulation.series import powers
-from twolink.simulation.smooth.taylor import failure_of
 
 # Initial and largest number of steps between certificates. A step in a long precision costs more
 # than its certificate.

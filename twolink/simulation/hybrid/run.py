@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
 from typing import Any, Literal, NamedTuple
@@ -34,7 +34,7 @@ from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.zeno import Past
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.taylor import default_longest_step
+from twolink.simulation.smooth.longest_step import default_longest_step
 
 # Number of last impacts that suffices to detect too many within the Zeno time.
 _RECENT = 200
@@ -162,14 +162,16 @@ def hybrid_run(
         if not partial or not history.arcs:
             raise
         failure = str(error)
-    found = _run_of(history, np.asarray(times, dtype=float), failure)
-    return replace(found, run_seconds=perf_counter() - begun - history.compile_seconds)
+    return _run_of(history, np.asarray(times, dtype=float), failure, begun)
 
 
-def _run_of(history: _History, asked: Any, failure: str) -> HybridRun:
-    """Return the run that a history has followed, at the times (s) that it has reached."""
+def _run_of(history: _History, asked: Any, failure: str, begun: float) -> HybridRun:
+    """Return the run that a history has followed, at the times (s) that it has reached.
+
+    `begun` is the time of `perf_counter` (s) at its start.
+    """
     precision = history.system.precision
-    reached = float(history.state.t) if failure else history.end
+    reached = float(history.state.t if failure else history.end)
     polynomials = polynomials_of(history.arcs, history.state, precision)
     q, u = polynomials.at(asked[asked <= reached])
     return HybridRun(
@@ -183,7 +185,7 @@ def _run_of(history: _History, asked: Any, failure: str) -> HybridRun:
         order=polynomials.coefficients.shape[2] - 1,
         operations=max((arc.compiled.operations for arc in history.arcs), default=0),
         compile_seconds=history.compile_seconds,
-        run_seconds=0.0,
+        run_seconds=perf_counter() - begun - history.compile_seconds,
         arcs=tuple(history.arcs),
         polynomials=polynomials,
         since=tuple(history.since),
@@ -222,13 +224,12 @@ class _History:
         chain, effects = scene.moving_chain, pieces_at(scene.effects, 0.0)
         own = chain.convert(number)
         elements = contact_elements(effects, own)
-        self.scene, self.formulation, self.end = scene, formulation, end
+        self.scene, self.formulation, self.end = scene, formulation, number(end)
         self.system = HybridSystem(
             chain, own, FORMULATIONS[formulation].equations, effects, elements, precision,
             safe_order(elements, order), number, PRECISIONS[precision].rounding, cap,
         )  # fmt: skip
         self.system.check()
-        self._end = number(end)
         self._breaks = [number(t) for t in discontinuities(scene.effects) if 0 < t < end]
         self.arcs: list[Arc] = []
         self.since: list[float] = []
@@ -256,8 +257,8 @@ class _History:
 
         following = settle(self.system, self.state, {})
         self._keep(following)
-        while self.state.t < self._end:
-            until = self._breaks[0] if self._breaks else self._end
+        while self.state.t < self.end:
+            until = self._breaks[0] if self._breaks else self.end
             if any(self.state.compliant):
                 until = min(until, self._relaxed())
             arc = flow(
@@ -277,7 +278,7 @@ class _History:
                     f"{arc.mode}, then {_event_of(arc)}"
                 )
             self._spend(arc)
-            if self._steps - reported >= _UNREPORTED or arc.end.t >= self._end:
+            if self._steps - reported >= _UNREPORTED or arc.end.t >= self.end:
                 reported = self._steps
                 reached(float(arc.end.t), 0)
             self._check_effort(arc)
@@ -306,7 +307,7 @@ class _History:
 
         `size` (bytes) is that of the motion until t (s).
         """
-        share = t / float(self._end)
+        share = t / float(self.end)
         self._limits.check_growth(self._description, self._growth, share, size)
 
     def _is_stuck(self) -> bool:
@@ -317,14 +318,14 @@ class _History:
         since = float(self.arcs[-count].start.t)
         now = float(self.state.t)
         struck = bool(self.strikes) and self.strikes[-1].time >= since
-        return not struck and float(self._end) - now > count * (now - since)
+        return not struck and float(self.end) - now > count * (now - since)
 
     def _jump(self, arc: Arc, until: Any) -> Jump:
         """Return the jump at the end of an arc."""
         state = arc.end
         if arc.event is not None:
             recent = self._strikes_since(float(state.t) - self.system.zeno_time)
-            past = Past(recent, self._last, self._tired, float(self._end - state.t))
+            past = Past(recent, self._last, self._tired, float(self.end - state.t))
             return jump(self.system, state, arc.mode, arc.event, past)
         if self._breaks and state.t >= self._breaks[0]:
             begins = float(self._breaks.pop(0))
@@ -359,7 +360,7 @@ class _History:
             for index, own in enumerate(self.state.compliant)
             if own is not None and own.residual_depth != 0
         ]
-        return self.state.t + self.system.number(min(times)) if times else self._end
+        return self.state.t + self.system.number(min(times)) if times else self.end
 
     def _sprung_back(self, state: HybridState) -> HybridState:
         """Return the state with surfaces undeformed that have recovered within round-off."""

@@ -35,12 +35,8 @@ from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.defect import StepErrors
-from twolink.simulation.smooth.taylor import (
-    Observer,
-    TaylorRun,
-    default_longest_step,
-    taylor_run,
-)
+from twolink.simulation.smooth.longest_step import default_longest_step
+from twolink.simulation.smooth.taylor import Observer, TaylorRun, taylor_run
 
 _LOWEST_ORDER = 7
 

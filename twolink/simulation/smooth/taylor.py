@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from twolink.chain import Chain
-from twolink.effects import Effect, discontinuities
-from twolink.errors import IntegrationError, SimulationError
+from twolink.errors import SimulationError
 from twolink.integration.operations import Operations, of_taylor_step
+from twolink.integration.outcomes import check_arrival, last_time
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.names import EquationsName
 from twolink.optional import heyoka
@@ -26,11 +26,8 @@ from twolink.scene import Scene
 from twolink.simulation.pool import IntegratorPool
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.times import merged
+from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.values import Content
-
-# Number of times between start and end at which loads are evaluated.
-_LOOKS = 33
 
 # heyoka compiles ten times faster without optimization, and that code takes up to three times as
 # long. So a run of more steps than these, which take as long as optimization, restarts with
@@ -141,51 +138,6 @@ def taylor_run(
         compiled=compiled,
         optimised=optimised,
     )
-
-
-def default_longest_step(scene: Scene) -> float:
-    """Return the cap of the step (s) of a scene, as `longest_steps` does."""
-    chain, effects, duration = scene.moving_chain, scene.effects, scene.duration
-    try:
-        cap = float(longest_steps(chain, effects, scene.q, scene.u, duration))
-    except (ArithmeticError, ValueError):
-        # Functions of floats raise errors where those of arrays return NaN.
-        cap = math.nan
-    if not cap > 0:
-        raise SimulationError(
-            "accelerations at the start must be finite in float64, under the loads at all times"
-            f" until {duration:.6g} s; got non-finite ones at q = {scene.q!r}, u = {scene.u!r}"
-        )
-    return cap
-
-
-def longest_steps(
-    chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, duration: float
-) -> Any:
-    """Return the cap of the step (s), from the initial speeds and from the accelerations over time.
-
-    The series of a chain that turns through a radian in a time τ does not converge much beyond τ.
-    A longer step results from last coefficients that vanish by symmetry: a torque that begins as
-    t³, for example, moves a chain at rest by t⁵ and then by t¹⁵.
-
-    q (rad), u (rad/s) and the numbers of chain and effects may be those of runs side by side,
-    shape (lanes,). The cap is NaN where accelerations at the start are not finite.
-    """
-    later = np.linspace(0.0, duration, _LOOKS)
-    jumps = [t for t in discontinuities(effects) if 0 < t < duration]
-    times = merged(later, jumps)
-    if np.ndim(q[0]):
-        times = times[:, None]
-    # At the initial pose, under the loads at each of these times.
-    with np.errstate(all="ignore"):
-        _, rates = EQUATIONS["lagrange"].rates(chain, effects, q, u, times)
-    shape = np.broadcast_shapes(times.shape, np.shape(q[0]))
-    strongest = np.max([np.abs(np.broadcast_to(du, shape)).max(axis=0) for du in rates], axis=0)
-    speeds = np.max([np.abs(np.asarray(speed, dtype=float)) for speed in u], axis=0)
-    with np.errstate(invalid="ignore"):
-        fastest = np.maximum(np.maximum(speeds, np.sqrt(strongest)), 1e-300)
-        cap = np.minimum(duration, 1 / fastest)
-    return np.where(np.isfinite(strongest), cap, np.nan)
 
 
 class Steps(NamedTuple):
@@ -314,36 +266,6 @@ def parts_of_run(
         # The grid continues at exactly the time of the integrator.
         integrator.time = own.number(integrator.time)
         ahead, begun = np.concatenate([own.array([integrator.time]), ahead]), 1
-
-
-def last_time(integrator: Any, time: Any, state: Any, end: Any, cap: Any) -> Any:
-    """Return the last time (s) that an integrator reaches from a time and a state to an end."""
-    integrator.time, integrator.state[:] = time, state
-    reached = time
-
-    def note(stepped: Any) -> bool:
-        nonlocal reached
-        reached = stepped.time
-        return True
-
-    integrator.propagate_until(end, max_delta_t=cap, callback=note)
-    return reached
-
-
-def check_arrival(outcome: Any, reached: float, last: float) -> None:
-    """Raise `IntegrationError` unless a run that has reached a time (s) is at its last one."""
-    if outcome != heyoka().taylor_outcome.time_limit:
-        raise IntegrationError(
-            f"the motion could not be integrated beyond {reached:.6g} s ({failure_of(outcome)}); it"
-            f" must stay finite, and its loads smooth, until {last:.6g} s"
-        )
-
-
-def failure_of(outcome: Any) -> str:
-    """Return in words why a run of heyoka has ended early."""
-    if outcome == heyoka().taylor_outcome.err_nf_state:
-        return "the state, a load or a derivative of a load by time is not finite there"
-    return str(outcome.name)
 
 
 class _Recorder:

@@ -1,0 +1,83 @@
+"""Measures of errors in lanes: each bound is the sum of its three parts, worked out by hand."""
+
+import numpy as np
+import pytest
+
+from twolink.chain import Chain
+from twolink.ensembles.compiled import FORMULATION
+from twolink.ensembles.error import SoFar, states_at_ends, states_of
+from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.measure import A_VALUE, MARGIN_OF_ORDERS, MOST_ROUND_OFF, truncation
+
+ORDER = 9
+ROUNDING = 2.0**-52
+
+
+def states(*rows):
+    """Return q and u, shape (4, m, n), of which the last speed has the given rows."""
+    found = np.zeros((4, *np.shape(rows)))
+    found[3] = rows
+    return found
+
+
+def test_measures_are_the_largest_so_far():
+    """Two lanes at three times; in the second lane the motions agree at first."""
+    kept = states([1.0, 2.0], [-4.0, 2.5], [3.0, 1.0])
+    apart = states([1e-7, 0.0], [1e-9, 0.0], [2e-7, -3e-6])
+    found = SoFar.at_the_start(2).with_states(kept, kept + apart, ORDER)
+    assert found.differences == pytest.approx(
+        np.array([[1e-7, 0], [1e-7, 0], [2e-7, 3e-6]]), rel=1e-8, abs=0
+    )
+    assert found.sizes.tolist() == [[1, 2], [4, 2.5], [4, 2.5]]
+    assert found.growths == pytest.approx(found.differences / truncation(ORDER), rel=1e-15, abs=0)
+
+
+def test_measures_in_parts_are_those_of_the_whole(random):
+    kept = random.normal(size=(4, 12, 3))
+    judged = kept + 1e-8 * random.normal(size=kept.shape)
+    begun = SoFar.at_the_start(3, np.array([0.0, 1e9, 3.0]))
+    whole = begun.with_states(kept, judged, ORDER).of(-1)
+    first = begun.with_states(kept[:, :5], judged[:, :5], ORDER).of(-1)
+    second = first.with_states(kept[:, 5:], judged[:, 5:], ORDER).of(-1)
+    np.testing.assert_array_equal(second, whole)
+    assert whole.growths[1] == 1e9
+
+
+def test_states_after_the_end_of_a_run_do_not_count():
+    kept = states([1.0, 1.0], [9.0, 9.0])
+    judged = kept + states([0.0, 0.0], [1.0, np.nan])
+    moves = np.array([[True, True], [False, True]])
+    found = SoFar.at_the_start(2).with_states(kept, judged, ORDER, moves).of(-1)
+    assert found.differences.tolist() == [0.0, np.inf]
+    assert found.sizes.tolist() == [1.0, 9.0]
+
+
+def test_a_bound_is_the_sum_of_truncation_sums_and_growth():
+    measured = SoFar(np.array([1e-9]), np.array([5.0]), np.array([1e4]))
+    expected = (
+        MARGIN_OF_ORDERS * 1e-9 + (A_VALUE + 70) * ROUNDING * 5 + MOST_ROUND_OFF * ROUNDING * 1e4
+    )
+    assert measured.bounds(np.array([70.0])) == pytest.approx([expected], rel=1e-15, abs=0)
+
+
+@pytest.mark.parametrize("difference", [0.0101, 1.0, np.inf])
+def test_a_difference_that_is_not_small_bounds_nothing(difference):
+    measured = SoFar(np.array([difference, 0.0099]), np.ones(2), np.ones(2))
+    first, second = measured.bounds(np.array([1.0, 1.0]))
+    assert first == np.inf
+    assert second == pytest.approx(MARGIN_OF_ORDERS * 0.0099, rel=1e-6)
+
+
+def test_notes_of_a_run_that_comes_twice_leave_the_largest():
+    measured = SoFar(*np.ones((3, 3)))
+    measured.note(np.array([2, 0, 2]), SoFar(*np.array([[5.0, 0.5, 3.0]] * 3)))
+    assert [rows.tolist() for rows in measured] == [[1, 1, 5]] * 3
+
+
+def test_states_of_variables_are_those_that_they_come_from(random):
+    chain = Chain.uniform_bars()
+    q, u = random.normal(size=(2, 2, 5, 3))
+    variables = np.array([*q, *EQUATIONS[FORMULATION].from_speeds(chain, tuple(q), tuple(u))])
+    found = states_of(chain, variables)
+    np.testing.assert_allclose(found, [*q, *u], rtol=1e-12, atol=1e-14)
+    np.testing.assert_array_equal(states_at_ends(chain, variables.transpose(1, 0, 2)), found)

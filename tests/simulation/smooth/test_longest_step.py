@@ -1,0 +1,48 @@
+"""No step passes a later event: a series whose last terms vanish suggests an endless step."""
+
+import numpy as np
+import pytest
+
+from twolink.chain import Chain
+from twolink.effects.gravity import Gravity
+from twolink.effects.sampled_torque import SampledTorque
+from twolink.scene import Scene
+from twolink.simulation import simulate
+from twolink.simulation.hybrid import measure, run
+from twolink.simulation.smooth.longest_step import default_longest_step
+
+# t³ at the elbow of a straight chain at rest: q begins as t⁵, and goes on with t¹⁵.
+SOFT = SampledTorque((0.0, 1.0, 2.0, 3.0, 4.0), (0.0,) * 5, (0.0, 1.0, 8.0, 27.0, 64.0), "cubic")
+
+
+def scene(effects: tuple, u: tuple[float, float] = (0.0, 0.0)) -> Scene:
+    return Scene(Chain.uniform_bars(), (0.0, 0.0), u, 4.0, effects)
+
+
+def test_a_torque_that_grows_later_caps_the_steps():
+    """At 4 s the torque is 64 N m: M⁻¹ (−64, 64) is 603 rad/s²."""
+    assert default_longest_step(scene((SOFT,))) == pytest.approx(603.43**-0.5, rel=1e-4)
+
+
+def test_steps_are_capped_by_the_start_if_loads_are_constant():
+    assert default_longest_step(scene((Gravity(9.81),))) < 1
+    assert default_longest_step(scene((), u=(4.0, 0.0))) == 0.25
+    assert default_longest_step(scene(())) == 4.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-9])
+def test_accuracy_is_met_for_a_torque_that_begins_slowly(accuracy):
+    """At low orders, too, the accuracy that is claimed is kept: against SciPy's, step by step."""
+    rough = simulate(scene((SOFT,)), accuracy=accuracy, samples=5)
+    other = simulate(scene((SOFT,)), accuracy=1e-8, samples=5, method="DOP853")
+    assert np.abs(rough.q - other.q).max() <= accuracy + 1e-8
+
+
+def test_without_the_cap_the_motion_is_silently_wrong(monkeypatch):
+    monkeypatch.setattr(run, "default_longest_step", lambda scene: scene.duration)
+    monkeypatch.setattr(measure, "_LOWEST_ORDER", 7)
+    monkeypatch.setattr(measure, "differences", lambda first, second, times, accuracy: 0 * times)
+    trajectory = simulate(scene((SOFT,)), accuracy=1e-3, samples=5)
+    assert trajectory.met
+    assert abs(trajectory.q[0, -1] - -29.364678) > 0.1

@@ -1,0 +1,93 @@
+"""Bounds on the errors of runs in lanes, from their differences from judges.
+
+The mechanism is that of `twolink.simulation.smooth.measure`: a run of order p is kept, and a second
+run of order p + 4, the judge, has an error of at most half of it, so that twice their difference
+bounds the error of the kept run; the round-off of sums and of the growth of errors is added.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twolink.chain import Chain
+from twolink.ensembles.compiled import FORMULATION
+from twolink.integration.precisions import PRECISIONS
+from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.measure import (
+    A_VALUE,
+    MARGIN_OF_ORDERS,
+    MOST_ROUND_OFF,
+    truncation,
+)
+
+Array = NDArray[np.float64]
+
+# The difference (rad, rad/s) up to which errors are small enough that that of the judge is a part
+# of them; beyond it the error is unknown.
+_LINEAR = 1e-2
+
+# The rounding of float64.
+_ROUNDING = PRECISIONS["double"].rounding
+
+
+class SoFar(NamedTuple):
+    """Measures of runs up to a time: the largest of each, all of shape (…, n).
+
+    `differences` from the judges and `sizes` of q and u are in rad and rad/s, `growths` are those
+    of truncation errors.
+    """
+
+    differences: Array
+    sizes: Array
+    growths: Array
+
+    @classmethod
+    def at_the_start(cls, width: int, growths: Array | None = None) -> SoFar:
+        """Return the measures of runs that begin, with growths that are known, shape (n,)."""
+        known = np.zeros(width) if growths is None else growths
+        return cls(np.zeros(width), np.zeros(width), known)
+
+    def of(self, which: Any) -> SoFar:
+        """Return the measures of some rows, or of some runs."""
+        return SoFar(*(rows[which] for rows in self))
+
+    def with_states(self, kept: Array, judged: Array, order: int, moves: Any = True) -> SoFar:
+        """Return the measures up to later times, shape (m, n), from q and u, (4, m, n), there.
+
+        `kept` are the states of runs of an order. `moves`, shape (m, n), says where a run has not
+        ended before; other states do not count.
+        """
+        apart = np.abs(judged - kept).max(axis=0)
+        apart[np.isnan(apart)] = np.inf
+        now = np.where(moves, [apart, np.abs(kept).max(axis=0)], 0.0)
+        differences = np.maximum.accumulate(np.maximum(now[0], self.differences))
+        sizes = np.maximum.accumulate(np.maximum(now[1], self.sizes))
+        return SoFar(differences, sizes, np.maximum(self.growths, differences / truncation(order)))
+
+    def note(self, which: Any, others: SoFar) -> None:
+        """Raise the measures of some runs in place to those of others; runs may come repeatedly."""
+        for own, new in zip(self, others, strict=True):
+            np.maximum.at(own, which, new)
+
+    def bounds(self, steps: Array) -> Array:
+        """Return bounds on the errors (rad, rad/s) of runs after some numbers of steps."""
+        sums = (A_VALUE + steps) * _ROUNDING * self.sizes
+        grown = MOST_ROUND_OFF * _ROUNDING * self.growths
+        found = MARGIN_OF_ORDERS * self.differences + sums + grown
+        return np.where(self.differences > _LINEAR, np.inf, found)
+
+
+def states_of(chain: Chain, variables: Array) -> Array:
+    """Return q (rad) and u (rad/s) of variables, both of shape (4, …)."""
+    q, second = variables[:2], variables[2:]
+    with np.errstate(all="ignore"):
+        u = EQUATIONS[FORMULATION].to_speeds(chain, tuple(q), tuple(second))
+    return np.array([*q, *u])
+
+
+def states_at_ends(chain: Chain, variables: Array) -> Array:
+    """Return q (rad) and u (rad/s), (4, m, n), of variables at the ends of steps, (m, 4, n)."""
+    return states_of(chain, np.ascontiguousarray(variables.transpose(1, 0, 2)))

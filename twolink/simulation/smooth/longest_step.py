@@ -1,0 +1,63 @@
+"""The longest step of a Taylor series: no step may pass the time in which a motion changes."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from twolink.chain import Chain
+from twolink.effects import Effect, discontinuities
+from twolink.errors import SimulationError
+from twolink.scene import Scene
+from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.times import merged
+
+# Number of times between start and end at which loads are evaluated.
+_LOOKS = 33
+
+
+def default_longest_step(scene: Scene) -> float:
+    """Return the cap of the step (s) of a scene, as `longest_steps` does."""
+    chain, effects, duration = scene.moving_chain, scene.effects, scene.duration
+    try:
+        cap = float(longest_steps(chain, effects, scene.q, scene.u, duration))
+    except (ArithmeticError, ValueError):
+        # Functions of floats raise errors where those of arrays return NaN.
+        cap = math.nan
+    if not cap > 0:
+        raise SimulationError(
+            "accelerations at the start must be finite in float64, under the loads at all times"
+            f" until {duration:.6g} s; got non-finite ones at q = {scene.q!r}, u = {scene.u!r}"
+        )
+    return cap
+
+
+def longest_steps(
+    chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, duration: float
+) -> Any:
+    """Return the cap of the step (s), from the initial speeds and from the accelerations over time.
+
+    The series of a chain that turns through a radian in a time τ does not converge much beyond τ.
+    A longer step results from last coefficients that vanish by symmetry: a torque that begins as
+    t³, for example, moves a chain at rest by t⁵ and then by t¹⁵.
+
+    q (rad), u (rad/s) and the numbers of chain and effects may be those of runs side by side,
+    shape (lanes,). The cap is NaN where accelerations at the start are not finite.
+    """
+    later = np.linspace(0.0, duration, _LOOKS)
+    jumps = [t for t in discontinuities(effects) if 0 < t < duration]
+    times = merged(later, jumps)
+    if np.ndim(q[0]):
+        times = times[:, None]
+    # At the initial pose, under the loads at each of these times.
+    with np.errstate(all="ignore"):
+        _, rates = EQUATIONS["lagrange"].rates(chain, effects, q, u, times)
+    shape = np.broadcast_shapes(times.shape, np.shape(q[0]))
+    strongest = np.max([np.abs(np.broadcast_to(du, shape)).max(axis=0) for du in rates], axis=0)
+    speeds = np.max([np.abs(np.asarray(speed, dtype=float)) for speed in u], axis=0)
+    with np.errstate(invalid="ignore"):
+        fastest = np.maximum(np.maximum(speeds, np.sqrt(strongest)), 1e-300)
+        cap = np.minimum(duration, 1 / fastest)
+    return np.where(np.isfinite(strongest), cap, np.nan)
