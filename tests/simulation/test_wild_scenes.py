@@ -255,9 +255,21 @@ def test_an_end_beside_the_base_slides_until_the_links_stop():
     assert np.abs(u).max() < 1e-15
 
 
+def test_a_stop_is_touched_where_all_forces_vanish_at_once():
+    """From there on link 2 swings upwards at the other side, and presses link 1 onto the stop."""
+    run = trajectory("forces_vanish_at_once")
+    assert (str(run.events[-1].mode), run.events[-1].entered) == (
+        "A on its lower stop rests",
+        pytest.approx(0.962280562, abs=1e-9),
+    )
+    q, _ = run.at([run.events[-1].entered])
+    assert q[:, 0] == pytest.approx(np.pi / 2, abs=1e-12)
+    assert run.notes == ()
+
+
 def test_each_scene_has_a_test():
     """The scenes are those in the folder, and each is named in a test."""
     text = Path(__file__).read_text(encoding="utf-8")
     names = [path.stem for path in SCENES.glob("*.toml")]
-    assert len(names) == 16
+    assert len(names) == 17
     assert [name for name in names if text.count(f'"{name}"') == 0] == []

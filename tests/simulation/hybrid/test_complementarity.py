@@ -1,12 +1,16 @@
 """The complementarity problem: which modes can be solved, its conditions, and their rounding."""
 
+import math
+
 import pytest
 
-from tests.simulation.hybrid import BALANCED, state_of, system_of
+from tests.simulation.hybrid import BALANCED, BARS, state_of, system_of
 from twolink.contact.states import ContactState as S
+from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
+from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
     Condition,
     Law,
@@ -21,9 +25,9 @@ from twolink.simulation.hybrid.dynamics import solve
 from twolink.simulation.hybrid.pose import Pose
 
 
-def problem_of(*effects, q=(0.0, 0.0), touching=frozenset(), **more):
-    system = system_of(*effects, chain=BALANCED, **more)
-    state = state_of(system, q)
+def problem_of(*effects, q=(0.0, 0.0), u=(0.0, 0.0), chain=BALANCED, **more):
+    system = system_of(*effects, chain=chain, **more)
+    state = state_of(system, q, u)
     pose = Pose(system.chain, system.formulation, state.q)
     options = tuple(
         element.options(i in state.touching, state.sliding[i])
@@ -85,6 +89,35 @@ def test_the_rounding_of_a_condition_grows_with_the_forces_and_shrinks_with_the_
             found[precision, torque] = noise_of(problem, condition, solution)
     assert found["double", 1000.0] == pytest.approx(1000 * found["double", 1.0])
     assert found["long double", 1.0] < found["double", 1.0] < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("effects", "u"),
+    [((), (0.0, 3.0)), ((Gravity(9.81),), (0.0, 0.0)), ((Gravity(9.81),), (0.0, 3.0))],
+    ids=["inertia", "weight", "both"],
+)
+@pytest.mark.parametrize("turn", [1e-16, -3e-15])
+def test_forces_that_vanish_in_a_pose_keep_the_round_off_of_its_angles(effects, u, turn):
+    """Link 1 hangs on a stop and link 2 hangs almost straight: all that is left is round-off."""
+    stop = JointStop("A", lower=math.pi / 2)
+    q = (math.pi / 2, math.pi / 2 + turn)
+    problem = problem_of(*effects, stop, q=q, u=u, chain=BARS)
+    for states, law in (((S.CLOSED,), Law.PUSHES), ((S.OPEN,), Law.SEPARATES)):
+        solution = solve(problem.equations, problem.system.elements, states)
+        condition = Condition(law, 0)
+        value = float(value_of(problem.system, problem.equations, solution, condition))
+        assert 10 * abs(value) < noise_of(problem, condition, solution) < 1e-6
+
+
+def test_forces_that_cancel_keep_the_round_off_of_each():
+    """A motor at A holds the weight, 14.715 N m about A: the round-off is that of both."""
+    problem = problem_of(
+        Gravity(9.81), JointTorque((-14.715, 0.0)), JointFriction((1.0, 0.0)), chain=BARS
+    )
+    condition = next(iter(conditions(problem, (S.STICKS,))))
+    solution = solve(problem.equations, problem.system.elements, (S.STICKS,))
+    unsure = tolerances.UNDECIDED * problem.system.resolution
+    assert noise_of(problem, condition, solution) > 2 * 14.715 * unsure
 
 
 def test_a_row_of_round_off_counts_as_zero():

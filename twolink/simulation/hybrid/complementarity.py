@@ -9,9 +9,10 @@ from enum import Enum
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from twolink.arithmetic import Pair
+from twolink.arithmetic import Pair, Scalar
 from twolink.contact.elements import ElementTerms, Terms
 from twolink.contact.states import ContactState
+from twolink.loads import Torque
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.constraint import cramer, is_answered, parallel, same_line
 from twolink.simulation.hybrid.dynamics import (
@@ -88,11 +89,30 @@ def problem_at(
         for i, (element, is_active) in enumerate(zip(elements, active, strict=True))
     ]
     equations = local_equations(pose, system.effects, elements, state.u, state.t, active, pushes)
-    size = sum(abs(float(x)) for x in equations.r)
+    size = _size_of_forces(equations, system.scene_chain.L1, state.u)
+    return Problem(system, state, equations, state.sliding, options, size)
+
+
+def _size_of_forces(equations: LocalEquations, length: Scalar, u: Pair) -> float:
+    """Return the sum of all generalized forces (N m), each as large as it is in some pose.
+
+    In one pose they may vanish or cancel, and their round-off remains: that of the angles times
+    their derivatives. `length` (m) is that of link 1.
+    """
+    (M11, M12), (_, M22) = ((abs(float(x)) for x in line) for line in equations.M)
+    speed = size_of(u)
+    size = (M11 + 2 * M12 + M22) * speed * speed
+    for load in equations.loads:
+        if isinstance(load, Torque):
+            size += abs(float(load.moment))
+        else:
+            point, force = load.point, size_of(load.components)
+            reach = abs(float(point.along)) + abs(float(point.across))
+            size += force * (reach + (float(length) if point.link == 2 else 0.0))
     for terms in equations.terms:
         if terms is not None and terms.normal is not None:
             size += abs(float(terms.push)) * size_of(terms.normal.row)
-    return Problem(system, state, equations, state.sliding, options, size)
+    return size
 
 
 def conceivable(problem: Problem, with_pressed: bool) -> tuple[States, ...]:

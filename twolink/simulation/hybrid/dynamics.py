@@ -32,12 +32,16 @@ class Solution(NamedTuple):
 
 
 class LocalEquations(NamedTuple):
-    """M du = r + forces of elements, at an instant; `terms` has None for elements left out."""
+    """M du = r + forces of elements, at an instant; `terms` has None for elements left out.
+
+    `loads` are those of the effects, which r contains.
+    """
 
     M: Matrix
     det: Scalar
     r: Pair
     terms: tuple[ElementTerms | None, ...]
+    loads: Loads
 
 
 def local_equations(
@@ -64,7 +68,7 @@ def local_equations(
         _element_terms(pose, element, u, push, rate) if is_active else None
         for element, is_active, push in zip(elements, active, pushes, strict=True)
     )
-    return LocalEquations(M, det, (Q1 - C1, Q2 - C2), terms)
+    return LocalEquations(M, det, (Q1 - C1, Q2 - C2), terms, loads)
 
 
 def _element_terms(
@@ -129,7 +133,7 @@ def solve(
     states: Sequence[ContactState],
 ) -> Solution:
     """Return du/dt in a mode, and the forces that enforce its constraints."""
-    M, det, (r1, r2), every = equations
+    M, det, (r1, r2), every, _ = equations
     for element, state, terms in zip(elements, states, every, strict=True):
         for force in () if terms is None else element.applied(state, terms):
             r1, r2 = r1 + force[0], r2 + force[1]
