@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from numpy.polynomial import Chebyshev, Polynomial
 
 from twolink.integration.precisions import PRECISIONS
+from twolink.simulation.hybrid import roots
 from twolink.simulation.hybrid.roots import (
     bernstein_matrix,
     first_fall,
@@ -177,6 +178,49 @@ def test_roots_are_found_in_long_numbers(precision, random):
             root = first_fall(c, 16 * PRECISIONS[precision].rounding).fall
             assert isinstance(root, number)
             assert abs(in_mpmath(root) - truth) < 8 * PRECISIONS[precision].rounding
+
+
+def long_polynomials(random, number):
+    """Yield polynomials of known kinds in longer numbers: series, tiny starts, and near touches."""
+    for _ in range(60):
+        series = series_like(random, 16)
+        start = 10.0 ** -random.integers(0, 30)
+        yield [number(c) for c in [abs(series[0]) * start, *series[1:]]]
+        yield [number(c) for c in [start, 0.0, -abs(series[2]), *series[3:]]]
+    for gap in (1e-6, 1e-9, 1e-15, 1e-17, 1e-20, 1e-25):
+        place = Fraction(int(random.integers(2, 9)), 10)
+        squared = [place**2, -2 * place, Fraction(1)]
+        for sign in (1, -1):
+            raised = [squared[0] + sign * Fraction(gap), *squared[1:]]
+            for factor in ([1, Fraction(1, 3)], [Fraction(19, 20), -1]):
+                yield [number(f.numerator) / number(f.denominator)
+                       for f in expanded(raised, factor)]  # fmt: skip
+
+
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+def test_the_search_in_float64_decides_as_the_one_in_long_numbers(precision, random, monkeypatch):
+    """It decides most polynomials, and leaves those that are close to a touch."""
+    own = PRECISIONS[precision]
+    left = 0
+    given = list(long_polynomials(random, own.number))
+    for c in given:
+        bound = bound_of([*c, own.number(0), own.number(0)], precision)
+        found = first_fall(c, bound)
+        left += roots._proven(c, bound) is None
+        with monkeypatch.context() as patch:
+            patch.setattr(roots, "_proven", lambda coefficients, bound: None)
+            truth = first_fall(c, bound)
+        assert (found.fall is None, found.touch, found.unsure) == (
+            truth.fall is None,
+            truth.touch,
+            truth.unsure,
+        )
+        if truth.fall is not None:
+            size = sum(abs(x) * truth.fall**k for k, x in enumerate(c))
+            slope = abs(sum(k * x * truth.fall ** (k - 1) for k, x in enumerate(c) if k))
+            allowed = 16 * own.rounding * (size / slope + truth.fall)
+            assert abs(found.fall - truth.fall) <= allowed
+    assert 5 <= left <= len(given) // 2
 
 
 def test_the_first_of_several_falls_is_taken():

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -95,6 +95,22 @@ def _weights(length: int, rounding: float) -> Array:
     return weights
 
 
+class _Piece(NamedTuple):
+    """An interval in which a polynomial falls, the only fall in it if its place is `near`."""
+
+    low: float
+    high: float
+    near: float | None
+
+
+class _Isolated(NamedTuple):
+    """The interval of the first fall, if there is one, and the rest of a `Search`."""
+
+    piece: _Piece | None
+    touch: float | None
+    unsure: bool
+
+
 def first_fall(
     coefficients: Sequence[Any], bound: float, bernstein: Sequence[Any] | None = None
 ) -> Search:
@@ -103,14 +119,55 @@ def first_fall(
     The polynomial is positive at first. `bound` is that on the error of its values; `bernstein`
     are its Bernstein coefficients, if they are known in the precision of the coefficients.
     """
-    waiting: list[tuple[Any, float, float]] = [
-        (_bernstein(coefficients) if bernstein is None else bernstein, 0.0, 1.0)
-    ]
+    found = None if isinstance(coefficients[0], float) else _proven(coefficients, bound)
+    if found is None:
+        known = _bernstein(coefficients) if bernstein is None else bernstein
+        found = _isolated(known, lambda high: bound)
+    piece, touch, unsure = found
+    if piece is None:
+        return Search(None, touch, unsure)
+    low, high, near = piece
+    if near is None:
+        return Search(polished(coefficients, low, high), touch, unsure)
+    return Search(_bracketed(coefficients, low, high, near), touch, unsure)
+
+
+def _proven(coefficients: Sequence[Any], bound: float) -> _Isolated | None:
+    """Return the first fall of a polynomial in longer numbers, if float64 suffices to prove it.
+
+    Numbers longer than float64 take fifty times as long, and matter only close to a touch.
+    """
+    sizes = [POLYNOMIAL * _EPSILON * abs(float(c)) for c in coefficients]
+
+    @functools.cache
+    def rounding_until(end: float) -> float:
+        """Return the bound on [0, end]; those of its halves are made from no other values."""
+        return bound + _horner(sizes, end)
+
+    found = _isolated(
+        _bernstein([float(c) for c in coefficients]),
+        lambda high: rounding_until(2.0 ** math.ceil(math.log2(high))),
+        strict=True,
+    )
+    alone = found.piece is None or found.piece.near is not None
+    return found if alone and found.touch is None and not found.unsure else None
+
+
+def _isolated(
+    bernstein: Sequence[Any], bound_until: Callable[[float], float], *, strict: bool = False
+) -> _Isolated:
+    """Isolate the first fall of a polynomial by halving the interval.
+
+    `bound_until` maps the upper end of an interval to the bound on the error of its coefficients.
+    In a `strict` search no coefficient within this bound has a known sign.
+    """
+    waiting: list[tuple[Sequence[Any], float, float]] = [(bernstein, 0.0, 1.0)]
     touch: float | None = None
     doubtful: float | None = None
     pieces = 0
     while waiting:
         b, low, high = waiting.pop()
+        bound = bound_until(high)
         pieces += 1
         tired = pieces > MOST_PIECES
         # The end coefficients are the values at both ends.
@@ -123,12 +180,11 @@ def first_fall(
         if below and (tired or (first < -bound and max(b) < -bound)):
             # To the left the sign is lost to round-off: the computed sign decides.
             start = low if doubtful is None else doubtful
-            return Search(polished(coefficients, start, high), touch, tired)
+            return _Isolated(_Piece(start, high, None), touch, tired)
         falls = below and doubtful is None and first > bound
-        near = _only_fall(b) if falls else None
+        near = _only_fall(b, bound if strict else 0.0) if falls else None
         if near is not None:
-            fall = _bracketed(coefficients, low, high, low + near * (high - low))
-            return Search(fall, touch, tired)
+            return _Isolated(_Piece(low, high, low + near * (high - low)), touch, tired)
         in_doubt = high - low < 2.0**-MOST_HALVINGS or tired
         if in_doubt or max(abs(x) for x in b) <= bound:
             doubtful = low if doubtful is None else doubtful
@@ -137,7 +193,7 @@ def first_fall(
         middle = (low + high) / 2
         waiting.append((right, middle, high))
         waiting.append((left, low, middle))
-    return Search(None, doubtful if touch is None else touch, pieces > MOST_PIECES)
+    return _Isolated(None, doubtful if touch is None else touch, pieces > MOST_PIECES)
 
 
 def lowest(coefficients: Sequence[Any], limit: float) -> float | None:
@@ -170,16 +226,17 @@ def _kind(numbers: Sequence[Any]) -> Any:
     return float if isinstance(numbers[0], float) else type(numbers[0])
 
 
-def _only_fall(b: Sequence[Any]) -> float | None:
+def _only_fall(b: Sequence[Any], clear_of: float) -> float | None:
     """Return where in [0, 1] the polygon of Bernstein coefficients falls, None if not just once.
 
-    The first coefficient is positive, and the last negative. The fall of the polygon is near the
-    root of the polynomial, and the nearer the higher the degree.
+    The first coefficient is positive, and the last negative, beyond a bound below which they have
+    no known sign. The fall of the polygon is near the root of the polynomial, and the nearer the
+    higher the degree.
     """
     before = 0
-    while b[before + 1] > 0:
+    while b[before + 1] > clear_of:
         before += 1
-    if max(b[before + 1 :]) > 0:
+    if max(b[before + 1 :]) > -clear_of:
         return None
     high, low = b[before], b[before + 1]
     return (before + float(high / (high - low))) / (len(b) - 1)
