@@ -72,10 +72,10 @@ def test_calls_are_judged_by_their_exit_code(function, arguments, code, words, t
 
 
 @pytest.mark.slow
-def test_five_hundred_inputs():
+def test_a_hundred_inputs():
     here = Path.cwd()
-    lines, codes = campaign(500, seed=20261122)
+    lines, codes = campaign(100, seed=20261122)
     assert lines == []
-    assert codes[0] > 50
-    assert codes[2] > 200
+    assert codes[0] > 10
+    assert codes[2] > 40
     assert os.getcwd() == str(here)

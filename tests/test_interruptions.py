@@ -62,7 +62,10 @@ WRITERS = {
     ),
     "scoreboard --out": (["scoreboard", VERDICT, "--out", "{out}/new"], "new/index.html"),
     "record --out": (["record", CONTACT, "--fps", 1, "--out", "{out}/a.html"], "a.html"),
-    "report --out": (["report", FREE_FALL, "--states", 3, "--out", "{out}/new"], "new/index.html"),
+    "report --out": (
+        ["report", FREE_FALL, "--states", 3, "--budget", 1, "--out", "{out}/new"],
+        "new/index.html",
+    ),
     "accuracy --out": (
         ["accuracy", FREE_FALL, "--methods", "rk4", "--budget", 1, "--out", "{out}/new"],
         "new/accuracy.json",

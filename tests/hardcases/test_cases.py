@@ -41,7 +41,8 @@ def test_every_formulation_passes(case):
 
 
 @pytest.mark.slow
-def test_every_formulation_passes_every_case():
-    board = parallel_scoreboard(CASES, OURS)
-    assert set(board) == {case.name for case in CASES}
+def test_every_formulation_passes_the_cases_that_take_long():
+    cases = [case for case in CASES if not is_quick(case)]
+    board = parallel_scoreboard(cases, OURS)
+    assert len(board) == len(cases) > 30
     assert failed_by_us(board) == [], [board[name] for name, _ in failed_by_us(board)]

@@ -264,8 +264,8 @@ def test_mutants_are_answered_with_a_sentence(tmp_path):
 
 
 @pytest.mark.slow
-def test_ten_thousand_mutants_are_answered_with_a_sentence(tmp_path):
-    assert no_traceback(texts(), np.random.default_rng(8), 10_000, tmp_path) > 1000
+def test_thousands_of_mutants_are_answered_with_a_sentence(tmp_path):
+    assert no_traceback(texts(), np.random.default_rng(8), 3000, tmp_path) > 300
 
 
 def test_pinocchio_ignores_mimic_unless_it_is_asked_for():
