@@ -5,11 +5,13 @@ import math
 import pytest
 
 from tests.simulation.hybrid import BALANCED, BARS, state_of, system_of
+from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
+from twolink.effects.surface import Surface
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
     Condition,
@@ -89,6 +91,19 @@ def test_the_rounding_of_a_condition_grows_with_the_forces_and_shrinks_with_the_
             found[precision, torque] = noise_of(problem, condition, solution)
     assert found["double", 1000.0] == pytest.approx(1000 * found["double", 1.0])
     assert found["long double", 1.0] < found["double", 1.0] < 1e-6
+
+
+def test_a_contact_that_opens_beside_one_of_the_same_point_has_no_condition():
+    """The mass centre of link 2 is at D: while one of them slides, the other does not move away."""
+    floor = Surface((0.0, 0.0), (0.0, -1.0), on=("C2", "D", "B"), friction=0.3)
+    chain = Chain.point_masses((1.0, 1.0), (1.0, 1.0))
+    problem = problem_of(Gravity(9.81), floor, u=(0.0, 0.0), chain=chain)
+    slides = (S.FORWARD, S.OPEN, S.OPEN)
+    laws = [(c.law, c.number) for c in conditions(problem, slides)]
+    assert (Law.SEPARATES, 2) in laws
+    assert (Law.SEPARATES, 1) not in laws
+    # At rest no contact separates.
+    assert all(c.law is not Law.SEPARATES for c in conditions(problem, (S.STICKS, S.OPEN, S.OPEN)))
 
 
 @pytest.mark.parametrize(

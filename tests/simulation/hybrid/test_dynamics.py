@@ -5,6 +5,7 @@ import pytest
 
 from tests.simulation.hybrid import BALANCED, BARS, system_of
 from twolink import kane, lagrange
+from twolink.chain import Chain
 from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from twolink.contact.elements import CompliantContact, DryFriction, RigidContact
 from twolink.contact.force_laws import Hertz, KelvinVoigt, Phase, PlasticState
@@ -14,6 +15,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.loads import Force, Torque
 from twolink.simulation.hybrid.dynamics import (
     constraint_count,
+    is_fixed,
     loads_of,
     local_equations,
     mode_solution,
@@ -200,3 +202,14 @@ def test_links_that_turn_on_their_own_answer_their_own_torques():
     pose = pose_of(chain=BALANCED)
     solution = mode_solution(pose, system.effects, (), (), (), U, 0.0)
     assert solution.du == pytest.approx((5 / 3, 2.0))
+
+
+def test_a_coordinate_is_fixed_by_one_of_the_same_point_or_by_any_two():
+    chain = Chain.point_masses((1.0, 1.0), (1.0, 1.0))
+    centre, joint = PointCoordinate("C2", UP.vector), JointCoordinate("A")
+    assert is_fixed(UP, [centre], chain)
+    assert not is_fixed(UP, [centre], BARS)
+    assert not is_fixed(ALONG, [centre], chain)
+    assert not is_fixed(UP, [], chain)
+    assert not is_fixed(UP, [joint], chain)
+    assert is_fixed(UP, [ALONG, joint], chain)

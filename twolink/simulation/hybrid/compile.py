@@ -30,11 +30,10 @@ from twolink.integration.operations import Operations, of_taylor_step
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.names import FormulationName
 from twolink.optional import heyoka
-from twolink.simulation.hybrid.constraint import same_line
 from twolink.simulation.hybrid.dynamics import (
-    MOST_CONSTRAINTS,
     Solution,
     held_coordinates,
+    is_fixed,
     mode_solution,
 )
 from twolink.simulation.hybrid.event_functions import OF_GAP, Surfaces, triggers, value
@@ -217,9 +216,7 @@ class _Builder:
         held = held_coordinates(elements, states)
         normal = elements[index].normal
         assert normal is not None
-        chain = self._system.scene_chain
-        along = any(same_line(normal, other, chain) for other in held)
-        return along or len(held) >= MOST_CONSTRAINTS
+        return is_fixed(normal, held, self._system.scene_chain)
 
     def compiled(self) -> CompiledMode:
         """Return the compiled mode."""

@@ -10,17 +10,19 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from twolink.arithmetic import Pair, Scalar
+from twolink.contact.coordinates import ConstraintCoordinate
 from twolink.contact.elements import ElementTerms, Terms
 from twolink.contact.states import ContactState
 from twolink.loads import Torque
 from twolink.simulation.hybrid import tolerances
-from twolink.simulation.hybrid.constraint import cramer, is_answered, parallel, same_line
+from twolink.simulation.hybrid.constraint import cramer, is_answered, parallel
 from twolink.simulation.hybrid.dynamics import (
     MOST_CONSTRAINTS,
     LocalEquations,
     Solution,
     constraints_of,
     held_coordinates,
+    is_fixed,
     local_equations,
     push_of,
 )
@@ -144,9 +146,7 @@ def _is_conceivable(system: HybridSystem, states: States, directions: tuple[int,
     for index, (element, state) in enumerate(zip(system.elements, states, strict=True)):
         if element.tangent is None or state in (ContactState.STICKS, ContactState.OPEN):
             continue
-        still = len(held) == MOST_CONSTRAINTS or any(
-            same_line(element.tangent, coordinate, system.scene_chain) for coordinate in held
-        )
+        still = is_fixed(element.tangent, held, system.scene_chain)
         begins = state.slips and not directions[index]
         if (begins and still) or (not state.slips and not still):
             return False
@@ -173,13 +173,21 @@ def is_independent(problem: Problem, states: States) -> bool:
 
 
 def conditions(problem: Problem, states: States) -> Iterator[Condition]:
-    """Yield the conditions of a mode on the elements whose state is open."""
+    """Yield the conditions of a mode on the elements whose state is open.
+
+    A contact that opens has none where others hold its point, as its separation is zero.
+    """
+    held: list[ConstraintCoordinate] | None = None
     for index, (element, state) in enumerate(zip(problem.system.elements, states, strict=True)):
         options = problem.options[index]
         if len(options) == 1:
             continue
         if state is ContactState.OPEN:
-            yield Condition(Law.SEPARATES, index)
+            if held is None:
+                held = held_coordinates(problem.system.elements, states)
+            assert element.normal is not None
+            if not is_fixed(element.normal, held, problem.system.scene_chain):
+                yield Condition(Law.SEPARATES, index)
             continue
         if element.rigid:
             yield Condition(Law.PUSHES, index)

@@ -11,13 +11,19 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from twolink.arithmetic import Matrix, Pair, Scalar, sqrt
+from twolink.chain import Chain
 from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate
 from twolink.contact.elements import Constraint, ContactElement, ContactForces, ElementTerms, Terms
 from twolink.contact.force_laws import PlasticState
 from twolink.contact.states import ContactState
 from twolink.effects import Effect, smooth_loads
 from twolink.loads import Force, Load, Loads, Torque
-from twolink.simulation.hybrid.constraint import cramer, solved_with_one, solved_with_two
+from twolink.simulation.hybrid.constraint import (
+    cramer,
+    same_line,
+    solved_with_one,
+    solved_with_two,
+)
 from twolink.simulation.hybrid.pose import Pose
 
 # Two constraints bring the chain to rest.
@@ -120,6 +126,15 @@ def held_coordinates(
         for element, state in zip(elements, states, strict=True)
         for coordinate in element.holds(state)
     ]
+
+
+def is_fixed(
+    coordinate: ConstraintCoordinate, held: Sequence[ConstraintCoordinate], chain: Chain
+) -> bool:
+    """Return whether a coordinate is at rest while others are held: two of them, or its own."""
+    return len(held) >= MOST_CONSTRAINTS or any(
+        same_line(coordinate, other, chain) for other in held
+    )
 
 
 def constraint_count(elements: Sequence[ContactElement], states: Sequence[ContactState]) -> int:

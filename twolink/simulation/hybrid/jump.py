@@ -16,8 +16,7 @@ from twolink.contact.states import ContactState
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.collision import collide, surfaces_after, touched_names
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
-from twolink.simulation.hybrid.constraint import same_line
-from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS
+from twolink.simulation.hybrid.dynamics import is_fixed
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
 from twolink.simulation.hybrid.painleve import jammed, strike_without_collision
@@ -179,7 +178,6 @@ def _tidied(system: HybridSystem, state: HybridState, mode: Mode) -> HybridState
         normal = system.elements[index].normal
         if mode.states[index] is not ContactState.OPEN or normal is None:
             continue
-        off = any(same_line(normal, other, system.scene_chain) for other in held)
-        if len(held) < MOST_CONSTRAINTS and not off:
+        if not is_fixed(normal, held, system.scene_chain):
             leaving.add(index)
     return state._replace(touching=state.touching - leaving) if leaving else state
