@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from twolink.cli.terminal import _page, print_table
-from twolink.tables import Cell, Column, Tone, length, table
+from twolink.tables import Cell, Column, Tone, as_html, length, table
 
 EXAMPLE = table(
     "Errors",
@@ -70,8 +70,13 @@ def test_html_has_scopes_a_caption_and_no_markup_of_the_data():
     page = ET.fromstring(EXAMPLE.html("board"))
     assert page.find("caption").text == "Errors"
     assert [head.get("scope") for head in page.iter("th")] == ["col"] * 5 + ["row"] * 2
-    assert [span.get("class") for span in page.iter("span")] == ["warn"]
+    assert [span.get("class") for span in page.iter("span")] == ["whole", "warn", "whole"]
     assert "rk4 on <momenta>" in "".join(page.itertext())
+
+
+def test_a_number_with_a_negative_exponent_is_whole_in_html():
+    assert as_html("a < 2.4e-08 m/s") == 'a &lt; <span class="whole">2.4e-08</span> m/s'
+    assert as_html("the-drop, 1e+06, 2-3") == "the-drop, 1e+06, 2-3"
 
 
 def test_a_column_without_a_name_has_no_empty_heading():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -12,6 +13,9 @@ from twolink.text import printable
 
 # Characters between two columns of a terminal, and the margins of a row.
 _BETWEEN, _MARGINS = 2, 2
+
+# Numbers that a browser may break after the sign of their exponent, as in 2.4e-08.
+_WITH_EXPONENT = re.compile(r"[\d.]+e-\d+")
 
 
 class Tone(StrEnum):
@@ -190,5 +194,10 @@ def length(line: str) -> int:
     )
 
 
+def as_html(words: object) -> str:
+    """Return text escaped for HTML, in which no line break divides a number."""
+    return _WITH_EXPONENT.sub(r'<span class="whole">\g<0></span>', html.escape(printable(words)))
+
+
 def _escaped(words: str) -> str:
-    return html.escape(printable(words)).replace("\n", "<br>")
+    return as_html(words).replace("\n", "<br>")

@@ -55,7 +55,7 @@ def configurations_table(configurations: Iterable[ConfigurationSummary]) -> Tabl
         Column("time", number=True),
         Column("ratio", number=True, spare=1),
         Column("operations", number=True),
-        Column("to fewest", number=True),
+        Column("to fewest", number=True, spare=1),
         Column("least error", number=True),
         Column("order", number=True, spare=4),
         Column("measured order", number=True, spare=3),

@@ -219,6 +219,34 @@ def test_on_a_phone_every_result_is_visible(made):
         assert page.value("document.querySelector('.scrub').getBoundingClientRect().width") > 300
 
 
+# Words of tables in more than one line, but names that are divided after a hyphen of theirs.
+_DIVIDED = """(() => {
+  const found = [], range = document.createRange();
+  for (const cell of document.querySelectorAll("th, td, ul.log li")) {
+    const walker = document.createTreeWalker(cell, NodeFilter.SHOW_TEXT);
+    for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+      for (const word of node.data.matchAll(/\\S+/g)) {
+        range.setStart(node, word.index);
+        range.setEnd(node, word.index + word[0].length);
+        const lines = new Set([...range.getClientRects()].map((box) => Math.round(box.top)));
+        if (lines.size > 1 && !/^[a-z]+(-[a-z0-9]+)+$/.test(word[0])) found.push(word[0]);
+      }
+    }
+  }
+  return found;
+})()"""
+
+
+@pytest.mark.slow
+def test_on_a_phone_no_word_and_no_number_of_a_table_is_divided(made):
+    need_browser()
+    with Browser() as browser:
+        page = browser.page(390, 844)
+        page.open((made[1] / "index.html").as_uri())
+        page.value("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+        assert page.value(_DIVIDED) == []
+
+
 @pytest.mark.slow
 def test_the_description_of_a_curve_includes_both_sides_of_impacts(made):
     """u2 leaps from −4.6 rad/s at the first impact, between two samples."""

@@ -14,7 +14,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from twolink.files import atomic_write
-from twolink.tables import Table
+from twolink.tables import Table, as_html
 from twolink.text import printable
 from twolink.viz.plots.style import svg_into, write_to
 
@@ -68,7 +68,7 @@ def heading(words: str) -> str:
 
 def paragraph(words: str, kind: str = "") -> str:
     """Return a paragraph, with an optional CSS class."""
-    return f'<p class="{kind}">{text(words)}</p>' if kind else f"<p>{text(words)}</p>"
+    return f'<p class="{kind}">{as_html(words)}</p>' if kind else f"<p>{as_html(words)}</p>"
 
 
 def table(found: Table, kind: str = "") -> str:

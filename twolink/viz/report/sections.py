@@ -20,6 +20,7 @@ from twolink.simulation import Trajectory
 from twolink.simulation.effects_cost import EffectsCost
 from twolink.simulation.hybrid.mode import with_minus
 from twolink.simulation.log import LogEntry
+from twolink.tables import as_html
 from twolink.tables import table as described
 from twolink.text import as_sentence
 from twolink.verification import Verdict
@@ -77,7 +78,7 @@ def summary(cards: Sequence[Card], drawing: str) -> str:
     marks = {True: "✓ ", False: "✗ ", None: "– "}
     items = "".join(
         f'<li class="{kinds[card.passed]}"><b class="{kinds[card.passed]}">{marks[card.passed]}'
-        f"{_named(card)}</b>{text(card.sentence)}{_ran_by(card)}</li>"
+        f"{_named(card)}</b>{as_html(card.sentence)}{_ran_by(card)}</li>"
         for card in sorted(cards, key=lambda card: card.passed is not False)
     )
     names = "".join(f"<dt>{text(k)}</dt><dd>{text(v)}</dd>" for k, v in _SYMBOLS.items())
@@ -197,10 +198,10 @@ def _log(trajectory: Trajectory) -> str:
 def _entry(entry: LogEntry) -> str:
     time = f'<button class="time" data-time="{entry.time!r}">{entry.time:.6g} s</button>'
     if not entry.parts:
-        return f"{time} {text(entry.words)}"
+        return f"{time} {as_html(entry.words)}"
     parts = "".join(f"<li>{_entry(part)}</li>" for part in entry.parts)
     inside = folded(f"Show the {len(entry.parts)} entries", f"<ul>{parts}</ul>")
-    return f"{time} to {entry.until:.6g} s: {text(entry.words)} {inside}"
+    return f"{time} to {entry.until:.6g} s: {as_html(entry.words)} {inside}"
 
 
 def _curves(trajectory: Trajectory) -> str:
