@@ -52,6 +52,18 @@ def test_the_axes_carry_units_and_accuracy_grows_to_the_right(found):
     assert axes.get_xscale() == axes.get_yscale() == "log"
 
 
+def test_the_mark_of_round_off_is_beside_its_line(found):
+    figure = work_precision_plot(found)
+    figure.canvas.draw()
+    axes = figure.axes[0]
+    (line,) = (each for each in axes.lines if each.get_label() == "_floor")
+    (words,) = (each for each in axes.texts if "round-off" in each.get_text())
+    # A browser ignores spaces at the ends of a text.
+    assert words.get_text() == words.get_text().strip()
+    place, _ = axes.transData.transform((line.get_xdata()[0], 1e-3))
+    assert words.get_window_extent().x0 > place + 2
+
+
 def test_names_do_not_overlap(found):
     figure = work_precision_plot(found)
     figure.canvas.draw()

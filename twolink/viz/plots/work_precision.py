@@ -60,9 +60,9 @@ def _mark_the_floor(axes: Axes, error: float, palette: Palette) -> None:
     axes.axvline(
         error, color=palette.ink, linewidth=0.8, linestyle=(0, (1, 2)), zorder=0, label="_floor"
     )
-    axes.text(
-        error, 0.99, " float64 round-off", transform=axes.get_xaxis_transform(),
-        fontsize=8, va="top", ha="left", color=palette.ink,
+    axes.annotate(
+        "float64 round-off", (error, 0.99), xycoords=axes.get_xaxis_transform(), xytext=(3, 0),
+        textcoords="offset points", fontsize=8, va="top", ha="left", color=palette.ink,
     )  # fmt: skip
 
 
