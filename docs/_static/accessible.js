@@ -1,6 +1,6 @@
 // Additions to the theme for keyboards and screen readers.
 
-const WIDE = "pre, .table-wrapper, .formula, .strip";
+const WIDE = "pre, .table-wrapper, .formula, .strip, p:has(> img)";
 
 function describe() {
   for (const caption of document.querySelectorAll(".caption[role=heading]")) {
