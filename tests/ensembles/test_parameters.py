@@ -1,7 +1,7 @@
 import pytest
 
 from tests.ensembles.cases import axis, ensemble
-from twolink.ensembles.parameters import SYMBOLS, keys_of
+from twolink.ensembles.parameters import SYMBOLS, keys_of, unit_of
 
 
 @pytest.mark.parametrize(("symbol", "keys"), SYMBOLS.items())
@@ -11,6 +11,13 @@ def test_a_symbol_stands_for_a_number_of_a_scene(symbol, keys):
         ensemble(axes=[axis(name, 1.5)]).family.scene([1.5]) for name in (symbol, keys)
     )
     assert by_symbol == by_keys
+
+
+def test_a_symbol_has_a_unit():
+    units = ["rad", "rad", "rad/s", "rad/s", "kg", "kg", "m", "m", "m/s²"]
+    assert [unit_of(symbol) for symbol in SYMBOLS] == units
+    assert unit_of("chain.inertia.1") == "kg m²"
+    assert unit_of("effects.joint_spring.rest.0") == ""
 
 
 def test_other_names_are_keys():

@@ -19,6 +19,24 @@ SYMBOLS = {
 """The symbols of the derivation that stand for the keys of a number."""
 
 
+_UNITS = {
+    ("start", "q"): "rad",
+    ("start", "u"): "rad/s",
+    ("chain", "mass"): "kg",
+    ("chain", "length"): "m",
+    ("chain", "centre"): "m",
+    ("chain", "inertia"): "kg m²",
+    ("chain", "joint_offset"): "rad",
+    ("effects", "gravity", "g"): "m/s²",
+}
+
+
+def unit_of(parameter: str) -> str:
+    """Return the unit of a parameter of the start, the chain or gravity; "" for all others."""
+    keys = keys_of(parameter)
+    return next((unit for first, unit in _UNITS.items() if keys[: len(first)] == first), "")
+
+
 def keys_of(parameter: str) -> tuple[str, ...]:
     """Return the keys that lead to a parameter in a scene file: (start, q, 0) for start.q.0 or q1.
 

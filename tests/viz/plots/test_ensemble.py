@@ -28,7 +28,11 @@ def found(tmp_path_factory):
 def test_a_map_has_a_pixel_of_the_right_kind_for_each_run(found):
     drawn = ensemble_plot(found)
     axes = drawn.axes[0]
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("q1", "m1")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("q1 (rad)", "m1 (kg)")
+    labels = {tick.get_text() for tick in drawn.axes[1].get_yticklabels(which="both")}
+    assert any(labels)
+    # 0.2, and not a formula such as $2 \times 10^{-1}$.
+    assert not any("$" in label for label in labels)
     kinds, times = (np.ma.filled(mesh.get_array(), np.nan) for mesh in axes.collections)
     grid = found.grid().sortby("m1")
     expected = grid["flip_time"].transpose("m1", "q1").values

@@ -60,6 +60,7 @@ def numbers_of(page):
 def test_the_page_has_the_motion_of_each_run(found, page):
     head, parts = numbers_of(page)
     assert head["names"] == ["q1", "L2"]
+    assert head["units"] == ["rad", "m"]
     assert head["places"][1] == [-1.0, 0.5, 1.0]
     grid = found.grid().sortby("L2")
     motions = grid["q_samples"].transpose("L2", "q1", "sample", "link").values.reshape(15, 31, 2)
@@ -238,7 +239,7 @@ def test_a_click_shows_the_motion_of_its_run(shown, page):
     surround(shown, prefers_reduced_motion="no-preference")
     click(shown, 0.1, 0.1)
     # The first column, and the highest row.
-    assert words_of(shown) == f"q1 = -1.4, L2 = 1: {head['words'][10]}"
+    assert words_of(shown) == f"q1 = -1.4 rad, L2 = 1 m: {head['words'][10]}"
     shown.wait_until("parseFloat(document.querySelector('.clock').textContent) > 0.2")
     shown.value("document.querySelector('.play').click()")
     stopped = shown.value("document.querySelector('.clock').textContent")

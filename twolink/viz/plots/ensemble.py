@@ -13,8 +13,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogFormatterSciNotation
 
+from twolink.ensembles.file import axes_of
 from twolink.ensembles.first_time import HAPPENS, NEVER, UNDECIDED
+from twolink.ensembles.parameters import unit_of
 from twolink.ensembles.results import Results
 from twolink.errors import PictureError
 from twolink.viz.plots.style import Palette, figure, note, palette_of, plain
@@ -38,14 +41,16 @@ def ensemble_plot(found: Results, theme: str = "light") -> Figure:
 class TimeMap(NamedTuple):
     """First times over two axes: a row for each value of y, a column for each of x.
 
-    `x` and `y` are the names of the axes and `places` their rising values; `times` (s) are NaN
-    without a time, and `failed` says which runs failed. `grid` has all that is kept of these runs.
+    `x` and `y` are the names of the axes, `places` their rising values and `units` theirs, "" if
+    not known; `times` (s) are NaN without a time, and `failed` says which runs failed. `grid` has
+    all that is kept of these runs.
     """
 
     condition: str
     x: str
     y: str
     places: tuple[Any, Any]
+    units: tuple[str, str]
     times: Any
     verdicts: Any
     failed: Any
@@ -71,7 +76,9 @@ def map_of(found: Results) -> TimeMap | None:
         grid[key].transpose(y, x).values for key in (f"{name}_time", f"{name}{_VERDICT}", "reason")
     )
     places = grid[x].values, grid[y].values
-    return TimeMap(name, x, y, places, times, verdicts, reasons != "", grid)
+    parameters = {axis.name: axis.parameter for axis in axes_of(found.attributes["sweep"])}
+    units = unit_of(parameters[x]), unit_of(parameters[y])
+    return TimeMap(name, x, y, places, units, times, verdicts, reasons != "", grid)
 
 
 def _condition(found: Results) -> str:
@@ -102,12 +109,27 @@ def _map(found: Results, of: TimeMap, palette: Palette) -> Figure:
         mesh = axes.pcolormesh(*places, happens, cmap="viridis_r", norm=scale, rasterized=True)
         bar = drawn.colorbar(mesh, ax=axes)
         bar.set_label(f"first time of {of.condition} (s)", color=palette.ink)
+        if scale is not None:
+            bar.ax.yaxis.set_major_formatter(_PlainNumbers())
+            bar.ax.yaxis.set_minor_formatter(_PlainNumbers())
         bar.ax.tick_params(which="both", colors=palette.ink)
-    axes.set_xlabel(of.x)
-    axes.set_ylabel(of.y)
+    axes.set_xlabel(_with_unit(of.x, of.units[0]))
+    axes.set_ylabel(_with_unit(of.y, of.units[1]))
     _legend(axes, kinds, colours, palette)
     note(drawn, palette, _sentence(found, of.condition))
     return drawn
+
+
+class _PlainNumbers(LogFormatterSciNotation):
+    """The labels of a logarithmic axis, as 0.2 and 4 instead of 2 × 10⁻¹ and 4 × 10⁰."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Return the label of a value, or nothing where there is no room for it."""
+        return f"{x:g}" if super().__call__(x, pos) else ""
+
+
+def _with_unit(name: str, unit: str) -> str:
+    return f"{plain(name)} ({unit})" if unit else plain(name)
 
 
 def _legend(axes: Axes, kinds: Any, colours: list[str], palette: Palette) -> None:

@@ -115,7 +115,7 @@
       mark.style.left = `${100 * (left + ((xs[i] - x0) / (x1 - x0)) * (right - left))}%`;
       mark.style.top = `${100 * (bottom - ((ys[j] - y0) / (y1 - y0)) * (bottom - top))}%`;
       const short = (value) => Number(value.toPrecision(7));
-      const values = about.names.map((name, k) => `${name} = ${short(about.places[k][state.place[k]])}`);
+      const values = about.names.map((name, k) => `${name} = ${short(about.places[k][state.place[k]])} ${about.units[k]}`.trim());
       words.textContent = `${values.join(", ")}: ${about.words[run]}`;
       running(!matchMedia("(prefers-reduced-motion: reduce)").matches);
       draw();

@@ -79,6 +79,7 @@ def _message(found: Results, times: TimeMap, drawn: Figure) -> bytes:
     head = {
         "condition": times.condition,
         "names": [times.x, times.y],
+        "units": list(times.units),
         "places": [place.tolist() for place in times.places],
         "box": [float(edge) for edge in (box.x0, box.x1, 1 - box.y1, 1 - box.y0)],
         "limits": [*map(float, axes.get_xlim()), *map(float, axes.get_ylim())],
