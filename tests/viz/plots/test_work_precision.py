@@ -33,12 +33,17 @@ def test_every_configuration_is_a_line_with_its_name(found):
     axes = work_precision_plot(found).axes[0]
     lines = {line.get_label(): line for line in axes.lines}
     names = {text.get_text() for text in axes.texts}
+    assert "taylor on momenta" in names
     for configuration in {point.configuration for point in found.points}:
         seen = [
             p
             for p in found.points
             if p.configuration == configuration and not p.failed and p.error < 1
         ]
+        if not seen:
+            # On a busy machine the budget may end before a method has a digit.
+            assert configuration not in names
+            continue
         assert np.array_equal(lines[configuration].get_xdata(), [p.error for p in seen])
         assert np.array_equal(lines[configuration].get_ydata(), [p.seconds for p in seen])
         assert configuration in names
