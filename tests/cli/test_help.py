@@ -20,6 +20,26 @@ def test_no_line_is_cut(words):
     assert max(map(len, result.stdout.splitlines())) <= 80
 
 
+def _commands(group):
+    for name, command in group.commands.items():
+        if hasattr(command, "commands"):
+            yield from _commands(command)
+        else:
+            yield pytest.param(command, id=name)
+
+
+@pytest.mark.parametrize("command", [*_commands(typer.main.get_command(app))])
+def test_arguments_are_in_capitals_and_repeated_options_say_so(command):
+    for each in command.params:
+        if each.param_type_name == "argument":
+            assert each.metavar is not None, each.name
+            assert each.metavar == each.metavar.upper()
+        elif each.multiple:
+            # Without a name of its own, its type is printed as Python's.
+            assert each.metavar is not None, each.name
+            assert "May be repeated" in each.help
+
+
 def test_every_command_has_a_line():
     group = typer.main.get_command(app)
     for name, command in group.commands.items():

@@ -35,15 +35,17 @@ _GIGABYTE = 2**30
 _Engine = Annotated[
     str,
     typer.Argument(
+        metavar="ENGINE",
         help="A name of an installed engine, such as mujoco; module:object of a Python class; "
-        "'cmd: COMMAND' to start a program; or fmu:FILE."
+        "'cmd: COMMAND' to start a program; or fmu:FILE.",
     ),
 ]
 _Suite = Annotated[
     list[str] | None,
     typer.Option(
+        metavar="NAME",
         help="Only this suite of tests, such as motion. May be repeated. Default: all but "
-        "hardcases and verify; a wrong name lists all."
+        "hardcases and verify; a wrong name lists all.",
     ),
 ]
 _Seconds = Annotated[

@@ -24,7 +24,10 @@ _MANY_TURNS = 63.0
 
 def drift(
     scene: Annotated[
-        Path, typer.Argument(help="A scene that conserves energy: its name, or a TOML file.")
+        Path,
+        typer.Argument(
+            metavar="SCENE", help="A scene that conserves energy: its name, or a TOML file."
+        ),
     ],
     seconds: Annotated[float, typer.Option(help="How long to follow the motion (s).")] = 1e5,
     methods: Methods = "",

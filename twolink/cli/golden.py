@@ -12,7 +12,9 @@ from twolink.cli.terminal import check_folder, say
 
 def golden(
     out: Annotated[Path, typer.Option(help="Write the vectors into this folder.")],
-    suite: Annotated[list[str] | None, typer.Option(help="Only this suite (repeatable).")] = None,
+    suite: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Only this suite. May be repeated.")
+    ] = None,
 ) -> None:
     """Write the test vectors of the conformance kit.
 

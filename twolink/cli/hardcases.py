@@ -30,13 +30,17 @@ _FAIR = (
     "growth of their tolerance; --json saves their messages and calls."
 )
 
-_Case = Annotated[list[str] | None, typer.Option("--case", help="Run only this case (repeatable).")]
+_Case = Annotated[
+    list[str] | None,
+    typer.Option("--case", metavar="NAME", help="Run only this case. May be repeated."),
+]
 _Engine = Annotated[
     list[str] | None,
     typer.Option(
         "--engine",
+        metavar="NAME",
         help=f"Run only this column: {', '.join(EQUATIONS_NAMES)}, or an engine by the beginning "
-        "of its name (repeatable). Default: all that are installed.",
+        "of its name. May be repeated. Default: all that are installed.",
     ),
 ]
 _Ours = Annotated[bool, typer.Option("--ours", help="Only the columns of this library.")]

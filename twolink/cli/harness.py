@@ -24,7 +24,9 @@ _SUFFIXES = {Language.octave: "m"}
 
 
 def harness(
-    language: Annotated[Language, typer.Argument(help="Language of the skeleton.")],
+    language: Annotated[
+        Language, typer.Argument(metavar="LANGUAGE", help="Language of the skeleton.")
+    ],
     out: Annotated[
         Path | None, typer.Option(help="Write to this file. Default: engine with the suffix.")
     ] = None,

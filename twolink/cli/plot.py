@@ -38,13 +38,17 @@ _Source = Annotated[
 _Kind = Annotated[str, typer.Option(help=f"Kind of plot: {', '.join(KINDS)}.")]
 _Out = Annotated[
     Path,
-    typer.Option(help=f"The {either(PLOTS)} file to write; with --kind all NAME-angles.svg, …"),
+    typer.Option(
+        help=f"The {either(PLOTS)} file to write. With --kind all, NAME.svg is NAME-angles.svg and "
+        "so on."
+    ),
 ]
 _Others = Annotated[
     list[Path] | None,
     typer.Option(
         "--with",
-        help="Another scene or trajectory in the same plot (repeatable); for --kind "
+        metavar="PATH",
+        help="Another scene or trajectory in the same plot. May be repeated; for --kind "
         "difference exactly one.",
     ),
 ]

@@ -37,7 +37,9 @@ if TYPE_CHECKING:
 # Digits that are computed, and that are proven, unless others are asked for.
 _COMPUTED, _PROVEN = 60, 30
 
-_Scenes = Annotated[list[Path], typer.Argument(help="Scenes: their names, or TOML files.")]
+_Scenes = Annotated[
+    list[Path], typer.Argument(metavar="SCENE", help="Scenes: their names, or TOML files.")
+]
 _Digits = Annotated[
     int | None,
     typer.Option(help="Right digits after the decimal point. Default: 60; 30 with --rigorous."),

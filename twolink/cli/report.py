@@ -34,7 +34,9 @@ _DEFAULT = ("drop.toml", "free_fall.toml")
 def report(
     scenes: Annotated[
         list[Path] | None,
-        typer.Argument(help="Scenes: names or TOML files. Default: drop and free_fall."),
+        typer.Argument(
+            metavar="SCENE", help="Scenes: names or TOML files. Default: drop and free_fall."
+        ),
     ] = None,
     out: Annotated[Path, typer.Option(help="The folder for index.html.")] = Path("report"),
     states: Annotated[int, typer.Option(help="How many random states to verify at.")] = 10_000,

@@ -14,7 +14,8 @@ from twolink.text import choice
 
 def scenes(
     names: Annotated[
-        list[str] | None, typer.Argument(help="Scenes to describe. Default: list all by name.")
+        list[str] | None,
+        typer.Argument(metavar="NAME", help="Scenes to describe. Default: list all by name."),
     ] = None,
     schema: Annotated[
         bool, typer.Option("--schema", help="Print the JSON schema of scene files, for editors.")

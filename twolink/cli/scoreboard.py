@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 
 def scoreboard(
-    verdicts: Annotated[list[Path], typer.Argument(help="Files of twolink conform --json.")],
+    verdicts: Annotated[
+        list[Path], typer.Argument(metavar="VERDICT", help="Files of twolink conform --json.")
+    ],
     out: Annotated[
         Path, typer.Option(help="The folder for index.html and scoreboard.json.")
     ] = Path("scoreboard"),

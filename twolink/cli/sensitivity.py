@@ -31,13 +31,17 @@ if TYPE_CHECKING:
     from twolink.variations.spectrum import Spectrum
 
 _Scene = Annotated[
-    Path, typer.Argument(help="A scene without contact and dry friction: its name, or a TOML file.")
+    Path,
+    typer.Argument(
+        metavar="SCENE", help="A scene without contact and dry friction: its name, or a TOML file."
+    ),
 ]
 _By = Annotated[
     list[str] | None,
     typer.Option(
+        metavar="NAME",
         help="Differentiate by this number of the scene: its keys in the scene file, such as "
-        f"start.q.0, or its symbol: {either(list(SYMBOLS))}. May be repeated."
+        f"start.q.0, or its symbol: {either(list(SYMBOLS))}. May be repeated.",
     ),
 ]
 _Deviation = Annotated[

@@ -38,8 +38,9 @@ Ghosts = Annotated[
     list[str] | None,
     typer.Option(
         "--ghost",
+        metavar="RUN",
         help="Another run beside it: a scene, a trajectory, "
-        f"{either((*EQUATIONS_NAMES, _PINOCCHIO))}. May be given several times.",
+        f"{either((*EQUATIONS_NAMES, _PINOCCHIO))}. May be repeated.",
     ),
 ]
 Nearby = Annotated[

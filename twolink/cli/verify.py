@@ -60,8 +60,8 @@ def verify(
 ) -> None:
     """Check Kane's and Lagrange's equations against Pinocchio.
 
-    At random states, each quantity by each formulation and by Pinocchio; and Kane against
-    Lagrange. Exit code 0: all agree. 1: some do not. 2: the input was refused.
+    At random states, each quantity of each formulation is compared with Pinocchio's, and Kane's
+    with Lagrange's. Exit code 0: all agree. 1: some do not. 2: the input was refused.
     """
     if states < 1:
         refuse(f"--states must be a positive whole number; got {states}")
