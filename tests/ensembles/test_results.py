@@ -26,6 +26,7 @@ def test_a_dataset_has_units_and_coordinates(found):
     assert flat.sizes == {"run": 24, "link": 2}
     assert set(flat.coords) == {"g", "speed", "q1"}
     assert flat["u"].attrs["units"] == "rad s-1"
+    assert flat["g"].attrs["units"] == found.grid()["g"].attrs["units"] == "m s-2"
     assert flat["g"].values[:4].tolist() == [1.6] * 4
 
 
@@ -37,6 +38,13 @@ def test_a_grid_has_a_dimension_for_each_fixed_axis(found):
     run = int(np.flatnonzero((flat["g"] == 9.81) & (flat["q1"] == 2.0))[3])
     assert (chosen["q"].values == flat["q"].values[run]).all()
     assert float(chosen["speed"]) == float(flat["speed"][run])
+
+
+def test_runs_that_miss_the_accuracy_are_counted(found, monkeypatch):
+    errors = np.sort(found.array("error"))
+    assert found.missed == int((errors > found.accuracy).sum())
+    monkeypatch.setattr(Results, "accuracy", float(errors[20]))
+    assert found.missed == 3
 
 
 def test_a_summary_counts_runs_errors_and_verdicts(found):

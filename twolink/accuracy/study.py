@@ -167,7 +167,8 @@ class Study:
                 name, work = max(wasteful, key=lambda line: line[1].ratio)
                 words.append(
                     f"Of those {kind} {name} is the most wasteful: {work} at an error of "
-                    f"{work.error:.1e}, {up_to}{rounded(work.ratio)} times as many as are needed."
+                    f"{_short(work.error)}, {up_to}{rounded(work.ratio)} times as many as are "
+                    "needed."
                 )
         return " ".join(words)
 
@@ -222,6 +223,11 @@ class Study:
 
 def _kind(point: Point) -> tuple[str, str, str]:
     return point.engine, point.method, point.precision
+
+
+def _short(error: float) -> str:
+    """Return an error to two digits, or to one where the second is zero."""
+    return f"{error:.1e}".replace(".0e", "e")
 
 
 def _ratio(seconds: float | None, least: float | None) -> float | None:

@@ -84,7 +84,8 @@ def _work(work: Work | None) -> tuple[str, str]:
     if work is None:
         return "", ""
     star = "" if work.error == COMPARED_AT else " *"
-    return f"{work.extent.mark}{work.operations:.1e}{star}", f"× {rounded(work.ratio)}"
+    mark = work.extent.mark
+    return f"{mark}{work.operations:.1e}{star}", f"{mark}× {rounded(work.ratio)}"
 
 
 def events_table(study: Study) -> Table:

@@ -21,18 +21,21 @@ SYMBOLS = {
 
 _UNITS = {
     ("start", "q"): "rad",
-    ("start", "u"): "rad/s",
+    ("start", "u"): "rad s-1",
     ("chain", "mass"): "kg",
     ("chain", "length"): "m",
     ("chain", "centre"): "m",
-    ("chain", "inertia"): "kg m²",
+    ("chain", "inertia"): "kg m2",
     ("chain", "joint_offset"): "rad",
-    ("effects", "gravity", "g"): "m/s²",
+    ("effects", "gravity", "g"): "m s-2",
 }
 
 
 def unit_of(parameter: str) -> str:
-    """Return the unit of a parameter of the start, the chain or gravity; "" for all others."""
+    """Return the unit of a parameter of the start, the chain or gravity, "" for all others.
+
+    Units are written as in the CF conventions, such as rad s-1.
+    """
     keys = keys_of(parameter)
     return next((unit for first, unit in _UNITS.items() if keys[: len(first)] == first), "")
 

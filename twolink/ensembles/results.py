@@ -66,7 +66,9 @@ class Results:
         about, flat = self.attributes, self.dataset().reset_coords()
         axes = axes_of(about["sweep"])
         fixed = {
-            axis.name: axis.values.numbers for axis in axes if isinstance(axis.values, FixedValues)
+            axis.name: (axis.name, axis.values.numbers, flat[axis.name].attrs)
+            for axis in axes
+            if isinstance(axis.values, FixedValues)
         }
         names = [*fixed, "draw"]
         shape = tuple(about["shape"])
@@ -79,31 +81,41 @@ class Results:
         made = xarray().Dataset(found, fixed, about)
         return made.isel(draw=0) if shape[-1] == 1 else made
 
+    @property
+    def accuracy(self) -> float:
+        """The accuracy that was asked for (rad, rad/s)."""
+        return float(self.attributes["sweep"]["scene"]["run"]["accuracy"])
+
+    @property
+    def missed(self) -> int:
+        """How many runs that are done and did not fail have a larger error than that."""
+        kept = self.runs_done & (self.array("reason") == "")
+        return int((~(self.array("error")[kept] <= self.accuracy)).sum())
+
     def summary(self) -> Table:
         """Return a table of the runs: how many, their errors and verdicts, and why some failed."""
         done = self.runs_done
         reasons = self.array("reason")[done]
         failed = reasons != ""
         errors = self.array("error")[done][~failed]
-        accuracy = float(self.attributes["sweep"]["scene"]["run"]["accuracy"])
         rows: list[tuple[str, str]] = [("runs", f"{int(done.sum())} of {len(done)}")]
         if failed.any():
             rows.append(("failed", str(int(failed.sum()))))
         if len(errors):
-            met = int((errors <= accuracy).sum())
             median, unknown = float(np.median(errors)), int(np.isinf(errors).sum())
             words = f"{median:.1e} median, measured" if np.isfinite(median) else "measured"
             lost = f"; too large to be known at the end of {unknown} runs" if unknown else ""
             rows.append(("global error", f"{words}{lost}"))
-            asked = f"{accuracy:.1e} met by {met} of {len(errors)}"
-            rows.append(("accuracy", asked if self._keeps_states() else _OF_TIMES))
+            asked = f"{self.accuracy:.1e} met by {len(errors) - self.missed} of {len(errors)}"
+            rows.append(("accuracy", asked if self.keeps_states else _OF_TIMES))
         rows += self._verdicts(done)
         common = Counter(reasons[failed].tolist()).most_common(_MOST_REASONS)
         rows += [(f"{count} failed", str(reason)) for reason, count in common]
         return table(str(self.attributes["title"]), ("", ""), rows)
 
-    def _keeps_states(self) -> bool:
-        """Return whether values are kept that an error of the state changes."""
+    @property
+    def keeps_states(self) -> bool:
+        """Whether values are kept that an error of the state changes."""
         keep = self.attributes["sweep"]["keep"]
         return not keep["first"] or any(keep[key] for key in keep if key != "first")
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from twolink.ensembles.chunk import Rows
 from twolink.ensembles.ensemble import Ensemble
+from twolink.ensembles.parameters import unit_of
 from twolink.ensembles.quantity import Variable
 from twolink.environment import package_versions, this_machine
 from twolink.errors import FileError, SimulationError
@@ -78,7 +79,8 @@ def created(path: Path, ensemble: Ensemble, chunk: int) -> Store:
         made = folder / "store"
         group = zarr().create_group(made, zarr_format=3, attributes=_attributes(ensemble, chunk))
         for axis in ensemble.runs.axes:
-            _add(group, Variable(axis.name, axis.parameter), count, chunk)
+            variable = Variable(axis.name, axis.parameter, unit_of(axis.parameter))
+            _add(group, variable, count, chunk)
         for variable in ensemble.variables:
             _add(group, variable, count, chunk)
         _add_array(group, "reason", (count,), ("run",), chunk, str, "", {"long_name": _REASON})

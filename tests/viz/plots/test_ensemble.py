@@ -6,6 +6,7 @@ import pytest
 from tests.ensembles.cases import axis, ensemble
 from tests.viz.plots.svg import as_svg
 from twolink import sweep
+from twolink.ensembles.results import Results
 from twolink.errors import PictureError
 from twolink.viz.plots.ensemble import ensemble_plot
 
@@ -45,6 +46,14 @@ def test_a_map_has_a_pixel_of_the_right_kind_for_each_run(found):
     assert np.isnan(kinds[~failed & (verdicts == 1)]).all()
     words = [text.get_text() for text in axes.get_legend().get_texts()]
     assert words == ["never", "failed"]
+
+
+@pytest.mark.parametrize("theirs", [1e-300, 1.0])
+def test_a_picture_says_how_many_motions_miss_the_accuracy(found, monkeypatch, theirs):
+    monkeypatch.setattr(Results, "accuracy", theirs)
+    monkeypatch.setattr(Results, "keeps_states", True)
+    words = " ".join(text.get_text() for text in ensemble_plot(found).texts)
+    assert ("miss the accuracy 1e-300" in words) == (theirs < 1)
 
 
 def test_other_ensembles_have_a_distribution_of_times(tmp_path):

@@ -6,6 +6,7 @@ happens, it is undecided, or the run failed.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,9 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogFormatterSciNotation
 
-from twolink.ensembles.file import axes_of
 from twolink.ensembles.first_time import HAPPENS, NEVER, UNDECIDED
-from twolink.ensembles.parameters import unit_of
 from twolink.ensembles.results import Results
 from twolink.errors import PictureError
 from twolink.viz.plots.style import Palette, figure, note, palette_of, plain
@@ -76,8 +75,7 @@ def map_of(found: Results) -> TimeMap | None:
         grid[key].transpose(y, x).values for key in (f"{name}_time", f"{name}{_VERDICT}", "reason")
     )
     places = grid[x].values, grid[y].values
-    parameters = {axis.name: axis.parameter for axis in axes_of(found.attributes["sweep"])}
-    units = unit_of(parameters[x]), unit_of(parameters[y])
+    units = _unit(grid[x].attrs), _unit(grid[y].attrs)
     return TimeMap(name, x, y, places, units, times, verdicts, reasons != "", grid)
 
 
@@ -126,6 +124,16 @@ class _PlainNumbers(LogFormatterSciNotation):
     def __call__(self, x: float, pos: int | None = None) -> str:
         """Return the label of a value, or nothing where there is no room for it."""
         return f"{x:g}" if super().__call__(x, pos) else ""
+
+
+# Units of the CF conventions, in which results are stored, as they are shown.
+_SHOWN = {"rad s-1": "rad/s", "m s-2": "m/s²", "kg m2": "kg m²"}
+
+
+def _unit(about: Mapping[str, Any]) -> str:
+    """Return the unit of an array by its attributes, "" if it has none."""
+    unit = str(about.get("units", ""))
+    return _SHOWN.get(unit, unit)
 
 
 def _with_unit(name: str, unit: str) -> str:
@@ -178,4 +186,6 @@ def _sentence(found: Results, name: str) -> str:
     known = bounds[np.isfinite(bounds)]
     largest = f"; their bounds are {known.max():.1e} s or less" if len(known) else ""
     done, count = int(found.runs_done.sum()), len(bounds)
-    return f"{done} of {count} runs, {len(known)} times{largest}."
+    missed = found.missed if found.keeps_states else 0
+    less = f" {missed} motions miss the accuracy {found.accuracy:g}." if missed else ""
+    return f"{done} of {count} runs, {len(known)} times{largest}.{less}"
