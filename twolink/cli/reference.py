@@ -42,7 +42,7 @@ _Scenes = Annotated[
 ]
 _Digits = Annotated[
     int | None,
-    typer.Option(help="Right digits after the decimal point. Default: 60; 30 with --rigorous."),
+    typer.Option(help="Correct digits after the decimal point. Default: 60; 30 with --rigorous."),
 ]
 _Times = Annotated[str, typer.Option(help="Times in s, separated by commas. Default: the end.")]
 _Fifths = Annotated[bool, typer.Option("--fifths", help="Take the times at each fifth of the run.")]

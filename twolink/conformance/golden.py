@@ -169,7 +169,7 @@ _MEANINGS: Mapping[str, str] = {
     "needs": "effects that the engine must have, or the test is not for it",
     "states": "inputs, a row for each state: angles (rad), speeds (rad/s), accelerations (rad/s²),"
     " torques (N m)",
-    "digits": "right digits of the values; decimal places for a motion with events",
+    "digits": "correct digits of the values; decimal places for a motion with events",
     "values": "certified values as decimal strings: an entry for each state of a test; θ1, θ2 (rad)"
     " and their speeds (rad/s) at each time but the first of a motion",
     "bound": "largest error of a right binary64 engine, in the shape of the values",
