@@ -5,6 +5,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from tests.ensembles.cases import UNCOUPLED, axis, ensemble, starts, torques
 from twolink.ensembles.chunk import rows_of
@@ -229,6 +230,35 @@ def test_a_crossing_and_return_between_two_places_is_found(duration, above, verd
     assert found["x_verdict"][0] == verdict
     if verdict == HAPPENS:
         assert abs(found["x_time"][0] - (2 - math.sqrt(2 * above))) <= found["x_bound"][0]
+
+
+def test_a_crossing_in_many_short_steps_comes_before_those_of_later_intervals():
+    # q2 = v t + a (1 - cos ω t), ω = 200: some 250 steps between two places, 40 turns each way.
+    # Each top is above the last one by little, so that the angle crosses a level, and returns, once
+    # in every turn, from the end of an interval between places to the next one and beyond.
+    v, a, omega = 0.02, 1.0, 200.0
+    shift = math.asin(v / (a * omega)) / omega
+    truth, levels = [], []
+    for turn in range(2, 80, 3):
+        top = (2 * turn + 1) * math.pi / omega + shift
+        motion = lambda t: v * t + a * (1 - math.cos(omega * t))  # noqa: E731
+        # Between the last top and this one.
+        levels.append(motion(top) - 0.3 * v * math.tau / omega)
+        end = lambda t: motion(t) - levels[-1]  # noqa: E731, B023
+        truth.append(brentq(end, top - math.pi / omega, top, xtol=1e-15))
+    effect = {"torque": [0.0, 0.0], "amplitude": [0.0, a * omega**2 / 2]}
+    effect |= {"frequency": [0.0, omega], "phase": [0.0, math.pi / 2]}
+    scene = {
+        **UNCOUPLED,
+        "start": {"q": [0.0, 0.0], "u": [0.0, v]},
+        "run": {"duration": 40.0},
+        "effects": {"joint_torque": effect},
+    }
+    first = [{"name": f"x{k}", "of": "q2", "level": level} for k, level in enumerate(levels)]
+    found = rows(ensemble(scene=scene, keep={"first": first}))
+    for k, time in enumerate(truth):
+        assert found[f"x{k}_verdict"][0] == HAPPENS
+        assert abs(found[f"x{k}_time"][0] - time) <= found[f"x{k}_bound"][0]
 
 
 @pytest.mark.parametrize("others", [{"final": True}, {"extremes": True}])

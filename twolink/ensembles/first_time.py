@@ -177,11 +177,13 @@ class _Watch(Accumulator):
     def add(self, block: Block) -> None:
         """Look for the exits on the steps of a block."""
         numbers = np.arange(len(self._late))[block.which]
-        # Decided lanes are skipped.
-        open_lanes = (block.lengths > 0) & (~self._unknown & np.isinf(self._late))[numbers]
+        # Steps after a known exit are skipped. Those before it count, also where they come later:
+        # intervals that are looked at together go on side by side.
+        counts = block.starts < np.where(self._unknown, -np.inf, self._late)[numbers]
+        counts &= block.lengths > 0
         for each in self._intervals:
             interval = each.of(numbers)
-            steps, lanes = np.nonzero(open_lanes & ~_inside(interval, block))
+            steps, lanes = np.nonzero(counts & ~_inside(interval, block))
             if len(steps):
                 found = _exits(interval, block, steps, lanes)
                 for moments, known in zip(found, (self._early, self._late), strict=True):
