@@ -3,6 +3,8 @@ import pytest
 
 from tests.ensembles.cases import starts
 from tests.ensembles.falls import DURATION, FALL, check_bounds, random_starts, with_wild_neighbours
+from twolink.chain import Chain
+from twolink.effects import JointDamping, JointTorque
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.compiled import System
 from twolink.ensembles.ending import PLACES, Ending
@@ -125,10 +127,10 @@ class _Spy(Accumulator):
         return self._seen >= self._last
 
 
-def watched(q, u, spy, duration=DURATION):
+def watched(q, u, spy, duration=DURATION, system=SYSTEM):
     none = np.zeros((0, q.shape[1]))
-    lanes = SYSTEM.lanes(none, q, u, duration)
-    ending = Ending.at_the_start(SYSTEM, lanes, none, paths=True, brief=True)
+    lanes = system.lanes(none, q, u, duration)
+    ending = Ending.at_the_start(system, lanes, none, paths=True, brief=True)
     return ending, ending.ends(11, [spy])
 
 
@@ -146,6 +148,19 @@ def test_paths_bound_how_far_angles_turn(random):
         assert (turned <= paths[:, :, lane]).all()
         # Speeds change by less than half within most of the intervals.
         assert np.median(paths[:, :, lane] / turned) < 1.1
+
+
+def test_paths_of_slow_motions_after_fast_ones_are_not_lost_in_rounding():
+    # Link 1, uncoupled from link 2, comes from 2e5 rad/s to a slow turning at a constant speed. By
+    # then the integral of its squared speed is 2e8 rad²/s, and 2e-9 rad²/s are added in a step.
+    speed, rate, duration, inertia = 0.02, 100.0, 0.3, 1 / 12 + 1 / 4 + 1
+    chain = Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (0.0, 0.0)), (1 / 12, 0.5))
+    effects = JointDamping((rate * inertia, 0.0)), JointTorque((speed * rate * inertia, 0.0))
+    spy = _Spy(1)
+    start = np.zeros((2, 1)), np.array([[2e5], [0.0]])
+    watched(*start, spy, duration, System(chain, effects, ()))
+    last = spy.shown[-1].paths[0, -1, 0]
+    assert speed * duration / PLACES <= last < 0.1
 
 
 def test_runs_end_where_all_is_known(random):

@@ -25,6 +25,7 @@ from twolink.ensembles.error import SoFar, states_of
 from twolink.ensembles.looking import CloserLook, Intervals
 from twolink.ensembles.motions import OF_AN_INTEGRAL, Given, Motions, begun, go_on
 from twolink.ensembles.quantity import Accumulator
+from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.smooth.longest_step import longest_steps
 from twolink.simulation.smooth.measure import MORE_ORDERS
 
@@ -38,6 +39,9 @@ _IN_A_PART = 8
 
 # Intervals that are looked at together, which bounds their memory.
 _LOOKS = 512
+
+# The rounding of float64: twice the error of a sum, for the value at a place as well.
+_ROUNDING = PRECISIONS["double"].rounding
 
 # Paths (rad) so short that errors of the integral need not be small beside it.
 _SHORT = 1e-4
@@ -144,7 +148,10 @@ class Ending:
         """Return the intervals between places whose steps are needed."""
         variables = judge.variables[:, places, runs]
         lengths = np.diff(self._runs.times[places])[:, None]
-        squares = (1 + OF_AN_INTEGRAL) * lengths * np.diff(variables[4:], axis=1) / PATH_UNIT
+        # Each step rounds the sum of an integral, which may be far above what the step adds.
+        rounded = judge.steps[runs] * _ROUNDING * variables[4:, 1:]
+        integrals = (np.diff(variables[4:], axis=1) + rounded) / PATH_UNIT
+        squares = (1 + OF_AN_INTEGRAL) * lengths * integrals
         paths = np.sqrt(np.maximum(squares, 0.0) + _SHORT**2)
         spans = Spans(runs, variables[:2], paths, found.bounds(kept.steps[runs])[1:])
         needed = np.zeros(spans.errors.shape, bool)
