@@ -238,14 +238,17 @@ def test_a_crossing_in_many_short_steps_comes_before_those_of_later_intervals():
     # in every turn, from the end of an interval between places to the next one and beyond.
     v, a, omega = 0.02, 1.0, 200.0
     shift = math.asin(v / (a * omega)) / omega
+
+    def above(time, level=0.0):
+        return v * time + a * (1 - math.cos(omega * time)) - level
+
     truth, levels = [], []
     for turn in range(2, 80, 3):
         top = (2 * turn + 1) * math.pi / omega + shift
-        motion = lambda t: v * t + a * (1 - math.cos(omega * t))  # noqa: E731
         # Between the last top and this one.
-        levels.append(motion(top) - 0.3 * v * math.tau / omega)
-        end = lambda t: motion(t) - levels[-1]  # noqa: E731, B023
-        truth.append(brentq(end, top - math.pi / omega, top, xtol=1e-15))
+        level = above(top) - 0.3 * v * math.tau / omega
+        levels.append(level)
+        truth.append(brentq(above, top - math.pi / omega, top, args=(level,), xtol=1e-15))
     effect = {"torque": [0.0, 0.0], "amplitude": [0.0, a * omega**2 / 2]}
     effect |= {"frequency": [0.0, omega], "phase": [0.0, math.pi / 2]}
     scene = {

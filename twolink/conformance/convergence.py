@@ -11,9 +11,9 @@ Motions with events, and those of variable steps with their tolerance, have erro
 unevenly: their order is the slope of all differences,
 and that of the errors is taken over the last three halvings, each error being the largest at its
 setting and all finer ones, as a single small error is no limit; they are not extrapolated. Their
-limit is the truth only if the two finest motions have two correct digits, as errors of order one may
-fall for a while. It is another model only if the finest motions still approach each other, and the
-way that is left to their limit is shorter than the error.
+limit is the truth only if the two finest motions have two correct digits, as errors of order one
+may fall for a while. It is another model only if the finest motions still approach each other, and
+the way that is left to their limit is shorter than the error.
 
 A method may be unstable at coarse settings: the verdict is on the motions behind the last one that
 is not finite.

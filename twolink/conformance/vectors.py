@@ -72,8 +72,8 @@ class Vector(Message):
 class Motion(Message):
     """A motion from a state: its angles and speeds at times.
 
-    `digits` is the number of correct digits, decimal places if there are events. `values` has θ1, θ2,
-    θ̇1 and θ̇2 at each of the `times` but the first, at which it starts.
+    `digits` is the number of correct digits, decimal places if there are events. `values` has θ1,
+    θ2, θ̇1 and θ̇2 at each of the `times` but the first, at which it starts.
     """
 
     id: str
