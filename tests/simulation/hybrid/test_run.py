@@ -223,6 +223,21 @@ def test_a_run_ends_where_it_exceeds_its_effort(effort):
     assert "is not followed further: moves freely" in run.failure
 
 
+def test_only_short_steps_are_limited_by_their_number():
+    """A ball of 1e12 N/m^1.5 is pressed for a few microseconds at a time."""
+    ball = CompliantSurface((0.0, 1.3), (0.0, -1.0), "hertz", 1e12, on=("D",))
+    scene = Scene(BARS, (0.4, 0.7), (0.3, 0.2), 1.5, (Gravity(), ball))
+    times, effort = [0.0, 1.5], Effort(short_steps=20)
+    pressed = hybrid_run(scene, times, effort=effort, partial=True)
+    assert pressed.exhausted
+    assert "is not followed further" in pressed.failure
+    assert hybrid_run(scene, times, partial=True).reached > pressed.reached
+    free = Scene(BARS, (0.4, 0.7), (0.3, 0.2), 100.0, (Gravity(), JointStop("A", lower=-1e9)))
+    run = hybrid_run(free, [0.0, 100.0], effort=effort)
+    assert run.steps > 100
+    assert not run.exhausted
+
+
 def test_a_run_whose_modes_change_too_often_is_an_error(monkeypatch):
     """A pendulum with friction has a mode for each half swing: four take about 3 s of 1000 s."""
     swinging = scene(

@@ -54,6 +54,8 @@ _MOST_JUMPS: dict[PrecisionName, int] = {
     "quadruple": _MOST_WORK // _STEPS_OF_A_JUMP,
     "long double": 12_000,
 }
+# Of steps that press a stiff surface, which take long double precision a quarter of a millisecond.
+_MOST_SHORT_STEPS: dict[PrecisionName, int] = {"long double": 80_000}
 
 # The order without truncation error in double precision, and the steps above which lower orders
 # lose accuracy.
@@ -188,6 +190,7 @@ class _Runs:
             effort = Effort(
                 jumps=_MOST_JUMPS.get(precision, MOST_JUMPS),
                 steps=_MANY_STEPS_OF_A_LOW_ORDER if low else math.inf,
+                short_steps=_MOST_SHORT_STEPS.get(precision, math.inf),
                 patience=PATIENCE if by == self.own else _MORE_PATIENCE * PATIENCE,
                 until=until,
             )

@@ -115,12 +115,13 @@ class HybridRun(MotionRun):
 class Effort(NamedTuple):
     """The limit of work of a run: jumps and steps in all, and lossless bounces on a contact.
 
-    Bounces that do not end are omitted after `patience` of them. The run ends at `until` (s) at
-    the latest.
+    Steps are short below `SHORT_STEPS` of the longest one. Bounces that do not end are omitted
+    after `patience` of them. The run ends at `until` (s) at the latest.
     """
 
     jumps: int = tolerances.MOST_JUMPS
     steps: float = math.inf
+    short_steps: float = math.inf
     patience: int = tolerances.PATIENCE
     until: float = math.inf
 
@@ -239,7 +240,7 @@ class _History:
         self._bounces: Counter[int] = Counter()
         self._tired: frozenset[int] = frozenset()
         self._last: dict[int, float] = {}
-        self._effort, self._steps = effort, 0
+        self._effort, self._steps, self._short_steps = effort, 0, 0
         self._limits, self._bytes = limits, 0
         self._description = f"the motion over {scene.duration:g} s"
         self._growth = Forecast(_MEMORY_WINDOW)
@@ -287,14 +288,19 @@ class _History:
 
     def _spend(self, arc: Arc) -> None:
         """Add the steps of an arc, and their memory, to those of the run."""
+        count = arc.step_count
+        self._steps += count
+        short = tolerances.SHORT_STEPS * float(self.system.longest_step)
+        if float(arc.end.t - arc.start.t) < count * short:
+            self._short_steps += count
         for block in arc.blocks:
-            self._steps += len(block.lengths)
             self._bytes += block.coefficients.nbytes
         self._bytes += _BYTES_OF_AN_ARC
 
     def _check_effort(self, arc: Arc) -> None:
         """Raise `IntegrationError` if a run has taken more than its effort by the end of an arc."""
-        too_many = len(self.arcs) > self._effort.jumps or self._steps > self._effort.steps
+        jumps, steps, short_steps, *_ = self._effort
+        too_many = len(self.arcs) > jumps or self._steps > steps or self._short_steps > short_steps
         if too_many or self._is_stuck():
             self.exhausted = True
             raise IntegrationError(

@@ -104,8 +104,8 @@ MANY_STEPS = 2_000
 # See MANY_STEPS. Read by flow.
 MOST_STEPS = 1_000_000
 
-# Part of the longest step. Only an arc whose steps are shorter is given up for their number: a long
-# motion takes many steps of the usual length. Read by flow.
+# Part of the longest step. Only an arc, or a run, whose steps are shorter is given up for their
+# number: a long motion takes many steps of the usual length. Read by flow and run.
 SHORT_STEPS = 1e-3
 
 # Part of the response of a normal to its own push. Where steps become too short while a point
