@@ -46,7 +46,7 @@ class SoFar(NamedTuple):
 
     @classmethod
     def at_the_start(cls, width: int, growths: Array | None = None) -> SoFar:
-        """Return the measures of runs that begin, with growths that are known, shape (n,)."""
+        """Return the measures of runs that begin; `note` updates the given growths, shape (n,)."""
         known = np.zeros(width) if growths is None else growths
         return cls(np.zeros(width), np.zeros(width), known)
 

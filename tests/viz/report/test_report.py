@@ -203,13 +203,19 @@ def test_curves_and_film_move_together(made):
         assert page.complaints() == []
 
 
+def on_a_phone(browser, made):
+    """Return the report as a phone shows it, with all of its parts unfolded."""
+    page = browser.page(390, 844)
+    page.open((made[1] / "index.html").as_uri())
+    page.value("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+    return page
+
+
 @pytest.mark.slow
 def test_on_a_phone_every_result_is_visible(made):
     need_browser()
     with Browser() as browser:
-        page = browser.page(390, 844)
-        page.open((made[1] / "index.html").as_uri())
-        page.value("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+        page = on_a_phone(browser, made)
         wide = page.value(
             "[...document.querySelectorAll('table, figure img, .twolink-player, .scrub')]"
             ".filter((each) => each.offsetParent && "
@@ -241,9 +247,7 @@ _DIVIDED = """(() => {
 def test_on_a_phone_no_word_and_no_number_of_a_table_is_divided(made):
     need_browser()
     with Browser() as browser:
-        page = browser.page(390, 844)
-        page.open((made[1] / "index.html").as_uri())
-        page.value("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+        page = on_a_phone(browser, made)
         assert page.value(_DIVIDED) == []
 
 

@@ -54,7 +54,8 @@ _MOST_JUMPS: dict[PrecisionName, int] = {
     "quadruple": _MOST_WORK // _STEPS_OF_A_JUMP,
     "long double": 12_000,
 }
-# Of steps that press a stiff surface, which take long double precision a quarter of a millisecond.
+# A step on a pressed stiff surface takes a quarter of a millisecond in long double precision. Runs
+# with more of them are ended.
 _MOST_SHORT_STEPS: dict[PrecisionName, int] = {"long double": 80_000}
 
 # The order without truncation error in double precision, and the steps above which lower orders

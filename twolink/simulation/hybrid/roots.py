@@ -141,7 +141,7 @@ def _proven(coefficients: Sequence[Any], bound: float) -> _Isolated | None:
 
     @functools.cache
     def rounding_until(end: float) -> float:
-        """Return the bound on [0, end]; those of its halves are made from no other values."""
+        """Return the bound on [0, end], and so on its parts, whose coefficients are averages."""
         return bound + _horner(sizes, end)
 
     found = _isolated(
