@@ -42,6 +42,7 @@ class Precision:
 
     Between two checks of signals and progress an integrator takes `steps_at_once`, which last a few
     tenths of a second. Its code is `code`, or that of long runs: `long_code`.
+    Without optimisation `steps_worth_optimising` steps lose the quarter of a second that it takes.
     """
 
     rounding: float
@@ -51,6 +52,7 @@ class Precision:
     type_of_numbers: Callable[[], Any]
     code: Code
     long_code: Code
+    steps_worth_optimising: float
 
     @property
     def number(self) -> Any:
@@ -98,10 +100,10 @@ _UNROLLED, _LOOPS = Code(compact=False, level=0), Code(compact=True, level=0)
 _OPTIMISED_LOOPS = Code(compact=True, level=1)
 
 PRECISIONS: dict[PrecisionName, Precision] = {
-    "double": Precision(2.0**-52, 21, 15, 20_000, lambda: float, _UNROLLED, OPTIMISED),
+    "double": Precision(2.0**-52, 21, 15, 20_000, lambda: float, _UNROLLED, OPTIMISED, 15_000),
     "long double": Precision(
-        2.0**-63, 23, 19, 8_000, lambda: np.longdouble, _OPTIMISED_LOOPS, OPTIMISED
+        2.0**-63, 23, 19, 8_000, lambda: np.longdouble, _OPTIMISED_LOOPS, OPTIMISED, 4_000
     ),
-    "quadruple": Precision(2.0**-112, 41, 33, 128, _real128, _LOOPS, _LOOPS),
+    "quadruple": Precision(2.0**-112, 41, 33, 128, _real128, _LOOPS, _LOOPS, math.inf),
 }
 """The precisions by their names, from the shortest."""

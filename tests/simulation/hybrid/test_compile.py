@@ -32,7 +32,7 @@ def coefficients(mode, *values, scale=1.0, start=0.0):
     """Return the Taylor coefficients of a step from these values, zero for all that follow."""
     integrator = mode.pool.original
     integrator.state[:] = [*values, *[0.0] * (len(integrator.state) - len(values))]
-    integrator.time = 0.0
+    integrator.time = 0 * integrator.time
     count = len(integrator.pars)
     integrator.pars[:] = [*[0.0] * mode.numbers, scale, start][:count]
     integrator.step(write_tc=True)
@@ -226,3 +226,20 @@ def test_an_order_whose_last_coefficients_vanish_is_avoided():
         16, 15, 17, 21, 21, 23, None,
     ]  # fmt: skip
     assert safe_order(damped, 19) == 19
+
+
+@pytest.mark.parametrize("precision", ["double", "long double"])
+def test_optimised_code_gives_the_same_series(precision):
+    """It may fuse multiplications and additions of doubles, and is compiled once as well."""
+    system = system_of(Gravity(), FLOOR, precision=precision)
+    mode = mode_of(system, S.OPEN, S.CLOSED)
+    plain = compiled_mode(system, mode, "kane", ())
+    optimised = compiled_mode(system, mode, "kane", (), optimised=True)
+    assert optimised.pool is not plain.pool
+    assert compiled_mode(system, mode, "kane", (), optimised=True) is optimised
+    values = [system.number(x) for x in (0.3, 0.2, 1.5, -0.5)]
+    first, second = coefficients(plain, *values), coefficients(optimised, *values)
+    if precision == "double":
+        assert second == pytest.approx(first, rel=1e-11, abs=1e-11)
+    else:
+        assert np.array_equal(second, first)

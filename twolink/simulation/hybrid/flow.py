@@ -74,16 +74,18 @@ def flow(
     progress: Callable[[float, int], None],
     before: Sequence[Arc] = (),
     orders: Orders = NO_ORDERS,
+    optimised: bool = False,
 ) -> Arc:
     """Return the arc of a mode from a state until a time (s), or to its first event.
 
     `progress` receives the time (s) reached and the size (bytes) of the steps so far; `before` has
     the last arcs, by which the number of steps before the first event detection is chosen; `orders`
     has the numbers of leading coefficients of event functions that are zero by the mode selection.
+    `optimised` code is worth its compilation in a mode that takes thousands of steps.
     Raises `IntegrationError` where the motion does not stay finite, or its steps become too short.
     """
     begun = perf_counter()
-    compiled = compiled_mode(system, mode, formulation, _springing_back(state))
+    compiled = compiled_mode(system, mode, formulation, _springing_back(state), optimised)
     compile_seconds = perf_counter() - begun
     if compiled.roots:
         until = min(until, state.t + system.number(tolerances.LONGEST_PRESS))

@@ -12,6 +12,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from twolink.contact.states import ContactState
 from twolink.effects import contact_elements, discontinuities, pieces_at
 from twolink.errors import IntegrationError
 from twolink.formulations import FORMULATIONS
@@ -241,6 +242,8 @@ class _History:
         self._tired: frozenset[int] = frozenset()
         self._last: dict[int, float] = {}
         self._effort, self._steps, self._short_steps = effort, 0, 0
+        self._worth_optimising = PRECISIONS[precision].steps_worth_optimising
+        self._steps_in: Counter[tuple[ContactState, ...]] = Counter()
         self._limits, self._bytes = limits, 0
         self._description = f"the motion over {scene.duration:g} s"
         self._growth = Forecast(_MEMORY_WINDOW)
@@ -265,6 +268,7 @@ class _History:
             arc = flow(
                 self.system, self.state, following.mode, until, self.formulation,
                 reached, self.arcs[-2:], following.orders,
+                self._steps_in[following.mode.states] > self._worth_optimising,
             )  # fmt: skip
             advanced = arc.end.t > self.state.t
             self.state = arc.end
@@ -290,6 +294,7 @@ class _History:
         """Add the steps of an arc, and their memory, to those of the run."""
         count = arc.step_count
         self._steps += count
+        self._steps_in[arc.mode.states] += count
         short = tolerances.SHORT_STEPS * float(self.system.longest_step)
         if float(arc.end.t - arc.start.t) < count * short:
             self._short_steps += count
