@@ -21,7 +21,7 @@ _SCENES_A_WORKER = 150
 _ASLEEP = 10
 
 # Time limit (s) of the checks of a scene.
-_CHECKS = 120.0
+_CHECKS = 300.0
 
 
 @dataclass(frozen=True)

@@ -267,9 +267,24 @@ def test_a_stop_is_touched_where_all_forces_vanish_at_once():
     assert run.notes == ()
 
 
+def test_a_bounce_beside_a_press_without_force_opens_the_contact():
+    """B touches c1 and leaves it within round-off; the gap of D on s0 grows all the same.
+
+    In quadruple precision its first change was below the round-off of a place, and D was held.
+    """
+    run = trajectory("bounce_beside_a_press_without_force")
+    assert_is_right("bounce_beside_a_press_without_force", *CHECKS)
+    first, second = run.impacts[:2]
+    assert (first.time, first.name) == (0.0, "D on s0")
+    assert second.time == pytest.approx(2.14176e-5, abs=1e-10)
+    _, u = run.at([1e-12])
+    assert u[:, 0] == pytest.approx(np.array(first.u[1]), abs=1e-7)
+    assert not any("D on s0" in str(event.mode) for event in run.events if event.entered < 1e-4)
+
+
 def test_each_scene_has_a_test():
     """The scenes are those in the folder, and each is named in a test."""
     text = Path(__file__).read_text(encoding="utf-8")
     names = [path.stem for path in SCENES.glob("*.toml")]
-    assert len(names) == 17
+    assert len(names) == 18
     assert [name for name in names if text.count(f'"{name}"') == 0] == []

@@ -16,6 +16,7 @@ from twolink.simulation.hybrid import roots
 from twolink.simulation.hybrid.roots import (
     bernstein_matrix,
     first_fall,
+    is_positive_until,
     lowest,
     margins_of,
     polished,
@@ -416,3 +417,27 @@ def test_a_polished_root_does_not_depend_on_the_first_guess(near):
 )
 def test_the_lowest_place_is_a_minimum_inside_that_is_low_enough(coefficients, place):
     assert lowest(coefficients, 2e-3) == (place and pytest.approx(place))
+
+
+@pytest.mark.parametrize("number", [float, np.longdouble], ids=("double", "long double"))
+def test_a_polynomial_is_proven_positive_before_its_first_root(number):
+    for seed in range(200):
+        random = np.random.default_rng(seed)
+        first = random.uniform(0.1, 0.9)
+        others = [(-x, 1) for x in random.uniform(first, 2, size=3)]
+        coefficients = [number(c) for c in expanded((first, -1), *others, others[0])]
+        sign = 1 if coefficients[0] > 0 else -1
+        polynomial = [sign * c for c in coefficients]
+        bound = 1e-13
+        assert not is_positive_until(polynomial, first * (1 + 1e-9), bound), seed
+        assert not is_positive_until(polynomial, 1.0, bound), seed
+        if is_positive_until(polynomial, 0.9 * first, bound):
+            assert min(as_floats(np.polyval(polynomial[::-1], np.linspace(0, 0.9 * first, 99)))) > 0
+        assert is_positive_until(polynomial, 1e-3 * first, bound), seed
+        assert not is_positive_until(polynomial, 1e-3 * first, bound, float(polynomial[0])), seed
+
+
+def test_a_touch_before_the_end_is_not_proven_positive():
+    touching = expanded((Fraction(1, 4), -1), (Fraction(1, 4), -1), (2, -1))
+    assert is_positive_until(as_floats(touching), 0.2, 1e-13)
+    assert not is_positive_until(as_floats(touching), 0.5, 1e-13)

@@ -8,6 +8,7 @@ an impact, is divided by its leading power of time.
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -18,7 +19,14 @@ from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.compile import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, size_of
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
-from twolink.simulation.hybrid.roots import Search, first_fall, lowest, margins_of, rounding_bound
+from twolink.simulation.hybrid.roots import (
+    Search,
+    first_fall,
+    is_positive_until,
+    lowest,
+    margins_of,
+    rounding_bound,
+)
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import CONTACT_GAP, LEADING, LEADING_SHARE
@@ -71,7 +79,7 @@ class StartOfArc:
 
     def order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
         """Return how many leading coefficients are zero, None if all are."""
-        order = self._known_order(trigger, polynomial, block) if self._orders else None
+        order = self._known_order(trigger, polynomial, block)
         if order is not None:
             return order
         is_gap, is_speed = trigger.kind is _HITS, trigger.kind in _SPEEDS
@@ -92,17 +100,34 @@ class StartOfArc:
         return _leading_zeros(polynomial, first, noise, pace, least)
 
     def _known_order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
-        """Return the order determined by the mode selection, or None.
+        """Return the order determined by the mode selection or by a speed, or None.
 
-        If the independent variable is not time, time starts as a power of that variable.
+        If the independent variable is not time, time starts as a power of that variable, and the
+        first coefficients may all be below the round-off of a place.
         """
-        order = self._orders.get(trigger)
+        order, clock = self._orders.get(trigger), self._compiled.clock
+        if order is None and clock is not None and polynomial[0] == 0 and self._opens(trigger):
+            order = 1
         if order is None:
             return None
-        if self._compiled.clock is not None:
-            clock = block.coefficients[0, self._compiled.clock]
-            order *= next((k for k, c in enumerate(clock) if k and c != 0), len(clock))
+        if clock is not None:
+            row = block.coefficients[0, clock]
+            order *= next((k for k, c in enumerate(row) if k and c != 0), len(row))
         return order if order < len(polynomial) - 1 and polynomial[order] > 0 else None
+
+    def _opens(self, trigger: Trigger) -> bool:
+        """Return whether an event function is a gap that opens with a speed above round-off."""
+        state, index = self._state, trigger.index
+        if trigger.kind is not _HITS or state is None or index in self._compiled.recovering:
+            return False
+        normal = self._system.elements[index].normal
+        assert normal is not None
+        speed = normal.speed(self._system.chain, state.q, state.u)
+        return bool(speed > self._speed_of_state(state))
+
+    def _speed_of_state(self, state: HybridState) -> float:
+        """Return the error that the speed of a point has through that of u."""
+        return LEADING * self._system.resolution * self._system.scale * size_of(state.u)
 
     def _noise(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
         """Return the size below which an event function at the start of an arc is zero."""
@@ -131,8 +156,7 @@ class StartOfArc:
         along = element.normal if trigger.kind is EventKind.TURNS else element.tangent
         assert along is not None
         row = size_of(self._system.pose(self._state.q).row(along)) / self._system.scale
-        own = LEADING * self._system.resolution * self._system.scale * size_of(self._state.u)
-        return min(noise, own + row * noise)
+        return min(noise, self._speed_of_state(self._state) + row * noise)
 
     def _speed_of_rounding(self, block: Block) -> float:
         """Return the speed that round-off of large forces causes in the first step."""
@@ -167,13 +191,13 @@ class _Suspect(NamedTuple):
     """An event function that is not proven positive on a step: its number and its coefficients.
 
     `place` is the number of the step, and `bound` that on the error of the values. `bernstein` are
-    the Bernstein coefficients, or None if they are known in float64 only.
+    the Bernstein coefficients in float64.
     """
 
     place: int
     number: int
     polynomial: list[Any]
-    bernstein: list[Any] | None
+    bernstein: list[float]
     bound: float
 
 
@@ -260,7 +284,7 @@ class Certificate:
         gaps, grazing = self._compiled.layout.of_gaps, self._system.grazing
         tails = self._tails if at_start else {}
         most = max(grazing, *tails.values()) if tails else grazing
-        # In longer precisions the Bernstein coefficients in float64 do not suffice.
+        # In longer precisions the bounds in float64 do not suffice.
         known = every.dtype == bernstein.dtype
         found: list[_Suspect] = []
         for row, margin in enumerate(margins.tolist()):
@@ -271,33 +295,50 @@ class Certificate:
             least = tail if tail is not None else grazing if gaps[number] else 0.0
             if not margin > least and place >= zeros.get(number, 0):
                 polynomial = every[place, number].tolist()
-                form = bernstein[row].tolist() if known else None
                 bound = float(bounds[row]) if known else rounding_bound(polynomial, rounding)
-                found.append(_Suspect(place, number, polynomial, form, bound + (tail or 0.0)))
+                found.append(
+                    _Suspect(
+                        place, number, polynomial, bernstein[row].tolist(), bound + (tail or 0.0)
+                    )
+                )
         return found
 
     def _earliest(
         self, block: Block, suspects: Sequence[_Suspect], doubts: list[Doubt]
     ) -> Finding | None:
         """Return the first event among the event functions that are not certified."""
+        for _, group in itertools.groupby(suspects, lambda suspect: suspect.place):
+            on_step = tuple(group)
+            for place, number, polynomial, *_ in on_step:
+                if polynomial[0] < 0:
+                    # The event function falls at the start of the step.
+                    return Finding(place, 0 * block.lengths[place], self._triggers[number])
+            found = self._first_on_step(block, on_step, doubts)
+            if found is not None:
+                return found
+        return None
+
+    def _first_on_step(
+        self, block: Block, suspects: tuple[_Suspect, ...], doubts: list[Doubt]
+    ) -> Finding | None:
+        """Return the first event among event functions that are positive at the start of a step."""
         earliest: Finding | None = None
-        for place, number, polynomial, bernstein, bound in suspects:
-            if earliest is not None and place > earliest.place:
-                break
+        first = -1
+        for suspect in sorted(suspects, key=_guess) if len(suspects) > 1 else suspects:
+            place, number, polynomial, *_ = suspect
             trigger = self._triggers[number]
-            if polynomial[0] < 0:
-                # The event function falls at the start of the step.
-                return Finding(place, 0 * block.lengths[place], trigger)
-            search, limit = first_fall(polynomial, bound, bernstein), bound
-            fall = search.fall
-            if fall is None and search.touch is None and trigger.kind is _HITS:
-                limit = self._system.grazing
-                search = search._replace(touch=lowest(polynomial, limit))
+            least = self._system.grazing if trigger.kind is _HITS else 0.0
+            if earliest is not None and is_positive_until(
+                polynomial, float(earliest.x), suspect.bound, least
+            ):
+                continue
+            search, limit = _searched(suspect, least)
             if search.touch is not None or search.unsure:
                 doubt = self._doubt(block, place, trigger, polynomial, search, limit)
                 doubts += [doubt] if doubt is not None else []
-            if fall is not None and (earliest is None or fall < earliest.x):
-                earliest = Finding(place, fall, trigger)
+            fall = search.fall
+            if fall is not None and (earliest is None or (fall, number) < (earliest.x, first)):
+                earliest, first = Finding(place, fall, trigger), number
         return earliest
 
     def _deflate(self, every: Any, block: Block) -> None:
@@ -370,6 +411,25 @@ class Certificate:
         else:
             return None
         return Doubt(float(block.starts[place]), trigger, speed)
+
+
+def _guess(suspect: _Suspect) -> int:
+    """Return a number that is the smaller, the earlier an event function seems to fall."""
+    bernstein = suspect.bernstein
+    return next((k for k, b in enumerate(bernstein) if b <= 0), len(bernstein))
+
+
+def _searched(suspect: _Suspect, grazing: float) -> tuple[Search, float]:
+    """Return the first fall and touch of an event function, and the bound by which it touches.
+
+    One that comes as close as `grazing`, if that is not zero, touches.
+    """
+    polynomial, bound = suspect.polynomial, suspect.bound
+    known = suspect.bernstein if isinstance(polynomial[0], float) else None
+    search = first_fall(polynomial, bound, known)
+    if search.fall is None and search.touch is None and grazing:
+        return search._replace(touch=lowest(polynomial, grazing)), grazing
+    return search, bound
 
 
 def _size(polynomial: list[Any]) -> float:

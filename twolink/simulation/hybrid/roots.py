@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.simulation.hybrid.tolerances import MOST_HALVINGS, MOST_PIECES, POLYNOMIAL
+from twolink.simulation.series import powers
 
 Array = NDArray[np.float64]
 
@@ -85,6 +86,19 @@ def margins_of(coefficients: Any, rounding: float) -> tuple[Array, Array, Array]
     bernstein = in_floats.dot(bernstein_matrix(length))
     bounds = np.abs(in_floats).dot(_weights(length, max(rounding, _EPSILON)))
     return np.minimum.reduce(bernstein, -1) - bounds, bernstein, bounds
+
+
+def is_positive_until(
+    coefficients: Sequence[Any], end: float, bound: float, least: float = 0.0
+) -> bool:
+    """Return whether Σ c_k x^k is proven to exceed `least` on [0, end], in float64.
+
+    `bound` is that on the error of its values, in the precision of the coefficients.
+    """
+    cut = np.array(coefficients, dtype=float) * powers(np.array([end]), len(coefficients))[0]
+    rounding = POLYNOMIAL * _EPSILON * float(np.abs(cut).sum())
+    lowest_value = float(cut.dot(bernstein_matrix(len(cut))).min())
+    return lowest_value > least + bound + rounding
 
 
 @functools.lru_cache(maxsize=64)
@@ -186,7 +200,7 @@ def _isolated(
         if near is not None:
             return _Isolated(_Piece(low, high, low + near * (high - low)), touch, tired)
         in_doubt = high - low < 2.0**-MOST_HALVINGS or tired
-        if in_doubt or max(abs(x) for x in b) <= bound:
+        if in_doubt or (min(b) >= -bound and max(b) <= bound):
             doubtful = low if doubtful is None else doubtful
             continue
         left, right = _halves(b)
