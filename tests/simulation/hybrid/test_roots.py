@@ -23,6 +23,7 @@ from twolink.simulation.hybrid.roots import (
     product,
     rounding_bound,
 )
+from twolink.simulation.hybrid.tolerances import POLYNOMIAL
 
 EPSILON = 2.0**-52
 
@@ -296,6 +297,35 @@ def test_a_double_root_differs_from_two_roots_and_from_none_outside_the_bound():
     ]:
         lifted = [float(square[0] + Fraction(lift)), *as_floats(square[1:])]
         assert fall(lifted) == expected
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+@pytest.mark.parametrize("offset", [0.0, 1e-9, 1e-11, -1e-9, -1e-11])
+def test_a_minimum_close_to_zero_takes_few_halvings(precision, offset, random, monkeypatch):
+    """((x − a)² + offset) (1 + …): a fall, a touch, or none, by the sign of the offset."""
+    halvings = []
+    halves = roots._halves
+    monkeypatch.setattr(roots, "_halves", lambda b: halvings.append(1) or halves(b))
+    number = PRECISIONS[precision].number
+    for _ in range(30):
+        a = Fraction(random.uniform(0.05, 0.95))
+        others = [(1, Fraction(x)) for x in random.uniform(-0.3, 0.3, size=17)]
+        polynomial = expanded((a * a + Fraction(offset), -2 * a, 1), *others)
+        coefficients = [number(float(c)) for c in polynomial]
+        coefficients = [c + number(float(e - Fraction(float(e)))) for c, e in
+                        zip(coefficients, polynomial, strict=True)]  # fmt: skip
+        bound = POLYNOMIAL * PRECISIONS[precision].rounding * float(sum(map(abs, coefficients)))
+        halvings.clear()
+        found = first_fall(coefficients, bound)
+        assert len(halvings) <= 12
+        assert not found.unsure
+        if offset < 0:
+            assert found.touch is None
+            assert float(found.fall) == pytest.approx(float(a) - math.sqrt(-offset), abs=1e-8)
+        else:
+            assert found.fall is None
+            assert (found.touch is None) == (offset > 0)
+            assert offset or found.touch == pytest.approx(float(a), abs=1e-6)
 
 
 def test_a_triple_root_is_a_fall():

@@ -10,6 +10,7 @@ more than the bound.
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -24,6 +25,9 @@ Array = NDArray[np.float64]
 
 
 _EPSILON = float(np.finfo(float).eps)
+
+# Number of slopes of unknown sign with which a polynomial is still known to have one minimum.
+_MOST_FLAT = 2
 
 
 class Search(NamedTuple):
@@ -136,7 +140,7 @@ def first_fall(
     found = None if isinstance(coefficients[0], float) else _proven(coefficients, bound)
     if found is None:
         known = _bernstein(coefficients) if bernstein is None else bernstein
-        found = _isolated(known, lambda high: bound)
+        found = _isolated(coefficients, known, lambda high: bound)
     piece, touch, unsure = found
     if piece is None:
         return Search(None, touch, unsure)
@@ -158,8 +162,10 @@ def _proven(coefficients: Sequence[Any], bound: float) -> _Isolated | None:
         """Return the bound on [0, end], and so on its parts, whose coefficients are averages."""
         return bound + _horner(sizes, end)
 
+    in_floats = [float(c) for c in coefficients]
     found = _isolated(
-        _bernstein([float(c) for c in coefficients]),
+        in_floats,
+        _bernstein(in_floats),
         lambda high: rounding_until(2.0 ** math.ceil(math.log2(high))),
         strict=True,
     )
@@ -168,12 +174,17 @@ def _proven(coefficients: Sequence[Any], bound: float) -> _Isolated | None:
 
 
 def _isolated(
-    bernstein: Sequence[Any], bound_until: Callable[[float], float], *, strict: bool = False
+    coefficients: Sequence[Any],
+    bernstein: Sequence[Any],
+    bound_until: Callable[[float], float],
+    *,
+    strict: bool = False,
 ) -> _Isolated:
     """Isolate the first fall of a polynomial by halving the interval.
 
     `bound_until` maps the upper end of an interval to the bound on the error of its coefficients.
-    In a `strict` search no coefficient within this bound has a known sign.
+    In a `strict` search no coefficient within this bound has a known sign, and the first doubt ends
+    it.
     """
     waiting: list[tuple[Sequence[Any], float, float]] = [(bernstein, 0.0, 1.0)]
     touch: float | None = None
@@ -201,7 +212,17 @@ def _isolated(
             return _Isolated(_Piece(low, high, low + near * (high - low)), touch, tired)
         in_doubt = high - low < 2.0**-MOST_HALVINGS or tired
         if in_doubt or (min(b) >= -bound and max(b) <= bound):
+            if strict:
+                return _Isolated(None, None, True)
             doubtful = low if doubtful is None else doubtful
+            continue
+        clear = doubtful is None and first > bound and last > bound
+        dip = _only_dip(b, bound, coefficients, low, high) if clear else None
+        if dip is not None:
+            if dip.value < -dip.bound:
+                return _Isolated(_Piece(low, dip.place, (low + dip.place) / 2), touch, tired)
+            if dip.value <= dip.bound:
+                touch = dip.place if touch is None else touch
             continue
         left, right = _halves(b)
         middle = (low + high) / 2
@@ -210,14 +231,43 @@ def _isolated(
     return _Isolated(None, doubtful if touch is None else touch, pieces > MOST_PIECES)
 
 
+class _Dip(NamedTuple):
+    """The place and the value of a minimum, and the bound on the error of the value."""
+
+    place: float
+    value: Any
+    bound: float
+
+
+def _only_dip(
+    b: Sequence[Any], bound: float, coefficients: Sequence[Any], low: float, high: float
+) -> _Dip | None:
+    """Return the minimum of a polynomial that falls to it and rises from it, None for any other.
+
+    Its value decides at once: close to a touch, halving would take a hundred steps. `b` are the
+    Bernstein coefficients on [low, high], whose differences are those of the derivative. Where
+    round-off hides the sign of a difference, it counts as zero.
+    """
+    if not (b[1] <= b[0] and b[-2] < b[-1]):
+        return None
+    unsure = 2 * bound
+    slopes = [after - before for before, after in itertools.pairwise(b)]
+    rises = [slope > 0 for slope in slopes if abs(slope) > unsure]
+    flat = len(slopes) - len(rises)
+    if flat > _MOST_FLAT or rises[0] or not rises[-1] or rises != sorted(rises):
+        return None
+    near = low + (high - low) * b.index(min(b)) / len(slopes)
+    descent = [-k * c for k, c in enumerate(coefficients) if k]
+    place = _bracketed(descent, low, high, near)
+    return _Dip(float(place), _horner(coefficients, place), bound + flat * unsure)
+
+
 def lowest(coefficients: Sequence[Any], limit: float) -> float | None:
     """Return the place of a minimum inside (0, 1) with a value below a limit, or None."""
-    from scipy.optimize import brentq
-
-    slope = [k * float(c) for k, c in enumerate(coefficients) if k]
-    if slope[0] >= 0 or sum(slope) <= 0:
+    descent = [-k * float(c) for k, c in enumerate(coefficients) if k]
+    if descent[0] <= 0 or sum(descent) >= 0:
         return None
-    place = float(brentq(lambda x: _horner(slope, x), 0.0, 1.0))
+    place = _bracketed(descent, 0.0, 1.0, 0.5)
     return place if _horner(coefficients, place) < limit else None
 
 
