@@ -280,16 +280,17 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
         # NumPy does not convert between long double and heyoka's quadruple numbers.
         ours = np.vectorize(type(theirs.flat[0]), otypes=[theirs.dtype])(ours)
     found = np.abs(ours - theirs).max(axis=0).astype(float)
+    # From a place in time on the difference is at least this.
+    least = np.zeros(len(moments) + 1)
     for start, stop in _impacts_apart(first, second, accuracy):
-        inside = (moments >= start) & (moments <= stop)
-        found[inside] = np.minimum(found[inside], stop - start)
-        found[moments > stop] = np.maximum(found[moments > stop], stop - start)
+        begin, after = np.searchsorted(moments, start), np.searchsorted(moments, stop, "right")
+        found[begin:after] = np.minimum(found[begin:after], stop - start)
+        least[after] = max(least[after], stop - start)
     lever = max(1.0, 1 / float(first.scene.chain.L1), 1 / float(first.scene.chain.L2))
     for doubt in second.doubts:
-        found[moments >= doubt.time] = np.maximum(
-            found[moments >= doubt.time], 2 * doubt.speed * lever
-        )
-    so_far = np.maximum.accumulate(found)
+        since = np.searchsorted(moments, doubt.time)
+        least[since] = max(least[since], 2 * doubt.speed * lever)
+    so_far = np.maximum.accumulate(np.maximum(found, least[:-1]))
     asked = times[times <= first.reached]
     place = np.searchsorted(moments, asked, side="right") - 1
     # The error is unknown beyond the end of the measuring run.
