@@ -13,6 +13,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
+from twolink.errors import TooMuchError
 from twolink.limits import DEFAULT_LIMITS
 from twolink.scene import Scene
 from twolink.simulation.hybrid import measure
@@ -223,3 +224,24 @@ def test_runs_are_compared_inside_the_steps_of_both(run):
     errors = differences(run, tampered(short, middle, 0, 1e-5), TIMES, 1e-9)
     # At 2.5 s rounding decides whether a run still has an impact.
     assert errors[TIMES < 2.4][-1] == pytest.approx(1e-5, rel=1e-4)
+
+
+def test_a_longer_precision_that_takes_too_long_leaves_the_best_run(monkeypatch):
+    """An error is known from the runs before; without any the limit refuses the motion."""
+    limited: list[str] = []
+
+    def run_of(scene, times, *, precision, **given):
+        if precision in limited:
+            raise TooMuchError("the motion would take a year; the limit is an hour")
+        return hybrid_run(scene, times, precision=precision, **given)
+
+    double = measure.Configuration("double", 21, "long double", 23)
+    monkeypatch.setattr(measure, "_configurations", lambda accuracy: [double, LONG_DOUBLE])
+    monkeypatch.setattr(measure, "hybrid_run", run_of)
+    limited.append("quadruple")
+    found = measured_run(SCENE, TIMES, 1e-17, "lagrange", lambda name: None)
+    assert found.kept.precision == "double"
+    assert 1e-17 < found.errors.max() < 1e-12
+    limited.append("long double")
+    with pytest.raises(TooMuchError, match="an hour"):
+        measured_run(SCENE, TIMES, 1e-17, "lagrange", lambda name: None)

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from twolink.errors import TooMuchError
 from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PrecisionName
 from twolink.limits import DEFAULT_LIMITS, Limits
@@ -124,15 +125,14 @@ def measured_run(
         ):
             # A higher order does not gain that many digits.
             continue
-        kept = runs.kept(configuration)
-        many = kept.steps > _MANY_STEPS_OF_A_LOW_ORDER or (kept.failure and kept.exhausted)
-        if configuration.order < _BEST_ORDER and many:
-            # The truncation errors of many steps add up to more than the accuracy.
+        try:
+            trial = runs.trial(configuration, accuracy)
+        except TooMuchError:
+            if best is None:
+                raise
+            break
+        if trial is None:
             continue
-        judge = runs.judge(configuration, kept)
-        margin = _MARGIN if configuration.precision != configuration.judge else _MARGIN_OF_EQUALS
-        errors = margin * differences(kept, judge, times, accuracy)
-        trial = _Trial(kept, judge, errors, accuracy, float(times[-1]))
         if best is None or trial.rank > best.rank:
             best = trial
         if trial.suffices or trial.ends_the_search:
@@ -155,6 +155,18 @@ class _Runs:
     progress: Progress
     limits: Limits
     known: dict[tuple[PrecisionName, int, FormulationName], HybridRun] = field(default_factory=dict)
+
+    def trial(self, configuration: Configuration, accuracy: float) -> _Trial | None:
+        """Return a run and its errors, or None if its order is too low for its number of steps."""
+        kept = self.kept(configuration)
+        many = kept.steps > _MANY_STEPS_OF_A_LOW_ORDER or (kept.failure and kept.exhausted)
+        if configuration.order < _BEST_ORDER and many:
+            # The truncation errors of many steps add up to more than the accuracy.
+            return None
+        judge = self.judge(configuration, kept)
+        margin = _MARGIN if configuration.precision != configuration.judge else _MARGIN_OF_EQUALS
+        errors = margin * differences(kept, judge, self.times, accuracy)
+        return _Trial(kept, judge, errors, accuracy, float(self.times[-1]))
 
     def kept(self, configuration: Configuration) -> HybridRun:
         """Return the run of a configuration, as far as it goes and can be measured."""
