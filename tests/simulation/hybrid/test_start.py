@@ -207,3 +207,30 @@ def test_gaps_agree_with_the_pose_that_lies_on_an_approached_contact(precision, 
     for element, gap in zip(system.elements, state.gaps, strict=True):
         distance = element.normal.coordinate(system.chain, state.q) - element.bound
         assert abs(float(distance - gap)) < 16 * system.rounding
+
+
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+@pytest.mark.parametrize("rigid_first", [True, False])
+@pytest.mark.parametrize("u", [(0.0, 0.0), (1.0, 0.5), (-1.0, -0.5)])
+def test_a_depth_is_that_of_the_pose_on_the_other_contacts(precision, rigid_first, u):
+    """The stop at A moves the pose by round-off of float64, which is a force of a stiff surface."""
+    stiff = cushion(1e-6, law="hertz", stiffness=1e10)
+    stop = JointStop("A", upper=Q[0] * (1 + 2.0**-51))
+    effects = (stop, stiff) if rigid_first else (stiff, stop)
+    system = system_of(*effects, chain=BALANCED, precision=precision)
+    state = state_of(system, Q, u)
+    element = system.elements[rigid_first]
+    gap = element.normal.coordinate(system.chain, state.q) - element.bound
+    root = state.compliant[rigid_first].sqrt_depth
+    assert float(root * root + gap) == pytest.approx(0, abs=20 * system.rounding)
+    assert state.q[0] != system.number(Q[0])
+
+
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+def test_a_start_on_a_rigid_and_a_compliant_surface_is_on_both(precision):
+    stop = JointStop("A", upper=Q[0] * (1 + 2.0**-51))
+    system = system_of(cushion(1e-16), stop, chain=BALANCED, precision=precision)
+    state = state_of(system, Q, (-1.0, 0.5))
+    for element in system.elements:
+        gap = element.normal.coordinate(system.chain, state.q) - element.bound
+        assert abs(float(gap)) <= 10 * system.rounding

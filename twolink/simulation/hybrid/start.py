@@ -9,9 +9,15 @@ from twolink.errors import SimulationError
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
-from twolink.simulation.hybrid.collision import place
 from twolink.simulation.hybrid.constraint import parallel
-from twolink.simulation.hybrid.impact import at_rest, is_left_over, largest, speed_along, stopped
+from twolink.simulation.hybrid.impact import (
+    at_rest,
+    is_left_over,
+    largest,
+    placed,
+    speed_along,
+    stopped,
+)
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.reactions import press
 from twolink.simulation.hybrid.state import HybridState, put
@@ -27,65 +33,101 @@ _NEWTON_STEPS = 2
 def start_state(system: HybridSystem, scene: Scene) -> HybridState:
     """Return the initial state of a scene, before any impact.
 
+    A start is given in float64, and lies on a contact within round-off of it. In every precision it
+    is the state exactly on all contacts that are touched; depths and gaps are those of this state.
     Raises `SimulationError` if a point starts inside a rigid contact.
     """
     number = system.number
-    q = number(scene.q[0]), number(scene.q[1])
     u = number(scene.u[0]), number(scene.u[1])
-    pose = system.pose(q)
+    given = system.pose((number(scene.q[0]), number(scene.q[1])))
+    near = _touching(system, given.q)
+    pose = _placed(system, given, near)
     state = HybridState(
         t=number(0),
-        q=q,
+        q=pose.q,
         u=u,
-        gaps=tuple(_gap(system, element, q) for element in system.elements),
+        gaps=tuple(
+            number(0) if index in near else _gap(system, element, pose.q)
+            for index, element in enumerate(system.elements)
+        ),
         touching=frozenset(),
-        sliding=tuple(_sliding(pose, element, u) for element in system.elements),
+        sliding=tuple(_sliding(given, element, u) for element in system.elements),
         compliant=tuple(compliant_state.undisturbed(element) for element in system.elements),
     )
     for index, element in enumerate(system.elements):
-        if element.normal is not None:
-            pose = system.pose(state.q)
+        if index in near:
             state = _touched(system, state, pose, index)
-    return _on_contacts(system, state)
+        elif element.normal is not None and state.gaps[index] < 0:  # type: ignore[operator]
+            state = _pressed_in(system, state, index, -state.gaps[index])  # type: ignore[operator]
+    return _at_rest_on_contacts(system, state, pose)
 
 
-def _on_contacts(system: HybridSystem, state: HybridState) -> HybridState:
-    """Return the state exactly on the rigid contacts that it rests on, without normal speed.
+def _touching(system: HybridSystem, q: Any) -> list[int]:
+    """Return the contacts that a pose given in float64 touches."""
+    found = []
+    for index, element in enumerate(system.elements):
+        gap = _gap(system, element, q)
+        if gap is None:
+            continue
+        near = tolerances.CONTACT_GAP * _ROUNDING * max(1.0, abs(float(element.bound)))
+        if abs(gap) <= near:
+            found.append(index)
+        elif gap < 0 and element.rigid:
+            raise SimulationError(
+                f"{element.name}: the scene must start outside or in contact; got a start"
+                f" {-float(gap):.6g} inside"
+            )
+    return found
 
-    A start is given in float64, whose round-off is a gap and a speed in longer precisions.
+
+def _at_rest_on_contacts(system: HybridSystem, state: HybridState, pose: Pose) -> HybridState:
+    """Return the state without normal speed at the rigid contacts that it rests on.
+
+    Round-off of float64 is a speed in longer precisions.
     """
     held = [i for i in sorted(state.touching) if system.elements[i].rigid]
-    pose = _placed(system, system.pose(state.q), held, state)
     normals = [system.elements[index].normal for index in held]
     u = stopped(pose, normals, state.u, _ROUNDING)  # type: ignore[arg-type]
     change = largest((u[0] - state.u[0], u[1] - state.u[1]))
     if change > tolerances.UNDECIDED * _ROUNDING * largest(state.u):
         # Along two nearly parallel normals, a speed of round-off is no state of rest.
-        u = state.u
-    gaps = tuple(
-        _gap(system, element, pose.q) if gap else gap
-        for element, gap in zip(system.elements, state.gaps, strict=True)
-    )
-    return state._replace(q=pose.q, u=u, gaps=gaps)
+        return state
+    return state._replace(u=u)
 
 
-def _placed(system: HybridSystem, pose: Pose, held: list[int], state: HybridState) -> Pose:
+def _placed(system: HybridSystem, pose: Pose, near: list[int]) -> Pose:
     """Return the pose in which the gaps of contacts are zero: of two that determine it, or of one.
 
-    The pose stays where a gap of round-off would move it by more, near a singular pose.
+    The rigid ones are first. The pose stays where a gap of round-off would move it by more, near a
+    singular pose.
     """
-    normals = {index: pose.row(system.elements[index].normal) for index in held}  # type: ignore[arg-type]
-    others = [i for i in held if not parallel(normals[held[0]], normals[i], system.lever)]
-    if not others:
-        return place(system, pose, held[0], state) if held else pose
-    pair = [system.elements[index] for index in (held[0], others[0])]
+    if not near:
+        return pose
+    first, *others = sorted(near, key=lambda index: not system.elements[index].rigid)
+    element = system.elements[first]
+    assert element.normal is not None
+    row = pose.row(element.normal)
+    for index in others:
+        other = system.elements[index]
+        if not parallel(row, pose.row(other.normal), system.lever):  # type: ignore[arg-type]
+            both = _on_both(system, pose, element, other)
+            if both is not None:
+                return both
+    known = max(system.resolution, _ROUNDING)
+    return system.pose(placed(pose, element.normal, element.bound, known, system.rounding))
+
+
+def _on_both(
+    system: HybridSystem, pose: Pose, first: ContactElement, second: ContactElement
+) -> Pose | None:
+    """Return the pose in which the gaps of two contacts are zero, None if it is far."""
     for _ in range(_NEWTON_STEPS):
-        (x1, y1), (x2, y2) = (pose.row(element.normal) for element in pair)  # type: ignore[arg-type]
-        one, two = (_gap(system, element, pose.q) for element in pair)
+        (x1, y1), (x2, y2) = (pose.row(e.normal) for e in (first, second))  # type: ignore[arg-type]
+        one, two = (_gap(system, element, pose.q) for element in (first, second))
         across = x1 * y2 - x2 * y1
         dq = (one * y2 - two * y1) / across, (two * x1 - one * x2) / across
         if largest(dq) > tolerances.UNDECIDED * _ROUNDING * max(1, largest(pose.q)):
-            return pose
+            return None
         pose = system.pose((pose.q[0] - dq[0], pose.q[1] - dq[1]))
     return pose
 
@@ -97,32 +139,16 @@ def _gap(system: HybridSystem, element: ContactElement, q: Any) -> Any:
 
 
 def _touched(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> HybridState:
-    """Return the state in which a contact is touched or pressed, if it is."""
-    element, gap = system.elements[index], state.gaps[index]
+    """Return the state in which a contact without a gap is touched or pressed, if it is."""
+    element = system.elements[index]
     assert element.normal is not None
-    assert gap is not None
-    # A start is given in float64, and lies on a contact within round-off of float64.
-    near = tolerances.CONTACT_GAP * _ROUNDING * max(1.0, abs(float(element.bound)))
     row = pose.row(element.normal)
     still = is_left_over(row, state.u, state.u, _ROUNDING)
-    if gap > near:
-        return state
-    if gap < -near:
-        if element.rigid:
-            raise SimulationError(
-                f"{element.name}: the scene must start outside or in contact; got a start"
-                f" {-float(gap):.6g} inside"
-            )
-        return _pressed_in(system, state, index, -gap)
-    state = state._replace(gaps=put(state.gaps, index, system.number(0)))
     recedes = not still and speed_along(row, state.u) > 0
     if recedes or (element.rigid and not still):
-        # Its gap is zero exactly, and the pose must agree, from which the other gaps follow.
-        return state._replace(q=place(system, pose, index, state).q)
+        return state
     if not element.rigid:
-        # Round-off of the position would cause a force of a stiff surface.
-        pose = place(system, pose, index, state)
-        return press(system, state._replace(q=pose.q), pose, index, still)
+        return press(system, state, pose, index, still)
     return state._replace(touching=state.touching | {index})
 
 
