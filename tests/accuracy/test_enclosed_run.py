@@ -100,6 +100,7 @@ def test_a_wrong_state_after_an_impact_is_not_trusted(monkeypatch):
     assert found.radius > 1e-12
 
 
+@pytest.mark.slow
 def test_the_drop_agrees_with_the_reference_in_113_bits():
     times = (0.5, 0.7, 0.8)
     found, other = enclosure(DROP, 20, times), reference(DROP, 24, times)
@@ -169,6 +170,7 @@ def test_a_contact_that_stays_closed_ends_the_proof():
     assert not found.ended.undecided
 
 
+@pytest.mark.slow
 def test_impacts_at_one_instant_are_undecided():
     """Two surfaces along the same line."""
     (floor,) = (effect for effect in DROP.effects if isinstance(effect, Surface))

@@ -390,6 +390,7 @@ def test_the_command_refuses_forces_of_contact():
     assert "must have no events but impacts: no dry friction" in result.output
 
 
+@pytest.mark.slow
 def test_the_command_prints_and_writes_impacts(tmp_path):
     file = tmp_path / "drop.json"
     arguments = ["reference", "drop", "--rigorous", "--digits", "5"]

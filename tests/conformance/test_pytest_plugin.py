@@ -94,6 +94,7 @@ def test_an_engine_that_does_not_start(folder):
     assert "the engine does not start" in done.stdout
 
 
+@pytest.mark.slow
 def test_without_the_option_the_plugin_adds_no_tests(folder):
     (folder / "test_nothing.py").write_text("def test_it():\n    pass\n")
     done = run(folder)

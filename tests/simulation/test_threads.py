@@ -60,6 +60,7 @@ def bits(started):
     return found.q.tobytes() + found.u.tobytes(), found.error, found.notes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", [SMOOTH, EVENTS], ids=["smooth", "events"])
 def test_simulations_race(scene):
     scenes = starts(scene)

@@ -260,6 +260,7 @@ def test_the_last_frame_comes_even_to_a_page_that_is_slow():
     assert asyncio.run(asyncio.wait_for(check(), 20))["frame"] == 60
 
 
+@pytest.mark.slow
 def test_the_clock_stands_still_without_a_client():
     async def check():
         async with served() as live:

@@ -81,6 +81,7 @@ def test_the_viewer_comes_with_its_licences():
     assert "MIT" in comment
 
 
+@pytest.mark.slow
 def test_equal_films_are_equal_pages():
     assert player_page(film_of("drop", 1.0)) == player_page(film_of("drop", 1.0))
 
