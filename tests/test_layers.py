@@ -213,6 +213,7 @@ ROWS = {
     "twolink.viz.report": ["page", "conformance map scoreboard sections"],
     "twolink.cli": [
         "limits options terminal",
+        "progress",
         "program studies trajectories",
         "showing",
         OTHERS,

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from twolink import cli, files
@@ -283,8 +284,7 @@ def test_signals_end_a_command_cleanly(number, code, tmp_path):
         f"app(['verify', '--json', {str(file)!r}])\n"
     )
     process = subprocess.Popen(
-        [sys.executable, "-c", program.replace("from twolink.cli import app, verify\n",
-         "from twolink.cli import app\nimport sys\nverify = sys.modules['twolink.cli.verify']\n")],
+        [sys.executable, "-c", program],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stdout.readline() == "working\n"
@@ -297,10 +297,10 @@ def test_signals_end_a_command_cleanly(number, code, tmp_path):
 def test_an_interrupt_before_a_command_begins_is_clean(monkeypatch):
     from twolink import cli
 
-    def interrupted():
+    def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli, "app", interrupted)
+    monkeypatch.setattr(cli, "app_of", interrupted)
     with pytest.raises(SystemExit) as caught:
         cli.main()
     assert caught.value.code == 130
@@ -319,3 +319,25 @@ def test_an_ignored_signal_stays_ignored():
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
     assert run.stdout == "alive\n"
+
+
+def test_a_command_imports_no_other():
+    program = (
+        "import sys\n"
+        "from twolink import cli\n"
+        "sys.argv = ['twolink', 'scenes']\n"
+        "code = cli._exit_code()\n"
+        "others = [name for name in (*cli.COMMANDS, *cli.GROUPS) if name != 'scenes']\n"
+        "print(code, [name for name in others if f'twolink.cli.{name}' in sys.modules])\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], check=True, capture_output=True, text=True
+    )
+    assert done.stdout.splitlines()[-1] == "0 []"
+
+
+def test_the_program_has_all_commands():
+    group = get_command(cli.app)
+    assert list(group.commands) == [*cli.COMMANDS, *cli.GROUPS]
+    with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
+        cli.nothing  # noqa: B018

@@ -1,14 +1,13 @@
 """Text from files and command lines neither controls the terminal nor is read as markup."""
 
 import ast
-import io
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from twolink.cli import app
-from twolink.cli.terminal import console, progress_bar, say, styled, write_json
+from twolink.cli.terminal import console, say, styled, write_json
 from twolink.data import data_path
 
 HOSTILE = r"[/nope] [bold]a[/] :smile: \u001b[31mred\u0007 <b>&amp;</b> $\\frac $1"
@@ -96,18 +95,6 @@ def test_the_console_reads_no_markup(capsys):
         assert words in said
     assert "[b]\\x1b\\x9b" in said
     assert not set("\x1b\x07\x9b") & set(said)
-
-
-def test_progress_reads_no_markup(monkeypatch):
-    from rich.console import Console
-
-    monkeypatch.setattr(Console, "is_terminal", True)
-    with progress_bar() as bar:
-        stream = io.StringIO()
-        bar.console.file = stream
-        bar.add_task("[/nope]\x1b[31m", total=1.0)
-        bar.refresh()
-    assert "[/nope]\\x1b[31m" in stream.getvalue()
 
 
 def test_say_escapes(capsys):

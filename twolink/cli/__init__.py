@@ -2,68 +2,72 @@
 
 from __future__ import annotations
 
+import functools
+import importlib
 import os
 import signal
 import sys
+from collections.abc import Sequence
 from io import TextIOWrapper
 from typing import Annotated, Any
 
 import typer
 
-from twolink.cli.accuracy import accuracy
-from twolink.cli.conform import conform
-from twolink.cli.drift import drift
-from twolink.cli.golden import golden
-from twolink.cli.hardcases import hardcases
-from twolink.cli.harness import harness
-from twolink.cli.plot import plot
 from twolink.cli.program import Program
-from twolink.cli.record import record
-from twolink.cli.reference import reference
-from twolink.cli.report import report
-from twolink.cli.scenes import scenes
-from twolink.cli.scoreboard import scoreboard
-from twolink.cli.sensitivity import sensitivity
-from twolink.cli.simulate import simulate
-from twolink.cli.sweep import sweep
 from twolink.cli.terminal import FAILED, say, warn
-from twolink.cli.urdf import app as urdf
-from twolink.cli.verify import verify
-from twolink.cli.view import view
 from twolink.files import remove_interrupted
 from twolink.interruptible import end_process
 
-app = typer.Typer(
-    cls=Program,
-    help="The reference suite for the planar two-link chain (double pendulum).",
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
-
 COMMANDS = (
-    report,
-    verify,
-    conform,
-    harness,
-    golden,
-    scoreboard,
-    simulate,
-    sweep,
-    sensitivity,
-    accuracy,
-    drift,
-    hardcases,
-    reference,
-    plot,
-    view,
-    record,
-    scenes,
+    "report",
+    "verify",
+    "conform",
+    "harness",
+    "golden",
+    "scoreboard",
+    "simulate",
+    "sweep",
+    "sensitivity",
+    "accuracy",
+    "drift",
+    "hardcases",
+    "reference",
+    "plot",
+    "view",
+    "record",
+    "scenes",
 )
+"""The commands: each is a function in the module of its name."""
 
-for command in COMMANDS:
-    app.command()(command)
-app.add_typer(urdf, name="urdf")
+GROUPS = ("urdf",)
+"""The groups of commands: each is an `app` in the module of its name."""
+
+
+@functools.cache
+def app_of(names: Sequence[str] = (*COMMANDS, *GROUPS)) -> typer.Typer:
+    """Return the program with some of its commands; no other one is imported."""
+    made = typer.Typer(
+        cls=Program,
+        help="The reference suite for the planar two-link chain (double pendulum).",
+        add_completion=False,
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+    )
+    made.callback()(_options)
+    for name in names:
+        module = importlib.import_module(f"twolink.cli.{name}")
+        if name in GROUPS:
+            made.add_typer(module.app, name=name)
+        else:
+            made.command()(getattr(module, name))
+    return made
+
+
+def __getattr__(name: str) -> Any:
+    """Return the whole program, `app`, when it is asked for."""
+    if name == "app":
+        return app_of()
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def _print_version(asked: bool) -> None:
@@ -74,8 +78,7 @@ def _print_version(asked: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
-def options(
+def _options(
     version: Annotated[
         bool,
         typer.Option(
@@ -115,7 +118,10 @@ def _run() -> None:
     if "stdout" in closed:
         warn("twolink: the standard output is closed")
         sys.exit(FAILED)
-    app()
+    first = sys.argv[1:2]
+    # One command needs no other; the help and a wrong word need all.
+    known = first and first[0] in (*COMMANDS, *GROUPS)
+    (app_of(tuple(first)) if known else app_of())()
 
 
 def _open_closed_streams() -> list[str]:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from twolink.cli.progress import ProgressBar
 from twolink.cli.terminal import (
     FAILED,
     check_target,
     console,
     print_table,
-    progress_bar,
     refuse,
     say,
     write_json,
@@ -134,7 +134,7 @@ def _report(
     start = attach(engine, memory=memory)
     suites = items(suite)
     known = () if expect is None else read_expectations(expect)
-    with progress_bar() as bar:
+    with ProgressBar() as bar:
         task = bar.add_task("conformance", total=1.0)
         report = run(
             engine,

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from twolink.cli.limits import Force, limits_of
+from twolink.cli.progress import ProgressBar
 from twolink.cli.showing import ThemeName
-from twolink.cli.terminal import FAILED, check_target, progress_bar, refuse, say, warn
+from twolink.cli.terminal import FAILED, check_target, refuse, say, warn
 from twolink.cli.trajectories import trajectory_of
 from twolink.errors import ParameterError
 from twolink.suffixes import PLOTS, TRAJECTORIES
@@ -19,7 +20,6 @@ from twolink.text import choice, either
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from rich.progress import Progress
 
     from twolink.simulation import Trajectory
     from twolink.urdf import PlanarUrdf
@@ -119,7 +119,7 @@ def _plotted(asked: _Asked) -> tuple[Trajectory | None, dict[str, Figure], list[
     from twolink.simulation import RunOptions
 
     options = RunOptions(samples=asked.samples, limits=limits_of(asked.force))
-    with progress_bar() as bar:
+    with ProgressBar() as bar:
         trajectory = None
         if asked.kind != "verification":
             trajectory = trajectory_of(asked.source, options, bar)
@@ -162,7 +162,7 @@ def _check(asked: _Asked) -> None:
 
 
 def _drawn(
-    asked: _Asked, trajectory: Trajectory | None, others: dict[str, Trajectory], bar: Progress
+    asked: _Asked, trajectory: Trajectory | None, others: dict[str, Trajectory], bar: ProgressBar
 ) -> dict[str, Figure]:
     """Return the figures of a kind, or of all that there are, by the names of their kinds."""
     found: dict[str, Figure] = {}
@@ -193,7 +193,7 @@ def _urdf(source: Path) -> PlanarUrdf:
     return parse_planar_urdf(scene.chain.to_urdf())
 
 
-def _verification(asked: _Asked, bar: Progress) -> Figure:
+def _verification(asked: _Asked, bar: ProgressBar) -> Figure:
     """Return the plot of the differences on a URDF."""
     from twolink.verification.differences import differences
     from twolink.viz.plots.verification import verification

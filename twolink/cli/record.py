@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from twolink.cli.limits import Force
+from twolink.cli.progress import ProgressBar
 from twolink.cli.showing import (
     BYTES_OF_A_FRAME,
     Ghosts,
@@ -20,7 +21,7 @@ from twolink.cli.showing import (
     Surroundings,
     film_of,
 )
-from twolink.cli.terminal import check_target, progress_bar, refuse, say
+from twolink.cli.terminal import check_target, refuse, say
 from twolink.suffixes import RECORDINGS
 from twolink.text import either, quoted
 
@@ -72,7 +73,7 @@ def record(
 @contextmanager
 def _bar(stages: Sequence[str]) -> Iterator[Callable[[str, float], None]]:
     """Show a progress bar; yield a callback that takes a stage and its completed share."""
-    with progress_bar() as bar:
+    with ProgressBar() as bar:
         task = bar.add_task("recording", total=float(len(stages)))
 
         def progress(stage: str, share: float) -> None:

@@ -6,14 +6,15 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from twolink.cli.limits import Force, limits_of
+from twolink.cli.progress import ProgressBar
 from twolink.cli.showing import BYTES_OF_A_FRAME, check_frames
 from twolink.cli.studies import check_budget
-from twolink.cli.terminal import FAILED, check_folder, console, progress_bar, refuse, say
+from twolink.cli.terminal import FAILED, check_folder, console, refuse, say
 from twolink.files import new_folder
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def _made(
     loaded = _loaded(files, limits)
     share = budget / len(loaded)
     limits.check_time("a measurement with this budget", share)
-    with progress_bar() as bar:
+    with ProgressBar() as bar:
         stage = _Stages(bar, 2 + len(loaded) + full)
         with stage("verifying the shipped URDF") as report:
             verdict = _verified(states, report, limits)
@@ -163,7 +164,7 @@ def _lead(cards: list[Card]) -> str:
 class _Stages:
     """A bar of named stages, each as long as the others."""
 
-    def __init__(self, bar: Any, count: int) -> None:
+    def __init__(self, bar: ProgressBar, count: int) -> None:
         self._bar, self._count, self._done = bar, count, 0
         self._task = bar.add_task("", total=1.0)
 

@@ -11,15 +11,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from twolink.cli.limits import limits_of
-from twolink.cli.terminal import progress_bar, refuse
+from twolink.cli.progress import ProgressBar
+from twolink.cli.terminal import refuse
 from twolink.cli.trajectories import simulated, trajectory_of
 from twolink.names import EQUATIONS_NAMES
 from twolink.suffixes import TRAJECTORIES
 from twolink.text import choice, either
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
-
     from twolink.limits import Limits
     from twolink.simulation import RunOptions, Trajectory
     from twolink.viz.film import Film
@@ -103,7 +102,7 @@ def film_of(
     motion = scene_file(motion)
     colours = theme_named(theme or ThemeName.light)
     check_rates(fps, speed)
-    with progress_bar() as bar:
+    with ProgressBar() as bar:
         options = RunOptions(limits=limits_of(force))
         first = trajectory_of(motion, options, bar)
         check_frames(first.scene.duration, fps, speed, frame_bytes, options.limits)
@@ -129,7 +128,9 @@ def check_frames(
     )
 
 
-def _ghost(ghost: str, first: Trajectory, step: float, bar: Progress, options: RunOptions) -> Run:
+def _ghost(
+    ghost: str, first: Trajectory, step: float, bar: ProgressBar, options: RunOptions
+) -> Run:
     """Return the run that a word or a file names."""
     from twolink.scene import scene_file
     from twolink.simulation.smooth.equations import equations_named

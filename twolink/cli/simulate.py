@@ -9,7 +9,8 @@ import typer
 
 from twolink.cli.limits import Force, limits_of
 from twolink.cli.options import Samples, SceneName
-from twolink.cli.terminal import FAILED, check_target, console, print_table, progress_bar
+from twolink.cli.progress import ProgressBar
+from twolink.cli.terminal import FAILED, check_target, console, print_table
 from twolink.cli.trajectories import simulated
 from twolink.names import EQUATIONS_NAMES
 from twolink.suffixes import TRAJECTORIES
@@ -81,7 +82,7 @@ def simulate(
         samples=samples,
         limits=limits_of(force),
     )
-    with progress_bar() as bar:
+    with ProgressBar(patience=0.5) as bar:
         trajectory = simulated(loaded, options, bar)
     _print_trajectory(trajectory)
     if out is not None:

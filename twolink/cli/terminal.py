@@ -1,4 +1,4 @@
-"""Terminal output, refusals, output targets, progress and JSON of every command."""
+"""Terminal output, refusals, output targets and JSON of every command."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from twolink.text import one_line, printable
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderableType
-    from rich.progress import Progress, Task
     from rich.segment import Segment
     from rich.text import Text
 
@@ -111,6 +110,11 @@ def console(wide: int = WIDE) -> Console:
     return _page(width=None if sys.stdout.isatty() else wide)
 
 
+def error_page() -> Console:
+    """Return a console on the standard error."""
+    return _page(stderr=True)
+
+
 def _page(**options: Any) -> Console:
     from rich.console import Console
     from rich.segment import Segment
@@ -189,25 +193,6 @@ def styled(*parts: str | tuple[str, str]) -> Text:
 
     pairs = ((part, "") if isinstance(part, str) else part for part in parts)
     return Text.assemble(*((printable(words), style) for words, style in pairs))
-
-
-@contextmanager
-def progress_bar() -> Iterator[Progress]:
-    """Show a bar on the terminal, if there is one, and leave nothing of it behind."""
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    class Description(TextColumn):
-        """The description of the current task, as text."""
-
-        def render(self, task: Task) -> Text:
-            return styled(task.description)
-
-    columns = (Description(""), BarColumn(), TimeElapsedColumn())
-    errors = _page(stderr=True)
-    # Without a terminal an empty line would be left.
-    hidden = not errors.is_terminal
-    with Progress(*columns, console=errors, transient=True, disable=hidden) as bar:
-        yield bar
 
 
 def write_json(path: Path, document: Any) -> None:

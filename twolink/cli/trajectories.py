@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 from twolink.suffixes import TRAJECTORIES
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
-
+    from twolink.cli.progress import ProgressBar
     from twolink.scene import Scene
     from twolink.simulation import RunOptions, Trajectory
 
 
 def simulated(
-    scene: Scene, options: RunOptions, bar: Progress, doing: str = "simulating"
+    scene: Scene, options: RunOptions, bar: ProgressBar, doing: str = "simulating"
 ) -> Trajectory:
     """Simulate a scene, with a line of a progress bar."""
     from twolink.simulation import simulate_with
@@ -31,7 +30,7 @@ def simulated(
     return found
 
 
-def trajectory_of(file: Path, options: RunOptions, bar: Progress) -> Trajectory:
+def trajectory_of(file: Path, options: RunOptions, bar: ProgressBar) -> Trajectory:
     """Return the trajectory in a file, or of the scene in it."""
     from twolink.scene import Scene
     from twolink.simulation import Trajectory

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from twolink.cli.limits import Force, limits_of
+from twolink.cli.progress import ProgressBar
 from twolink.cli.terminal import (
     FAILED,
     check_target,
     console,
     print_table,
-    progress_bar,
     refuse,
     write_json,
 )
@@ -94,7 +94,7 @@ def _verdict(
     read = read_planar_urdf(urdf or data_path("twolink.urdf"), tip=tip)
     if formulation is not None and formulation not in FORMULATIONS:
         refuse(choice("--formulation", formulation, FORMULATIONS))
-    with progress_bar() as bar:
+    with ProgressBar() as bar:
         task = bar.add_task(f"comparing at {states} states", total=1.0)
         return compare(
             read,

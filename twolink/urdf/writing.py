@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from xml.sax.saxutils import quoteattr
 
 from twolink.errors import ParameterError
 from twolink.inputs import as_word, refuse
@@ -76,6 +75,9 @@ def write_planar_urdf(
     numbers to the last bit. Raises `ParameterError` for a parameter that is not a finite number, or
     a name that is not printable text.
     """
+    # It imports the network library, which commands that write no URDF do not need.
+    from xml.sax.saxutils import quoteattr
+
     if not as_word("name", name) or not name.isprintable():
         refuse("name", name, "printable text")
     first, second = links
