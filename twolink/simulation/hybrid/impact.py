@@ -138,19 +138,23 @@ class Impacts:
 
     def both_ended(self, first: int, second: int, u: Pair) -> list[Strike]:
         """Return the impacts on two contacts whose normal impulses bring the chain to rest."""
-        rows = (x1, y1), (x2, y2) = self.row(first), self.row(second)
-        ((M11, M12), (_, M22)), _ = self.pose.inertia
-        # The impulses remove the momentum: −M u = Σ Λ row.
-        p1, p2 = -(M11 * u[0] + M12 * u[1]), -(M12 * u[0] + M22 * u[1])
-        across = x1 * y2 - y1 * x2
-        normal, other = (p1 * y2 - p2 * x2) / across, (x1 * p2 - y1 * p1) / across
-        du = self.pose.impulse_response((normal * rows[0][0], normal * rows[0][1]))
+        row = self.row(first)
+        normal, other = self._to_rest(row, self.row(second), u)
+        du = self.pose.impulse_response((normal * row[0], normal * row[1]))
         between = u[0] + du[0], u[1] + du[1]
         regime = Regime.BOUNCES_DIE_AWAY
         return [
             self._strike(first, Impulse(normal, 0 * normal, regime), u, between),
             self._strike(second, Impulse(other, 0 * other, regime), between, (0 * u[0], 0 * u[1])),
         ]
+
+    def _to_rest(self, first: Pair, second: Pair, u: Pair) -> Pair:
+        """Return the impulses along two rows that bring the chain to rest: −M u = Σ Λ row."""
+        ((M11, M12), (_, M22)), _ = self.pose.inertia
+        p1, p2 = -(M11 * u[0] + M12 * u[1]), -(M12 * u[0] + M22 * u[1])
+        across = first[0] * second[1] - first[1] * second[0]
+        one, other = p1 * second[1] - p2 * second[0], first[0] * p2 - first[1] * p1
+        return one / across, other / across
 
     def impact(self, index: int, u: Pair, without_collision: bool = False) -> Strike:
         """Return the impact on a contact at u; without collision the normal speed is zero."""
@@ -211,32 +215,33 @@ class Impacts:
             after = stopped(self.pose, [contact.normal], after, self.rounding)
         return self._strike(index, impulse, u, after)
 
-    def clamped(self, index: int, u: Pair, sticks: bool) -> Strike:
+    def clamped(self, index: int, u: Pair, direction: int) -> Strike:
         """Return the impact that removes the normal speed of a contact at its Zeno limit.
 
-        Its impulses are those of all omitted bounces; the friction is that of the slide or of
-        sticking.
+        Its impulses are those of all omitted bounces; the friction is that of the slide in this
+        direction, or of sticking for 0.
         """
         contact, row = self.contact(index), self.row(index)
         speed = speed_along(row, u)
         s = 0 * speed
-        force, held = row, [contact.normal]
+        force = row
         if contact.tangent is not None:
             tangent = self.pose.row(contact.tangent)
-            sliding = speed_along(tangent, u)
             across = row[0] * tangent[1] - row[1] * tangent[0]
             guided = abs(across) <= NO_LEVER * (abs(row[0] * tangent[1]) + abs(row[1] * tangent[0]))
-            if sticks and not guided:
-                held.append(contact.tangent)
-            elif not guided:
-                s = -contact.kinetic if sliding > 0 else contact.kinetic
+            if direction == 0 and not guided:
+                stops = Impulse(*self._to_rest(row, tangent, u), Regime.BOUNCES_DIE_AWAY)
+                return self._strike(index, stops, u, (0 * u[0], 0 * u[1]))
+            if not guided:
+                s = -contact.kinetic if direction > 0 else contact.kinetic
                 force = row[0] + s * tangent[0], row[1] + s * tangent[1]
         response = self.pose.response(row, force)
         if response <= 0:
             s, force, response = 0 * speed, row, self.pose.response(row, row)
         normal = -speed / response
         du = self.pose.impulse_response((normal * force[0], normal * force[1]))
-        after = stopped(self.pose, held, (u[0] + du[0], u[1] + du[1]), self.rounding)
+        after = (u[0] + du[0], u[1] + du[1])
+        after = stopped(self.pose, [contact.normal], after, self.rounding)
         return self._strike(index, Impulse(normal, s * normal, Regime.BOUNCES_DIE_AWAY), u, after)
 
     def locked(self, index: int, u: Pair, direction: int) -> Strike:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 from twolink.arithmetic import Pair
@@ -19,6 +20,8 @@ from twolink.simulation.hybrid.impact import (
     stopped,
 )
 from twolink.simulation.hybrid.tolerances import MOST_ENERGY, MOST_IMPACTS, NO_REBOUND, UNDECIDED
+
+_STICKING: Mapping[int, int] = MappingProxyType({})
 
 
 class Resolution(NamedTuple):
@@ -48,7 +51,7 @@ def resolve(
             still.update([i for i, row in rows.items() if is_left_over(row, u, before, rounding)])
         if strikes and still:
             if _is_lost(impacts, still, u, before):
-                strikes += ended(impacts, sorted(still), u, ())
+                strikes += ended(impacts, sorted(still), u)
             normals = [impacts.contact(i).normal for i in sorted(still)]
             u = stopped(impacts.pose, normals, u, rounding)
         approached: list[tuple[float, int]] = []
@@ -67,25 +70,25 @@ def resolve(
         if abs(strike.speeds[1]) <= NO_REBOUND * rounding * abs(strike.speeds[0]):
             still.add(index)
     # Repeated impacts between contacts become weaker: in the limit all come to rest.
-    strikes += ended(impacts, sorted({strike.number for strike in strikes}), u, ())
+    strikes += ended(impacts, sorted({strike.number for strike in strikes}), u)
     u = strikes[-1].u[1]
     still = {i for i in contacts if is_left_over(rows[i], u, before, rounding)}
     return Resolution(u, tuple(strikes), frozenset(still))
 
 
 def ended(
-    impacts: Impacts, indices: Sequence[int], u: Pair, sliding: Collection[int]
+    impacts: Impacts, indices: Sequence[int], u: Pair, sliding: Mapping[int, int] = _STICKING
 ) -> list[Strike]:
     """Return the impacts that bring contacts to rest whose further bounces are omitted.
 
-    Two independent contacts bring the chain to rest; `sliding` are the contacts along which a point
-    slides on.
+    Two independent contacts bring the chain to rest; `sliding` has the directions at the contacts
+    along which a point slides on.
     """
     first = indices[0]
     for second in indices[1:]:
         if not parallel(impacts.row(first), impacts.row(second), impacts.pose.lever):
             return impacts.both_ended(first, second, u)
-    return [impacts.clamped(first, u, sticks=first not in sliding)]
+    return [impacts.clamped(first, u, sliding.get(first, 0))]
 
 
 def _is_lost(impacts: Impacts, still: Collection[int], u: Pair, before: Pair) -> bool:

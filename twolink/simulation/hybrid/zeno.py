@@ -57,16 +57,29 @@ class LeftOut(NamedTuple):
 
 
 class _Flight(NamedTuple):
-    """The start of a bounce: the speeds (m/s or rad/s) at its ends, and the acceleration back."""
+    """A bounce: the speeds (m/s or rad/s) at its ends, and the acceleration back, all normal.
+
+    At its start the chain has the speeds `u` and the accelerations `du`.
+    """
 
     leaves: float
     lands: float
     back: float
+    u: Pair
+    du: Pair
 
     @property
     def time(self) -> float:
         """The duration (s), infinity without an acceleration back."""
         return (self.leaves + self.lands) / self.back if self.back > 0 else math.inf
+
+    @property
+    def landing(self) -> Pair:
+        """The speeds of the chain (rad/s) at its end; the bounce is too short to turn the chain."""
+        return self.u[0] + self.time * self.du[0], self.u[1] + self.time * self.du[1]
+
+
+_NO_FLIGHTS: Mapping[int, _Flight] = MappingProxyType({})
 
 
 def left_out(
@@ -127,7 +140,8 @@ def _ended(
     }
     dying = [index for index, time in lasting.items() if time <= system.zeno_time]
     if dying:
-        return _clamped(system, state, pose, dying, max(lasting[index] for index in dying))
+        last = max(lasting[index] for index in dying)
+        return _clamped(system, state, pose, dying, last, flights)
     endless = [
         index
         for index in flights
@@ -192,7 +206,8 @@ def _flight(
         pose, system.effects, system.elements, mode.states, dents, state.u, state.t, roots
     ).du
     back = float(-(speed_along(row, du) + normal.bias(system.chain, state.q, state.u)))
-    return _Flight(speed, math.sqrt(max(speed * speed + 2 * back * float(gap), 0.0)), back)
+    lands = math.sqrt(max(speed * speed + 2 * back * float(gap), 0.0))
+    return _Flight(speed, lands, back, state.u, du)
 
 
 def _ratio(system: HybridSystem, strikes: Sequence[Strike], index: int) -> float:
@@ -233,11 +248,19 @@ def _given_up(
 
 
 def _clamped(
-    system: HybridSystem, state: HybridState, pose: Pose, indices: Sequence[int], delay: float
+    system: HybridSystem,
+    state: HybridState,
+    pose: Pose,
+    indices: Sequence[int],
+    delay: float,
+    flights: Mapping[int, _Flight] = _NO_FLIGHTS,
 ) -> LeftOut:
     """Return the state with contacts at rest, and the impacts that stop them."""
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
-    slides = [index for index in indices if state.sliding[index]]
+    slides = {
+        index: state.sliding[index] or _slides_on(impacts, index, flights.get(index))
+        for index in indices
+    }
     strikes = ended(impacts, indices, state.u, slides)
     u, gaps = strikes[-1].u[1], state.gaps
     for index in indices:
@@ -251,6 +274,19 @@ def _clamped(
     touching = frozenset({*indices, *still})
     state = state._replace(u=u, gaps=gaps, touching=touching, sliding=sliding)
     return LeftOut(state, strikes, delay)
+
+
+def _slides_on(impacts: Impacts, index: int, flight: _Flight | None) -> int:
+    """Return the direction in which a point slides after its next bounce, 0 if it sticks.
+
+    All further bounces are alike. Near a singular pose a point that sticks in one impact may slide
+    in all that follow, as their impulses are too small to stop the chain.
+    """
+    if flight is None or impacts.contact(index).tangent is None:
+        return 0
+    strike = impacts.impact(index, flight.landing)
+    _, after = strike.sliding
+    return 0 if strike.impulse.regime.ends_sticking or after == 0 else 1 if after > 0 else -1
 
 
 def _rests(system: HybridSystem, pose: Pose, index: int, before: Pair, u: Pair) -> bool:
