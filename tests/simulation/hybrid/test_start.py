@@ -234,3 +234,24 @@ def test_a_start_on_a_rigid_and_a_compliant_surface_is_on_both(precision):
     for element in system.elements:
         gap = element.normal.coordinate(system.chain, state.q) - element.bound
         assert abs(float(gap)) <= 10 * system.rounding
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_a_placement_near_a_singular_pose_closes_a_stop_without_an_error(precision):
+    """D is put on the floor by turning A onto its stop, which was open by 5e-11 rad."""
+    q1 = math.pi / 2 - 1e-4
+    stop = JointStop("A", upper=q1 + 5e-11)
+    ground = Surface((0.0, 2 * math.sin(q1) + 2e-14), (0.0, -1.0))
+    state = start(ground, stop, q=(q1, q1), precision=precision)
+    assert min(float(gap) for gap in state.gaps) >= 0
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_a_contact_that_cannot_move_leaves_the_placement_to_others(precision):
+    """The chain is stretched along the normal of the ground."""
+    wall = CompliantSurface((1e-15, 0.0), (-1.0, 0.0), "kelvin-voigt", 1e9)
+    ground = Surface((0.0, 2.0), (0.0, -1.0))
+    system = system_of(ground, wall, chain=BALANCED, precision=precision)
+    state = state_of(system, (math.pi / 2, math.pi / 2))
+    gap = system.elements[1].normal.coordinate(system.chain, state.q) - system.elements[1].bound
+    assert abs(float(gap)) <= 2 * system.rounding

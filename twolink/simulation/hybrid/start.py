@@ -22,6 +22,7 @@ from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.reactions import press
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.tolerances import NO_LEVER
 
 # A start is given in float64.
 _ROUNDING = PRECISIONS["double"].rounding
@@ -42,6 +43,8 @@ def start_state(system: HybridSystem, scene: Scene) -> HybridState:
     given = system.pose((number(scene.q[0]), number(scene.q[1])))
     near = _touching(system, given.q)
     pose = _placed(system, given, near)
+    # Near a singular pose this closes rigid contacts that are open by little more than round-off.
+    near += [i for i, e in enumerate(system.elements) if e.rigid and _closed(system, e, pose.q)]
     state = HybridState(
         t=number(0),
         q=pose.q,
@@ -80,6 +83,12 @@ def _touching(system: HybridSystem, q: Any) -> list[int]:
     return found
 
 
+def _closed(system: HybridSystem, element: ContactElement, q: Any) -> bool:
+    """Return whether the gap of an element is negative."""
+    gap = _gap(system, element, q)
+    return gap is not None and bool(gap < 0)
+
+
 def _at_rest_on_contacts(system: HybridSystem, state: HybridState, pose: Pose) -> HybridState:
     """Return the state without normal speed at the rigid contacts that it rests on.
 
@@ -101,9 +110,15 @@ def _placed(system: HybridSystem, pose: Pose, near: list[int]) -> Pose:
     The rigid ones are first. The pose stays where a gap of round-off would move it by more, near a
     singular pose.
     """
-    if not near:
+    # Along a row of zeros no point moves.
+    able = [
+        index
+        for index in near
+        if largest(pose.row(system.elements[index].normal)) > NO_LEVER * pose.lever  # type: ignore[arg-type]
+    ]
+    if not able:
         return pose
-    first, *others = sorted(near, key=lambda index: not system.elements[index].rigid)
+    first, *others = sorted(able, key=lambda index: not system.elements[index].rigid)
     element = system.elements[first]
     assert element.normal is not None
     row = pose.row(element.normal)
