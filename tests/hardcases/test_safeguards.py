@@ -12,8 +12,8 @@ from twolink.hardcases.catalogue import case_named
 from twolink.hardcases.record import Case, Column
 from twolink.hardcases.run import outcome
 from twolink.hardcases.trajectory_trial import TrajectoryTrial
-from twolink.simulation.hybrid import certificate, measure, run, tolerances
 from twolink.simulation.hybrid import compile as compilation
+from twolink.simulation.hybrid import measure, run, start_of_arc, tolerances
 from twolink.simulation.smooth import equations, taylor
 from twolink.simulation.smooth.equations import EQUATIONS
 
@@ -80,9 +80,9 @@ def test_a_case_fails_without_the_zeno_limit(formulation, monkeypatch):
     assert mark("zeno", formulation) is Mark.PASS
     monkeypatch.setattr(tolerances, "zeno_time", lambda step, rounding: 0.0)
     monkeypatch.setattr(tolerances, "MOST_IMPACTS_OF_A_BURST", 10**9)
-    for module in (certificate, tolerances):
+    for module in (start_of_arc, tolerances):
         monkeypatch.setattr(module, "LEADING", 0.0)
-    monkeypatch.setattr(certificate, "LEADING_SHARE", 0.0)
+    monkeypatch.setattr(start_of_arc, "LEADING_SHARE", 0.0)
     assert mark("zeno", formulation) is not Mark.PASS
 
 

@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from twolink.contact.states import EventKind
+from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compile import CompiledMode
-from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, size_of
+from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.roots import (
     Search,
@@ -27,9 +28,9 @@ from twolink.simulation.hybrid.roots import (
     margins_of,
     rounding_bound,
 )
+from twolink.simulation.hybrid.start_of_arc import StartOfArc
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import CONTACT_GAP, LEADING, LEADING_SHARE
 from twolink.simulation.series import powers
 
 
@@ -44,147 +45,7 @@ class Finding(NamedTuple):
     trigger: Trigger | None
 
 
-class Block(NamedTuple):
-    """Steps taken one after another: starts, lengths, and coefficients of shape (n, v, p + 1)."""
-
-    starts: Any
-    lengths: Any
-    coefficients: Any
-
-
-# Event functions that are places, and those that are speeds.
 _HITS = EventKind.HITS
-_PLACES = frozenset((_HITS, EventKind.CLEARS))
-_SPEEDS = frozenset((EventKind.STOPS, EventKind.TURNS))
-
-
-class StartOfArc:
-    """The powers of time with which event functions start, and the sizes below which they are zero.
-
-    At the start of an arc, round-off decides which coefficients of an event function are zero.
-    """
-
-    def __init__(
-        self,
-        system: HybridSystem,
-        compiled: CompiledMode,
-        pressing: float,
-        orders: Orders,
-        state: HybridState | None,
-    ) -> None:
-        """Store the arguments of `Certificate`."""
-        self._state = state
-        self._system, self._compiled = system, compiled
-        self._pressing, self._orders = pressing, orders
-
-    def order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
-        """Return how many leading coefficients are zero, None if all are."""
-        order = self._known_order(trigger, polynomial, block)
-        if order is not None:
-            return order
-        is_gap, is_speed = trigger.kind is _HITS, trigger.kind in _SPEEDS
-        noise, pace = self._noise(trigger, polynomial, block), 1.0
-        if self._compiled.clock is None:
-            pace = float(block.lengths[0]) / float(self._system.longest_step)
-        if polynomial[0] > (self._speed_noise(trigger, noise) if is_speed else noise):
-            return 0
-        if polynomial[0] > 0 and (is_gap or trigger.kind is EventKind.LEAVES):
-            # A lower bound, as it omits the contribution of a tiny growing gap.
-            return 1 if polynomial[1] > noise * pace else 0
-        # A gap is a variable of its own, and is zero only after a jump has set it to zero.
-        first = 0.0 if is_gap else noise
-        own = self._system.rounding if is_gap else self._system.resolution
-        least = LEADING_SHARE * own * _size(polynomial)
-        if is_speed:
-            least += self._speed_of_rounding(block)
-        return _leading_zeros(polynomial, first, noise, pace, least)
-
-    def _known_order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
-        """Return the order determined by the mode selection or by a speed, or None.
-
-        If the independent variable is not time, time starts as a power of that variable, and the
-        first coefficients may all be below the round-off of a place.
-        """
-        order, clock = self._orders.get(trigger), self._compiled.clock
-        if order is None and clock is not None and polynomial[0] == 0 and self._opens(trigger):
-            order = 1
-        if order is None:
-            return None
-        if clock is not None:
-            row = block.coefficients[0, clock]
-            order *= next((k for k, c in enumerate(row) if k and c != 0), len(row))
-        return order if order < len(polynomial) - 1 and polynomial[order] > 0 else None
-
-    def _opens(self, trigger: Trigger) -> bool:
-        """Return whether an event function is a gap that opens with a speed above round-off."""
-        state, index = self._state, trigger.index
-        if trigger.kind is not _HITS or state is None or index in self._compiled.recovering:
-            return False
-        normal = self._system.elements[index].normal
-        assert normal is not None
-        speed = normal.speed(self._system.chain, state.q, state.u)
-        return bool(speed > self._speed_of_state(state))
-
-    def _speed_of_state(self, state: HybridState) -> float:
-        """Return the error that the speed of a point has through that of u."""
-        return LEADING * self._system.resolution * self._system.scale * size_of(state.u)
-
-    def _noise(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
-        """Return the size below which an event function at the start of an arc is zero."""
-        if trigger.kind in _PLACES:
-            return self._system.place_of_rounding
-        size = _size(polynomial)
-        if trigger.kind in _SPEEDS:
-            # The change of speed is due to forces that may nearly cancel.
-            rows = block.coefficients[0, 2:4] * powers(block.lengths[:1], len(polynomial))
-            changes = float(np.abs(rows).astype(float).sum())
-            least = 1 / float(self._system.longest_step)
-            size = max(size, self._system.scale * max(changes, least))
-        elif trigger.kind is EventKind.BREAKS:
-            size = max(size, 1.0)
-        return LEADING * self._system.resolution * size + self._force_of_rounding(trigger)
-
-    def _speed_noise(self, trigger: Trigger, noise: float) -> float:
-        """Return the size below which a speed at the start of an arc is zero: at most `noise`.
-
-        Near a singular pose the row of the speed is short, and so is the error of the speed due to
-        that of u; the error of the row is round-off of the pose.
-        """
-        if self._state is None:
-            return noise
-        element = self._system.elements[trigger.index]
-        along = element.normal if trigger.kind is EventKind.TURNS else element.tangent
-        assert along is not None
-        row = size_of(self._system.pose(self._state.q).row(along)) / self._system.scale
-        return min(noise, self._speed_of_state(self._state) + row * noise)
-
-    def _speed_of_rounding(self, block: Block) -> float:
-        """Return the speed that round-off of large forces causes in the first step."""
-        clock, duration = self._compiled.clock, float(block.lengths[0])
-        if clock is not None:
-            row = (
-                block.coefficients[0, clock]
-                * powers(block.lengths[:1], block.coefficients.shape[2])[0]
-            )
-            duration = abs(float(row[1:].sum()))
-        return LEADING * self._system.resolution * self._system.scale * self._pressing * duration
-
-    def _force_of_rounding(self, trigger: Trigger) -> float:
-        """Return the scaled force that round-off of a position causes in a stiff surface."""
-        element = self._system.elements[trigger.index]
-        law = element.compliant
-        if trigger.kind not in (EventKind.LEAVES, EventKind.BREAKS) or law is None or law.uses_root:
-            return 0.0
-        depth = CONTACT_GAP * self._system.rounding * max(1.0, abs(float(element.bound)))
-        return abs(float(law.force(depth, 0.0, 0.0))) * self._system.force_scale
-
-    def zero_size(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
-        """Return the size up to which an event function that starts as zero stays zero."""
-        state = self._state
-        if trigger.kind is _HITS and (state is None or trigger.index in state.touching):
-            # A touching contact that carries no force: its gap stays zero.
-            return math.inf
-        return self._noise(trigger, polynomial, block)
 
 
 class _Suspect(NamedTuple):
@@ -430,25 +291,6 @@ def _searched(suspect: _Suspect, grazing: float) -> tuple[Search, float]:
     if search.fall is None and search.touch is None and grazing:
         return search._replace(touch=lowest(polynomial, grazing)), grazing
     return search, bound
-
-
-def _size(polynomial: list[Any]) -> float:
-    """Return the sum of the sizes of all terms."""
-    return float(sum(map(abs, polynomial)))
-
-
-def _leading_zeros(
-    polynomial: list[Any], first: float, noise: float, pace: float, least: float
-) -> int | None:
-    """Return the power of x with which a polynomial starts, or None if it is zero.
-
-    The first coefficient is known within `first`, and the k-th after it within noise · pace^k, and
-    within `least`.
-    """
-    for k in range(len(polynomial) - 1):
-        if abs(polynomial[k]) > (max(noise * pace**k, least) if k else first):
-            return k
-    return None
 
 
 def _offset(system: HybridSystem, mode: Mode, trigger: Trigger) -> Any:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from twolink.integration.precisions import PRECISIONS, PrecisionName
-from twolink.simulation.hybrid.certificate import Block
+from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.flow import Arc
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.series import powers

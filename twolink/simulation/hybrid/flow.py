@@ -21,7 +21,8 @@ from twolink.integration.precisions import PrecisionName
 from twolink.names import FormulationName
 from twolink.optional import heyoka
 from twolink.simulation.hybrid import tolerances
-from twolink.simulation.hybrid.certificate import Block, Certificate, Finding
+from twolink.simulation.hybrid.block import Block
+from twolink.simulation.hybrid.certificate import Certificate, Finding
 from twolink.simulation.hybrid.compile import CompiledMode, compiled_mode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.dynamics import push_of

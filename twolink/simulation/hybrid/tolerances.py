@@ -12,7 +12,7 @@ TRUNCATION = 2.0**-8
 NO_FORCE = 1e-9
 
 # Roundings of a position (relative to max(1 m or rad, |bound|)). A start, given in float64, is on a
-# contact if its gap is smaller. Read by start, system and certificate.
+# contact if its gap is smaller. Read by start, system and start_of_arc.
 CONTACT_GAP = 64
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
@@ -123,11 +123,11 @@ LONGEST_PRESS = 1.0
 POLYNOMIAL = 16
 
 # Roundings of an event function's size at the start of an arc, and of its derivatives in units of
-# the longest step. Smaller leading coefficients are zero. Read by certificate and system.
+# the longest step. Smaller leading coefficients are zero. Read by start_of_arc and system.
 LEADING = 256
 
 # Roundings of all coefficients of an event function at the start of an arc: forces that nearly
-# cancel leave round-off of this size in the leading ones. Read by certificate.
+# cancel leave round-off of this size in the leading ones. Read by start_of_arc.
 LEADING_SHARE = 2048
 
 # Roundings of the lever arm. The error of a run may have turned a graze into a flight by this gap,
