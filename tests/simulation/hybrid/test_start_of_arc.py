@@ -1,0 +1,92 @@
+"""Zeros of event functions at the start of an arc: by the selection, by a speed, by round-off."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.simulation.hybrid import state_of, system_of
+from twolink.contact.coordinates import PointCoordinate
+from twolink.contact.elements import RigidContact
+from twolink.contact.states import EventKind
+from twolink.simulation.hybrid.block import Block
+from twolink.simulation.hybrid.compile import CompiledMode
+from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.start_of_arc import StartOfArc
+from twolink.simulation.pool import IntegratorPool
+
+UP = PointCoordinate("D", (0.0, -1.0))
+SYSTEM = system_of(elements=(RigidContact("D on floor", UP, 0.0, 0.0),), longest_step=0.5)
+HITS = Trigger(EventKind.HITS, 0)
+
+GAP = [0.0, 1e-24, -1e-22, 1e-25, 0.0, 0.0]
+"""A gap whose changes are all below the round-off of a place."""
+
+CLOCK = [0.0, 1e-24, 1e-20, 0.0, 0.0, 0.0]
+
+
+def order(polynomial, *, orders=None, clock=1, recovering=(), state=None):
+    """Return the order of a gap in a mode in which time is a variable, if there is a clock."""
+    compiled = CompiledMode(
+        pool=IntegratorPool(None), operations=0, numbers=0, watched=(), gaps=(0,),
+        recovering=recovering, roots=(), clock=clock, integrals=slice(0, 0), number=float,
+    )  # fmt: skip
+    rows = np.array([[polynomial, CLOCK]])
+    start = StartOfArc(SYSTEM, compiled, 0.0, orders or {}, state)
+    return start.order(HITS, polynomial, Block(np.zeros(1), np.ones(1), rows))
+
+
+def moving(speed):
+    """Return a state in which D moves at a speed (m/s) away from the floor."""
+    state = state_of(SYSTEM, (-0.3, -0.2))
+    row = np.array([UP.speed(SYSTEM.chain, state.q, u) for u in ((1.0, 0.0), (0.0, 1.0))])
+    return state._replace(u=tuple((speed * row / (row @ row)).tolist()))
+
+
+def test_a_gap_that_opens_at_a_speed_grows_from_its_first_coefficient():
+    """In the powers of a variable in which time starts slowly all of them are below round-off."""
+    assert order(GAP, state=moving(2.0)) == 1
+
+
+@pytest.mark.parametrize("speed", [0.0, -2.0])
+def test_a_gap_without_a_speed_that_opens_it_is_left_to_round_off(speed):
+    assert order(GAP, state=moving(speed)) != 1
+
+
+def test_a_surface_that_recovers_has_another_speed_than_its_point():
+    assert order(GAP, state=moving(2.0), recovering=(0,)) != 1
+
+
+def test_a_coefficient_that_contradicts_the_speed_is_not_taken_for_growth():
+    falling = [0.0, -1e-24, *GAP[2:]]
+    assert order(falling, state=moving(2.0)) != 1
+
+
+def test_the_order_of_the_selection_counts_in_powers_of_time():
+    """Time starts as the first power of the variable, so that an order of two stays two."""
+    grows = [0.0, 0.0, 1e-3, 0.0, 0.0, 0.0]
+    assert order(grows, orders={HITS: 2}) == 2
+    assert order(grows, orders={HITS: 2}, clock=None) == 2
+
+
+def test_a_gap_in_powers_of_time_is_known_within_round_off():
+    assert order([1.0, -0.5, 0.0, 0.0, 0.0, 0.0], clock=None) == 0
+    assert order([0.0, 1.0, 0.0, 0.0, 0.0, 0.0], clock=None) == 1
+    assert order([0.0] * 6, clock=None) is None
+
+
+def test_a_gap_of_zero_stays_zero_only_where_the_contact_touches():
+    state = state_of(SYSTEM, (-0.3, -0.2))
+    compiled = CompiledMode(
+        pool=IntegratorPool(None), operations=0, numbers=0, watched=(), gaps=(0,), recovering=(),
+        roots=(), clock=None, integrals=slice(0, 0), number=float,
+    )  # fmt: skip
+    block = Block(np.zeros(1), np.ones(1), np.array([[GAP, CLOCK]]))
+    sizes = [
+        StartOfArc(SYSTEM, compiled, 0.0, {}, state._replace(touching=touching)).zero_size(
+            HITS, GAP, block
+        )
+        for touching in (frozenset({0}), frozenset())
+    ]
+    assert sizes[0] == math.inf
+    assert sizes[1] == SYSTEM.place_of_rounding
