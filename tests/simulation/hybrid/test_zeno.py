@@ -1,21 +1,36 @@
 """Bounces that are left out since they all end within rounding."""
 
+import math
+
 import pytest
 
-from tests.simulation.hybrid import BALANCED, STOP, hitting, mode_of, stopped_chain, system_of
+from tests.simulation.hybrid import (
+    BALANCED,
+    BARS,
+    STOP,
+    hitting,
+    mode_of,
+    state_of,
+    stopped_chain,
+    system_of,
+)
 from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
+from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
+from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
 from twolink.scene import Scene
+from twolink.simulation.hybrid.dynamics import mode_solution
+from twolink.simulation.hybrid.impact import speed_along
 from twolink.simulation.hybrid.jump import jump
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.run import Effort, hybrid_run
 from twolink.simulation.hybrid.tolerances import zeno_time
-from twolink.simulation.hybrid.zeno import Past, accumulated
+from twolink.simulation.hybrid.zeno import Past, _flight, accumulated
 
 
 @pytest.mark.parametrize(("share", "dies"), [(0.9, True), (1.1, False)])
@@ -134,3 +149,40 @@ def test_a_burst_that_gains_energy_is_an_error():
     fast = hitting(system, 1e-6)
     with pytest.raises(IntegrationError, match="Newton's law of restitution with friction gives"):
         accumulated(system, fast, system.pose(fast.q), Past(), strikes)
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.0])
+@pytest.mark.parametrize("elbow", [1.0, 1e-6, 1e-9])
+def test_a_bounce_lands_at_the_speeds_of_its_point(elbow, friction):
+    """Near the folded pose the turning of the chain changes them as much as its accelerations do.
+
+    The point moves on from the end of the flight as the kinematics say, in quadruple precision.
+    """
+    normal = (-math.sin(0.3), -math.cos(0.3))
+    system = system_of(
+        Gravity(), Surface((0.0, 0.0), normal, friction=friction), chain=BARS,
+        precision="quadruple",
+    )  # fmt: skip
+    contact = system.elements[0]
+    q = (0.2, 0.2 + math.pi + elbow)
+    state = state_of(system, q, (3.0, 3.0))
+    pose = system.pose(state.q)
+    (x, y), rest = pose.row(contact.normal), speed_along(pose.row(contact.normal), state.u)
+    change = (1e-9 - rest) / (x * x + y * y)
+    u = state.u[0] + change * x, state.u[1] + change * y
+    state = state._replace(u=u, gaps=(system.number(0),))
+    flight = _flight(system, state, pose, mode_of(system, S.OPEN), 0)
+    if flight.time == math.inf:
+        pytest.fail("the point does not return")
+    dents, t = [None], system.number(flight.time)
+    du = mode_solution(pose, system.effects, system.elements, (S.OPEN,), dents, u, state.t, {}).du
+    later = tuple(a + t * b + t * t * c / 2 for a, b, c in zip(state.q, u, du, strict=True))
+    ends = tuple(b + t * c for b, c in zip(u, du, strict=True))
+    assert float(contact.normal.speed(system.chain, later, ends)) == pytest.approx(
+        -flight.lands, rel=1e-5
+    )
+    assert float(speed_along((x, y), flight.landing)) == pytest.approx(-flight.lands, rel=1e-9)
+    if contact.tangent is not None:
+        along = float(contact.tangent.speed(system.chain, later, ends))
+        row = pose.row(contact.tangent)
+        assert float(speed_along(row, flight.landing)) == pytest.approx(along, rel=1e-5)

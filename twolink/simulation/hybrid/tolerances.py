@@ -35,8 +35,7 @@ NO_REBOUND = 512
 
 # Part of the other row, or of the length of the chain. A shorter Jacobian row is the rounding of
 # zero: the point cannot move that way in this pose. A scene is given in float64, so this is the
-# same in all precisions. Read by impact, constraint, complementarity and
-# start.
+# same in all precisions. Read by impact, constraint, complementarity, start and zeno.
 NO_LEVER = 2.0**-46
 
 # Part of the product of two rows. If their determinant is smaller, they are parallel. Read

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from twolink.arithmetic import Pair
 from twolink.contact.coordinates import JointCoordinate
+from twolink.contact.elements import ContactElement
 from twolink.contact.states import EventKind
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import tolerances
@@ -25,6 +26,7 @@ from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import ended
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.tolerances import NO_LEVER
 
 
 class Past(NamedTuple):
@@ -59,24 +61,18 @@ class LeftOut(NamedTuple):
 class _Flight(NamedTuple):
     """A bounce: the speeds (m/s or rad/s) at its ends, and the acceleration back, all normal.
 
-    At its start the chain has the speeds `u` and the accelerations `du`.
+    It ends at the speeds of the chain `landing` (rad/s).
     """
 
     leaves: float
     lands: float
     back: float
-    u: Pair
-    du: Pair
+    landing: Pair
 
     @property
     def time(self) -> float:
         """The duration (s), infinity without an acceleration back."""
         return (self.leaves + self.lands) / self.back if self.back > 0 else math.inf
-
-    @property
-    def landing(self) -> Pair:
-        """The speeds of the chain (rad/s) at its end; the bounce is too short to turn the chain."""
-        return self.u[0] + self.time * self.du[0], self.u[1] + self.time * self.du[1]
 
 
 _NO_FLIGHTS: Mapping[int, _Flight] = MappingProxyType({})
@@ -191,7 +187,8 @@ def _flight(
     system: HybridSystem, state: HybridState, pose: Pose, mode: Mode, index: int
 ) -> _Flight:
     """Return the bounce from a contact that begins in a state."""
-    normal = system.elements[index].normal
+    element = system.elements[index]
+    normal = element.normal
     assert normal is not None
     row = pose.row(normal)
     speed, gap = float(speed_along(row, state.u)), state.gaps[index]
@@ -207,7 +204,36 @@ def _flight(
     ).du
     back = float(-(speed_along(row, du) + normal.bias(system.chain, state.q, state.u)))
     lands = math.sqrt(max(speed * speed + 2 * back * float(gap), 0.0))
-    return _Flight(speed, lands, back, state.u, du)
+    if back <= 0:
+        return _Flight(speed, lands, back, state.u)
+    time = (speed + lands) / back
+    return _Flight(speed, lands, back, _landing(system, state, pose, element, du, time, lands))
+
+
+def _landing(
+    system: HybridSystem,
+    state: HybridState,
+    pose: Pose,
+    element: ContactElement,
+    du: Pair,
+    time: float,
+    lands: float,
+) -> Pair:
+    """Return the speeds (rad/s) that give a point, in this pose, its speeds at the end of a bounce.
+
+    The turning of the chain changes the speeds of the point by as much as its accelerations do.
+    """
+    assert element.normal is not None
+    x, y = pose.row(element.normal)
+    u1, u2 = state.u[0] + time * du[0], state.u[1] + time * du[1]
+    if element.tangent is not None:
+        z, w = pose.row(element.tangent)
+        across = x * w - y * z
+        if abs(across) > NO_LEVER * (abs(x * w) + abs(y * z)):
+            along = z * u1 + w * u2 + time * element.tangent.bias(system.chain, state.q, state.u)
+            return (-lands * w - along * y) / across, (x * along + z * lands) / across
+    share = (-lands - (x * u1 + y * u2)) / (x * x + y * y)
+    return u1 + share * x, u2 + share * y
 
 
 def _ratio(system: HybridSystem, strikes: Sequence[Strike], index: int) -> float:
@@ -232,7 +258,7 @@ def _given_up(
 ) -> LeftOut:
     """Return the state in which contacts rest although their bounces would not end."""
     now = float(state.t)
-    found = _clamped(system, state, pose, sorted(flights), 0.0)
+    found = _clamped(system, state, pose, sorted(flights), 0.0, flights)
     doubts = tuple(Doubt(now, Trigger(EventKind.HITS, i), f.lands) for i, f in flights.items())
     notes = tuple(
         Remark(
