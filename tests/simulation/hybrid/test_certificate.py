@@ -309,3 +309,16 @@ def test_a_gap_that_is_zero_on_a_first_short_step_stays_so_only_if_it_touches(to
     found, _ = first(HITS, *steps, lengths=lengths, state=state)
     assert (found and found.trigger) == trigger
     assert found is None or found.place == 2
+
+
+@pytest.mark.parametrize(("place", "count"), [(0.25, 1), (0.75, 0)])
+@pytest.mark.parametrize("steep", [True, False])
+def test_a_touch_leaves_a_doubt_only_before_the_event(place, count, steep):
+    """Whichever of the two functions is searched first."""
+    touching = [place**2, -2 * place, 1.0]
+    falling = [1.0, -2.0] if steep else [1.0, 0.0, 0.0, 0.0, -16.0]
+    steps = block_of([[touching, falling]], lengths=(1.0,))
+    other = Trigger(E.BREAKS, 1, 1)
+    found, doubts = certificate_of(HITS, other).first_event(steps, at_start=True)
+    assert (found.trigger, float(found.x)) == (other, 0.5)
+    assert len(doubts) == count

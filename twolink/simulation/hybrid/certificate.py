@@ -182,9 +182,13 @@ class Certificate:
     def _first_on_step(
         self, block: Block, suspects: tuple[_Suspect, ...], doubts: list[Doubt]
     ) -> Finding | None:
-        """Return the first event among event functions that are positive at the start of a step."""
+        """Return the first event among event functions that are positive at the start of a step.
+
+        The touches before it are added to the doubts.
+        """
         earliest: Finding | None = None
         first = -1
+        touches: list[tuple[float, Doubt]] = []
         for suspect in sorted(suspects, key=_guess) if len(suspects) > 1 else suspects:
             place, number, polynomial, *_ = suspect
             trigger = self._triggers[number]
@@ -196,10 +200,13 @@ class Certificate:
             search, limit = _searched(suspect, least)
             if search.touch is not None or search.unsure:
                 doubt = self._doubt(block, place, trigger, polynomial, search, limit)
-                doubts += [doubt] if doubt is not None else []
+                if doubt is not None:
+                    touches.append((search.touch or 0.0, doubt))
             fall = search.fall
             if fall is not None and (earliest is None or (fall, number) < (earliest.x, first)):
                 earliest, first = Finding(place, fall, trigger), number
+        until = 1.0 if earliest is None else float(earliest.x)
+        doubts += [doubt for touch, doubt in touches if touch <= until]
         return earliest
 
     def _deflate(self, every: Any, block: Block) -> None:

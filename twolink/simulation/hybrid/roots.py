@@ -196,28 +196,24 @@ def _isolated(
         pieces += 1
         tired = pieces > MOST_PIECES
         # The end coefficients are the values at both ends.
-        first, last = b[0], b[-1]
-        if first > bound and last > bound and min(b) > bound:
+        clear = b[0] > bound and b[-1] > bound
+        if clear and min(b) > bound:
             # An undecided interval that ends above zero was a touch.
             touch, doubtful = doubtful if touch is None else touch, None
             continue
-        below = last < -bound
-        if below and (tired or (first < -bound and max(b) < -bound)):
-            # To the left the sign is lost to round-off: the computed sign decides.
-            start = low if doubtful is None else doubtful
-            return _Isolated(_Piece(start, high, None), touch, tired)
-        falls = below and doubtful is None and first > bound
-        near = _only_fall(b, bound if strict else 0.0) if falls else None
-        if near is not None:
-            return _Isolated(_Piece(low, high, low + near * (high - low)), touch, tired)
+        if b[-1] < -bound:
+            clear_of = bound if strict else 0.0
+            fall = _fall_in(b, _Piece(low, high, None), bound, doubtful, tired, clear_of)
+            if fall is not None:
+                return _Isolated(fall, touch, tired)
         in_doubt = high - low < 2.0**-MOST_HALVINGS or tired
         if in_doubt or (min(b) >= -bound and max(b) <= bound):
             if strict:
                 return _Isolated(None, None, True)
             doubtful = low if doubtful is None else doubtful
             continue
-        clear = doubtful is None and first > bound and last > bound
-        dip = _only_dip(b, bound, coefficients, low, high) if clear else None
+        passes = clear and doubtful is None
+        dip = _only_dip(b, bound, coefficients, low, high) if passes else None
         if dip is not None:
             if dip.value < -dip.bound:
                 return _Isolated(_Piece(low, dip.place, (low + dip.place) / 2), touch, tired)
@@ -229,6 +225,27 @@ def _isolated(
         waiting.append((right, middle, high))
         waiting.append((left, low, middle))
     return _Isolated(None, doubtful if touch is None else touch, pieces > MOST_PIECES)
+
+
+def _fall_in(
+    b: Sequence[Any],
+    piece: _Piece,
+    bound: float,
+    doubtful: float | None,
+    tired: bool,
+    clear_of: float,
+) -> _Piece | None:
+    """Return the interval of the fall in a piece that ends below zero, None if it must be halved.
+
+    It begins where the sign was lost to round-off, at `doubtful`, if it was. A search that is
+    `tired` halves no more. Coefficients within `clear_of` have no known sign.
+    """
+    low, high, _ = piece
+    if tired or (b[0] < -bound and max(b) < -bound):
+        # To the left the sign is lost to round-off: the computed sign decides.
+        return _Piece(low if doubtful is None else doubtful, high, None)
+    near = _only_fall(b, clear_of) if doubtful is None and b[0] > bound else None
+    return None if near is None else _Piece(low, high, low + near * (high - low))
 
 
 class _Dip(NamedTuple):
