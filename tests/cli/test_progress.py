@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from twolink.cli import progress
-from twolink.cli.progress import ProgressBar
+from twolink.cli.progress import progress_bar
 
 
 @pytest.fixture
@@ -29,13 +29,13 @@ def clock(monkeypatch):
 
 
 def test_the_bar_reads_no_markup(terminal):
-    with ProgressBar() as bar:
+    with progress_bar() as bar:
         bar.add_task("[/nope]\x1b[31m", total=1.0)
     assert "[/nope]\\x1b[31m" in terminal.getvalue()
 
 
 def test_nothing_is_drawn_without_a_terminal(capsys):
-    with ProgressBar() as bar:
+    with progress_bar() as bar:
         task = bar.add_task("computing", total=1.0)
         bar.update(task, completed=0.5)
         bar.advance(task)
@@ -43,7 +43,7 @@ def test_nothing_is_drawn_without_a_terminal(capsys):
 
 
 def test_short_work_draws_nothing(terminal, clock):
-    with ProgressBar(patience=0.5) as bar:
+    with progress_bar(patience=0.5) as bar:
         task = bar.add_task("computing", total=1.0)
         clock[0] += 0.4
         bar.update(task, completed=1.0)
@@ -52,7 +52,7 @@ def test_short_work_draws_nothing(terminal, clock):
 
 def test_work_that_lasts_is_drawn_with_all_its_tasks(terminal, clock):
     """Each with its latest description and its time from its own beginning."""
-    with ProgressBar(patience=0.5) as bar:
+    with progress_bar(patience=0.5) as bar:
         first = bar.add_task("reading", total=1.0)
         bar.update(first, completed=0.5, description="reading on")
         clock[0] += 7.0
@@ -72,7 +72,7 @@ def test_work_that_lasts_is_drawn_with_all_its_tasks(terminal, clock):
 
 def test_an_interruption_leaves_the_terminal_without_a_bar(terminal):
     def interrupted():
-        with ProgressBar() as bar:
+        with progress_bar() as bar:
             bar.add_task("computing", total=1.0)
             raise KeyboardInterrupt
 
@@ -84,8 +84,8 @@ def test_an_interruption_leaves_the_terminal_without_a_bar(terminal):
 def test_a_command_that_writes_to_a_file_imports_no_bar():
     code = (
         "import sys\n"
-        "from twolink.cli.progress import ProgressBar\n"
-        "with ProgressBar() as bar:\n"
+        "from twolink.cli.progress import progress_bar\n"
+        "with progress_bar() as bar:\n"
         "    bar.advance(bar.add_task('computing', total=1.0))\n"
         "print('rich.progress' in sys.modules)\n"
     )

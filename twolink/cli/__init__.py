@@ -7,7 +7,6 @@ import importlib
 import os
 import signal
 import sys
-from collections.abc import Sequence
 from io import TextIOWrapper
 from typing import Annotated, Any
 
@@ -44,7 +43,7 @@ GROUPS = ("urdf",)
 
 
 @functools.cache
-def app_of(names: Sequence[str] = (*COMMANDS, *GROUPS)) -> typer.Typer:
+def app_of(names: tuple[str, ...] = (*COMMANDS, *GROUPS)) -> typer.Typer:
     """Return the program with some of its commands; no other one is imported."""
     made = typer.Typer(
         cls=Program,
@@ -119,7 +118,7 @@ def _run() -> None:
         warn("twolink: the standard output is closed")
         sys.exit(FAILED)
     first = sys.argv[1:2]
-    # One command needs no other; the help and a wrong word need all.
+    # One command needs no other; the help, the version and a wrong word import all.
     known = first and first[0] in (*COMMANDS, *GROUPS)
     (app_of(tuple(first)) if known else app_of())()
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from twolink.cli.progress import ProgressBar
+from twolink.cli.progress import progress_bar
 from twolink.cli.terminal import (
     FAILED,
     check_target,
@@ -134,7 +134,7 @@ def _report(
     start = attach(engine, memory=memory)
     suites = items(suite)
     known = () if expect is None else read_expectations(expect)
-    with ProgressBar() as bar:
+    with progress_bar() as bar:
         task = bar.add_task("conformance", total=1.0)
         report = run(
             engine,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from twolink.cli.progress import ProgressBar
+from twolink.cli.progress import progress_bar
 from twolink.cli.terminal import (
     FAILED,
     WIDE,
@@ -92,7 +92,7 @@ def _run(cases: tuple[Case, ...], chosen: tuple[Column, ...]) -> dict[str, dict[
     from twolink.hardcases.parallel import parallel_scoreboard
     from twolink.hardcases.run import scoreboard
 
-    with ProgressBar() as bar:
+    with progress_bar() as bar:
         task = bar.add_task("hard cases", total=len(cases))
 
         def update(done: int, running: tuple[str, ...]) -> None:

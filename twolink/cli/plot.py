@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from twolink.cli.limits import Force, limits_of
-from twolink.cli.progress import ProgressBar
+from twolink.cli.progress import ProgressBar, progress_bar
 from twolink.cli.showing import ThemeName
 from twolink.cli.terminal import FAILED, check_target, refuse, say, warn
 from twolink.cli.trajectories import trajectory_of
@@ -119,7 +119,7 @@ def _plotted(asked: _Asked) -> tuple[Trajectory | None, dict[str, Figure], list[
     from twolink.simulation import RunOptions
 
     options = RunOptions(samples=asked.samples, limits=limits_of(asked.force))
-    with ProgressBar() as bar:
+    with progress_bar() as bar:
         trajectory = None
         if asked.kind != "verification":
             trajectory = trajectory_of(asked.source, options, bar)

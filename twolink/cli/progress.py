@@ -1,14 +1,14 @@
-"""The progress bar of every command, drawn on a terminal once a command takes longer than a moment.
+"""The progress bar of every command, drawn on a terminal at once or after some seconds.
 
-Its library is imported when the bar is drawn: not without a terminal, and not for short work.
+`rich.progress` is imported when the bar is drawn: not without a terminal, and not for short work.
 """
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from time import monotonic
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from twolink.cli.terminal import error_page, styled
@@ -28,33 +28,26 @@ class _Task:
     begun: float
 
 
-class ProgressBar:
-    """Tasks in progress: a context that leaves nothing behind on the terminal.
+@contextmanager
+def progress_bar(patience: float = 0.0) -> Iterator[ProgressBar]:
+    """Show a bar on the terminal, if there is one, and leave nothing of it behind.
 
-    The bar is drawn by the first call that is `patience` seconds after the beginning, or later.
+    It is drawn by the first call that is `patience` seconds after the beginning, or later.
     """
+    with ExitStack() as context:
+        yield ProgressBar(context, patience)
 
-    def __init__(self, patience: float = 0.0) -> None:
+
+class ProgressBar:
+    """Tasks in progress, of which `context` ends the drawing."""
+
+    def __init__(self, context: ExitStack, patience: float) -> None:
         """Begin without tasks."""
-        self._patience, self._begun = patience, monotonic()
+        self._context, self._patience, self._begun = context, patience, monotonic()
         self._tasks: list[_Task] = []
-        self._context = ExitStack()
         self._drawn: Progress | None = None
         self._undecided = True
-
-    def __enter__(self) -> ProgressBar:
-        self._begun = monotonic()
         self._draw()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._undecided = False
-        self._context.close()
 
     def add_task(self, description: str, total: float) -> int:
         """Add a task, of which nothing is completed; return its number."""

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from twolink.cli.limits import Force
-from twolink.cli.progress import ProgressBar
+from twolink.cli.progress import progress_bar
 from twolink.cli.showing import (
     BYTES_OF_A_FRAME,
     Ghosts,
@@ -73,7 +73,7 @@ def record(
 @contextmanager
 def _bar(stages: Sequence[str]) -> Iterator[Callable[[str, float], None]]:
     """Show a progress bar; yield a callback that takes a stage and its completed share."""
-    with ProgressBar() as bar:
+    with progress_bar() as bar:
         task = bar.add_task("recording", total=float(len(stages)))
 
         def progress(stage: str, share: float) -> None:

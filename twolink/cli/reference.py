@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from twolink.cli.limits import Force, limits_of
-from twolink.cli.progress import ProgressBar
+from twolink.cli.progress import progress_bar
 from twolink.cli.terminal import (
     FAILED,
     check_folder,
@@ -133,7 +133,7 @@ class _Asked:
         times = self.times
         if self.fifths:
             times = tuple(scene.duration * part / 5 for part in range(1, 6))
-        with ProgressBar() as bar:
+        with progress_bar() as bar:
             task = bar.add_task("computing", total=1.0)
             return compute(
                 scene,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from twolink.cli.limits import Force, limits_of
-from twolink.cli.progress import ProgressBar
+from twolink.cli.progress import ProgressBar, progress_bar
 from twolink.cli.showing import BYTES_OF_A_FRAME, check_frames
 from twolink.cli.studies import check_budget
 from twolink.cli.terminal import FAILED, check_folder, console, refuse, say
@@ -83,7 +83,7 @@ def _made(
     loaded = _loaded(files, limits)
     share = budget / len(loaded)
     limits.check_time("a measurement with this budget", share)
-    with ProgressBar() as bar:
+    with progress_bar() as bar:
         stage = _Stages(bar, 2 + len(loaded) + full)
         with stage("verifying the shipped URDF") as report:
             verdict = _verified(states, report, limits)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from twolink.cli.limits import limits_of
-from twolink.cli.progress import ProgressBar
+from twolink.cli.progress import ProgressBar, progress_bar
 from twolink.cli.terminal import refuse
 from twolink.cli.trajectories import simulated, trajectory_of
 from twolink.names import EQUATIONS_NAMES
@@ -102,7 +102,7 @@ def film_of(
     motion = scene_file(motion)
     colours = theme_named(theme or ThemeName.light)
     check_rates(fps, speed)
-    with ProgressBar() as bar:
+    with progress_bar() as bar:
         options = RunOptions(limits=limits_of(force))
         first = trajectory_of(motion, options, bar)
         check_frames(first.scene.duration, fps, speed, frame_bytes, options.limits)

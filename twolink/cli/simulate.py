@@ -9,7 +9,7 @@ import typer
 
 from twolink.cli.limits import Force, limits_of
 from twolink.cli.options import Samples, SceneName
-from twolink.cli.progress import ProgressBar
+from twolink.cli.progress import progress_bar
 from twolink.cli.terminal import FAILED, check_target, console, print_table
 from twolink.cli.trajectories import simulated
 from twolink.names import EQUATIONS_NAMES
@@ -82,7 +82,7 @@ def simulate(
         samples=samples,
         limits=limits_of(force),
     )
-    with ProgressBar(patience=0.5) as bar:
+    with progress_bar(patience=0.5) as bar:
         trajectory = simulated(loaded, options, bar)
     _print_trajectory(trajectory)
     if out is not None:

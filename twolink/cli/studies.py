@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from twolink.cli.progress import ProgressBar
+from twolink.cli.progress import progress_bar
 from twolink.cli.terminal import refuse, write_json
 from twolink.files import atomic_write, new_folder
 
@@ -40,7 +40,7 @@ def names_in(words: str) -> tuple[str, ...]:
 @contextmanager
 def bar_of(doing: str) -> Iterator[Callable[[str, float], None]]:
     """Show a progress bar; yield a callback that takes a stage and its completed share."""
-    with ProgressBar() as bar:
+    with progress_bar() as bar:
         task = bar.add_task(doing, total=1.0)
         yield lambda stage, share: bar.update(
             task, description=f"{doing}: {stage}", completed=share

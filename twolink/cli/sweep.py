@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from twolink.cli.limits import Force, limits_of
-from twolink.cli.progress import ProgressBar
+from twolink.cli.progress import progress_bar
 from twolink.cli.terminal import (
     check_folder,
     check_target,
@@ -212,7 +212,7 @@ def _bar(asked: Ensemble) -> Iterator[Callable[[int, int], None]]:
     """Show a bar with the rate of runs, the load of the machine and the time left."""
     from time import monotonic
 
-    with ProgressBar() as bar:
+    with progress_bar() as bar:
         task = bar.add_task(asked.title, total=asked.runs.count)
         begun: list[tuple[float, int]] = []
 

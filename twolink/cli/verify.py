@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from twolink.cli.limits import Force, limits_of
-from twolink.cli.progress import ProgressBar
+from twolink.cli.progress import progress_bar
 from twolink.cli.terminal import (
     FAILED,
     check_target,
@@ -94,7 +94,7 @@ def _verdict(
     read = read_planar_urdf(urdf or data_path("twolink.urdf"), tip=tip)
     if formulation is not None and formulation not in FORMULATIONS:
         refuse(choice("--formulation", formulation, FORMULATIONS))
-    with ProgressBar() as bar:
+    with progress_bar() as bar:
         task = bar.add_task(f"comparing at {states} states", total=1.0)
         return compare(
             read,

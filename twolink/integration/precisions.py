@@ -42,7 +42,7 @@ class Precision:
 
     Between two checks of signals and progress an integrator takes `steps_at_once`, which last a few
     tenths of a second. Its code is `code`, or that of long runs: `long_code`.
-    Without optimisation `steps_worth_optimising` steps lose the quarter of a second that it takes.
+    Optimising takes a quarter of a second, which `steps_worth_optimising` steps regain.
     """
 
     rounding: float

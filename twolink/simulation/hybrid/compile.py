@@ -245,8 +245,8 @@ class _Builder:
             list(zip(variables, rates, strict=True)),
             np.array([system.number(0)] * len(variables)),
             tol=system.number(PRECISIONS[precision].step_tolerance(system.order)),
-            # An arc lasts for a few steps: optimising them takes longer than they do unless it
-            # has thousands of repetitions, and so does unrolling them where there is more than
+            # An arc lasts for a few steps: optimising them takes longer than they do, unless the
+            # mode is entered thousands of times. So does unrolling them where there is more than
             # free motion.
             opt_level=int(optimised),
             compact_mode=precision != "double" or bool(integrals or self._roots),
