@@ -315,10 +315,8 @@ def test_an_ignored_signal_stays_ignored():
         "    os.kill(os.getpid(), signal.SIGHUP)\n"
         "print('alive')\n"
     )
-    run = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
-    assert run.stdout == "alive\n"
+    run = ended(program)
+    assert (run.returncode, run.stdout) == (0, "alive\n")
 
 
 def test_a_command_imports_no_other():
@@ -330,10 +328,7 @@ def test_a_command_imports_no_other():
         "others = [name for name in (*cli.COMMANDS, *cli.GROUPS) if name != 'scenes']\n"
         "print(code, [name for name in others if f'twolink.cli.{name}' in sys.modules])\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program], check=True, capture_output=True, text=True
-    )
-    assert done.stdout.splitlines()[-1] == "0 []"
+    assert ended(program).stdout.splitlines()[-1] == "0 []"
 
 
 def test_the_program_has_all_commands():
