@@ -110,8 +110,12 @@ ROWS = {
     "twolink.simulation.smooth": [
         "equations",
         "longest_step",
+        "flows quadrature rates",
         "numeric taylor",
-        "defect",
+        "linear",
+        "correction defect",
+        "step_errors",
+        "corrected",
         "measure",
     ],
     "twolink.simulation.hybrid": [

@@ -5,7 +5,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.integration.precisions import PRECISIONS, PrecisionName, longer_than
 
 
 def test_every_name_has_a_precision_and_longer_ones_follow():
@@ -42,3 +42,22 @@ def test_numbers_that_mix_with_float64_are_rounded_to_long_double_at_most(precis
     rounding = max(precision.rounding, float(np.finfo(np.longdouble).eps))
     assert abs(float(3.0 * found[0] - 1)) <= 2 * rounding
     assert (2.0 * found).dtype == found.dtype
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_numbers_are_lengthened_without_loss(precision):
+    own = PRECISIONS[precision]
+    shorter = [name for name in PRECISIONS if PRECISIONS[name].rounding >= own.rounding]
+    for name in shorter:
+        values = PRECISIONS[name].array([1.0, -2.0]) / PRECISIONS[name].number(3)
+        found = own.lengthened(values)
+        assert found.dtype == np.dtype(own.number)
+        back = PRECISIONS[name].mixable(found) if name != "double" else found.astype(float)
+        assert np.array_equal(back, PRECISIONS[name].mixable(values))
+
+
+def test_the_next_longer_precision():
+    assert longer_than("double") == "long double"
+    assert longer_than("long double") == "quadruple"
+    with pytest.raises(IndexError):
+        longer_than("quadruple")

@@ -149,6 +149,17 @@ def test_dense_output_is_as_accurate_as_the_samples():
     assert q == pytest.approx(trajectory.q, abs=1e-13)
 
 
+def test_the_error_includes_the_rounding_of_larger_values_between_samples():
+    """The two samples have speeds below 1 rad/s, and the values between them up to 5 rad/s."""
+    start = Scene(Chain.uniform_bars(), (0.3, -0.4), (0.1, 0.2), 1.0, (Gravity(),))
+    found = simulate(start, accuracy=1e-14, samples=2)
+    times = np.linspace(0, 1, 400)
+    exact = taylor_run(start, times, formulation="kane", precision="quadruple")
+    q, u = found.at(times)
+    assert abs(q.astype(exact.q.dtype) - exact.q).max() <= found.error
+    assert abs(u.astype(exact.q.dtype) - exact.u).max() <= found.error
+
+
 def test_a_trajectory_cannot_be_written_to():
     trajectory = simulate(SHORT)
     for array in (trajectory.t, trajectory.q, trajectory.u):

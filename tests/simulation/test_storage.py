@@ -195,10 +195,23 @@ def test_dense_output_is_refused_if_the_repeated_run_is_another(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "recipe", [Recipe(10**6, 0.1), Recipe(1, 0.1), Recipe(21, 1e-9), Recipe(21, -1.0)]
+    "recipe",
+    [
+        Recipe(10**6, 0.1),
+        Recipe(1, 0.1),
+        Recipe(21, 1e-9),
+        Recipe(21, -1.0),
+    ],
 )
 def test_an_impossible_recipe_is_refused(recipe, tmp_path):
     replace(smooth(), recipe=recipe).save(tmp_path / "run.csv")
+    with pytest.raises(SimulationError, match="recipe and its scene do not agree"):
+        Trajectory.load(tmp_path / "run.csv")
+
+
+def test_defects_in_a_shorter_precision_than_the_run_are_refused(tmp_path):
+    longer = replace(smooth(), precision="quadruple", recipe=Recipe(21, 0.1, "double"))
+    longer.save(tmp_path / "run.csv")
     with pytest.raises(SimulationError, match="recipe and its scene do not agree"):
         Trajectory.load(tmp_path / "run.csv")
 

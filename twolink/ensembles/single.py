@@ -92,8 +92,11 @@ def _once(scene: Scene, kept: Sequence[Quantity], accuracy: float, limits: Limit
 def _smooth(scene: Scene, accuracy: float, limits: Limits) -> _Run:
     """Return a measured run of a scene without events."""
     times = np.linspace(0.0, scene.duration, _PLACES)
-    found = measured_run(scene, times, accuracy, FORMULATION, _progress(scene, limits))
+    progress = _progress(scene, limits)
+    # Quantities are those of the polynomials of the steps, which a correction would leave.
+    found = measured_run(scene, times, accuracy, FORMULATION, progress, correct=False)
     kept = found.kept
+    assert isinstance(kept, TaylorRun)
     return _Run(
         lambda: _steps(kept, times, found.errors),
         _ends(kept, found.errors),

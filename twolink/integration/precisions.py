@@ -66,6 +66,17 @@ class Precision:
             return np.asarray(values, dtype=kind)
         return np.array([kind(value) for value in values])
 
+    def lengthened(self, values: Any) -> Any:
+        """Return an array of numbers of this or a shorter precision in numbers of this one."""
+        kind = np.dtype(self.number)
+        if values.dtype == kind:
+            return values
+        if kind == np.longdouble or values.dtype == np.float64:
+            return values.astype(kind)
+        # NumPy does not convert long doubles to heyoka's quadruple numbers.
+        first = values.astype(float)
+        return first.astype(kind) + (values - first).astype(float).astype(kind)
+
     def mixable(self, values: Any) -> Any:
         """Return an array of numbers of this precision in NumPy's numbers, rounded if longer.
 
@@ -107,3 +118,9 @@ PRECISIONS: dict[PrecisionName, Precision] = {
     "quadruple": Precision(2.0**-112, 41, 33, 128, _real128, _LOOPS, _LOOPS, math.inf),
 }
 """The precisions by their names, from the shortest."""
+
+
+def longer_than(precision: PrecisionName) -> PrecisionName:
+    """Return the next longer precision; raises `IndexError` for the longest."""
+    names = list(PRECISIONS)
+    return names[names.index(precision) + 1]

@@ -40,10 +40,14 @@ def motion_run(
     precision: PrecisionName = "double",
     order: int | None = None,
     longest_step: float | None = None,
+    evaluated_in: PrecisionName | None = None,
     progress: Callable[[float], None] | None = None,
     limits: Limits = UNLIMITED,
 ) -> MotionRun:
     """Return the motion of a scene at increasing times (s), the first of them 0.
+
+    A smooth motion is corrected by the defects of its steps if these are to be `evaluated_in` a
+    precision.
 
     Modes are formulated in speeds: Lagrange's equations replace those in momenta. Raises
     `TooMuchError` if the run would exceed the `limits`.
@@ -60,6 +64,10 @@ def motion_run(
         from twolink.simulation.hybrid.run import hybrid_run
 
         return hybrid_run(scene, times, limits=limits, **options)
+    if evaluated_in is not None:
+        from twolink.simulation.smooth.corrected import corrected_taylor_run
+
+        return corrected_taylor_run(scene, times, evaluated_in=evaluated_in, **options)
     return taylor_run(scene, times, **options)
 
 

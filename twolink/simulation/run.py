@@ -35,10 +35,14 @@ class Statistics:
 
 @dataclass(frozen=True)
 class Recipe:
-    """The order and the longest step (s) with which a run by Taylor series can be repeated."""
+    """The order and the longest step (s) with which a run by Taylor series can be repeated.
+
+    A corrected run has the precision in which the defects of its steps were evaluated.
+    """
 
     order: int
     longest_step: float
+    evaluated_in: PrecisionName | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,6 +81,11 @@ class MotionRun(ABC):
     def notes(self) -> tuple[str, ...]:
         """Sentences that qualify the result."""
         return ()
+
+    @property
+    def recipe(self) -> Recipe:
+        """The settings that repeat the run."""
+        return Recipe(self.order, float(self.longest_step))
 
     @property
     @abstractmethod

@@ -29,7 +29,7 @@ from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.motion import has_events, has_modes
 from twolink.simulation.options import RunOptions
-from twolink.simulation.run import Array, MotionRun, Recipe, Statistics
+from twolink.simulation.run import Array, MotionRun, Statistics
 from twolink.simulation.smooth.measure import (
     MARGIN_OF_LIKE_PRECISIONS,
     difference,
@@ -139,7 +139,12 @@ def _by_taylor(asked: _Asked) -> Trajectory:
         return _through_events(asked)
     checked = asked.checked
     found = measured_run(
-        asked.scene, checked, asked.accuracy, asked.options.formulation, asked.report
+        asked.scene,
+        checked,
+        asked.accuracy,
+        asked.options.formulation,
+        asked.report,
+        correct=True,
     )
     place = np.searchsorted(checked, asked.times)
     kept = replace(found.kept, q=found.kept.q[:, place], u=found.kept.u[:, place])
@@ -223,7 +228,7 @@ def _trajectory(
         impacts=kept.log,
         formulation=kept.formulation,
         notes=(*made.notes, *kept.notes),
-        recipe=Recipe(kept.order, float(kept.longest_step)),
+        recipe=kept.recipe,
         _knots=kept.step_times,
     )
 
@@ -239,8 +244,8 @@ def _made(
     dense: Callable[[], Any] | None = None,
 ) -> Trajectory:
     q, u = np.array(q, dtype=float), np.array(u, dtype=float)
-    # The result is rounded to float64 from any precision.
-    errors = errors + np.spacing(max(np.abs(q).max(), np.abs(u).max())) / 2
+    # The result is rounded to float64 from any precision, and between samples it may be larger.
+    errors = errors + np.finfo(float).eps * max(np.abs(q).max(), np.abs(u).max())
     times = asked.times[: q.shape[1]]
     met = errors <= asked.accuracy
     holds_until = float(times[-1] if met.all() else times[max(int(met.argmin()) - 1, 0)])

@@ -23,7 +23,7 @@ import numpy as np
 from twolink.effects import contact_elements
 from twolink.errors import FileError, SceneError, SimulationError
 from twolink.files import atomic_write, check_readable
-from twolink.integration.precisions import PRECISIONS
+from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.names import FormulationName
 from twolink.scene import Scene
 from twolink.simulation.formats import LARGEST_FILE, Arrays, format_of
@@ -288,9 +288,16 @@ def _is_repeatable(about: About, recipe: Recipe, duration: float) -> bool:
         about.method == "taylor"
         and about.formulation in (*get_args(FormulationName), "momenta")
         and about.precision in PRECISIONS
+        and recipe.evaluated_in in (None, *_not_shorter(about.precision))
         and 1 < recipe.order <= _LARGEST_ORDER
         and duration <= recipe.longest_step * _MOST_STEPS
     )
+
+
+def _not_shorter(precision: str) -> list[PrecisionName]:
+    """Return the precisions that are not shorter than one of them."""
+    names = list(PRECISIONS)
+    return names[[str(name) for name in names].index(precision) :]
 
 
 def _in_order(times: list[float], end: float) -> bool:

@@ -287,6 +287,7 @@ class _Repeated:
             precision=cast("PrecisionName", stored.precision),
             order=self.recipe.order,
             longest_step=self.recipe.longest_step,
+            evaluated_in=self.recipe.evaluated_in,
         )
         off = max(
             float(np.abs(np.asarray(found, dtype=float) - kept).max(initial=0.0))

@@ -13,7 +13,7 @@ from twolink.errors import TwolinkError
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.log import LogEntry, log_of
-from twolink.simulation.run import Array, Statistics
+from twolink.simulation.run import Array, Recipe, Statistics
 from twolink.tables import Table, table
 
 # A row of the table of a notebook's log: more are not read.
@@ -54,6 +54,8 @@ if TYPE_CHECKING:
         @property
         def precision(self) -> str: ...
         @property
+        def recipe(self) -> Recipe | None: ...
+        @property
         def effects(self) -> tuple[str, ...]: ...
         @property
         def statistics(self) -> Statistics: ...
@@ -75,10 +77,12 @@ class Views(_Motion):
     def facts(self) -> dict[str, str]:
         """The simulated motion, its cost and its accuracy, as names and texts."""
         scene, statistics, energy = self.scene, self.statistics, self.energy
+        recipe = self.recipe
+        corrected = "" if recipe is None or recipe.evaluated_in is None else ", corrected"
         runs = "1 run" if statistics.runs == 1 else f"{statistics.runs} runs"
         found = {
             "simulated": f"{scene.duration:g} s with {', '.join(self.effects) or 'no effects'}",
-            "method": f"{self.method} on {self.formulation}, {self.precision}",
+            "method": f"{self.method} on {self.formulation}, {self.precision}{corrected}",
             "global error": f"{self.error:.1e} measured, {self.accuracy:.1e} allowed",
             "steps": f"{statistics.steps} kept, in {runs}",
             "time": f"{statistics.run_seconds * 1e3:.1f} ms to run, "

@@ -8,10 +8,12 @@ import pytest
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
+from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.smooth import measure
+from twolink.simulation.smooth.corrected import CorrectedRun
 from twolink.simulation.smooth.measure import measured_run, order_for, truncation
-from twolink.simulation.smooth.taylor import taylor_run
+from twolink.simulation.smooth.taylor import TaylorRun, taylor_run
 
 TIMES = np.linspace(0, 10, 41)
 GENERAL = Chain((1.3, 0.8), (1.1, 0.7), ((0.6, 0.1), (0.3, -0.08)), (0.12, 0.03))
@@ -40,25 +42,31 @@ HARD = {
 }
 
 
-def measured(scene, accuracy, times=TIMES):
-    return measured_run(scene, times, accuracy, "momenta", lambda name: lambda share: None)
+def quiet(name):
+    return lambda share: None
+
+
+def measured(scene, accuracy, times=TIMES, correct=True):
+    return measured_run(scene, times, accuracy, "momenta", quiet, correct=correct)
 
 
 def true_errors(found, exact):
-    """Return the largest error up to each time."""
-    miss = [abs(found.q - exact.q), abs(found.u - exact.u)]
-    return np.maximum.accumulate(np.concatenate(miss).max(axis=0)).astype(float)
+    """Return the largest error up to each time; the exact run has numbers as long or longer."""
+    (own,) = (each for each in PRECISIONS.values() if np.dtype(each.number) == exact.q.dtype)
+    pairs = ((found.q, exact.q), (found.u, exact.u))
+    miss = [np.abs((own.lengthened(np.asarray(x)) - y).astype(float)) for x, y in pairs]
+    return np.maximum.accumulate(np.concatenate(miss).max(axis=0))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", HARD)
 def test_the_error_is_bounded_at_all_times_at_all_accuracies(name):
-    """The reference has other equations, another order, and rounds 2000 times finer."""
-    exact = taylor_run(HARD[name], TIMES, formulation="kane", precision="long double")
-    for digits in range(3, 12):
-        found = measured(HARD[name], 10.0**-digits)
-        assert found.worst <= 10.0**-digits
-        if found.kept.precision == "double":
+    """The reference has other equations, another order, and quadruple precision."""
+    exact = taylor_run(HARD[name], TIMES, formulation="kane", precision="quadruple")
+    for digits in range(3, 14):
+        for correct in (True, False):
+            found = measured(HARD[name], 10.0**-digits, correct=correct)
+            assert found.worst <= 10.0**-digits
             assert np.all(true_errors(found.kept, exact) <= found.errors)
 
 
@@ -95,11 +103,31 @@ def test_near_round_off_a_run_is_judged_by_its_own_defect():
 
 
 def test_round_off_ends_the_runs_of_a_precision():
-    """A higher order does not help where round-off makes the error: a longer precision does."""
+    """A higher order does not help where round-off makes the error: a longer precision does.
+
+    Two runs of low orders, of which one judges the other, tell the growth of errors.
+    """
     found = measured(HARD["chaotic"], 1e-11)
-    doubles = [run for run in found.runs if run.precision == "double"]
-    assert len(doubles) <= 1
+    first, second, *others = found.runs
+    assert first.order + measure.MORE_ORDERS == second.order == PRECISIONS["double"].truncated_order
+    assert [run.precision for run in others] == ["long double"]
     assert found.worst <= 1e-11
+
+
+def test_a_correction_takes_the_place_of_a_longer_precision():
+    """Without it, the run is in long doubles, whose steps take ten times as long."""
+    found, raw = (measured(HARD["reference"], 3e-11, correct=each) for each in (True, False))
+    assert isinstance(found.kept, CorrectedRun)
+    assert (found.kept.precision, raw.kept.precision) == ("double", "long double")
+    exact = taylor_run(HARD["reference"], TIMES, formulation="kane", precision="quadruple")
+    for each in (found, raw):
+        assert each.worst <= 3e-11
+        assert np.all(true_errors(each.kept, exact) <= each.errors)
+
+
+def test_an_accuracy_that_a_raw_run_has_needs_no_correction():
+    for digits in (4, 6, 8, 9):
+        assert isinstance(measured(HARD["reference"], 10.0**-digits).kept, TaylorRun)
 
 
 def test_the_round_off_that_two_runs_share_is_in_the_error(monkeypatch):
@@ -113,9 +141,7 @@ def test_the_round_off_that_two_runs_share_is_in_the_error(monkeypatch):
 
 def test_the_growth_bounds_round_off_that_two_runs_share(monkeypatch):
     """The growth is that of a lower order: two runs that are equal say nothing."""
-    search = measure._Search(
-        HARD["reference"], TIMES, 1e-8, "momenta", lambda name: lambda share: None
-    )
+    search = measure._Search(HARD["reference"], TIMES, 1e-8, "momenta", quiet, correct=True)
     next(search._judged_by_order("double"))
     monkeypatch.setattr(measure, "difference", lambda first, second: np.zeros(len(TIMES)))
     equal = search._measured(search._run("double", 15), search._run("double", 19), 2.0)

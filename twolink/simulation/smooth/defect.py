@@ -1,58 +1,40 @@
-"""The global error of a run by Taylor series, from the defect of its own steps.
+"""The defect of the steps of a run by Taylor series, in the precision of the run or a longer one.
 
 On each step the polynomial y(t) leaves a defect, y(0) + ∫ f(y) dt − y(h) with y(h) the start of the
-next step: truncation and round-off together. The errors of all steps add up as the linearized
-motion carries them: e_{i+1} = Φ_i e_i + l_i (Hairer, Nørsett and Wanner, Solving Ordinary
-Differential Equations I, 1993, section II.8). The integral is Gauss's rule, whose error is far
-below that of the series. Φ is the exponential of Magnus's series of sixth order (Blanes, Casas,
-Oteo and Ros, The Magnus expansion and some of its applications, 2009, section 5.4): over many steps
-an error of Φ would grow like an instability.
-
-The rates f have round-off too, of the size that a rounding of the state and of f itself gives.
-Vectors of random signs times this size on each step, propagated like the defect, are samples of the
-round-off of the estimate. Where Gauss's rule should not suffice, its error is seen on the slopes of
-the polynomials themselves, whose integrals are known, and takes the place of the round-off.
+next step: truncation and round-off together. The integral is Gauss's rule, whose error is far below
+that of the series. Where it should not suffice, its error is seen on the slopes of the polynomials
+themselves, whose integrals are known.
 """
 
 from __future__ import annotations
 
-import functools
 import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from twolink.chain import Chain
-from twolink.effects import Effect
-from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.integration.precisions import PRECISIONS, Precision, PrecisionName
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
 from twolink.simulation.series import powers
-from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth import linear
+from twolink.simulation.smooth.quadrature import GaussRule, gauss_rule
+from twolink.simulation.smooth.rates import Rates, rates_of
 from twolink.simulation.smooth.taylor import Steps
 
 # The ratio of a step to the radius of convergence (heyoka's choice of steps), and the part of a
 # rounding that the error of Gauss's rule may reach. With m nodes it is (ratio / 4)^(2 m).
 _RATIO, _OF_A_ROUNDING = math.exp(-2), 1 / 64
 
-# Samples of the round-off of the estimate, and the factor on their root mean square. In 750 runs of
-# random chains 1.9 sufficed, and 1.1 in 99 of 100.
-_SAMPLES, _DEVIATIONS = 16, 3.5
+# The same where the defect is evaluated in a longer precision, and round-off hides no part of it.
+_OF_A_ROUNDING_OF_THE_RUN = 1e-4
 
-# Allowance for the linearization and for the place on a step where its defect arises.
-_MARGIN = 1.25
-
-# The largest errors for which the motion is linearized: of angles (rad), and of speeds as a part of
-# the largest speed, or of 1 rad/s.
-_LINEAR = 1e-5
-
-# The difference of arguments by which rates are differentiated: of angles in rad, of the other two
-# variables relative to their size; and the least, in units in the last place.
-_DIFFERENCE, _APART = 1e-7, 16
-
-# The norm up to which the sixth power ends the series of an exponential at 1e-8.
-_NORM = 0.25
+# The terms of a series that are computed in numbers of a precision; shorter numbers suffice for the
+# others. Each is exp(−2) times the one before: the round-off of the others in float64 is a tenth of
+# that of the first in long doubles, and in long doubles 1e-7 of that of a run in long doubles.
+_LEADING_TERMS: dict[PrecisionName, int] = {"long double": 5, "quadruple": 8}
 
 
 class Defects(NamedTuple):
@@ -68,225 +50,117 @@ class Defects(NamedTuple):
     quadrature: Array
 
 
-class StepErrors:
-    """The estimated error of a run at the ends of its steps, from the steps as they are taken."""
+@dataclass(frozen=True)
+class Evaluation:
+    """The evaluation of defects: the rates in a precision, and Gauss's rule."""
 
-    def __init__(self, scene: Scene, formulation: EquationsName, precision: PrecisionName) -> None:
-        """Store the run: a scene, its equations, and its precision."""
-        self._equations = EQUATIONS[formulation]
-        self._chain, self._effects = scene.moving_chain, scene.effects
-        self._own_chain = self._chain.convert(PRECISIONS[precision].number)
-        self._rounding = PRECISIONS[precision].rounding
-        self._nodes = math.ceil(math.log(self._rounding * _OF_A_ROUNDING, _RATIO / 4) / 2)
-        self._signs = np.random.default_rng(0)
-        self._ends: list[Array] = []
-        self._errors: list[Array] = []
-        self._noise: list[Array] = []
-        self._carried = np.zeros((4, 1 + _SAMPLES))
+    name: PrecisionName
+    rates: Rates
+    rule: GaussRule
 
-    def __call__(self, steps: Steps) -> None:
-        """Add steps that continue those before; steps from 0 s begin anew."""
-        if steps.starts[0] == 0:
-            self._signs = np.random.default_rng(0)
-            self._ends, self._errors, self._noise = [], [], []
-            self._carried = self._start(steps)
-        with np.errstate(all="ignore"):
-            # A motion that diverges has no bound.
-            flows, sources, jacobians, fastest = self._linearized(steps)
-            errors = _accumulated(flows, sources, self._carried)
-            self._carried = errors[-1]
-            # The rates of q are u, whose error may have its peak within a step.
-            speeds = jacobians[[0, 2], :, :2] @ np.stack([errors[:-1], errors[1:]])
-            self._note(steps, np.concatenate([errors[1:, :2], *speeds], axis=1), fastest)
+    @property
+    def precision(self) -> Precision:
+        """The precision of the evaluation."""
+        return PRECISIONS[self.name]
 
-    def _linearized(self, steps: Steps) -> tuple[Array, Array, Array, float]:
-        """Return Φ, the errors that steps add, the Jacobians at three nodes, and the largest speed.
-
-        The errors have shape (n, 4, 1 + samples): the defect, and samples of its round-off.
-        """
-        scaled = steps.coefficients
-        scaled = scaled * powers(steps.lengths, scaled.shape[2])[:, None]
-        found = self._defects(steps, scaled)
-        jacobians = self._jacobians(steps, scaled.astype(float))
-        lengths = steps.lengths.astype(float)
-        scaled_jacobians = jacobians * lengths[:, None, None]
-        mean = scaled_jacobians[1]
-        flows = _exponentials(_magnus(*scaled_jacobians))
-        states = np.abs(scaled[:, :, 0].astype(float))
-        roundings = (np.abs(mean) @ states[:, :, None])[:, :, 0] + found.rates
-        sizes = np.maximum(self._rounding / math.sqrt(self._nodes) * roundings, found.quadrature)
-        samples = sizes[:, :, None] * self._random_signs(len(sizes))
-        # The defect of a step grows over the rest of the step.
-        once, twice = found.moments
-        defects = found.defects[:, :, None] + mean @ (once + mean @ twice)
-        fastest = float((found.rates[:, :2] / lengths[:, None]).max())
-        return flows, np.concatenate([defects, samples], axis=2), jacobians, fastest
-
-    def at(self, times: Array) -> Array:
-        """Return the bound on the error (rad, rad/s) up to each time (s)."""
-        return self._largest(self._errors, times)
-
-    def round_off_at(self, times: Array) -> Array:
-        """Return the root mean square of round-off errors (rad, rad/s) up to each time (s)."""
-        return self._largest(self._noise, times)
-
-    def _largest(self, values: list[Array], times: Array) -> Array:
-        """Return the largest value of the steps up to each time (s)."""
-        ends, every = np.concatenate(self._ends), np.concatenate(values)
-        place = np.minimum(np.searchsorted(ends, times), len(ends) - 1)
-        found: Array = np.maximum.accumulate(every)[place]
-        return found
-
-    def _start(self, steps: Steps) -> Array:
-        """Return the error of the start: momenta are rounded, in samples of either sign."""
-        state = np.abs(steps.coefficients[0, :, 0].astype(float))
-        rounded = np.where(np.arange(4) < 2, 0.0, self._rounding)[:, None]
-        samples = rounded * state[:, None] * self._random_signs(1)[0]
-        return np.concatenate([np.zeros((4, 1)), samples], axis=1)
-
-    def _random_signs(self, count: int) -> Array:
-        """Return signs of shape (count, 4, samples)."""
-        return self._signs.integers(0, 2, (count, 4, _SAMPLES), np.int8) * 2.0 - 1.0
-
-    def _note(self, steps: Steps, errors: Array, fastest: float) -> None:
-        """Store the bounds of steps from errors of q and u, shape (n, 6, 1 + samples).
-
-        `fastest` (rad/s) is the largest speed; those of u are at two places of each step.
-        """
-        estimated, samples = np.abs(errors[:, :, 0]), errors[:, :, 1:]
-        noise = np.sqrt(np.einsum("ijk,ijk->ij", samples, samples) / _SAMPLES)
-        every = _MARGIN * estimated + _DEVIATIONS * noise
-        bounds, speeds = every.max(axis=1), every[:, 2:].max(axis=1)
-        small = (every[:, :2].max(axis=1) <= _LINEAR) & (speeds <= _LINEAR * max(1.0, fastest))
-        bounds[~small] = np.inf
-        self._ends.append(steps.starts + steps.lengths.astype(float))
-        self._errors.append(bounds)
-        self._noise.append(noise.max(axis=1))
-
-    def _defects(self, steps: Steps, scaled: Any) -> Defects:
-        """Return the defects of steps from their polynomials, scaled to [0, 1]."""
-        h = steps.lengths
-        nodes, weights = _gauss(self._nodes, h.dtype.type)
-        t = steps.starts[:, None] + h[:, None] * nodes
-        rates = h[:, None] * self._rates(self._own_chain, _values(scaled, nodes), t)
+    def of(self, steps: Steps) -> Defects:
+        """Return the defects of the polynomials of steps."""
+        longer, rule = self.precision.lengthened, self.rule
+        h, polynomials = longer(steps.lengths), _scaled(steps, self.name)
+        first, length = polynomials.leading[:, :, 0], polynomials.length
+        ends = np.add.accumulate(h)
+        t = (longer(steps.starts[:1]) + (ends - h))[:, None] + h[:, None] * rule.nodes
+        rates = h[:, None] * self.rates(polynomials.at(rule.nodes), t)
         # The weights' round-off multiplies only the differences from the mean.
-        mean = rates.mean(axis=2)
-        integrals = mean + (rates - mean[..., None]) @ weights
-        following = np.concatenate([scaled[1:, :, 0], steps.end[None]]).T
-        slopes = _values(scaled[:, :, 1:] * np.arange(1.0, scaled.shape[2]), nodes)
-        left = 1 - nodes
-        moments = np.stack([weights * left, weights * left * left / 2], axis=1)
-        within = ((rates - slopes).astype(float) @ moments).transpose(2, 1, 0)[..., None]
+        mean = np.add.reduce(rates, 2) / len(rule.nodes)
+        integrals = mean + _dot(rates - mean[..., None], rule.weights)
+        following = np.concatenate([first[1:], longer(steps.end)[None]])
+        # Integrals of the slopes are combinations of the coefficients.
+        slopes = rule.moments_of_slopes(length)
+        moments = [
+            (_dot(rates, by_node).T - polynomials.combined(by_power))[..., None].astype(float)
+            for by_node, by_power in zip(rule.moments, slopes, strict=True)
+        ]
+        missed = polynomials.combined(longer(rule.errors_of_slopes(length))).astype(float)
         return Defects(
-            ((scaled[:, :, 0].T - following) + integrals).astype(float).T,
-            within,
-            np.abs(mean).astype(float).T,
-            np.abs(slopes @ weights - scaled[:, :, 1:].sum(axis=2).T).astype(float).T,
+            ((first - following) + integrals.T).astype(float),
+            np.array(moments),
+            np.abs(mean.astype(float)).T,
+            np.abs(missed),
         )
 
-    def _jacobians(self, steps: Steps, scaled: Array) -> Array:
-        """Return the derivatives of the rates at three nodes of each step, shape (3, n, 4, 4)."""
-        nodes, _ = _gauss(3)
-        states = _values(scaled, nodes)
-        largest = np.abs(states).max(axis=(1, 2))
-        sizes = np.where((largest > 0) & (np.arange(4) > 1), largest, 1.0)
-        nudges = np.maximum(_DIFFERENCE * sizes, _APART * np.spacing(largest))
-        every = np.repeat(states[:, None], 5, axis=1)
-        taken = np.empty_like(states)
-        for k in range(4):
-            every[k, k + 1] += nudges[k]
-            taken[k] = every[k, k + 1] - states[k]
-        t = steps.starts[:, None] + steps.lengths[:, None].astype(float) * nodes
-        rates = self._rates(self._chain, every, t)
-        slopes = (rates[:, 1:] - rates[:, :1]) / taken
-        return slopes.transpose(3, 2, 0, 1)
 
-    def _rates(self, chain: Chain, states: Any, t: Array) -> Any:
-        """Return the rates at states of shape (4, …)."""
-        effects: tuple[Effect, ...] = self._effects
-        q, x = (states[0], states[1]), (states[2], states[3])
-        every = (rate for pair in self._equations.rates(chain, effects, q, x, t) for rate in pair)
-        found = np.empty_like(states)
-        for place, rate in enumerate(every):
-            found[place] = rate
-        return found
+def evaluation_of(
+    scene: Scene, formulation: EquationsName, precision: PrecisionName, evaluated_in: PrecisionName
+) -> Evaluation:
+    """Return the evaluation of the defects of runs in a precision, in the same or a longer one."""
+    share = _OF_A_ROUNDING if evaluated_in == precision else _OF_A_ROUNDING_OF_THE_RUN
+    error = PRECISIONS[precision].rounding * share
+    count = math.ceil(math.log(error, _RATIO / 4) / 2)
+    rates = rates_of(scene, formulation, evaluated_in)
+    return Evaluation(evaluated_in, rates, gauss_rule(count, evaluated_in))
 
 
-def _values(scaled: Any, nodes: Array) -> Any:
-    """Return the polynomials' values at nodes in [0, 1]: shape (4, n, nodes)."""
-    if scaled.dtype == np.float64:
-        return np.ascontiguousarray(
-            (scaled @ nodes ** np.arange(scaled.shape[2])[:, None]).transpose(1, 0, 2)
-        )
-    value = scaled[:, :, -1, None] + 0 * nodes
-    for k in range(scaled.shape[2] - 2, -1, -1):
-        value = value * nodes + scaled[:, :, k, None]
-    return value.transpose(1, 0, 2)
+@dataclass(frozen=True, eq=False)
+class _Polynomials:
+    """Polynomials on [0, 1] whose `leading` coefficients are in a precision, the `rest` in shorter.
 
-
-@functools.cache
-def _gauss(count: int, kind: Any = np.float64) -> tuple[Any, Any]:
-    """Return the nodes and weights of Gauss's rule on [0, 1]."""
-    # NumPy's rule is in float64, and its import takes 30 ms.
-    from_highest = np.arange(count, 0, -1, dtype=np.longdouble)
-    x: Any = np.cos(np.pi * (from_highest - 0.25) / (count + 0.5))
-    for _ in range(6):
-        # Newton's method on Legendre's polynomial; the last slope gives the weights.
-        before, value = np.ones_like(x), x
-        for k in range(2, count + 1):
-            before, value = value, ((2 * k - 1) * x * value - (k - 1) * before) / k
-        slope = count * (x * value - before) / (x * x - 1)
-        x = x - value / slope
-    weights = 1 / ((1 - x * x) * slope * slope)
-    return ((x + 1) / 2).astype(kind), weights.astype(kind)
-
-
-def _magnus(first: Array, second: Array, third: Array) -> Array:
-    """Return Ω, whose exponential is the flow of steps, from h J at Gauss's three nodes."""
-    slope = math.sqrt(15) / 3 * (third - first)
-    bend = 10 / 3 * (third - 2 * second + first)
-    inner = _commutator(second, slope)
-    outer = _commutator(second, 2 * bend + inner) / 60
-    return second + bend / 12 + _commutator(inner - 20 * second - bend, slope - outer) / 240
-
-
-def _commutator(one: Array, other: Array) -> Array:
-    return one @ other - other @ one
-
-
-def _exponentials(matrices: Array) -> Array:
-    """Return the exponentials of matrices of shape (n, 4, 4), by scaling and squaring."""
-    largest = float(np.abs(matrices).sum(axis=2).max())
-    halvings = max(0, math.ceil(math.log2(largest / _NORM))) if 0 < largest < math.inf else 0
-    # The series to the sixth power, in three products.
-    first, one = matrices / 2**halvings, np.eye(4)
-    second = first @ first
-    third = first @ second
-    found = one + first + second / 2 + third @ (one / 6 + first / 24 + second / 120 + third / 720)
-    for _ in range(halvings):
-        found = found @ found
-    return found
-
-
-def _accumulated(flows: Array, sources: Array, start: Array) -> Array:
-    """Return e of e_{i+1} = Φ_i e_i + l_i for several l at once, shape (n + 1, 4, m).
-
-    Blocks of steps are followed side by side from zero and from unit vectors, and then joined.
+    The coefficients have shape (n, 4, number of terms).
     """
-    n, _, m = sources.shape
-    width = math.isqrt(n) + 1
-    count = -(-n // width)
-    missing = count * width - n
-    flows = np.concatenate([flows, np.zeros((missing, 4, 4))]).reshape(count, width, 4, 4)
-    sources = np.concatenate([sources, np.zeros((missing, 4, m))]).reshape(count, width, 4, m)
-    both = np.zeros((width + 1, count, 4, 4 + m))
-    both[0, :, :, :4] = np.eye(4)
-    for k in range(width):
-        both[k + 1] = flows[:, k] @ both[k]
-        both[k + 1, :, :, 4:] += sources[:, k]
-    starts = [start]
-    for end in both[-1]:
-        starts.append(end[:, :4] @ starts[-1] + end[:, 4:])
-    every = both[1:, :, :, :4] @ np.array(starts[:-1]) + both[1:, :, :, 4:]
-    ends: Array = every.transpose(1, 0, 2, 3).reshape(-1, 4, m)[:n]
-    return np.concatenate([start[None], ends])
+
+    precision: Precision
+    leading: Any
+    rest: Any
+
+    @property
+    def length(self) -> int:
+        """The number of coefficients."""
+        return int(self.leading.shape[2] + self.rest.shape[2])
+
+    def at(self, nodes: Any) -> Any:
+        """Return the values at nodes in [0, 1], shape (4, n, nodes)."""
+        if not self.rest.size:
+            return linear.values(self.leading, nodes)
+        rest = linear.values(self.rest, _shortened(nodes, self.rest.dtype))
+        rest = self.precision.lengthened(rest)
+        if self.leading.dtype == np.longdouble:
+            return linear.values(self.leading, nodes) + rest * nodes ** self.leading.shape[2]
+        for coefficient in reversed(np.ascontiguousarray(self.leading.transpose(2, 1, 0))):
+            rest = rest * nodes + coefficient[..., None]
+        return rest
+
+    def combined(self, weights: Any) -> Any:
+        """Return the sums of the coefficients times weights, shape (n, 4)."""
+        count = self.leading.shape[2]
+        found = _dot(self.leading, weights[:count])
+        if not self.rest.size:
+            return found
+        rest = self.rest.dot(_shortened(weights[count:], self.rest.dtype))
+        return found + self.precision.lengthened(rest)
+
+
+def _scaled(steps: Steps, precision: PrecisionName) -> _Polynomials:
+    """Return the polynomials of steps as functions of the share of the step."""
+    own, coefficients = PRECISIONS[precision], steps.coefficients
+    length = coefficients.shape[2]
+    count = min(_LEADING_TERMS.get(precision, length), length)
+    kind = np.float64 if precision == "long double" else np.longdouble
+    leading = own.lengthened(coefficients[:, :, :count])
+    leading = leading * powers(own.lengthened(steps.lengths), count)[:, None]
+    rest = _shortened(coefficients[:, :, count:], kind)
+    rest = rest * powers(_shortened(steps.lengths, kind), length)[:, None, count:]
+    return _Polynomials(own, leading, rest)
+
+
+def _shortened(values: Any, kind: Any) -> Any:
+    """Return numbers of any precision as float64 or long doubles."""
+    if values.dtype in (np.float64, np.longdouble):
+        return values.astype(kind, copy=False)
+    return PRECISIONS["quadruple"].mixable(values).astype(kind, copy=False)
+
+
+def _dot(values: Any, vector: Any) -> Any:
+    """Return the sums over the last axis of values times a vector, in numbers of any length."""
+    if values.dtype in (np.float64, np.longdouble):
+        return values.dot(vector)
+    return np.add.reduce(values * vector, -1)

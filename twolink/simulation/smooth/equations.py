@@ -62,8 +62,9 @@ class MomentumEquations:
         self, chain: Chain, effects: tuple[Effect, ...], q: Pair, p: Pair, t: Scalar
     ) -> tuple[Pair, Pair]:
         """Return dq/dt (rad/s) and dp/dt (N m)."""
-        u1, u2 = self.to_speeds(chain, q, p)
-        slope = _ahead_and_across(chain, q)[1] * (u1 * u2)
+        ahead_and_across = _ahead_and_across(chain, q)
+        u1, u2 = _speeds(_mass(chain, q, ahead_and_across), p)
+        slope = ahead_and_across[1] * (u1 * u2)
         Q1, Q2 = _gathered_force(chain, q, smooth_loads(effects, chain, q, (u1, u2), t))
         return (u1, u2), (Q1 + slope, Q2 - slope)
 
@@ -73,17 +74,25 @@ class MomentumEquations:
 
     def to_speeds(self, chain: Chain, q: Any, p: Any) -> Pair:
         """Return u = M⁻¹ p (rad/s), by Cramer's rule."""
-        p1, p2 = p
-        M11, M12, M22, det = _mass(chain, q)
-        return (M22 * p1 - M12 * p2) / det, (M11 * p2 - M12 * p1) / det
+        return _speeds(_mass(chain, q, _ahead_and_across(chain, q)), p)
 
 
-def _mass(chain: Chain, q: Pair) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+_Mass = tuple[Scalar, Scalar, Scalar, Scalar]
+
+
+def _speeds(mass: _Mass, p: Any) -> Pair:
+    """Return M⁻¹ p (rad/s) by Cramer's rule."""
+    p1, p2 = p
+    M11, M12, M22, det = mass
+    return (M22 * p1 - M12 * p2) / det, (M11 * p2 - M12 * p1) / det
+
+
+def _mass(chain: Chain, q: Pair, ahead_and_across: Pair) -> _Mass:
     """Return M11, M12, M22 (kg m²) and det M (kg² m⁴), a constant and the square of m2 L1 h."""
     if chain.rotors:
         (M11, M12), (_, M22) = lagrange.mass_matrix(chain, q)
         return M11, M12, M22, lagrange.determinant(chain, q)
-    ahead, across = _ahead_and_across(chain, q)
+    ahead, across = ahead_and_across
     link1, M22 = lagrange.pivot_inertia(chain), lagrange.elbow_inertia(chain)
     carried = chain.m2 * chain.L1 * chain.L1
     return link1 + carried, ahead, M22, link1 * M22 + carried * chain.I_C2 + across * across

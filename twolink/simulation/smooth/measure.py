@@ -30,12 +30,13 @@ from typing import Any
 
 import numpy as np
 
-from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.integration.precisions import PRECISIONS, PrecisionName, longer_than
 from twolink.names import EquationsName
 from twolink.scene import Scene
-from twolink.simulation.run import Array
-from twolink.simulation.smooth.defect import StepErrors
+from twolink.simulation.run import Array, MotionRun
+from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.longest_step import default_longest_step
+from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import Observer, TaylorRun, taylor_run
 
 _LOWEST_ORDER = 7
@@ -56,6 +57,9 @@ GROWTH = 5e3
 # The part of the accuracy for the truncation error of a run near round-off.
 _OF_TRUNCATION = 0.2
 
+# The round-off, in accuracies, of a run that a correction brings to the accuracy.
+_OF_ROUND_OFF = 5.0
+
 # The error that round-off leaves, in roundings times the growth, of motions where it is small (the
 # median is 0.4).
 _ROUND_OFF = 0.1
@@ -74,7 +78,7 @@ A_VALUE = 4
 class Measured:
     """The result, its largest error up to each time (rad, rad/s), and all runs."""
 
-    kept: TaylorRun
+    kept: MotionRun
     errors: Array
     runs: tuple[TaylorRun, ...]
 
@@ -90,13 +94,17 @@ def measured_run(
     accuracy: float,
     formulation: EquationsName,
     progress: Callable[[str], Callable[[float], None]],
+    *,
+    correct: bool,
 ) -> Measured:
     """Return a run that meets an accuracy, or the most accurate one.
+
+    With `correct` it may be a run whose estimated error is subtracted.
 
     `progress` maps the name of a run to a function that receives its completed share. Raises
     `SimulationError` if the scene cannot be integrated to the last time.
     """
-    search = _Search(scene, times, accuracy, formulation, progress)
+    search = _Search(scene, times, accuracy, formulation, progress, correct)
     for found in search.attempts():
         if found.worst <= accuracy:
             break
@@ -105,15 +113,20 @@ def measured_run(
 
 @dataclass
 class _Search:
-    """The runs of a scene so far, and the `grown` error of a unit of truncation at each time."""
+    """The runs of a scene so far, and the `grown` error of a unit of truncation at each time.
+
+    `runs` are those that may judge others; `made` are all, in their order.
+    """
 
     scene: Scene
     times: Array
     accuracy: float
     formulation: EquationsName
     progress: Callable[[str], Callable[[float], None]]
+    correct: bool
     grown: Array | None = None
     runs: dict[tuple[PrecisionName, int], TaylorRun] = field(default_factory=dict)
+    made: list[TaylorRun] = field(default_factory=list)
 
     def attempts(self) -> Iterator[Measured]:
         """Yield measured runs, the cheapest first: the caller stops at one that suffices."""
@@ -121,7 +134,7 @@ class _Search:
         for precision in PRECISIONS:
             if precision in (first, last):
                 yield from self._judged_by_order(precision)
-            if precision != last and self._left_by_round_off(precision) <= self.accuracy:
+            if precision != last and not self._is_vain(self._left_by_round_off(precision)):
                 yield from self._judged_by_defect(precision)
         # The finest run: the difference is the error of the coarser one, which is larger.
         yield self._measured(
@@ -140,8 +153,8 @@ class _Search:
         highest = PRECISIONS[precision].truncated_order
         wanted = self.accuracy / MARGIN_OF_ORDERS
         order = order_for(wanted / self.growth)
-        if self.grown is None and order <= highest:
-            # The growth of errors must be known where round-off is a part of them.
+        if self.grown is None and (order <= highest or self.accuracy < 1e-10):
+            # The growth of errors selects all further runs, and bounds their round-off.
             order = min(order, highest - MORE_ORDERS)
         while order <= highest:
             order = self._cheapest_pair(precision, order, highest)
@@ -168,21 +181,49 @@ class _Search:
 
     def _judged_by_defect(self, precision: PrecisionName) -> Iterator[Measured]:
         """Yield runs near round-off with their own defects, until a higher order is vain."""
-        own = PRECISIONS[precision]
-        order = 0
+        own, order = PRECISIONS[precision], 0
+        noise = self._left_by_round_off(precision)
         while order < own.full_order:
             needed = order_for(_OF_TRUNCATION * self.accuracy / self.growth)
             order = min(max(needed, order + 2), own.full_order)
-            errors = StepErrors(self.scene, self.formulation, precision)
-            kept = self._taylor(precision, order, errors)
-            self.runs[precision, order] = kept
-            found = errors.at(self.times) + _conversions(kept)
-            round_off = errors.round_off_at(self.times)
-            self._learn(_PESSIMISM * round_off / own.rounding)
-            yield Measured(kept, found, tuple(self.runs.values()))
-            if round_off.max() > _OF_TRUNCATION * self.accuracy:
+            hidden = self.correct and noise > _OF_TRUNCATION * self.accuracy
+            errors = StepErrors(
+                self.scene,
+                self.formulation,
+                precision,
+                longer_than(precision) if hidden else precision,
+            )
+            kept = self.runs[precision, order] = self._taylor(precision, order, errors)
+            yield from self._by_errors(kept, errors)
+            if not hidden:
+                noise = float(errors.round_off_at(self.times).max())
+                self._learn(_PESSIMISM * errors.round_off_at(self.times) / own.rounding)
+                if self.correct and errors.left_at(self.times).max() <= self.accuracy:
+                    # Only the round-off of the estimate is in the way.
+                    finer = errors.again(longer_than(precision))
+                    if finer is not None:
+                        yield from self._by_errors(kept, finer)
+            if self._is_vain(noise):
                 return
-            self._learn(found / truncation(order))
+            # Beyond that, the error is the round-off of the run.
+            least = max(truncation(order), own.rounding / _PESSIMISM)
+            self._learn(errors.estimate_at(self.times) / least)
+
+    def _by_errors(self, kept: TaylorRun, errors: StepErrors) -> Iterator[Measured]:
+        """Yield a run with its errors, and the corrected one if it has the accuracy."""
+        yield self._of(kept, errors.at(self.times) + _conversions(kept))
+        left = errors.corrected_at(self.times) + _conversions(kept)
+        if self.correct and errors.is_kept and left.max() <= self.accuracy:
+            run = corrected_run(kept, self.times, errors.correction(), errors.evaluated_in)
+            yield self._of(run, left)
+
+    def _of(self, kept: MotionRun, errors: Array) -> Measured:
+        """Return a run with its errors, beside all runs so far."""
+        return Measured(kept, errors, tuple(self.made))
+
+    def _is_vain(self, noise: float) -> bool:
+        """Return whether round-off (rad, rad/s) exceeds the accuracy at every order."""
+        return noise > (_OF_ROUND_OFF if self.correct else _OF_TRUNCATION) * self.accuracy
 
     def _left_by_round_off(self, precision: PrecisionName) -> float:
         """Return the expected error (rad, rad/s) of a run without truncation error."""
@@ -199,7 +240,7 @@ class _Search:
         self, precision: PrecisionName, order: int, observe: Observer | None = None
     ) -> TaylorRun:
         """Return a new run of a precision and an order."""
-        return taylor_run(
+        found = taylor_run(
             self.scene,
             self.times,
             formulation=self.formulation,
@@ -209,6 +250,8 @@ class _Search:
             progress=self.progress(f"order {order}, {precision}"),
             observe=observe,
         )
+        self.made.append(found)
+        return found
 
     def _learn(self, grown: Array) -> None:
         """Note the growth of errors that a measured run showed."""
@@ -220,7 +263,7 @@ class _Search:
         errors = margin * difference(kept, judge) + _sums(kept, self.times)
         if self.grown is not None:
             errors = errors + MOST_ROUND_OFF * PRECISIONS[kept.precision].rounding * self.grown
-        return Measured(kept, errors, tuple(self.runs.values()))
+        return self._of(kept, errors)
 
 
 def difference(first: Any, second: Any) -> Array:

@@ -1,0 +1,48 @@
+"""The linearized motion over steps, against matrix exponentials and a numerical integrator."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+from twolink.simulation.smooth.flows import accumulated, exponentials, magnus
+from twolink.simulation.smooth.quadrature import gauss_rule
+
+
+def test_the_flow_of_a_step_is_of_sixth_order():
+    """Half a step divides the error of its flow by 2⁷: the matrices do not commute."""
+
+    def slope(t):
+        return np.array(
+            [[0.1, 1, 0.3 * t, 0], [t, -0.2, 0, 1], [math.sin(t), 0, 0.3, t * t], [0, 0.5, 1, 0]]
+        )
+
+    def rates(t, x):
+        return (slope(t) @ x.reshape(4, 4)).ravel()
+
+    nodes = gauss_rule(3, "double").nodes
+    missed = []
+    for h in (0.4, 0.2):
+        exact = solve_ivp(rates, (0, h), np.eye(4).ravel(), method="DOP853", rtol=1e-13, atol=1e-14)
+        found = expm(magnus(*(h * slope(h * node) for node in nodes)))
+        missed.append(np.abs(found - exact.y[:, -1].reshape(4, 4)).max())
+    assert missed[1] < missed[0] / 2**6.5
+    assert missed[0] < 1e-5
+
+
+@pytest.mark.parametrize("size", [1e-9, 0.3, 3.0, 40.0])
+def test_exponentials(size, random):
+    matrices = size * random.uniform(-1, 1, (5, 4, 4))
+    for matrix, found in zip(matrices, exponentials(matrices), strict=True):
+        assert found == pytest.approx(expm(matrix), rel=1e-2, abs=1e-3 * np.abs(expm(matrix)).max())
+
+
+def test_errors_are_carried_from_step_to_step(random):
+    flows, sources = random.normal(size=(7, 4, 4)), random.normal(size=(7, 4, 3))
+    start = random.normal(size=(4, 3))
+    carried = [start]
+    for flow, source in zip(flows, sources, strict=True):
+        carried.append(flow @ carried[-1] + source)
+    assert accumulated(flows, sources, start) == pytest.approx(np.array(carried))

@@ -1,0 +1,179 @@
+"""The error that the defects of a run's steps give, against more precise runs."""
+
+import numpy as np
+import pytest
+
+from tests.simulation.smooth.test_measure import HARD, TIMES, scene, true_errors
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_spring import JointSpring
+from twolink.integration.precisions import PRECISIONS, longer_than
+from twolink.simulation.smooth import defect, step_errors
+from twolink.simulation.smooth.step_errors import StepErrors
+from twolink.simulation.smooth.taylor import Steps, taylor_run
+
+STIFF = {
+    "stiff springs": (Gravity(), JointSpring((300.0, 500.0))),
+    "strong damping": (Gravity(), JointDamping((40.0, 30.0))),
+}
+# The values of a run have the round-off of the output, which is no part of the defect.
+OUTPUT = 8
+
+
+def observed(scene, order, formulation="momenta", precision="double", evaluated_in=None):
+    """Return a run and the errors that its steps give."""
+    errors = StepErrors(scene, formulation, precision, evaluated_in)
+    run = taylor_run(
+        scene, TIMES, formulation=formulation, precision=precision, order=order, observe=errors
+    )
+    return run, errors
+
+
+def missed(scene, run, errors):
+    """Return the true error over the bound, the larger of it and of the output, at each time."""
+    finest = longer_than(run.precision)
+    exact = taylor_run(scene, TIMES, formulation="kane", precision=finest)
+    true = true_errors(run, exact)
+    sizes = np.abs(np.concatenate([run.q, run.u]).astype(float)).max()
+    output = OUTPUT * PRECISIONS[run.precision].rounding * sizes
+    return true, errors.at(TIMES) + output
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("formulation", ["momenta", "lagrange", "kane"])
+@pytest.mark.parametrize("name", HARD)
+def test_the_error_is_bounded_at_all_times(name, formulation):
+    for order in (11, 13, 15, 17, 19, 21):
+        run, errors = observed(HARD[name], order, formulation)
+        for each in (errors, errors.again("long double")):
+            true, bound = missed(HARD[name], run, each)
+            assert np.all(true <= bound)
+
+
+def test_the_error_is_bounded_by_little_more_than_itself():
+    hard = HARD["reference"]
+    run, errors = observed(hard, 15)
+    true, bound = missed(hard, run, errors)
+    assert np.all(true <= bound)
+    assert np.all(bound[5:21] < 2 * true[5:21])
+
+
+def test_a_longer_precision_bounds_the_error_more_closely():
+    """At round-off, the round-off of the estimate is as large as the error itself."""
+    hard = HARD["reference"]
+    run, errors = observed(hard, 21)
+    again = errors.again("long double")
+    for each in (errors, again):
+        true, bound = missed(hard, run, each)
+        assert np.all(true <= bound)
+    assert again.round_off_at(TIMES)[-1] < 1e-2 * errors.round_off_at(TIMES)[-1]
+    assert again.at(TIMES)[-1] < errors.at(TIMES)[-1] / 2
+    _, directly = observed(hard, 21, evaluated_in="long double")
+    assert again.at(TIMES) == pytest.approx(directly.at(TIMES))
+
+
+@pytest.mark.parametrize("name", STIFF)
+def test_steps_over_which_errors_change_much(name):
+    stiff = scene((1.0, -2.0), (0.5, 0.0), effects=STIFF[name])
+    for order in (15, 21):
+        run, errors = observed(stiff, order)
+        true, bound = missed(stiff, run, errors)
+        assert np.all(true <= bound)
+    assert bound[-1] < 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["reference", "chaotic", "damped"])
+def test_long_doubles(name):
+    for order in (15, 19, 23):
+        run, errors = observed(HARD[name], order, precision="long double")
+        true, bound = missed(HARD[name], run, errors)
+        assert np.all(true <= bound)
+    assert bound[-1] < 1e-11
+
+
+@pytest.mark.slow
+def test_random_starts(random):
+    """Of 3 × 30 runs none has an error above its bound; the median is well above a hundredth."""
+    shares = []
+    for hard in HARD.values():
+        q, u = random.uniform(-3, 3, (2, 2)).tolist()
+        start = scene(tuple(q), tuple(u), hard.chain, hard.effects)
+        for order in (13, 17, 21):
+            true, bound = missed(start, *observed(start, order))
+            shares.append((true / bound).max())
+    assert max(shares) <= 1
+    assert np.median(shares) > 0.05
+
+
+def parts_of(steps, *cuts):
+    """Yield steps in parts that end at some of them."""
+    for first, last in zip((0, *cuts), (*cuts, None), strict=True):
+        cut = slice(first, last)
+        end = steps.end if last is None else steps.coefficients[last, :, 0]
+        yield Steps(steps.starts[cut], steps.lengths[cut], steps.coefficients[cut], end)
+
+
+def test_steps_that_come_in_parts_give_the_same():
+    found = []
+    hard = HARD["reference"]
+    taylor_run(hard, TIMES, formulation="momenta", observe=found.append)
+    (steps,) = found
+    whole, parts = (StepErrors(hard, "momenta", "double") for _ in range(2))
+    # Steps from 0 s begin anew.
+    whole(steps)
+    whole(steps)
+    for part in parts_of(steps, 100, 101):
+        parts(part)
+    for each in ("at", "corrected_at", "left_at", "estimate_at", "round_off_at"):
+        assert getattr(parts, each)(TIMES) == pytest.approx(getattr(whole, each)(TIMES), rel=1e-6)
+    one, other = (each.correction().at(TIMES) for each in (whole, parts))
+    assert other == pytest.approx(one, rel=1e-6)
+
+
+def test_too_many_steps_are_not_kept(monkeypatch):
+    monkeypatch.setattr(step_errors, "MOST_KEPT", 300)
+    found = []
+    hard = HARD["reference"]
+    taylor_run(hard, TIMES, formulation="momenta", observe=found.append)
+    (steps,) = found
+    errors = StepErrors(hard, "momenta", "double")
+    for part in parts_of(steps, 200, 400):
+        errors(part)
+    assert not errors.is_kept
+    assert errors.again("long double") is None
+    assert errors._parts == []
+    monkeypatch.undo()
+    whole = StepErrors(hard, "momenta", "double")
+    whole(steps)
+    assert whole.is_kept
+    assert errors.at(TIMES) == pytest.approx(whole.at(TIMES), rel=1e-6)
+
+
+def test_an_error_that_is_not_small_has_no_bound():
+    """The motion is linearized: two chaotic motions far apart are not."""
+    _, errors = observed(HARD["chaotic"], 7)
+    for bounds in (errors.at(TIMES), errors.corrected_at(TIMES)):
+        assert np.isfinite(bounds[0])
+        assert np.isinf(bounds[-1])
+        assert np.all(np.diff(bounds[np.isfinite(bounds)]) >= 0)
+
+
+def test_a_correction_leaves_more_of_a_larger_error():
+    """A twentieth of a small error, and up to three tenths where the linear motion ends."""
+    for order, least, most in ((17, 0.05, 0.051), (13, 0.06, 0.3)):
+        _, errors = observed(HARD["reference"], order)
+        part = errors.left_at(TIMES)[-1] / errors.estimate_at(TIMES)[-1]
+        assert least <= part <= most
+
+
+def test_the_bound_includes_the_error_of_an_insufficient_quadrature(monkeypatch):
+    """With two nodes Gauss's error is a thousand times the defect, and is in the bound."""
+    hard = HARD["reference"]
+    run, enough = observed(hard, 21)
+    monkeypatch.setattr(defect, "_OF_A_ROUNDING", 1e12)
+    run, errors = observed(hard, 21)
+    assert len(errors._evaluation.rule.nodes) == 2
+    true, bound = missed(hard, run, errors)
+    assert np.all(true <= bound)
+    assert bound[1] > 100 * enough.at(TIMES)[1]

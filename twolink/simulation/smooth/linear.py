@@ -1,0 +1,75 @@
+"""The linearized motion along the steps of a run, in float64."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from twolink.simulation.run import Array
+from twolink.simulation.series import powers
+from twolink.simulation.smooth.flows import exponentials, magnus
+from twolink.simulation.smooth.quadrature import gauss_rule
+from twolink.simulation.smooth.rates import Rates
+from twolink.simulation.smooth.taylor import Steps
+
+# The difference of arguments by which rates are differentiated: of angles in rad, of the other two
+# variables relative to their size; and the least, in units in the last place.
+_DIFFERENCE, _APART = 1e-7, 16
+
+
+class Linear(NamedTuple):
+    """The linearized motion over n steps.
+
+    `starts` and `lengths` (s) have shape (n,), `states` at the starts shape (n, 4), and the
+    `jacobians` of the rates at Gauss's three nodes shape (3, n, 4, 4). The `flows`, shape
+    (n, 4, 4), carry a small deviation over each step.
+    """
+
+    starts: Array
+    lengths: Array
+    states: Array
+    jacobians: Array
+    flows: Array
+
+    @property
+    def scaled(self) -> Array:
+        """The Jacobians times the length of the step."""
+        return self.jacobians * self.lengths[:, None, None]
+
+
+def linearized(rates: Rates, steps: Steps) -> Linear:
+    """Return the linearized motion along steps, by the rates of their variables in float64."""
+    lengths = steps.lengths.astype(float)
+    coefficients = steps.coefficients.astype(float)
+    scaled = coefficients * powers(lengths, coefficients.shape[2])[:, None]
+    jacobians = _jacobians(rates, steps.starts, lengths, scaled)
+    flows = exponentials(magnus(*(jacobians * lengths[:, None, None])))
+    return Linear(steps.starts, lengths, coefficients[:, :, 0], jacobians, flows)
+
+
+def _jacobians(rates: Rates, starts: Array, lengths: Array, scaled: Array) -> Array:
+    """Return the derivatives of the rates at three nodes of each step, shape (3, n, 4, 4)."""
+    nodes = gauss_rule(3, "double").nodes
+    states = values(scaled, nodes)
+    largest = np.abs(states).max(axis=(1, 2))
+    sizes = np.where((largest > 0) & (np.arange(4) > 1), largest, 1.0)
+    nudges = np.maximum(_DIFFERENCE * sizes, _APART * np.spacing(largest))
+    every = np.repeat(states[:, None], 5, axis=1)
+    taken = np.empty_like(states)
+    for k in range(4):
+        every[k, k + 1] += nudges[k]
+        taken[k] = every[k, k + 1] - states[k]
+    t = starts[:, None] + lengths[:, None] * nodes
+    found = rates(every, np.broadcast_to(t, every.shape[1:]))
+    slopes = (found[:, 1:] - found[:, :1]) / taken
+    return slopes.transpose(3, 2, 0, 1)
+
+
+def values(scaled: Array, nodes: Array) -> Array:
+    """Return the values of polynomials, shape (n, 4, p + 1), at nodes in [0, 1]: (4, n, nodes)."""
+    n, count, length = scaled.shape
+    # From the highest power, as the sums then have less round-off.
+    by_power = nodes ** np.arange(length - 1, -1, -1)[:, None]
+    found = scaled[:, :, ::-1].reshape(n * count, length).dot(by_power)
+    return np.ascontiguousarray(found.reshape(n, count, -1).transpose(1, 0, 2))

@@ -1,0 +1,76 @@
+"""Gauss's quadrature on steps, in any precision, and exact integrals of polynomials' slopes."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.simulation.run import Array
+
+
+@dataclass(frozen=True, eq=False)
+class GaussRule:
+    """Gauss's nodes and weights on [0, 1], in the numbers of a precision.
+
+    `moments` are the weights of the integrals with 1 − τ and with (1 − τ)²/2.
+    """
+
+    nodes: Any
+    weights: Any
+    moments: tuple[Any, Any]
+
+    def moments_of_slopes(self, length: int) -> tuple[Any, Any]:
+        """Return the combinations of c_k that are the moments of y', for y = Σ c_k τ^k.
+
+        ∫ (1 − τ) y' dτ = Σ c_k/(k + 1) and ∫ (1 − τ)²/2 y' dτ = Σ c_k/((k + 1)(k + 2)), from k = 1.
+        """
+        once = 1 / (1 + self._counting(length))
+        twice = once / (2 + self._counting(length))
+        once[0], twice[0] = 0 * once[0], 0 * twice[0]
+        return once, twice
+
+    def errors_of_slopes(self, length: int) -> Array:
+        """Return the combination of c_k that is the error of the rule for y', in float64.
+
+        The rule is exact for powers below twice the number of nodes.
+        """
+        nodes, weights = self.nodes.astype(float), self.weights.astype(float)
+        found = np.zeros(length)
+        for k in range(2 * len(nodes) + 1, length):
+            found[k] = k * float(weights @ nodes ** (k - 1)) - 1
+        return found
+
+    def _counting(self, length: int) -> Any:
+        return np.arange(float(length)).astype(self.nodes.dtype)
+
+
+@functools.cache
+def gauss_rule(count: int, precision: PrecisionName) -> GaussRule:
+    """Return Gauss's rule with a number of nodes, at least two."""
+    # NumPy's rule is in float64, and its import takes 30 ms.
+    from_highest = np.arange(count, 0, -1, dtype=np.longdouble)
+    x: Any = np.cos(np.pi * (from_highest - 0.25) / (count + 0.5))
+    for _ in range(6):
+        x, _ = _newton(x, count)
+    if precision == "quadruple":
+        x = PRECISIONS[precision].lengthened(x)
+        x, _ = _newton(x, count)
+    _, slope = _newton(x, count)
+    kind = np.dtype(PRECISIONS[precision].number)
+    nodes = ((x + 1) / 2).astype(kind)
+    weights = (1 / ((1 - x * x) * slope * slope)).astype(kind)
+    left = 1 - nodes
+    return GaussRule(nodes, weights, (weights * left, weights * left * left / 2))
+
+
+def _newton(x: Any, count: int) -> tuple[Any, Any]:
+    """Return better roots of Legendre's polynomial of a degree, and its slope at x."""
+    before, value = 1 + 0 * x, x
+    for k in range(2, count + 1):
+        before, value = value, ((2 * k - 1) * x * value - (k - 1) * before) / k
+    slope = count * (x * value - before) / (x * x - 1)
+    return x - value / slope, slope
