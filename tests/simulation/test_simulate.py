@@ -12,6 +12,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
+from twolink.effects.pd_control import PdControl
 from twolink.errors import SimulationError
 from twolink.integration.methods import METHODS, NUMERIC_METHODS
 from twolink.scene import Scene
@@ -255,3 +256,16 @@ def test_the_cost_is_near_that_of_the_cheapest_setting(random):
     print(sorted(ratios))
     assert max(ratios) <= 8
     assert np.mean(np.array(ratios) <= 4.2) >= 0.75
+
+
+@pytest.mark.parametrize("accuracy", [1e-8, 1e-12])
+def test_errors_that_decay_within_a_few_steps_are_seen(accuracy):
+    """Strong control: truncation errors decay between the few samples, at which they are small."""
+    control = PdControl((0.5, -1.0), (3000.0, 800.0), (60.0, 12.0))
+    start = Scene(Chain.uniform_bars(), (1.0, -2.0), (0.5, 1.0), 10.0, (Gravity(), control))
+    found = simulate(start, accuracy=accuracy, samples=2)
+    times = np.linspace(0, 10, 5000)
+    exact = taylor_run(start, times, formulation="kane", precision="quadruple")
+    q, u = found.at(times)
+    assert abs(q.astype(exact.q.dtype) - exact.q).max() <= found.error
+    assert abs(u.astype(exact.q.dtype) - exact.u).max() <= found.error

@@ -17,7 +17,14 @@ def linear_of(matrix, lengths):
     starts = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
     flows = np.array([expm(h * matrix) for h in lengths])
     jacobians = np.broadcast_to(matrix, (3, len(lengths), 4, 4))
-    return Linear(starts, np.array(lengths), np.zeros((len(lengths), 4)), jacobians, flows)
+    return Linear(
+        starts,
+        np.array(lengths),
+        np.zeros((len(lengths), 4)),
+        jacobians,
+        np.zeros((len(lengths), 4)),
+        flows,
+    )
 
 
 def test_deviations_follow_the_linear_motion_within_steps(random):

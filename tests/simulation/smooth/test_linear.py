@@ -1,9 +1,13 @@
 """The linearized motion along a run, against neighbouring runs and single polynomials."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.simulation.smooth.test_measure import HARD
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_torque import JointTorque
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.linear import linearized, values
@@ -69,3 +73,16 @@ def test_values_of_polynomials(kind, random):
             exact = np.polynomial.polynomial.polyval(nodes, coefficients[n, k])
             assert found[k, n] == pytest.approx(exact)
     assert found.dtype == kind
+
+
+def test_the_derivative_by_time_is_that_of_the_loads():
+    """A torque a sin(ω t) at A gives a ω cos(ω t) in the rate of the first momentum."""
+    pushed = replace(
+        HARD["reference"], effects=(Gravity(), JointTorque((0.0, 0.0), (2.0, 0.0), (7.0, 1.0)))
+    )
+    steps = taken(pushed, "momenta")
+    linear = linearized(rates_of(pushed, "momenta", "double"), steps)
+    middle = linear.starts + linear.lengths / 2
+    exact = np.zeros((len(middle), 4))
+    exact[:, 2] = 2.0 * 7.0 * np.cos(7.0 * middle)
+    assert linear.by_time == pytest.approx(exact, abs=1e-3)

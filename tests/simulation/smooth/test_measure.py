@@ -93,8 +93,8 @@ def test_a_run_well_above_round_off_is_judged_in_its_own_precision():
 
 
 def test_near_round_off_a_run_is_judged_by_its_own_defect():
-    """Double precision ends near 1e-9 here: it does for 1e-8, and no longer for 1e-11."""
-    near, beyond = (measured(HARD["reference"], accuracy) for accuracy in (1e-8, 1e-11))
+    """Double precision ends near 1e-9 here: it does for 1e-8, and no longer for 1e-12."""
+    near, beyond = (measured(HARD["reference"], accuracy) for accuracy in (1e-8, 1e-12))
     assert near.kept.precision == "double"
     assert [run.precision for run in near.runs] == ["double"] * len(near.runs)
     assert beyond.kept.precision == "long double"

@@ -7,8 +7,11 @@ from tests.simulation.smooth.test_measure import HARD, TIMES, scene, true_errors
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
+from twolink.effects.joint_torque import JointTorque
 from twolink.integration.precisions import PRECISIONS, longer_than
+from twolink.scene import Scene
 from twolink.simulation.smooth import defect, step_errors
+from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import Steps, taylor_run
 
@@ -177,3 +180,20 @@ def test_the_bound_includes_the_error_of_an_insufficient_quadrature(monkeypatch)
     true, bound = missed(hard, run, errors)
     assert np.all(true <= bound)
     assert bound[1] > 100 * enough.at(TIMES)[1]
+
+
+def test_the_round_off_of_the_time_is_in_the_bound():
+    """A fast torque at 30 s: a rounding of the time changes it more than one of the state."""
+    torque = JointTorque((2.7, 0.5), (14.3, 0.9), (9.3, 5.7), (1.5, -2.9))
+    effects = (Gravity(), torque, JointSpring((3.9, 22.0), (2.0, -1.2)))
+    chain = HARD["reference"].chain
+    pushed = Scene(chain, (0.0, 0.0), (-4e-4, -2e-3), 30.0, effects)
+    times = np.linspace(0, 30, 61)
+    exact = taylor_run(pushed, times, formulation="kane", precision="quadruple")
+    for order in (15, 17, 21):
+        errors = StepErrors(pushed, "lagrange", "double")
+        run = taylor_run(pushed, times, formulation="lagrange", order=order, observe=errors)
+        found = corrected_run(run, times, errors.correction(), "double")
+        output = OUTPUT * 2**-52 * np.abs(np.concatenate([run.q, run.u])).max()
+        assert np.all(true_errors(run, exact) <= errors.at(times) + output)
+        assert np.all(true_errors(found, exact) <= errors.corrected_at(times) + output)

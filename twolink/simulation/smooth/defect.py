@@ -68,8 +68,10 @@ class Evaluation:
         longer, rule = self.precision.lengthened, self.rule
         h, polynomials = longer(steps.lengths), _scaled(steps, self.name)
         first, length = polynomials.leading[:, :, 0], polynomials.length
-        ends = np.add.accumulate(h)
-        t = (longer(steps.starts[:1]) + (ends - h))[:, None] + h[:, None] * rule.nodes
+        starts = steps.starts
+        if starts.dtype != h.dtype:
+            starts = longer(starts[:1]) + (np.add.accumulate(h) - h)
+        t = starts[:, None] + h[:, None] * rule.nodes
         rates = h[:, None] * self.rates(polynomials.at(rule.nodes), t)
         # The weights' round-off multiplies only the differences from the mean.
         mean = np.add.reduce(rates, 2) / len(rule.nodes)

@@ -22,14 +22,16 @@ class Linear(NamedTuple):
     """The linearized motion over n steps.
 
     `starts` and `lengths` (s) have shape (n,), `states` at the starts shape (n, 4), and the
-    `jacobians` of the rates at Gauss's three nodes shape (3, n, 4, 4). The `flows`, shape
-    (n, 4, 4), carry a small deviation over each step.
+    `jacobians` of the rates at Gauss's three nodes shape (3, n, 4, 4); `by_time`, shape (n, 4), are
+    the derivatives of the rates by t at the middle of each step. The `flows`, shape (n, 4, 4),
+    carry a small deviation over each step.
     """
 
     starts: Array
     lengths: Array
     states: Array
     jacobians: Array
+    by_time: Array
     flows: Array
 
     @property
@@ -45,7 +47,16 @@ def linearized(rates: Rates, steps: Steps) -> Linear:
     scaled = coefficients * powers(lengths, coefficients.shape[2])[:, None]
     jacobians = _jacobians(rates, steps.starts, lengths, scaled)
     flows = exponentials(magnus(*(jacobians * lengths[:, None, None])))
-    return Linear(steps.starts, lengths, coefficients[:, :, 0], jacobians, flows)
+    by_time = _by_time(lengths, scaled, jacobians[1])
+    return Linear(steps.starts, lengths, coefficients[:, :, 0], jacobians, by_time, flows)
+
+
+def _by_time(lengths: Array, scaled: Array, jacobians: Array) -> Array:
+    """Return ∂f/∂t = y″ − J y′ at the middle of each step, shape (n, 4)."""
+    k = np.arange(scaled.shape[2])
+    weights = [k * 0.5 ** (k - 1.0), k * (k - 1) * 0.5 ** (k - 2.0)]
+    first, second = (scaled @ each / lengths[:, None] ** m for m, each in enumerate(weights, 1))
+    return np.asarray(second - (jacobians @ first[..., None])[..., 0])
 
 
 def _jacobians(rates: Rates, starts: Array, lengths: Array, scaled: Array) -> Array:

@@ -58,7 +58,7 @@ GROWTH = 5e3
 _OF_TRUNCATION = 0.2
 
 # The round-off, in accuracies, of a run that a correction brings to the accuracy.
-_OF_ROUND_OFF = 5.0
+_OF_ROUND_OFF = 10.0
 
 # The error that round-off leaves, in roundings times the growth, of motions where it is small (the
 # median is 0.4).

@@ -6,10 +6,10 @@ the defect of a step. Φ is the exponential of Magnus's series of sixth order (B
 and Ros, The Magnus expansion and some of its applications, 2009, section 5.4): over many steps an
 error of Φ would grow like an instability.
 
-The rates f have round-off too, of the size that a rounding of the state and of f itself gives.
-Vectors of random signs times this size on each step, propagated like the defect, are samples of the
-round-off of the estimate. The error of Gauss's rule, where it is larger, takes the place of the
-round-off.
+The rates f have round-off too, of the size that a rounding of the state, of the time and of f
+itself gives. Vectors of random signs times this size on each step, propagated like the defect, are
+samples of the round-off of the estimate. The error of Gauss's rule, where it is larger, takes the
+place of the round-off.
 
 An error that is known can be subtracted. A correction leaves the round-off of the estimate and a
 small part of the error itself.
@@ -196,8 +196,10 @@ class StepErrors:
         states = np.abs(linear.states)
         roundings = (np.abs(mean) @ states[:, :, None])[:, :, 0] + found.rates
         rule, rounding = self._evaluation.rule, PRECISIONS[self.evaluated_in].rounding
+        # Those of the nodes of a step differ, while its start has one rounding of time for all.
         each = rounding / math.sqrt(len(rule.nodes))
-        sizes = np.maximum(each * roundings, found.quadrature)
+        of_time = np.abs(linear.by_time) * (linear.lengths * linear.starts)[:, None]
+        sizes = np.maximum(each * roundings + rounding * of_time, found.quadrature)
         samples = sizes[:, :, None] * self._random_signs(len(sizes))
         # The defect of a step grows over the rest of the step.
         once, twice = found.moments

@@ -292,7 +292,9 @@ class _Recorder:
         """Return the steps since the last call."""
         end = self._integrator.state.copy()
         lengths = np.array(self._lengths, end.dtype)
-        starts = self._from + np.concatenate([[0.0], np.cumsum(lengths.astype(float))])[:-1]
+        # A sum in float64 would miss the times of loads by a rounding for each step.
+        ends = np.cumsum(PRECISIONS["quadruple"].mixable(lengths), dtype=np.longdouble)
+        starts = (self._from + np.concatenate([[0.0], ends])[:-1]).astype(float)
         found = Steps(starts, lengths, np.array(self._taken), end)
         self._begin()
         return found
