@@ -153,7 +153,8 @@ def _by_taylor(asked: _Asked) -> Trajectory:
     )
     place = np.searchsorted(checked, asked.times)
     kept = replace(found.kept, q=found.kept.q[:, place], u=found.kept.u[:, place])
-    return _trajectory(asked, kept, found.errors[place], found.runs)
+    between = _rounding(found.kept)
+    return _trajectory(asked, kept, found.errors[place] + between, found.runs)
 
 
 def _through_events(asked: _Asked) -> Trajectory:
@@ -236,6 +237,12 @@ def _trajectory(
         recipe=kept.recipe,
         _knots=kept.step_times,
     )
+
+
+def _rounding(run: MotionRun) -> float:
+    """Return the rounding to float64 of the largest value of q (rad) and u (rad/s) of a run."""
+    largest = max(np.abs(pair).max() for pair in (run.q, run.u))
+    return float(np.finfo(float).eps * float(largest))
 
 
 def _made(
