@@ -4,6 +4,7 @@ import pytest
 
 from tests.ensembles.cases import axis, ensemble, starts
 from twolink.data import data_path
+from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.file import ensemble_of, load
 from twolink.errors import SceneError
 from twolink.scene import Scene
@@ -116,6 +117,11 @@ NORMAL = {"parameter": "start.q.1", "normal": {"mean": 0.0, "deviation": 1.0}}
         ({"keep": {"first": [{"of": "q3"}]}}, "keep.first.0.of must be one of q1, q2, elbow, eit"),
         ({"keep": {"first": [{"of": "elbow"}]}}, "keep.first: level must be given for the elbow"),
         ({"runs": {"accuracy": 0.0}}, "runs.accuracy must be greater than 0; got 0.0"),
+        ({"axes": 3}, "axes must be a list of tables; got 3"),
+        ({"axes": [3]}, r"axes must be a list of tables; got \(3,\)"),
+        ({"axes": [Q, 3]}, "axes.1 must be a table; got 3"),
+        ({"keep": {"first": 3}}, "keep.first must be a list of tables; got 3"),
+        ({"runs": []}, "runs must be a table; got"),
         ({"scene": 3}, "scene must be a valid string; got 3"),
         ({"scene": "fre_fall"}, r"there is no scene and no file of this name; did you mean free_f"),
         ({"scene": {"chain": {}}}, "scene: key 'start' is missing; it must be given"),
@@ -129,6 +135,20 @@ def test_contradictory_tables_are_refused_in_one_sentence(tables, sentence):
     with pytest.raises(SceneError, match=sentence) as caught:
         ensemble(**tables)
     assert "\n" not in str(caught.value)
+
+
+def test_a_sweep_without_axes_is_one_run(tmp_path):
+    (tmp_path / "a.toml").write_text(
+        'axes = []\nscene = "free_fall"\n[keep]\nfinal = true\nfirst = []\n'
+    )
+    found = load(tmp_path / "a.toml")
+    without = ensemble(keep={"final": True, "first": []})
+    assert found.runs.count == without.runs.count == 1
+    assert found.kept == without.kept
+    assert found.fingerprint == without.fingerprint
+    rows = rows_of(found, 0, 1)
+    assert rows.reasons == [""]
+    assert rows.arrays["q"].shape == (1, 2)
 
 
 def test_a_method_that_measures_no_error_in_lanes_is_refused(tmp_path):

@@ -30,7 +30,7 @@ from twolink.ensembles.quantities import QUANTITIES
 from twolink.errors import ParameterError, SceneError, TwolinkError
 from twolink.inputs import as_duration, as_path
 from twolink.scene import Scene, scene_file
-from twolink.scene.model import checked, scene_model, table_model
+from twolink.scene.model import checked, list_of_tables, scene_model, table_model
 from twolink.scene.scene import checked_tables
 from twolink.scene.text import check_tables, read_text, tables
 from twolink.text import either, quoted
@@ -90,7 +90,7 @@ def sweep_model(scene: Any = str) -> type[BaseModel]:
         "Sweep",
         title=(str, "untitled"),
         scene=(scene, Field(description="a scene: its name, its file, or a table of its own")),
-        axes=(list[_axis_table()], Field(default_factory=list)),  # type: ignore[misc]
+        axes=(list_of_tables(_axis_table()), Field(default_factory=list)),
         runs=(runs, Field(default_factory=dict, validate_default=True)),
         keep=(_keep_table(), Field(default_factory=dict, validate_default=True)),
     )
@@ -130,7 +130,7 @@ def _keep_table() -> type[BaseModel]:
     for key, kept in QUANTITIES.items():
         kind = kept.kind
         if kept.table is not None:
-            kind = list[table_model(f"{key} table", **kept.entries())]  # type: ignore[misc]
+            kind = list_of_tables(table_model(f"{key} table", **kept.entries()))
         entries[key] = (kind | None, Field(None, description=kept.description))
     return table_model("Keep", **entries)
 

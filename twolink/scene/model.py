@@ -42,6 +42,14 @@ def table_model(title: str, /, **entries: Any) -> type[BaseModel]:
     return create_model(title, __config__=strict, **entries)
 
 
+def list_of_tables(table: type[BaseModel]) -> Any:
+    """Return the type of a list of tables, which may be empty."""
+    from pydantic import BeforeValidator
+
+    # A list without tables has become a tuple, as lists of numbers have.
+    return Annotated[list[table], BeforeValidator(lambda given: [] if given == () else given)]  # type: ignore[valid-type]
+
+
 _Pair = tuple[float, float]
 
 
@@ -166,9 +174,18 @@ def _sentence(fault: Any, model: type[BaseModel]) -> str:
         return choice(key, fault["input"], re.findall("'([^']*)'", fault["ctx"]["expected"]))
     if fault["type"] == "float_type" and isinstance(fault["input"], str):
         return f"{key} must be a number, without quotes; got {quoted(fault['input'])}"
-    # A tuple of pydantic is a list in TOML.
-    required = fault["msg"].removeprefix("Input should be ").replace("a valid tuple", "a list")
-    return f"{key} must be {required}; got {quoted(fault['input'])}"
+    return f"{key} must be {_required(fault)}; got {quoted(fault['input'])}"
+
+
+def _required(fault: Any) -> str:
+    """Return the requirement of a validation error in the words of TOML, whose lists are tuples."""
+    if fault["type"] == "list_type":
+        # All other lists are tuples of pydantic.
+        return "a list of tables"
+    if fault["type"] == "model_type":
+        return "a table"
+    message: str = fault["msg"]
+    return message.removeprefix("Input should be ").replace("a valid tuple", "a list")
 
 
 def _unknown_key(place: list[str], model: type[BaseModel]) -> str:
