@@ -109,7 +109,7 @@ ROWS = {
     ],
     "twolink.simulation.smooth": [
         "equations",
-        "longest_step",
+        "longest_step pieces",
         "flows quadrature rates",
         "numeric taylor",
         "linear",
@@ -171,6 +171,7 @@ ROWS = {
     ],
     "twolink.variations": [
         "directions smooth",
+        "pieces",
         "system",
         "measure",
         "uncertainty spectrum",

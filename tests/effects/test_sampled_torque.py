@@ -57,6 +57,20 @@ def test_the_interpolation_is_the_chosen_one(interpolation):
         )
 
 
+@pytest.mark.parametrize("interpolation", ["hold", "linear", "cubic"])
+def test_slopes_of_a_piece_are_the_torques_of_the_slopes_of_samples(interpolation):
+    effect = SampledTorque(TIMES, A, B, interpolation)
+    along = (0.0,) * 5, (0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, -2.0, 0.0)
+    for t in (0.0, 0.7, 1.0, 1.5, 2.5):
+        piece, slopes = effect.piece_at(t), effect.slopes_at(t, sum(along, ()))
+        moved = SampledTorque(
+            TIMES, *(tuple(np.add(a, b)) for a, b in zip((A, B), along[1:], strict=True)),
+            interpolation,
+        ).piece_at(t)  # fmt: skip
+        assert slopes[0] == 0.0
+        assert np.add(piece.numbers, slopes) == pytest.approx(moved.numbers, abs=1e-13)
+
+
 def test_a_held_torque_gives_parabolas_to_rounding():
     """3 du/dt = τ, piece by piece: speed is the integral of a staircase."""
     trajectory = simulate(

@@ -38,6 +38,22 @@ RICH = {
     },
 }
 
+# The same effects, but for rotors, and torques with corners in time.
+TORQUES = {
+    **RICH,
+    "start": {"theta": [0.4, 0.9], "omega": [1.0, -0.5]},
+    "effects": {
+        "gravity": {"g": 9.7},
+        "joint_damping": {"coefficient": [0.1, 0.2]},
+        "sampled_torque": {
+            "times": [0.1, 0.35, 0.5, 1.25, 1.5],
+            "A": [0.3, -2.0, 4.0, 0.7, 0.1],
+            "B": [-0.2, 0.4, 0.0, 1.1, -0.6],
+            "interpolation": "linear",
+        },
+    },
+}
+
 
 def family(scene, *parameters):
     """Return the scenes of tables, or of a name, with other values of parameters."""

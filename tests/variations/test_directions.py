@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tests.variations.cases import RICH, SPRING, family
+from tests.variations.cases import RICH, SPRING, TORQUES, family
 from twolink.ensembles.numbers import numbers_in
 from twolink.errors import SimulationError
 from twolink.variations.directions import directions
@@ -60,3 +60,10 @@ def test_a_number_without_which_the_scene_has_another_form_is_refused():
     rotors = {"motor_inertia": {"inertia": [0.0, 0.002]}}
     with pytest.raises(SimulationError, match="must be a number that can be a little greater"):
         slopes({**RICH, "effects": rotors}, "effects.motor_inertia.inertia.0")
+
+
+def test_a_number_that_moves_a_corner_in_time_is_refused():
+    with pytest.raises(SimulationError, match=r"times\.1 must be a number that moves no "):
+        slopes(TORQUES, "effects.sampled_torque.times.1")
+    (by_sample,) = slopes(TORQUES, "effects.sampled_torque.A.1")
+    assert sorted(by_sample.numbers)[-2:] == [0.0, 1.0]

@@ -4,9 +4,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tests.variations.cases import RICH, family
+from tests.variations.cases import RICH, TORQUES, family
 from twolink.accuracy.reference import reference
 from twolink.integration.precisions import PRECISIONS
+from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.variations.directions import directions
 from twolink.variations.measure import CONFIGURATIONS, measured_variation
@@ -77,6 +78,33 @@ def check_against_forty_digits(scene, parameter, accuracy):
     # The difference of neighbours is wrong by its third derivatives: (2^-44)² = 3e-27 of them.
     truth = difference_of_references(own, 0)
     assert np.abs(got - truth).max() <= found.errors[0, -1]
+    assert found.errors[0, -1] < 1e-9 * np.abs(truth).max()
+
+
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-15])
+@pytest.mark.parametrize(
+    "parameter",
+    ["start.theta.0", "chain.mass.1", "effects.gravity.g", "effects.sampled_torque.B.1"],
+)
+def test_errors_bound_the_distance_from_quadruple_runs_through_corners(parameter, accuracy):
+    own = family(TORQUES, parameter)
+    found = measured(own, accuracy)
+    (value,) = own.values
+    # Coefficients between samples are rounded to float64: a sample moves by a power of two, which
+    # changes them exactly or by 1e-16 of the change.
+    h = 2.0**-40 if "sampled" not in parameter else 2.0**-13
+    ends = []
+    for end in (value + h, value - h):
+        run = hybrid_run(
+            own.scene([end]), np.linspace(0.0, 2.0, 9), formulation="kane", precision="quadruple"
+        )
+        ends.append(np.concatenate([run.q, run.u]))
+    truth = (ends[0] - ends[1]).astype(float) / (2 * h)
+    got = np.concatenate([found.dq[0], found.du[0]])
+    off = np.abs(got - truth).max(axis=0)
+    # By third derivatives, and roundings of coefficients, differences of samples are wrong by more.
+    of_difference = 0.0 if "sampled" not in parameter else 1e-16 / h + h * h
+    assert (off <= found.errors[0] + of_difference * np.abs(truth).max()).all()
     assert found.errors[0, -1] < 1e-9 * np.abs(truth).max()
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.variations.cases import RICH, SPRING, STIFFNESS, J, family, oscillation
+from tests.variations.cases import RICH, SPRING, STIFFNESS, TORQUES, J, family, oscillation
 from twolink import sweep
 from twolink.chain import Chain
 from twolink.data import data_path
@@ -147,6 +147,12 @@ def test_an_accuracy_that_cannot_be_met_is_said():
         ("general", (), ParameterError, "by must be a sequence of names"),
         ("general", 3, ParameterError, "by must be a sequence of names"),
         ("general", ("q1", "start.q.0"), ParameterError, "once; got 'start.q.0' again"),
+        (
+            TORQUES,
+            "effects.sampled_torque.times.1",
+            SimulationError,
+            "moves no corner of a load in",
+        ),
         ("none", "q1", SceneError, "none"),
         ("general", "effects.gravity.direction.0", SimulationError, "0 must be a number by which"),
     ],
@@ -159,6 +165,41 @@ def test_what_has_no_derivative_is_refused(scene, by, error, sentence):
 def test_another_method_is_refused():
     with pytest.raises(SimulationError, match="must be taylor, which integrates derivatives; got"):
         sensitivity(replace(Scene.load("general"), method="DOP853"), "q1")
+
+
+@pytest.mark.parametrize("interpolation", ["hold", "linear", "cubic"])
+def test_neighbours_of_a_motion_through_corners(interpolation):
+    torque = {**TORQUES["effects"]["sampled_torque"], "interpolation": interpolation}
+    scene = {**TORQUES, "effects": {**TORQUES["effects"], "sampled_torque": torque}}
+    names = ("start.theta.0", "m2", "effects.sampled_torque.A.2")
+    own = family(scene, *names)
+    found = sensitivity(scene, names, samples=41)
+    assert found.met
+    h = 2.0**-12
+    for k in range(len(names)):
+        ends = []
+        for step in (h, h / 2):
+            pairs = []
+            for sign in (1, -1):
+                values = np.array(own.values)
+                values[k] += sign * step
+                run = simulate(own.scene(values), accuracy=1e-13, samples=41)
+                pairs.append(np.array([run.q, run.u]))
+            ends.append((pairs[0] - pairs[1]) / (2 * step))
+        truth, coarse = (4 * ends[1] - ends[0]) / 3, ends[0]
+        got, roundings = np.array([found.dq[k], found.du[k]]), 1e-13 / h
+        assert np.abs(got - truth).max() <= 0.01 * np.abs(coarse - truth).max() + 4 * roundings
+        assert np.abs(got).max() > 1e6 * roundings
+
+
+def test_uncertainty_through_corners_is_compared_with_neighbours():
+    found = sensitivity("sampled_torque", ("q1", "effects.sampled_torque.B.3"), samples=11)
+    small = found.uncertainty({"effects.sampled_torque.B.3": 1e-4})
+    assert small.linear_until == 1.0
+    assert small.departure[-1] < 1e-2
+    # Before the sample acts, at 0.3 s, it changes nothing.
+    assert (small.deviation[:, :3] == 0).all()
+    assert (small.deviation[:, -1] > 0).all()
 
 
 def test_limits_are_kept():

@@ -35,3 +35,12 @@ def test_friction_of_no_size_is_smooth_unless_it_is_varied():
 @pytest.mark.parametrize("name", ["general", "free_fall", "acrobot", "small_swings"])
 def test_smooth_scenes_pass(name):
     check_smooth(Scene.load(name), varied_effects=True)
+
+
+def test_corners_in_time_are_no_modes():
+    scene = Scene.load("sampled_torque")
+    check_smooth(scene, varied_effects=True, corners=True)
+    with pytest.raises(SimulationError, match="got JointFriction, which has modes and events"):
+        check_smooth(
+            replace(scene, effects=(*scene.effects, JointFriction((0.1, 0.0)))), corners=True
+        )

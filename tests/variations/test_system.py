@@ -1,13 +1,14 @@
 import numpy as np
 import pytest
 
-from tests.variations.cases import RICH, SPRING, family, oscillation
+from tests.ensembles.cases import UNCOUPLED
+from tests.variations.cases import RICH, SPRING, TORQUES, J, family, oscillation
 from twolink.errors import IntegrationError, SimulationError
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.taylor import taylor_run
 from twolink.variations.directions import directions
-from twolink.variations.system import check_form, varied_motion
+from twolink.variations.system import VariedSystem, check_form, varied_motion
 
 
 def varied(scene, *parameters, formulation="momenta", precision="double", count=11):
@@ -53,6 +54,46 @@ def test_a_parameter_that_must_be_a_float_is_named():
     own = family("general", "effects.gravity.direction.0")
     with pytest.raises(SimulationError, match="the direction must be a number by which"):
         check_form(own.scene(own.values), directions(own)[0], "the direction")
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("formulation", EQUATIONS)
+def test_a_held_torque_s_samples_in_closed_form(formulation, precision):
+    """I2 q2″ is the torque at B, and J q1″ its reaction: speeds change while a sample is held."""
+    times = [0.0, 0.5, 1.25]
+    scene = {
+        **UNCOUPLED,
+        "run": {"duration": 2.0},
+        "effects": {
+            "sampled_torque": {
+                "times": times,
+                "A": [0.0, 0.0, 0.0],
+                "B": [0.25, 1.0, -2.0],
+                "interpolation": "hold",
+            }
+        },
+    }
+    names = ("effects.sampled_torque.B.1", "start.u.1", "effects.sampled_torque.B.2")
+    t, found = varied(scene, *names, formulation=formulation, precision=precision, count=9)
+    inertia = UNCOUPLED["chain"]["inertia"][1]
+    after = [np.maximum(t - begin, 0.0) for begin in times]
+    by_first = (after[1] - after[2]) / inertia, (after[1] ** 2 - after[2] ** 2) / 2 / inertia
+    expected = [by_first, (np.ones(9), t), (after[2] / inertia, after[2] ** 2 / 2 / inertia)]
+    for k, (du, dq) in enumerate(expected):
+        assert found.du[k, 1].astype(float) == pytest.approx(du, abs=1e-14)
+        assert found.dq[k, 1].astype(float) == pytest.approx(dq, abs=1e-14)
+        reaction = 0.0 if k == 1 else -inertia / J
+        assert found.dq[k, 0].astype(float) == pytest.approx(reaction * dq, abs=1e-14)
+
+
+def test_pieces_share_one_compiled_system():
+    own = family(TORQUES, "chain.mass.0", "effects.sampled_torque.A.1")
+    scene = own.scene(own.values)
+    systems = [
+        VariedSystem.of(scene, directions(own), "momenta", "double", t=t) for t in (0.0, 0.1, 1.5)
+    ]
+    assert systems[0].pool is systems[1].pool is systems[2].pool
+    assert systems[0].numbers != systems[1].numbers
 
 
 def test_a_motion_that_ends_is_an_error():

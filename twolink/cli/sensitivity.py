@@ -85,8 +85,7 @@ def sensitivity(
 
     Prints the derivatives of q and u at the end with their measured errors, or the Lyapunov
     exponents. Exit code 0: the accuracy is met. 1: it is met only until the time that is printed.
-    2: the input was refused, as are contact, dry friction and torques with corners, where motions
-    have no derivatives.
+    2: the input was refused, as are contact and dry friction, where motions have no derivatives.
     """
     check_target("--out", out, RESULTS)
     if lyapunov is not None:

@@ -13,6 +13,7 @@ from typing import Self
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
 from twolink.contact.elements import ContactElement
+from twolink.errors import SimulationError
 from twolink.loads import Loads
 
 
@@ -79,6 +80,14 @@ class PiecewiseEffect(Effect):
     @abstractmethod
     def piece_at(self, t: float) -> Effect:
         """Return the smooth effect that acts from a time (s) until the next discontinuity."""
+
+    def slopes_at(self, t: float, slopes: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the slopes of the numbers of the piece at a time (s), of slopes of its own.
+
+        Numbers are in the order of fields. Raises `SimulationError` where there are none: by
+        default.
+        """
+        raise SimulationError(f"the pieces of {type(self).__name__} have no slopes by its numbers")
 
 
 class ParametricEffect(Effect):

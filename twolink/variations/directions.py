@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.arithmetic import Pair
+from twolink.effects import discontinuities
 from twolink.ensembles.family import Family
 from twolink.ensembles.numbers import numbers_in
 from twolink.errors import SimulationError, TwolinkError
@@ -70,6 +71,11 @@ def _direction(family: Family, place: int) -> Direction:
 
     # A power of two keeps the neighbours free of roundings.
     distance = _SHARE * 2.0 ** np.floor(np.log2(abs(value))) if value else _SHARE
+    if _moves_corners(family, place):
+        raise SimulationError(
+            f"{name} must be a number that moves no corner of a load in time, since variational"
+            f" equations are integrated from corner to corner; got {value!r}, the time of one"
+        )
     first, second = (_slopes(at, base, value, size) for size in (distance, distance / 2))
     if first is None or second is None:
         raise SimulationError(
@@ -85,6 +91,17 @@ def _direction(family: Family, place: int) -> Direction:
         )
     *numbers, q1, q2, u1, u2 = first.tolist()
     return Direction(tuple(numbers), (q1, q2), (u1, u2), doubt)
+
+
+def _moves_corners(family: Family, place: int) -> bool:
+    """Return whether the corners of loads in time move with a value."""
+    own = list(family.values)
+    corners = discontinuities(family.parts(own).effects)
+    own[place] = float(np.nextafter(own[place], np.inf))
+    try:
+        return discontinuities(family.parts(own).effects) != corners
+    except TwolinkError:
+        return False
 
 
 def _numbers(family: Family, values: list[float]) -> tuple[Array, object]:

@@ -20,8 +20,8 @@ from twolink.errors import ParameterError, SimulationError
 from twolink.inputs import as_path, as_tuple, check_callback, check_instance, refuse
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
+from twolink.simulation.motion import motion_run
 from twolink.simulation.options import RunOptions
-from twolink.simulation.smooth.taylor import taylor_run
 from twolink.tables import Column, Table, table
 from twolink.text import quoted
 from twolink.variations.directions import directions
@@ -99,7 +99,7 @@ class Sensitivity:
         def neighbour(difference: Array) -> Array:
             scene = self._family.scene(np.array(self.values) + difference)
             # Its own errors are those of double precision, far below what it is compared with.
-            run = taylor_run(scene, self.t, formulation="momenta")
+            run = motion_run(scene, self.t, formulation="momenta")
             return np.concatenate([run.q, run.u])
 
         return propagated(self.t, states, slopes, self.errors, factor, neighbour)
@@ -193,7 +193,7 @@ def sensitivity(
             "the method of the scene must be taylor, which integrates derivatives; got"
             f" {quoted(own.method)}"
         )
-    check_smooth(own, varied_effects=family.changes("effects"))
+    check_smooth(own, varied_effects=family.changes("effects"), corners=True)
     size = options.samples * 4 * (1 + len(names)) * _BYTES
     limits.check_memory(f"{options.samples} samples", size)
     return _measured(family, own, names, options, progress, limits)

@@ -1,4 +1,4 @@
-"""The requirement of variational equations: a motion without modes and corners."""
+"""The requirement of variational equations: a motion without modes, and corners if need be."""
 
 from __future__ import annotations
 
@@ -13,19 +13,21 @@ from twolink.errors import SimulationError
 from twolink.scene import Scene
 
 
-def check_smooth(scene: Scene, *, varied_effects: bool = False) -> None:
+def check_smooth(scene: Scene, *, varied_effects: bool = False, corners: bool = False) -> None:
     """Raise `SimulationError` unless a scene is smooth, as are those with other numbers.
 
     With `varied_effects` the numbers of effects are varied: even an effect that acts with none of
-    its own, such as friction with a coefficient of zero, is then refused.
+    its own, such as friction with a coefficient of zero, is then refused. With `corners`, loads may
+    have corners in time, between which the motion is smooth.
     """
     for name, effect in zip(names_of(scene.effects), scene.effects, strict=True):
-        modes = contact_elements((effect,), scene.moving_chain)
-        corners = discontinuities((effect,))
-        kinds = (ContactEffect, PiecewiseEffect)
-        if modes or corners or (varied_effects and isinstance(effect, kinds)):
+        modes = bool(contact_elements((effect,), scene.moving_chain))
+        modes |= varied_effects and isinstance(effect, ContactEffect)
+        with_corners = not corners and isinstance(effect, PiecewiseEffect)
+        with_corners &= varied_effects or bool(discontinuities((effect,)))
+        if modes or with_corners:
             raise SimulationError(
                 "a scene must be smooth for variational equations; got"
-                f" {name}, which has {'corners in time' if corners else 'modes and events'}: runs"
+                f" {name}, which has {'modes and events' if modes else 'corners in time'}: runs"
                 " of `sweep` with neighbouring values show how its motion depends on them"
             )

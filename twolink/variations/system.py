@@ -3,19 +3,24 @@
 The numbers of a scene become value + slope · p with a run-time parameter p for each direction,
 which is zero. heyoka differentiates the equations of motion by p, and the derivatives of the start
 are the start of the derivatives. Those of momenta, and back to speeds, are by dual numbers.
+
+At a discontinuity of an effect in time the variables are continuous, as its time is fixed. From one
+to the next another piece of the effect acts, whose numbers are parameters of one compiled system.
 """
 
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from twolink.accuracy.dual import Dual
 from twolink.chain import Chain
+from twolink.effects import ParametricEffect, pieces_at
 from twolink.ensembles.numbers import numbers_in, with_numbers
 from twolink.errors import SimulationError, TwolinkError
 from twolink.integration.outcomes import check_arrival
@@ -26,9 +31,11 @@ from twolink.scene import Scene
 from twolink.simulation.pool import IntegratorPool
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.longest_step import default_longest_step
+from twolink.simulation.smooth.pieces import pieces_of
 from twolink.simulation.smooth.taylor import parts_of_run
 from twolink.values import Content
 from twolink.variations.directions import Direction
+from twolink.variations.pieces import slopes_of_piece, varies_pieces
 
 # Loops: the unrolled code of so many equations takes seconds to compile.
 _CODE = Code(compact=True, level=0)
@@ -67,32 +74,41 @@ def varied_motion(
     to the last time, or the equations cannot be differentiated. `progress` receives the completed
     share.
     """
+    own, cap = PRECISIONS[precision], default_longest_step(scene)
     system = VariedSystem.of(scene, directions, formulation, precision)
-    grid = PRECISIONS[precision].array(times)
-    cap = default_longest_step(scene)
-    rows, steps = [], 0
-    with system.pool.lend() as integrator:
-        integrator.state[:] = system.start(scene, directions)
-        integrator.time = grid[0]
-        for outcome, taken, known in parts_of_run(integrator, precision, grid, cap):  # noqa: B007
-            rows.append(known)
-            steps += taken
-            progress(float(integrator.time) / scene.duration)
-        check_arrival(outcome, float(integrator.time), scene.duration)
+    state = system.start(scene, directions)
+    rows, steps = [state[None]], 0
+    for piece, _ in pieces_of(scene, times):
+        system = VariedSystem.of(scene, directions, formulation, precision, t=float(piece[0]))
+        parts, grid = [], own.array(piece)
+        with system.pool.lend() as integrator:
+            integrator.state[:] = state
+            integrator.pars[:] = own.array(system.numbers)[: len(integrator.pars)]
+            integrator.time = grid[0]
+            for outcome, taken, known in parts_of_run(integrator, precision, grid, cap):  # noqa: B007
+                parts.append(known)
+                steps += taken
+                progress(float(integrator.time) / scene.duration)
+            check_arrival(outcome, float(integrator.time), scene.duration)
+        reached = np.concatenate(parts)
+        state = reached[-1]
+        rows.append(reached[1:][np.isin(piece[1:], times)])
     q, u, dq, du = system.in_speeds(np.concatenate(rows).T)
     return VariedMotion(q, u, dq, du, formulation, precision, steps)
 
 
 @dataclass(frozen=True)
 class VariedSystem:
-    """Compiled variational equations, for any start of a scene.
+    """Compiled variational equations between two discontinuities, for any start of a scene.
 
     `places`, shape (4, k), are those of the derivatives among the variables of the integrator,
-    which are four of the motion before them.
+    which are four of the motion before them. `numbers` are the run-time parameters of the
+    equations, k zeros and those in which the pieces of effects differ.
     """
 
     pool: IntegratorPool
     places: Any
+    numbers: tuple[float, ...]
     chain: Chain
     slopes: Slopes
     formulation: EquationsName
@@ -106,14 +122,16 @@ class VariedSystem:
         formulation: EquationsName,
         precision: PrecisionName,
         code: Code | None = None,
+        t: float = 0.0,
     ) -> VariedSystem:
-        """Return the system of a scene, compiled at its first use."""
-        chain, slopes = scene.moving_chain, tuple(each.numbers for each in directions)
+        """Return the system of a scene from a time (s) on, compiled at its first use."""
         code = code or (_CODE if precision == "double" else PRECISIONS[precision].code)
-        pool, places = _compiled(
-            Content((chain,)), Content(scene.effects), slopes, formulation, precision, code
-        )
-        return cls(pool, places, chain, slopes, formulation, precision)
+        chain, effects = scene.moving_chain, pieces_at(scene.effects, t)
+        slopes = tuple(slopes_of_piece(scene, each, t) for each in directions)
+        form, numbers = _form(chain, effects, slopes, _varied(scene, directions))
+        both = Content((chain,)), Content(form.effects)
+        pool, places = _compiled(*both, form.slopes, form.varied, formulation, precision, code)
+        return cls(pool, places, numbers, chain, slopes, formulation, precision)
 
     def start(self, scene: Scene, directions: Sequence[Direction]) -> Any:
         """Return the variables of the integrator at the start of a scene."""
@@ -160,11 +178,58 @@ class VariedSystem:
         return with_numbers(self.chain.convert(float), iter(duals))
 
 
+class _Form(NamedTuple):
+    """The effects of a piece and the slopes of all numbers, without those that are parameters.
+
+    `varied` has the numbers of the directions in which such numbers have slopes.
+    """
+
+    effects: tuple[Any, ...]
+    slopes: Slopes
+    varied: tuple[int, ...]
+
+
+def _varied(scene: Scene, directions: Sequence[Direction]) -> tuple[int, ...]:
+    """Return the numbers of the directions that change the pieces of effects."""
+    return tuple(k for k, each in enumerate(directions) if varies_pieces(scene, each))
+
+
+def _form(
+    chain: Chain, effects: tuple[Any, ...], slopes: Slopes, varied: tuple[int, ...]
+) -> tuple[_Form, tuple[float, ...]]:
+    """Return the form of a piece, which other pieces share, and its run-time parameters.
+
+    These are zero for each direction, then the numbers of parametric effects, and their slopes in
+    each direction that is `varied`.
+    """
+    places = _parametric(chain, effects)
+    numbers = numbers_in((chain, effects))[0]
+    parameters = [0.0] * len(slopes) + [numbers[k] for k in places]
+    for direction in varied:
+        parameters += [slopes[direction][k] for k in places]
+    others: list[Any] = [0.0 if k in places else x for k, x in enumerate(numbers)]
+    blank = with_numbers((chain, effects), iter(others))[1] if places else effects
+    rest = tuple(tuple(0.0 if k in places else x for k, x in enumerate(row)) for row in slopes)
+    return _Form(blank, rest, varied), tuple(parameters)
+
+
+def _parametric(chain: Chain, effects: tuple[Any, ...]) -> tuple[int, ...]:
+    """Return the places among all numbers of those of parametric effects."""
+    found: list[int] = []
+    place = len(numbers_in(chain)[0])
+    for effect in effects:
+        count = len(numbers_in(effect)[0])
+        found += range(place, place + count) if isinstance(effect, ParametricEffect) else ()
+        place += count
+    return tuple(found)
+
+
 @functools.lru_cache(maxsize=64)
 def _compiled(
     chain: Content,
     effects: Content,
     slopes: Slopes,
+    varied: tuple[int, ...],
     formulation: EquationsName,
     precision: PrecisionName,
     code: Code,
@@ -172,7 +237,8 @@ def _compiled(
     """Return compiled integrators, cached for scenes that differ only in their start."""
     hy = heyoka()
     own = PRECISIONS[precision]
-    equations = _equations(chain.objects[0], effects.objects, slopes, formulation, own.number)
+    form = _Form(effects.objects, slopes, varied)
+    equations = _equations(chain.objects[0], form, formulation, own.number)
     integrator = hy.taylor_adaptive(
         hy.var_ode_sys(equations, [hy.par[k] for k in range(len(slopes))]),
         np.array([own.number(0)] * 4),
@@ -186,10 +252,12 @@ def _compiled(
 
 def check_form(scene: Scene, direction: Direction, name: str) -> None:
     """Raise `SimulationError` unless the equations can be written with a parameter as a symbol."""
-    slopes = (direction.numbers,)
+    effects = pieces_at(scene.effects, 0.0)
     try:
+        slopes = (slopes_of_piece(scene, direction, 0.0),)
+        form, _ = _form(scene.moving_chain, effects, slopes, _varied(scene, (direction,)))
         for formulation in EQUATIONS:
-            _equations(scene.moving_chain, scene.effects, slopes, formulation, float)
+            _equations(scene.moving_chain, form, formulation, float)
     except (TypeError, ValueError, AttributeError, TwolinkError) as error:
         raise SimulationError(
             f"{name} must be a number by which the equations can be differentiated; got one that"
@@ -198,26 +266,33 @@ def check_form(scene: Scene, direction: Direction, name: str) -> None:
 
 
 def _equations(
-    chain: Chain, effects: Any, slopes: Slopes, formulation: EquationsName, kind: Any
+    chain: Chain, form: _Form, formulation: EquationsName, kind: Any
 ) -> list[tuple[Any, Any]]:
     """Return the equations of motion in heyoka's symbols, with parameters in the numbers."""
     hy = heyoka()
     q1, q2, x1, x2 = hy.make_vars("q1", "q2", "x1", "x2")
-    moved = _moved(chain, effects, slopes, kind)
+    moved = _moved(chain, form, kind)
     first, second = EQUATIONS[formulation].rates(*moved, (q1, q2), (x1, x2), hy.time)
     return list(zip((q1, q2, x1, x2), (*first, *second), strict=True))
 
 
-def _moved(chain: Chain, effects: Any, slopes: Slopes, kind: Any) -> tuple[Any, Any]:
+def _moved(chain: Chain, form: _Form, kind: Any) -> tuple[Any, Any]:
     """Return chain and effects with numbers that depend on the run-time parameters."""
-    exact = chain.convert(kind)
-    if not any(map(any, slopes)):
+    exact, effects, par = chain.convert(kind), form.effects, heyoka().par
+    places = _parametric(chain, effects)
+    if not places and not any(map(any, form.slopes)):
         return exact, effects
     numbers = [*_leaves(exact), *numbers_in(effects)[0]]
-    for k, along in enumerate(slopes):
+    for k, along in enumerate(form.slopes):
         for place, slope in enumerate(along):
             if slope:
-                numbers[place] = numbers[place] + kind(slope) * heyoka().par[k]
+                numbers[place] = numbers[place] + kind(slope) * par[k]
+    parameters = itertools.count(len(form.slopes))
+    for place in places:
+        numbers[place] = par[next(parameters)]
+    for k in form.varied:
+        for place in places:
+            numbers[place] = numbers[place] + par[next(parameters)] * par[k]
     moved: tuple[Any, Any] = with_numbers((chain, effects), iter(numbers))
     return moved
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from time import perf_counter
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.compilation import Compiled
-from twolink.effects import Effect, discontinuities, pieces_at
+from twolink.effects import Effect
 from twolink.errors import SimulationError
 from twolink.integration.method import Array, Rates
 from twolink.integration.methods import NUMERIC_METHODS, NumericName
@@ -21,6 +20,7 @@ from twolink.integration.precisions import PrecisionName
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.pieces import pieces_of
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def numeric_run(
     variables = np.array([*scene.q, *equations.from_speeds(chain, scene.q, scene.u)], dtype=float)
     found, steps, evaluations, seconds = [variables[:, None]], 0, 0, 0.0
     arithmetic: list[Operations] = []
-    for piece, effects in _pieces(scene, times):
+    for piece, effects in pieces_of(scene, times):
         formula = _formula(chain, effects, formulation)
         rates = _Counted(_rates(formula), scene.duration, progress)
         start = perf_counter()
@@ -77,14 +77,6 @@ def numeric_run(
     whole = np.concatenate(found, axis=1)
     u = np.array(equations.to_speeds(chain, tuple(whole[:2]), tuple(whole[2:])))
     return NumericRun(whole[:2], u, steps, evaluations, seconds, total(arithmetic))
-
-
-def _pieces(scene: Scene, times: Array) -> Iterator[tuple[Array, tuple[Effect, ...]]]:
-    """Return the times of each interval between discontinuities, with its ends, and its effects."""
-    inside = [t for t in discontinuities(scene.effects) if times[0] < t < times[-1]]
-    for start, end in pairwise([float(times[0]), *inside, float(times[-1])]):
-        within = times[(times > start) & (times < end)]
-        yield np.array([start, *within, end]), pieces_at(scene.effects, start)
 
 
 def _formula(chain: Chain, effects: tuple[Effect, ...], formulation: EquationsName) -> Compiled:
