@@ -62,7 +62,7 @@ def test_slopes_of_a_piece_are_the_torques_of_the_slopes_of_samples(interpolatio
     effect = SampledTorque(TIMES, A, B, interpolation)
     along = (0.0,) * 5, (0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, -2.0, 0.0)
     for t in (0.0, 0.7, 1.0, 1.5, 2.5):
-        piece, slopes = effect.piece_at(t), effect.slopes_at(t, sum(along, ()))
+        piece, slopes = effect.piece_at(t), effect.slopes_of(sum(along, ()))(t)
         moved = SampledTorque(
             TIMES, *(tuple(np.add(a, b)) for a, b in zip((A, B), along[1:], strict=True)),
             interpolation,

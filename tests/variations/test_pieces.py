@@ -7,7 +7,7 @@ from tests.variations.cases import TORQUES, family
 from twolink.effects import pieces_at
 from twolink.ensembles.numbers import numbers_in
 from twolink.variations.directions import directions
-from twolink.variations.pieces import slopes_of_piece, varies_pieces
+from twolink.variations.pieces import slopes_of_pieces, varies_pieces
 
 
 def with_torques(interpolation):
@@ -37,7 +37,9 @@ def test_slopes_are_differences_of_the_pieces_of_neighbours(interpolation, t):
             ends.append(numbers_at(own.scene(values), t))
         expected = (ends[0] - ends[1]) / 0.125
         # Coefficients of some hundreds have roundings of 1e-14 each, several of them.
-        assert slopes_of_piece(scene, along, t) == pytest.approx(expected, rel=0, abs=1e-12 / 0.125)
+        assert slopes_of_pieces(scene, along)(t) == pytest.approx(
+            expected, rel=0, abs=1e-12 / 0.125
+        )
         assert varies_pieces(scene, along) == (k == 0)
 
 
@@ -48,5 +50,5 @@ def test_a_line_between_samples_has_the_slopes_of_the_hat_function():
     times = TORQUES["effects"]["sampled_torque"]["times"]
     rise = float(1 / (Fraction(times[2]) - Fraction(times[1])))
     # The start of the piece, which stays, then the coefficients at A and at B.
-    assert slopes_of_piece(scene, along, times[1])[-5:] == (0.0, 0.0, 0.0, 1.0, -rise)
-    assert slopes_of_piece(scene, along, times[2])[-5:] == (0.0,) * 5
+    assert slopes_of_pieces(scene, along)(times[1])[-5:] == (0.0, 0.0, 0.0, 1.0, -rise)
+    assert slopes_of_pieces(scene, along)(times[2])[-5:] == (0.0,) * 5

@@ -3,12 +3,13 @@ import pytest
 
 from tests.ensembles.cases import UNCOUPLED
 from tests.variations.cases import RICH, SPRING, TORQUES, J, family, oscillation
+from twolink.effects import pieces_at
 from twolink.errors import IntegrationError, SimulationError
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.taylor import taylor_run
 from twolink.variations.directions import directions
-from twolink.variations.system import VariedSystem, check_form, varied_motion
+from twolink.variations.system import VariedSystems, check_form, varied_motion
 
 
 def varied(scene, *parameters, formulation="momenta", precision="double", count=11):
@@ -89,11 +90,10 @@ def test_a_held_torque_s_samples_in_closed_form(formulation, precision):
 def test_pieces_share_one_compiled_system():
     own = family(TORQUES, "chain.mass.0", "effects.sampled_torque.A.1")
     scene = own.scene(own.values)
-    systems = [
-        VariedSystem.of(scene, directions(own), "momenta", "double", t=t) for t in (0.0, 0.1, 1.5)
-    ]
-    assert systems[0].pool is systems[1].pool is systems[2].pool
-    assert systems[0].numbers != systems[1].numbers
+    systems = VariedSystems.of(scene, directions(own), "momenta", "double")
+    found = [systems.at(t, pieces_at(scene.effects, t)) for t in (0.0, 0.1, 1.5)]
+    assert found[0].pool is found[1].pool is found[2].pool
+    assert found[0].numbers != found[1].numbers
 
 
 def test_a_motion_that_ends_is_an_error():

@@ -8,6 +8,7 @@ that names it; a class that lacks one of the methods cannot be instantiated.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import Self
 
 from twolink.arithmetic import Pair, Scalar
@@ -81,11 +82,11 @@ class PiecewiseEffect(Effect):
     def piece_at(self, t: float) -> Effect:
         """Return the smooth effect that acts from a time (s) until the next discontinuity."""
 
-    def slopes_at(self, t: float, slopes: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the slopes of the numbers of the piece at a time (s), of slopes of its own.
+    def slopes_of(self, slopes: tuple[float, ...]) -> Callable[[float], tuple[float, ...]]:
+        """Return a function from a time (s) to the slopes of the numbers of the piece there.
 
-        Numbers are in the order of fields. Raises `SimulationError` where there are none: by
-        default.
+        They follow from `slopes` of its own numbers, in the order of fields. Raises
+        `SimulationError` where there are none: by default.
         """
         raise SimulationError(f"the pieces of {type(self).__name__} have no slopes by its numbers")
 

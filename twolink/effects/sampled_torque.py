@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any, Literal
@@ -111,16 +112,14 @@ class SampledTorque(PiecewiseEffect):
         A, B = (tuple(rows[piece].tolist()) for rows in self._pieces)
         return PolynomialTorque(start, (A, B))
 
-    def slopes_at(self, t: float, slopes: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the slopes of the numbers of the piece at a time (s), where samples have slopes.
+    def slopes_of(self, slopes: tuple[float, ...]) -> Callable[[float], tuple[float, ...]]:
+        """Return the slopes of the numbers of pieces, where samples have slopes and times none.
 
-        Torques are linear in their samples: they are the torques of these slopes as samples. `t`
-        and the `times`, whose slopes must be zero, stay.
+        Torques are linear in their samples: they are the torques of these slopes as samples.
         """
         count = len(self.times)
-        A, B = slopes[count : 2 * count], slopes[2 * count :]
-        start, *coefficients = replace(self, A=A, B=B).piece_at(t).numbers
-        return (0.0 * start, *coefficients)
+        along = replace(self, A=slopes[count : 2 * count], B=slopes[2 * count :])
+        return lambda t: (0.0, *along.piece_at(t).numbers[1:])
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the torques on link 1 and on link 2 at a time, or at an array of times (s)."""

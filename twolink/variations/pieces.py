@@ -5,7 +5,7 @@ There a piecewise effect acts as another one, its piece, whose numbers follow fr
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import islice
 
 from twolink.chain import Chain
@@ -15,28 +15,32 @@ from twolink.scene import Scene
 from twolink.variations.directions import Direction
 
 Slopes = tuple[float, ...]
+SlopesOfPieces = Callable[[float], Slopes]
+"""From a time (s) to the slopes of the numbers of the chain and of the effects that act there.
+
+Numbers are in the order of `numbers_in`.
+"""
 
 
-def slopes_of_piece(scene: Scene, direction: Direction, t: float) -> Slopes:
-    """Return the slopes of the numbers of the chain and of the effects that act from a time (s).
-
-    They are in the order of `numbers_in`. Raises `SimulationError` where an effect has none.
-    """
-    found: list[float] = []
-    for thing, slopes in _parts(scene, direction):
-        if not isinstance(thing, PiecewiseEffect):
-            found += slopes
-        elif any(slopes):
-            found += thing.slopes_at(t, slopes)
-        else:
-            found += [0.0] * len(numbers_in(thing.piece_at(t))[0])
-    return tuple(found)
+def slopes_of_pieces(scene: Scene, direction: Direction) -> SlopesOfPieces:
+    """Return the slopes in a direction. Raises `SimulationError` where an effect has none."""
+    parts = [_of_pieces(thing, slopes) for thing, slopes in _parts(scene, direction)]
+    return lambda t: tuple(slope for part in parts for slope in part(t))
 
 
 def varies_pieces(scene: Scene, direction: Direction) -> bool:
     """Return whether a direction changes a number of a piecewise effect."""
     parts = _parts(scene, direction)
     return any(isinstance(thing, PiecewiseEffect) and any(slopes) for thing, slopes in parts)
+
+
+def _of_pieces(thing: Chain | Effect, slopes: Slopes) -> SlopesOfPieces:
+    """Return the slopes of the numbers of a part of a scene, which has itself these slopes."""
+    if not isinstance(thing, PiecewiseEffect):
+        return lambda t: slopes
+    if any(slopes):
+        return thing.slopes_of(slopes)
+    return lambda t: (0.0,) * len(numbers_in(thing.piece_at(t))[0])
 
 
 def _parts(scene: Scene, direction: Direction) -> Iterator[tuple[Chain | Effect, Slopes]]:

@@ -36,7 +36,7 @@ from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.tables import Column, Table, table
 from twolink.variations.directions import Direction
 from twolink.variations.smooth import check_smooth
-from twolink.variations.system import VariedSystem
+from twolink.variations.system import VariedSystem, VariedSystems
 
 Array = NDArray[np.float64]
 
@@ -181,7 +181,8 @@ def lyapunov(
     named = None if progress is None else lambda share: progress("separating", share)
     report = limits.timed(f"the exponents over {seconds:g} s", named)
     ends = np.linspace(0.0, seconds * (1 + 1 / blocks), blocks + 2)[1:]
-    system = VariedSystem.of(scene, _UNVARIED, "momenta", "double", _CODE)
+    systems = VariedSystems.of(scene, _UNVARIED, "momenta", "double", _CODE)
+    system = systems.at(0.0, scene.effects)
     with system.pool.lend() as integrator:
         following = _Following(system, integrator, replace(scene, duration=seconds), report)
         following.advance(ends[0], ends[-1])

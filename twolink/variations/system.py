@@ -35,7 +35,7 @@ from twolink.simulation.smooth.pieces import pieces_of
 from twolink.simulation.smooth.taylor import parts_of_run
 from twolink.values import Content
 from twolink.variations.directions import Direction
-from twolink.variations.pieces import slopes_of_piece, varies_pieces
+from twolink.variations.pieces import SlopesOfPieces, slopes_of_pieces, varies_pieces
 
 # Loops: the unrolled code of so many equations takes seconds to compile.
 _CODE = Code(compact=True, level=0)
@@ -75,11 +75,12 @@ def varied_motion(
     share.
     """
     own, cap = PRECISIONS[precision], default_longest_step(scene)
-    system = VariedSystem.of(scene, directions, formulation, precision)
+    systems = VariedSystems.of(scene, directions, formulation, precision)
+    system = systems.at(0.0, pieces_at(scene.effects, 0.0))
     state = system.start(scene, directions)
     rows, steps = [state[None]], 0
-    for piece, _ in pieces_of(scene, times):
-        system = VariedSystem.of(scene, directions, formulation, precision, t=float(piece[0]))
+    for piece, effects in pieces_of(scene, times):
+        system = systems.at(float(piece[0]), effects)
         parts, grid = [], own.array(piece)
         with system.pool.lend() as integrator:
             integrator.state[:] = state
@@ -113,25 +114,6 @@ class VariedSystem:
     slopes: Slopes
     formulation: EquationsName
     precision: PrecisionName
-
-    @classmethod
-    def of(
-        cls,
-        scene: Scene,
-        directions: Sequence[Direction],
-        formulation: EquationsName,
-        precision: PrecisionName,
-        code: Code | None = None,
-        t: float = 0.0,
-    ) -> VariedSystem:
-        """Return the system of a scene from a time (s) on, compiled at its first use."""
-        code = code or (_CODE if precision == "double" else PRECISIONS[precision].code)
-        chain, effects = scene.moving_chain, pieces_at(scene.effects, t)
-        slopes = tuple(slopes_of_piece(scene, each, t) for each in directions)
-        form, numbers = _form(chain, effects, slopes, _varied(scene, directions))
-        both = Content((chain,)), Content(form.effects)
-        pool, places = _compiled(*both, form.slopes, form.varied, formulation, precision, code)
-        return cls(pool, places, numbers, chain, slopes, formulation, precision)
 
     def start(self, scene: Scene, directions: Sequence[Direction]) -> Any:
         """Return the variables of the integrator at the start of a scene."""
@@ -178,6 +160,48 @@ class VariedSystem:
         return with_numbers(self.chain.convert(float), iter(duals))
 
 
+@dataclass(frozen=True)
+class VariedSystems:
+    """The systems of a scene, one for each piece of its effects, by their slopes over time.
+
+    `varied` has the numbers of the directions that change the pieces of effects.
+    """
+
+    chain: Chain
+    slopes: tuple[SlopesOfPieces, ...]
+    varied: tuple[int, ...]
+    formulation: EquationsName
+    precision: PrecisionName
+    code: Code
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        directions: Sequence[Direction],
+        formulation: EquationsName,
+        precision: PrecisionName,
+        code: Code | None = None,
+    ) -> VariedSystems:
+        """Return the systems of a scene; raises `SimulationError` where there are none."""
+        code = code or (_CODE if precision == "double" else PRECISIONS[precision].code)
+        slopes = tuple(slopes_of_pieces(scene, each) for each in directions)
+        varied = tuple(k for k, each in enumerate(directions) if varies_pieces(scene, each))
+        return cls(scene.moving_chain, slopes, varied, formulation, precision, code)
+
+    def at(self, t: float, effects: tuple[Any, ...]) -> VariedSystem:
+        """Return the system of the effects from a time (s) on, compiled at its first use."""
+        slopes = tuple(each(t) for each in self.slopes)
+        form, numbers = _form(self.chain, effects, slopes, self.varied)
+        both = Content((self.chain,)), Content(form.effects)
+        pool, places = _compiled(
+            *both, form.slopes, form.varied, self.formulation, self.precision, self.code
+        )
+        return VariedSystem(
+            pool, places, numbers, self.chain, slopes, self.formulation, self.precision
+        )
+
+
 class _Form(NamedTuple):
     """The effects of a piece and the slopes of all numbers, without those that are parameters.
 
@@ -187,11 +211,6 @@ class _Form(NamedTuple):
     effects: tuple[Any, ...]
     slopes: Slopes
     varied: tuple[int, ...]
-
-
-def _varied(scene: Scene, directions: Sequence[Direction]) -> tuple[int, ...]:
-    """Return the numbers of the directions that change the pieces of effects."""
-    return tuple(k for k, each in enumerate(directions) if varies_pieces(scene, each))
 
 
 def _form(
@@ -254,8 +273,9 @@ def check_form(scene: Scene, direction: Direction, name: str) -> None:
     """Raise `SimulationError` unless the equations can be written with a parameter as a symbol."""
     effects = pieces_at(scene.effects, 0.0)
     try:
-        slopes = (slopes_of_piece(scene, direction, 0.0),)
-        form, _ = _form(scene.moving_chain, effects, slopes, _varied(scene, (direction,)))
+        slopes = (slopes_of_pieces(scene, direction)(0.0),)
+        varied = (0,) if varies_pieces(scene, direction) else ()
+        form, _ = _form(scene.moving_chain, effects, slopes, varied)
         for formulation in EQUATIONS:
             _equations(scene.moving_chain, form, formulation, float)
     except (TypeError, ValueError, AttributeError, TwolinkError) as error:
