@@ -12,6 +12,7 @@ KEEP = {
     "final": True,
     "energy": True,
     "extremes": True,
+    "extreme_speeds": True,
     "samples": 5,
     "first": [{"name": "flip", "of": "either"}],
 }

@@ -11,6 +11,7 @@ VALUES = {
     "final": True,
     "energy": True,
     "extremes": True,
+    "extreme_speeds": True,
     "impacts": True,
     "samples": 4,
     "first": [{"of": "q1"}],
@@ -43,6 +44,6 @@ def test_values_have_the_shape_and_the_type_of_their_variables(key, scene):
         assert variable.words
 
 
-@pytest.mark.parametrize("key", ["final", "energy", "extremes", "impacts"])
+@pytest.mark.parametrize("key", ["final", "energy", "extremes", "extreme_speeds", "impacts"])
 def test_quantities_set_to_false_are_not_kept(key):
     assert ensemble(keep={key: False}).kept == ()

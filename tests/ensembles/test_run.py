@@ -13,12 +13,16 @@ from twolink import Results, sweep
 from twolink.ensembles import executing, run
 from twolink.errors import FileError, ParameterError, SceneError
 
-KEEP = {"final": True, "extremes": True, "first": [{"name": "flip"}]}
+KEEP = {"final": True, "extremes": True, "extreme_speeds": True, "first": [{"name": "flip"}]}
 RUNS = {"accuracy": 1e-6, "duration": 2.0}
 
 
 def same(one, other):
-    names = ("q", "u", "largest", "smallest", "error", "flip_time", "flip_bound", "flip_verdict")
+    names = (
+        *("q", "u", "largest", "smallest", "error", "flip_time", "flip_bound", "flip_verdict"),
+        *("largest_speed", "smallest_speed_time", "largest_speed_bound"),
+        "smallest_speed_time_bound",
+    )
     return all(
         np.array_equal(one.array(name), other.array(name), equal_nan="verdict" not in name)
         for name in names
@@ -219,6 +223,7 @@ duration = 10.0
 [keep]
 final = true
 extremes = true
+extreme_speeds = true
 first = [{name = "flip"}]
 """
 

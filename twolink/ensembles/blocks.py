@@ -5,6 +5,7 @@ Runs are followed side by side in lanes. The last index of every array is the la
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from twolink.chain import Chain
 from twolink.effects import Effect
+from twolink.ensembles.speeds import Speeds
 
 Array = NDArray[np.float64]
 
@@ -42,7 +44,8 @@ class Block(NamedTuple):
     another one, and they are the coefficients of the time since the start; lengths are then those
     of the variable. `errors`, shape (n, lanes), bound the errors (rad, rad/s) up to the end of each
     step. Steps of a run that has ended have length 0. `which` are the numbers of the lanes among
-    those of an accumulator, shape (lanes,); one may come again with later steps.
+    those of an accumulator, shape (lanes,); one may come again with later steps. `speeds` returns
+    the speeds of the same steps; it is None where not all steps of the runs are followed.
     """
 
     starts: Array
@@ -51,6 +54,7 @@ class Block(NamedTuple):
     errors: Array
     clocks: Array | None = None
     which: Any = slice(None)
+    speeds: Callable[[], Speeds] | None = None
 
 
 class Spans(NamedTuple):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from twolink.ensembles.blocks import Block, Ends, Lanes
 from twolink.ensembles.compiled import FORMULATION, LANES, System
 from twolink.ensembles.error import SoFar, states_at_ends, states_of
+from twolink.ensembles.speeds import Speeds, derivatives, truncation_within
 from twolink.errors import SimulationError
 from twolink.integration.outcomes import failed_lanes
 from twolink.simulation.smooth.equations import EQUATIONS
@@ -135,7 +137,10 @@ class Follower:
                 moves = np.diff(part.times, axis=0) > 0
                 errors = compare.errors(part, moves, through(judge, part.times, cap))
                 lengths = np.where(moves, part.lengths, 0.0)
-                yield Block(part.times[:-1], lengths, part.coefficients[:, :2], errors)
+                speeds = partial(self._speeds, part, lengths, errors)
+                yield Block(
+                    part.times[:-1], lengths, part.coefficients[:, :2], errors, speeds=speeds
+                )
                 ended = (part.times[-1] >= duration) & (before < duration)
                 variables[:, ended] = _at_the_end(part, moves)[:, ended]
                 before = part.times[-1].copy()
@@ -143,6 +148,15 @@ class Follower:
         self.growths = np.maximum.accumulate(compare.growths, axis=0)
         states = states_of(chain, variables)
         self.ends = Ends(states[:2], states[2:], compare.so_far)
+
+    def _speeds(self, part: Part, lengths: Array, errors: Array) -> Speeds:
+        """Return the speeds on steps, with the bounds on the errors up to the end of each."""
+        ends = states_at_ends(self.lanes.chain, _ends_of_steps(part))[2:].swapaxes(0, 1)
+        coefficients = derivatives(part.coefficients[:, :2], lengths, ends)
+        clocks = np.zeros_like(coefficients[:, 0])
+        clocks[:, 1] = lengths
+        none, cuts = np.zeros_like(lengths), truncation_within(coefficients)
+        return Speeds(part.times[:-1], clocks, coefficients, cuts, errors, none, lengths > 0)
 
     def _start(self, integrator: Any) -> None:
         """Set an integrator to the starts."""
@@ -171,8 +185,9 @@ class _Comparison:
         `moves` says in which steps a run has not ended before, shape (n, lanes); `judged` has the
         variables of the judge at the ends of the steps, shape (n, 4, lanes).
         """
-        ours = np.concatenate([kept.coefficients[1:, :, 0], kept.end[None]])
-        first, second = (states_at_ends(self._chain, rows) for rows in (ours, judged))
+        first, second = (
+            states_at_ends(self._chain, rows) for rows in (_ends_of_steps(kept), judged)
+        )
         measured = self._measured.with_states(first, second, self._order, moves)
         steps = np.cumsum(moves, axis=0) + self._steps
         self._measured, self._steps = measured.of(-1), steps[-1]
@@ -211,12 +226,17 @@ def check_rates(lanes: Lanes, states: Array, compiled: Array, times: Any) -> Non
         )
 
 
+def _ends_of_steps(part: Part) -> Array:
+    """Return the variables at the end of each step, shape (n, variables, lanes)."""
+    return np.concatenate([part.coefficients[1:, :, 0], part.end[None]])
+
+
 def _at_the_end(part: Part, moves: Any) -> Array:
     """Return the variables after the last step of each run, shape (4, lanes).
 
     While other lanes go on, an integrator may move a run that has ended by a rounding of the time.
     """
-    states = np.concatenate([part.coefficients[1:, :, 0], part.end[None]])
+    states = _ends_of_steps(part)
     last = len(moves) - 1 - np.argmax(moves[::-1], axis=0)
     return np.asarray(states[last, :, np.arange(LANES)].T)
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from typing import Any, get_type_hints
 
+from twolink.ensembles.extreme_speeds import ExtremeSpeeds
 from twolink.ensembles.extremes import Extremes
 from twolink.ensembles.first_time import FirstTime
 from twolink.ensembles.impact_counts import ImpactCounts
@@ -47,6 +48,9 @@ QUANTITIES: Mapping[str, Kept] = {
     "final": Kept(_if_true(Final()), "q and u at the end"),
     "energy": Kept(_if_true(Energy()), "T + V at the start and at the end"),
     "extremes": Kept(_if_true(Extremes()), "the smallest and largest angles"),
+    "extreme_speeds": Kept(
+        _if_true(ExtremeSpeeds()), "the smallest and largest speeds, and their times"
+    ),
     "impacts": Kept(_if_true(ImpactCounts()), "the number of impacts"),
     "samples": Kept(
         lambda count: (Samples(count),), "the number of samples of q, evenly spaced", int

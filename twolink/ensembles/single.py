@@ -8,6 +8,7 @@ in lanes, in one lane.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,11 +18,16 @@ from twolink.contact.impact_laws import Regime
 from twolink.ensembles.blocks import Block, Ends, Impacts, Lanes
 from twolink.ensembles.compiled import FORMULATION
 from twolink.ensembles.quantity import Accumulator, Quantity
+from twolink.ensembles.speeds import Speeds, derivatives, last_terms, truncation_within
+from twolink.integration.precisions import PRECISIONS
 from twolink.limits import Limits
 from twolink.scene import Scene
+from twolink.simulation.hybrid.measure import Measured, impacts_beside
+from twolink.simulation.hybrid.measure import measured_run as through_events
 from twolink.simulation.hybrid.run import HybridRun
 from twolink.simulation.motion import has_events
 from twolink.simulation.series import powers
+from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.taylor import Steps, TaylorRun, taylor_run
 
@@ -29,6 +35,9 @@ Array = NDArray[np.float64]
 
 # Places at which a run is compared with the one that measures it, as many as `simulate` has.
 _PLACES = 4001
+
+# Units in the last place between the time of an impact and the end of its step.
+_SLACK = 4
 
 # Accuracies (rad, rad/s) that are tried in turn while a verdict is undecided: those of double, long
 # double and quadruple precision.
@@ -120,23 +129,36 @@ def _steps(run: TaylorRun, times: Array, errors: Array) -> Iterator[Block]:
     )
     # A run that restarted with optimized code begins anew.
     first = max(k for k, steps in enumerate(taken) if steps.starts[0] == 0)
+    equations, number = EQUATIONS[run.formulation], PRECISIONS[run.precision].number
+    chain = run.scene.moving_chain.convert(number)
     for steps in taken[first:]:
         clocks = np.zeros_like(steps.coefficients[:, 0])
         clocks[:, 1] = clocks[:, 1] + 1
-        yield _block(steps.starts, steps.lengths, steps.coefficients[:, :2], clocks, times, errors)
+        angles = steps.coefficients[:, :2]
+        block = _block(steps.starts, steps.lengths, angles, clocks, times, errors)
+        q, x = np.split(np.concatenate([steps.coefficients[1:, :, 0], steps.end[None]]).T, 2)
+        ends = np.array(equations.to_speeds(chain, tuple(q), tuple(x))).T
+        speeds = derivatives(angles, steps.lengths, ends)
+        yield block._replace(speeds=partial(_smooth_speeds, block, speeds))
+
+
+def _smooth_speeds(block: Block, speeds: Any) -> Speeds:
+    """Return the speeds on the steps of a block in one lane, from polynomials on [0, 1]."""
+    assert block.clocks is not None
+    floats, still = speeds.astype(float)[..., None], np.zeros_like(block.starts)
+    cuts, moves = truncation_within(floats), block.lengths > 0
+    return Speeds(block.starts, block.clocks, floats, cuts, block.errors, still, moves)
 
 
 def _with_events(scene: Scene, accuracy: float, limits: Limits) -> _Run:
     """Return a measured run of a scene with events, as far as it goes."""
-    from twolink.simulation.hybrid.measure import measured_run as through_events
-
     times = np.linspace(0.0, scene.duration, _PLACES)
     progress = _progress(scene, limits)
     found = through_events(scene, times, accuracy, FORMULATION, progress, limits)
     kept, reached = found.kept, times[: len(found.errors)]
     ends = _ends(kept, found.errors)._replace(impacts=_impacts(kept, found.judge))
     return _Run(
-        lambda: _arcs(kept.polynomials, reached, found.errors),
+        lambda: _arcs(found, reached, accuracy),
         ends,
         kept.precision,
         kept.failure,
@@ -152,12 +174,13 @@ def _impacts(kept: HybridRun, judge: HybridRun) -> Impacts:
     return Impacts(own, other, np.array([endless]))
 
 
-def _arcs(polynomials: Any, times: Array, errors: Array) -> Iterator[Block]:
+def _arcs(measured: Measured, times: Array, accuracy: float) -> Iterator[Block]:
     """Yield the steps of a run with events as one block."""
+    polynomials, errors = measured.kept.polynomials, measured.errors
     clocks = polynomials.clocks.copy()
     by_time = ~polynomials.by_clock
     clocks[by_time, 1] = clocks[by_time, 1] + 1
-    yield _block(
+    block = _block(
         polynomials.starts,
         polynomials.ends,
         polynomials.coefficients[:, :2],
@@ -165,6 +188,45 @@ def _arcs(polynomials: Any, times: Array, errors: Array) -> Iterator[Block]:
         times,
         errors,
     )
+    yield block._replace(speeds=lambda: _speeds_of_arcs(measured, block, times, accuracy))
+
+
+def _speeds_of_arcs(measured: Measured, block: Block, times: Array, accuracy: float) -> Speeds:
+    """Return the speeds on the steps of a run with events, and before and after each impact.
+
+    An impact may be early or late by the error up to it. Its speeds are compared with those of the
+    run that measures this one, at its own time.
+    """
+    assert block.clocks is not None
+    kept, polynomials = measured.kept, measured.kept.polynomials
+    scale = powers(polynomials.ends, polynomials.coefficients.shape[2])
+    on_steps = (polynomials.coefficients[:, 2:4] * scale[:, None]).astype(float)[..., None]
+    moments, at_impacts, apart = impacts_beside(kept, measured.judge, accuracy)
+    instants = np.repeat(moments, 2)[:, None]
+    coefficients = np.zeros((len(instants), *on_steps.shape[1:]))
+    coefficients[:, :, 0, 0] = at_impacts.reshape(-1, 2)
+    starts = np.concatenate([block.starts, instants])
+    clocks = np.concatenate([block.clocks, np.zeros((len(instants), *block.clocks.shape[1:]))])
+    ends = starts + clocks.sum(axis=1)
+    shifts = _until(ends, times, measured.errors)
+    struck = np.maximum(*(_at_impacts(x, moments, apart) for x in (starts, ends)))
+    moves = np.concatenate([block.lengths > 0, np.ones(instants.shape, bool)])
+    whole = np.concatenate([on_steps, coefficients])
+    errors = np.maximum(shifts, struck)
+    return Speeds(starts, clocks, whole, last_terms(whole), errors, shifts, moves)
+
+
+def _at_impacts(times: Array, moments: Array, apart: Array) -> Array:
+    """Return the largest of the errors of impacts at some times (s), which rise; 0 without any."""
+    slack = _SLACK * np.spacing(times)
+    first = np.searchsorted(moments, times - slack, "left")
+    last = np.searchsorted(moments, times + slack, "right")
+    largest = np.zeros(times.shape)
+    for offset in range(int((last - first).max(initial=0))):
+        place = first + offset
+        here = place < last
+        largest[here] = np.maximum(largest[here], apart[place[here]])
+    return largest
 
 
 def _block(

@@ -7,6 +7,7 @@ import pytest
 
 from tests.simulation.hybrid import BALANCED
 from twolink.chain import Chain
+from twolink.contact.impact_laws import Regime
 from twolink.contact.states import EventKind
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
@@ -17,7 +18,7 @@ from twolink.errors import TooMuchError
 from twolink.limits import DEFAULT_LIMITS
 from twolink.scene import Scene
 from twolink.simulation.hybrid import measure
-from twolink.simulation.hybrid.measure import differences, measured_run
+from twolink.simulation.hybrid.measure import differences, impacts_beside, measured_run
 from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.run import hybrid_run
 
@@ -245,3 +246,42 @@ def test_a_longer_precision_that_takes_too_long_leaves_the_best_run(monkeypatch)
     limited.append("long double")
     with pytest.raises(TooMuchError, match="an hour"):
         measured_run(SCENE, TIMES, 1e-17, "lagrange", lambda name: None)
+
+
+def with_impact(run, number, **changes):
+    """Return a run one of whose impacts is another one."""
+    strikes = list(run.strikes)
+    strikes[number] = strikes[number]._replace(**changes)
+    return replace(run, strikes=tuple(strikes))
+
+
+def test_speeds_of_impacts_are_compared_at_their_own_instants(run, judge):
+    later = with_impact(judge, 0, time=judge.strikes[0].time + 1e-8)
+    times, speeds, bounds = impacts_beside(run, later, 1e-9)
+    assert times == pytest.approx([1.0, 2.0], abs=1e-14)
+    expected = np.array([[[-2.0, 0.0], [1.0, 0.0]], [[-1.0, 0.0], [0.5, 0.0]]])
+    assert speeds == pytest.approx(expected, abs=1e-14)
+    assert bounds.max() < 1e-13
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_wrong_speed_of_an_impact_is_seen(run, judge, side):
+    speeds = [list(pair) for pair in judge.strikes[1].u]
+    speeds[side][1] += 1e-6
+    other = with_impact(judge, 1, u=tuple(map(tuple, speeds)))
+    bounds = impacts_beside(run, other, 1e-9)[2]
+    assert bounds[0] < 1e-13
+    assert bounds[1] == pytest.approx(3e-6)
+    # The speed after the last bounce that is resolved is that of another run's next one.
+    ends = other.strikes[1].impulse._replace(regime=Regime.BOUNCES_DIE_AWAY)
+    bounds = impacts_beside(run, with_impact(other, 1, impulse=ends), 1e-9)[2]
+    assert bounds[1] == pytest.approx(3e-6 * (side == 0), abs=1e-13)
+
+
+def test_impacts_that_another_run_does_not_have_are_not_compared(run, judge):
+    for strikes in ((), judge.strikes[1:]):
+        times, speeds, bounds = impacts_beside(run, replace(judge, strikes=strikes), 1e-9)
+        assert len(times) == len(speeds) == 2
+        assert bounds.max() < 1e-13
+    times, speeds, bounds = impacts_beside(replace(run, strikes=()), judge, 1e-9)
+    assert (times.shape, speeds.shape, bounds.shape) == ((0,), (0, 2, 2), (0,))

@@ -10,11 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twolink.contact.impact_laws import Regime
 from twolink.errors import TooMuchError
 from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PrecisionName
@@ -334,6 +335,63 @@ def _inside(run: HybridRun) -> list[Array]:
     return [starts[:-1] + place * widths for place in places]
 
 
+def impacts_beside(
+    first: HybridRun, second: HybridRun, accuracy: float
+) -> tuple[Array, Array, Array]:
+    """Return the impacts of a run, and bounds on the errors of their speeds by another run.
+
+    These are the times (s), shape (k,), u before and after (rad/s), shape (k, 2, 2), and bounds
+    (rad/s), shape (k,). Unlike `differences`, speeds are compared at the own instant of either
+    impact. The bound is zero where `second` does not have an impact: `differences` shows that.
+    """
+    own, other = _Struck.of(first), _Struck.of(second)
+    apart = np.zeros(len(own.times))
+    for contact in np.unique(own.contacts):
+        ours, theirs = (np.flatnonzero(run.contacts == contact) for run in (own, other))
+        if not len(theirs):
+            continue
+        if len(ours) != len(theirs):
+            theirs = theirs[_nearest(own.times[ours], other.times[theirs])]
+        off = np.abs(own.speeds[ours] - other.speeds[theirs]).max(axis=2)
+        # The last bounce that a run resolves is not that of another run.
+        off[own.last[ours] | other.last[theirs], 1] = 0.0
+        same = np.abs(own.times[ours] - other.times[theirs]) <= _SAME_IMPACT * accuracy
+        apart[ours] = np.where(same, off.max(axis=1), 0.0)
+    return own.times, own.speeds, _MARGIN_OF_EQUALS * apart
+
+
+class _Struck(NamedTuple):
+    """The impacts of a run: times (s), numbers of contacts, shape (k,), and u, (k, 2, 2).
+
+    `last` are those of bounces that die away.
+    """
+
+    times: Array
+    contacts: Any
+    speeds: Array
+    last: Any
+
+    @classmethod
+    def of(cls, run: HybridRun) -> _Struck:
+        """Return the impacts of a run."""
+        strikes = run.strikes
+        last = [strike.impulse.regime is Regime.BOUNCES_DIE_AWAY for strike in strikes]
+        return cls(
+            np.array([strike.time for strike in strikes], dtype=float),
+            np.array([strike.number for strike in strikes], dtype=int),
+            np.array([strike.u for strike in strikes], dtype=float).reshape(-1, 2, 2),
+            np.array(last, dtype=bool),
+        )
+
+
+def _nearest(ours: Array, theirs: Array) -> Any:
+    """Return the places of the nearest of other times, which rise, to each of some times (s)."""
+    after = np.clip(np.searchsorted(theirs, ours), 0, len(theirs) - 1)
+    before = np.maximum(after - 1, 0)
+    nearer = np.abs(theirs[after] - ours) < np.abs(theirs[before] - ours)
+    return np.where(nearer, after, before)
+
+
 def _impacts_apart(
     first: HybridRun, second: HybridRun, accuracy: float
 ) -> Iterator[tuple[float, float]]:
@@ -343,10 +401,7 @@ def _impacts_apart(
         theirs = np.array([s.time for s in second.strikes if s.number == number])
         if not len(theirs):
             continue
-        after = np.clip(np.searchsorted(theirs, ours), 0, len(theirs) - 1)
-        before = np.maximum(after - 1, 0)
-        nearer = np.abs(theirs[after] - ours) < np.abs(theirs[before] - ours)
-        partner = np.where(nearer, theirs[after], theirs[before])
+        partner = theirs[_nearest(ours, theirs)]
         for one, other in zip(ours.tolist(), partner.tolist(), strict=True):
             if abs(one - other) <= _SAME_IMPACT * accuracy:
                 slack = _SLACK * math.ulp(max(one, other, 1e-300))
