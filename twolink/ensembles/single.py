@@ -18,7 +18,7 @@ from twolink.contact.impact_laws import Regime
 from twolink.ensembles.blocks import Block, Ends, Impacts, Lanes
 from twolink.ensembles.compiled import FORMULATION
 from twolink.ensembles.quantity import Accumulator, Quantity
-from twolink.ensembles.speeds import Speeds, derivatives, last_terms, truncation_within
+from twolink.ensembles.speeds import Speeds, derivatives, truncation_within
 from twolink.integration.precisions import PRECISIONS
 from twolink.limits import Limits
 from twolink.scene import Scene
@@ -212,8 +212,9 @@ def _speeds_of_arcs(measured: Measured, block: Block, times: Array, accuracy: fl
     struck = np.maximum(*(_at_impacts(x, moments, apart) for x in (starts, ends)))
     moves = np.concatenate([block.lengths > 0, np.ones(instants.shape, bool)])
     whole = np.concatenate([on_steps, coefficients])
-    errors = np.maximum(shifts, struck)
-    return Speeds(starts, clocks, whole, last_terms(whole), errors, shifts, moves)
+    # Within steps as well both runs are compared by their polynomials, with their truncation.
+    none, errors = np.zeros(whole.shape[:2] + whole.shape[3:]), np.maximum(shifts, struck)
+    return Speeds(starts, clocks, whole, none, errors, shifts, moves)
 
 
 def _at_impacts(times: Array, moments: Array, apart: Array) -> Array:

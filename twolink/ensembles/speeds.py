@@ -50,11 +50,6 @@ def derivatives(angles: Any, lengths: Any, ends: Any) -> Any:
     return found
 
 
-def last_terms(coefficients: Array) -> Array:
-    """Return the sizes of the last two terms of polynomials on [0, 1], which bound truncation."""
-    return np.asarray(np.abs(coefficients[:, :, -1]) + np.abs(coefficients[:, :, -2]))
-
-
 def truncation_within(coefficients: Array) -> Array:
     """Return bounds on the truncation of polynomials of degree p that end at given values.
 
@@ -62,7 +57,8 @@ def truncation_within(coefficients: Array) -> Array:
     (j − p)/(e p), and u_{p+1+i} is at most A/2^i with the last two terms A, as in steps of heyoka
     terms fall to a seventh from one to the next. So the remainder is at most 4 A/(e p).
     """
-    return np.asarray(_OF_THE_LAST_TERMS / (coefficients.shape[2] - 1) * last_terms(coefficients))
+    last = np.abs(coefficients[:, :, -1]) + np.abs(coefficients[:, :, -2])
+    return np.asarray(_OF_THE_LAST_TERMS / (coefficients.shape[2] - 1) * last)
 
 
 _OF_THE_LAST_TERMS = 4 / math.e
