@@ -143,6 +143,24 @@ class _ExtremeSpeeds(Accumulator):
 
     def _candidates(self, speeds: Speeds) -> _Places:
         """Return the parts of steps that may hold extremes, and note the extremes among them."""
+        found, x, bent = self._steps(speeds)
+        # Values that cannot be the largest, found to within the gain, need not be found.
+        least = self._least[found.columns]
+        floor = least - found.errors - 2 * gain(least)
+        peaks = np.maximum(found.peaks, floor)
+        rise = raise_to_peaks(peaks, np.arange(len(peaks)), found.rows, bent)
+        holds = ~np.isnan(rise) | (found.peaks >= floor)
+        x = np.where(np.isnan(rise), x, rise)
+        found = found._replace(peaks=peaks).of(holds)
+        self._note(found, x[holds])
+        return found
+
+    def _steps(self, speeds: Speeds) -> tuple[_Places, Array, Array]:
+        """Return the steps that may hold extremes, by their ends and second derivatives.
+
+        Their peaks are the larger values at their ends, at places x, shape (m,); bounds on second
+        derivatives are of the same shape.
+        """
         y = speeds.coefficients
         errors = np.tile(_errors(speeds), (1, 2, 1))
         starts, ends = signed(y[:, :, 0], 1), signed(_sums(y), 1)
@@ -150,30 +168,19 @@ class _ExtremeSpeeds(Accumulator):
         higher = np.where(speeds.counts[:, None], np.maximum(starts, ends), -np.inf)
         least = self._least.reshape(6, self._width)
         np.maximum(least, (higher - errors).max(axis=0), out=least)
-        steps, functions, lanes = np.nonzero(higher + bent / 8 + errors >= least)
-        columns = functions * self._width + lanes
-        weights, chosen = WEIGHTS[functions], y[steps, :, :, lanes]
+        chosen = np.nonzero(higher + bent / 8 + errors >= least)
+        steps, functions, lanes = chosen
+        weights, both = WEIGHTS[functions], y[steps, :, :, lanes]
         found = _Places(
-            columns,
-            (weights[:, :1] * chosen[:, 0] + weights[:, 1:] * chosen[:, 1]).T,
+            functions * self._width + lanes,
+            (weights[:, :1] * both[:, 0] + weights[:, 1:] * both[:, 1]).T,
             speeds.clocks[steps, :, lanes].T,
             speeds.starts[steps, lanes],
-            errors[steps, functions, lanes],
+            errors[chosen],
             speeds.shifts[steps, lanes],
-            higher[steps, functions, lanes],
+            higher[chosen],
         )
-        x = np.where(ends > starts, 1.0, 0.0)[steps, functions, lanes]
-        # Values that cannot be the largest need not be found.
-        floor = self._least[columns] - found.errors
-        peaks = np.maximum(found.peaks, floor)
-        rise = raise_to_peaks(
-            peaks, np.arange(len(columns)), found.rows, bent[steps, functions, lanes]
-        )
-        holds = ~np.isnan(rise) | (found.peaks >= floor)
-        x = np.where(np.isnan(rise), x, rise)
-        found = found._replace(peaks=peaks)
-        self._note(found.of(holds), x[holds])
-        return found.of(holds)
+        return found, np.where(ends > starts, 1.0, 0.0)[chosen], bent[chosen]
 
     def _note(self, places: _Places, x: Array) -> None:
         """Take the largest value of each column, at a place in [0, 1] of each part; the first."""

@@ -176,10 +176,11 @@ def sensitivity(
     sweep files do: by their keys in the scene, such as start.q.0 or
     effects.joint_spring.stiffness.1, or by a symbol, such as q1 or m2. As in sweeps, all that the
     scene file derives from a number changes with it.
-    `accuracy` defaults to that of the scene. Variational equations are integrated by Taylor series.
+    `accuracy` defaults to that of the scene. Variational equations are integrated by Taylor series,
+    through the corners of a sampled torque from sample to sample.
 
-    Raises `SimulationError` for a scene with contact, friction or other events, and where a
-    parameter has no derivative; `ParameterError` and `SceneError` for invalid arguments.
+    Raises `SimulationError` for a scene with contact or friction, and where a parameter has no
+    derivative; `ParameterError` and `SceneError` for invalid arguments.
     """
     options = RunOptions(accuracy=accuracy, samples=samples)
     check_callback("progress", progress, ("name", "share"))
