@@ -17,6 +17,7 @@ from twolink.ensembles.single import single
 from twolink.ensembles.speeds import Speeds
 from twolink.limits import DEFAULT_LIMITS
 from twolink.simulation import simulate
+from twolink.simulation.hybrid import measure
 from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.smooth.equations import EQUATIONS
 
@@ -177,6 +178,33 @@ def test_values_before_and_after_impacts_count():
             assert of_time < 1e-6
 
 
+def test_states_between_impacts_at_one_time_count():
+    """Of three impacts, the speeds between them are the extremes: rational numbers."""
+    rows = rows_of(ensemble(scene="elbow_and_tip", keep=KEEP), 0, 1).arrays
+    assert rows["largest_speed"][0] == pytest.approx([3.6, 2.64, 4.8], abs=1e-13)
+    assert rows["smallest_speed"][0] == pytest.approx([-2.16, -6.0, -9.6], abs=1e-13)
+    struck = np.pi / 2 - 0.5
+    for which in ("smallest", "largest"):
+        assert rows[f"{which}_speed_time"][0] == pytest.approx([struck / 2] * 3, abs=1e-13)
+        assert (rows[f"{which}_speed_bound"][0] < 1e-11).all()
+        assert (rows[f"{which}_speed_time_bound"][0] < 1e-13).all()
+
+
+def test_the_errors_of_impacts_are_those_of_their_speeds(monkeypatch):
+    compared = measure.impacts_beside
+
+    def worse(*runs):
+        times, speeds, bounds = compared(*runs)
+        return times, speeds, bounds + 1e-3
+
+    monkeypatch.setattr("twolink.ensembles.single.impacts_beside", worse)
+    rows = rows_of(ensemble(scene="drop", keep=KEEP), 0, 1).arrays
+    # At the first impact, and long after the last one.
+    assert rows["largest_speed_bound"][0, 0] == pytest.approx(1e-3, rel=1e-3)
+    assert rows["largest_speed_time"][0, 2] > 1.0
+    assert rows["largest_speed_bound"][0, 2] < 1e-8
+
+
 def test_through_corners_of_a_sampled_torque():
     asked = ensemble(scene="sampled_torque", axes=[axis("q1", 1.2, 1.5)], keep=KEEP)
     rows = rows_of(asked, 0, 2).arrays
@@ -201,8 +229,11 @@ def test_a_run_by_itself_agrees_with_the_one_in_lanes():
                 assert (np.abs(rows[of][run] - alone[of]) <= allowed).all()
 
 
-def accumulated(*steps, errors=(), shifts=(), duration=10.0):
-    """Return the values of one lane of polynomials of u1, given as (start, length, u1)."""
+def accumulated(*steps, errors=(), shifts=(), duration=10.0, function=0):
+    """Return the values of one lane of polynomials of u1, given as (start, length, u1).
+
+    They are those of u1, or of another function: u2, which is zero, or u2 − u1.
+    """
     count, terms = len(steps), max(len(rows) for *_, rows in steps)
     coefficients, clocks = np.zeros((count, 2, terms, 1)), np.zeros((count, terms, 1))
     for k, (_, length, rows) in enumerate(steps):
@@ -220,7 +251,7 @@ def accumulated(*steps, errors=(), shifts=(), duration=10.0):
     nothing = np.zeros((0, 1))
     accumulator.add(Block(nothing, nothing, np.zeros((0, 2, 1, 1)), nothing, speeds=lambda: speeds))
     values = accumulator.values(Ends(np.zeros((2, 1)), np.zeros((2, 1)), np.zeros(1)))
-    return {name: values[name][0, 0] for name in NAMES}
+    return {name: values[name][0, function] for name in NAMES}
 
 
 LINE = [0.0, 1.0, 0.0]
@@ -235,12 +266,24 @@ def test_a_state_between_two_impacts_at_one_time_counts():
     assert found["smallest_speed_time"] == 3.0
 
 
-def test_a_jump_that_may_be_early_or_late_widens_the_bound_of_the_time():
-    steps = (0.0, 2.0, LINE), (2.0, 1.0, [-1.0, 0.0, 0.0])
+@pytest.mark.parametrize(
+    "steps",
+    [
+        [(0.0, 2.0, LINE), (2.0, 2.0, [-1.0, 0.0, 0.0])],
+        [(0.0, 2.0, [-1.0, 0.0, 0.0]), (2.0, 2.0, [1.0, -1.0, 0.0])],
+    ],
+)
+def test_a_jump_that_may_be_early_or_late_widens_the_bound_of_the_time(steps):
     found = accumulated(*steps, errors=[1e-6] * 2, shifts=[1e-4] * 2)
     # A line that is within 2e-6 of its end for 2e-6 of its length.
     assert found["largest_speed_time_bound"] == pytest.approx(1e-4 + 2 * 2e-6, rel=1e-3)
     assert found["largest_speed_bound"] == pytest.approx(1e-6, rel=1e-3)
+
+
+def test_the_error_of_the_speed_of_the_elbow_is_that_of_both_links():
+    found = accumulated((0.0, 2.0, LINE), errors=[1e-6], function=2)
+    assert found["smallest_speed"] == -1.0
+    assert found["smallest_speed_bound"] == pytest.approx(2e-6, rel=1e-3)
 
 
 def test_errors_that_grow_let_a_lower_peak_be_the_largest_one():
