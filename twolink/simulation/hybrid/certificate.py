@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+import operator
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -46,6 +47,9 @@ class Finding(NamedTuple):
 
 
 _HITS = EventKind.HITS
+
+# The number of the step of a suspect (below).
+_STEP = operator.itemgetter(0)
 
 
 class _Suspect(NamedTuple):
@@ -107,11 +111,7 @@ class Certificate:
             rows[:, place] = -rows[:, place]
         for place, offset in self._offsets.items():
             rows[:, place, 0] = rows[:, place, 0] + offset
-        by_power = powers(block.lengths, order)
-        if rows.shape[1] == 1:
-            # NumPy multiplies matrices faster than it broadcasts.
-            return (rows[:, 0] * by_power)[:, None]
-        return rows * by_power[:, None]
+        return rows * powers(block.lengths, order)[:, None]
 
     def first_event(self, block: Block, at_start: bool) -> tuple[Finding | None, tuple[Doubt, ...]]:
         """Return the first event on a block of steps, and the touches before it.
@@ -168,12 +168,13 @@ class Certificate:
         self, block: Block, suspects: Sequence[_Suspect], doubts: list[Doubt]
     ) -> Finding | None:
         """Return the first event among the event functions that are not certified."""
-        for _, group in itertools.groupby(suspects, lambda suspect: suspect.place):
+        for place, group in itertools.groupby(suspects, _STEP):
             on_step = tuple(group)
-            for place, number, polynomial, *_ in on_step:
-                if polynomial[0] < 0:
+            for suspect in on_step:
+                if suspect.polynomial[0] < 0:
                     # The event function falls at the start of the step.
-                    return Finding(place, 0 * block.lengths[place], self._triggers[number])
+                    at_start = 0 * block.lengths[place]
+                    return Finding(place, at_start, self._triggers[suspect.number])
             found = self._first_on_step(block, on_step, doubts)
             if found is not None:
                 return found
@@ -214,8 +215,9 @@ class Certificate:
 
         The event function of jamming is monitored from either sign.
         """
+        on_first_step = every[0].tolist()
         for number, trigger in enumerate(self._triggers):
-            polynomial = every[0, number].tolist()
+            polynomial = on_first_step[number]
             if trigger.kind is _HITS and polynomial[0] > self._system.place_of_rounding:
                 continue
             if trigger.kind is EventKind.JAMS and polynomial[0] < 0:

@@ -68,7 +68,8 @@ def halving_matrix(length: int, number: Any = float) -> Any:
 def product(matrix: Any, vector: Any) -> Any:
     """Return matrix @ vector, faster than NumPy for numbers longer than float64."""
     if vector.dtype == np.float64:
-        return matrix @ vector
+        # It begins faster than the operator.
+        return matrix.dot(vector)
     return np.add.reduce(matrix * vector, -1)
 
 
@@ -113,20 +114,12 @@ def _weights(length: int, rounding: float) -> Array:
     return weights
 
 
-class _Piece(NamedTuple):
-    """An interval in which a polynomial falls, the only fall in it if its place is `near`."""
+# An interval (low, high) in which a polynomial falls, and a place near the fall if it is the only
+# one in it, else None. A tuple is made three times faster than a named one.
+_Piece = tuple[float, float, float | None]
 
-    low: float
-    high: float
-    near: float | None
-
-
-class _Isolated(NamedTuple):
-    """The interval of the first fall, if there is one, and the rest of a `Search`."""
-
-    piece: _Piece | None
-    touch: float | None
-    unsure: bool
+# The interval of the first fall, if there is one, and the rest of a `Search`.
+_Isolated = tuple[_Piece | None, float | None, bool]
 
 
 def first_fall(
@@ -163,14 +156,14 @@ def _proven(coefficients: Sequence[Any], bound: float) -> _Isolated | None:
         return bound + _horner(sizes, end)
 
     in_floats = [float(c) for c in coefficients]
-    found = _isolated(
+    piece, touch, unsure = _isolated(
         in_floats,
         _bernstein(in_floats),
         lambda high: rounding_until(2.0 ** math.ceil(math.log2(high))),
         strict=True,
     )
-    alone = found.piece is None or found.piece.near is not None
-    return found if alone and found.touch is None and not found.unsure else None
+    alone = piece is None or piece[2] is not None
+    return (piece, touch, unsure) if alone and touch is None and not unsure else None
 
 
 def _isolated(
@@ -202,21 +195,20 @@ def _isolated(
             touch, doubtful = doubtful if touch is None else touch, None
             continue
         if b[-1] < -bound:
-            clear_of = bound if strict else 0.0
-            fall = _fall_in(b, _Piece(low, high, None), bound, doubtful, tired, clear_of)
+            fall = _fall_in(b, low, high, bound, doubtful, tired, bound if strict else 0.0)
             if fall is not None:
-                return _Isolated(fall, touch, tired)
+                return (fall, touch, tired)
         in_doubt = high - low < 2.0**-MOST_HALVINGS or tired
         if in_doubt or (min(b) >= -bound and max(b) <= bound):
             if strict:
-                return _Isolated(None, None, True)
+                return (None, None, True)
             doubtful = low if doubtful is None else doubtful
             continue
         passes = clear and doubtful is None
         dip = _only_dip(b, bound, coefficients, low, high) if passes else None
         if dip is not None:
             if dip.value < -dip.bound:
-                return _Isolated(_Piece(low, dip.place, (low + dip.place) / 2), touch, tired)
+                return ((low, dip.place, (low + dip.place) / 2), touch, tired)
             if dip.value <= dip.bound:
                 touch = dip.place if touch is None else touch
             continue
@@ -224,12 +216,13 @@ def _isolated(
         middle = (low + high) / 2
         waiting.append((right, middle, high))
         waiting.append((left, low, middle))
-    return _Isolated(None, doubtful if touch is None else touch, pieces > MOST_PIECES)
+    return (None, doubtful if touch is None else touch, pieces > MOST_PIECES)
 
 
 def _fall_in(
     b: Sequence[Any],
-    piece: _Piece,
+    low: float,
+    high: float,
     bound: float,
     doubtful: float | None,
     tired: bool,
@@ -240,12 +233,11 @@ def _fall_in(
     It begins where the sign was lost to round-off, at `doubtful`, if it was. A search that is
     `tired` halves no more. Coefficients within `clear_of` have no known sign.
     """
-    low, high, _ = piece
     if tired or (b[0] < -bound and max(b) < -bound):
         # To the left the sign is lost to round-off: the computed sign decides.
-        return _Piece(low if doubtful is None else doubtful, high, None)
+        return (low if doubtful is None else doubtful, high, None)
     near = _only_fall(b, clear_of) if doubtful is None and b[0] > bound else None
-    return None if near is None else _Piece(low, high, low + near * (high - low))
+    return None if near is None else (low, high, low + near * (high - low))
 
 
 class _Dip(NamedTuple):
