@@ -64,7 +64,7 @@ def test_a_gap_is_closed_within_the_rounding_of_its_bound():
     far = Surface((0.0, 8.0), (0.0, -1.0), on=("D",))
     system = system_of(JointFriction((1.0, 0.0)), FLOOR, far)
     unit = 64 * 2.0**-52
-    assert system.near == (None, unit, unit, 8 * unit)
+    assert system.near == ((1, unit), (2, unit), (3, 8 * unit))
     assert system.tangents[0] is not None
     assert system.tangents[1:] == (None, None, None)
 

@@ -24,9 +24,10 @@ from twolink.simulation.hybrid.system import HybridSystem
 
 def nearby(system: HybridSystem, state: HybridState) -> list[int]:
     """Return the rigid contacts whose gap is zero within round-off."""
-    found = []
-    for index, (gap, near) in enumerate(zip(state.gaps, system.near, strict=True)):
-        if near is not None and gap is not None and abs(gap) <= near:
+    found, gaps = [], state.gaps
+    for index, near in system.near:
+        gap = gaps[index]
+        if gap is not None and abs(gap) <= near:
             found.append(index)
     return found
 
@@ -46,7 +47,7 @@ def collide(
     for index in near:
         pose = place(system, pose, index, state)
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
-    found = resolve(impacts, state.u, near, [i for i in near if i in state.touching])
+    found = resolve(impacts, state.u, near, state.touching)
     touching, gaps = found.resting, state.gaps
     if state.touching:
         touching |= {i for i in state.touching if not system.elements[i].rigid}

@@ -38,13 +38,17 @@ def resolve(
     """Return the speeds after the impacts of all approached contacts.
 
     Impacts are sequential, the fastest approach first, until no contact is approached any more:
-    each takes no energy or gives none, so neither do they all. `resting` are the contacts whose
+    each takes no energy or gives none, so neither do they all. `resting` has those contacts whose
     normal speed is zero exactly. Raises `IntegrationError` where a law is out of its range.
     """
     rounding = impacts.rounding
     strikes: list[Strike] = []
-    rows = {index: impacts.row(index) for index in contacts}
-    still = {i for i in contacts if i in resting or at_rest(rows[i], u, rounding)}
+    rows: dict[int, Pair] = {}
+    still: set[int] = set()
+    for index in contacts:
+        row = rows[index] = impacts.row(index)
+        if index in resting or at_rest(row, u, rounding):
+            still.add(index)
     before = u
     for _ in range(MOST_IMPACTS):
         if strikes:

@@ -24,6 +24,7 @@ Then friction carries as much as it can, and contacts have the least total norma
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
@@ -76,16 +77,18 @@ def select(
     jammed or a contact is wedged. `known` has the states to which elements are restricted, by
     number.
     """
-    touching, sliding = state.touching, state.sliding
-    options = tuple(
-        [
-            known.get(i) or element.options(i in touching, sliding[i])
-            for i, element in enumerate(system.elements)
-        ]
-    )
-    if all([len(states) == 1 for states in options]):
-        return Selection(tuple([states[0] for states in options]))
-    return _selected(problem_at(system, state, pose, options), pose)
+    options = system.options(state.touching, state.sliding)
+    if known:
+        options = tuple([known.get(index, own) for index, own in enumerate(options)])
+    return _only(options) or _selected(problem_at(system, state, pose, options), pose)
+
+
+@functools.lru_cache(maxsize=1024)
+def _only(options: tuple[States, ...]) -> Selection | None:
+    """Return the mode that options without a choice leave, None if there is a choice."""
+    if any(len(states) > 1 for states in options):
+        return None
+    return Selection(tuple(states[0] for states in options))
 
 
 def _selected(problem: Problem, pose: Pose) -> Selection | None:

@@ -14,13 +14,14 @@ from twolink.simulation.hybrid.complementarity import Orders, size_of
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import CONTACT_GAP, LEADING, LEADING_SHARE
+from twolink.simulation.hybrid.tolerances import LEADING, LEADING_SHARE
 from twolink.simulation.series import powers
 
-# Event functions that are places, and those that are speeds.
+# Event functions that are places, speeds and forces.
 _HITS = EventKind.HITS
 _PLACES = frozenset((_HITS, EventKind.CLEARS))
 _SPEEDS = frozenset((EventKind.STOPS, EventKind.TURNS))
+_FORCES = frozenset((EventKind.LEAVES, EventKind.BREAKS))
 
 
 class StartOfArc:
@@ -41,12 +42,14 @@ class StartOfArc:
         self._state = state
         self._system, self._compiled = system, compiled
         self._pressing, self._orders = pressing, orders
+        self._known_change: float | None = None
 
     def order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
         """Return how many leading coefficients are zero, None if all are."""
-        order = self._known_order(trigger, polynomial, block)
-        if order is not None:
-            return order
+        if self._orders or self._compiled.clock is not None:
+            order = self._known_order(trigger, polynomial, block)
+            if order is not None:
+                return order
         is_gap, is_speed = trigger.kind is _HITS, trigger.kind in _SPEEDS
         noise, pace = self._noise(trigger, polynomial, block), 1.0
         if self._compiled.clock is None:
@@ -100,14 +103,26 @@ class StartOfArc:
             return self._system.place_of_rounding
         size = _size(polynomial)
         if trigger.kind in _SPEEDS:
-            # The change of speed is due to forces that may nearly cancel.
-            rows = block.coefficients[0, 2:4] * powers(block.lengths[:1], len(polynomial))
-            changes = float(np.abs(rows).astype(float).sum())
-            least = 1 / float(self._system.longest_step)
-            size = max(size, self._system.scale * max(changes, least))
+            size = max(size, self._change(block))
         elif trigger.kind is EventKind.BREAKS:
             size = max(size, 1.0)
-        return LEADING * self._system.resolution * size + self._force_of_rounding(trigger)
+        noise = LEADING * self._system.resolution * size
+        if trigger.kind in _FORCES:
+            noise += self._system.forces_of_rounding[trigger.index]
+        return noise
+
+    def _change(self, block: Block) -> float:
+        """Return the sum of the sizes of all changes of speed (m/s) in the first step.
+
+        A change of a speed is due to forces that may nearly cancel.
+        """
+        if self._known_change is None:
+            order = block.coefficients.shape[2]
+            rows = block.coefficients[0, 2:4] * powers(block.lengths[:1], order)
+            changes = float(np.abs(rows).astype(float).sum())
+            least = 1 / float(self._system.longest_step)
+            self._known_change = self._system.scale * max(changes, least)
+        return self._known_change
 
     def _speed_noise(self, trigger: Trigger, noise: float) -> float:
         """Return the size below which a speed at the start of an arc is zero: at most `noise`.
@@ -133,15 +148,6 @@ class StartOfArc:
             )
             duration = abs(float(row[1:].sum()))
         return LEADING * self._system.resolution * self._system.scale * self._pressing * duration
-
-    def _force_of_rounding(self, trigger: Trigger) -> float:
-        """Return the scaled force that round-off of a position causes in a stiff surface."""
-        element = self._system.elements[trigger.index]
-        law = element.compliant
-        if trigger.kind not in (EventKind.LEAVES, EventKind.BREAKS) or law is None or law.uses_root:
-            return 0.0
-        depth = CONTACT_GAP * self._system.rounding * max(1.0, abs(float(element.bound)))
-        return abs(float(law.force(depth, 0.0, 0.0))) * self._system.force_scale
 
     def zero_size(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
         """Return the size up to which an event function that starts as zero stays zero."""

@@ -46,6 +46,7 @@ class HybridSystem:
     compiled: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     _last_pose: list[Pose] = field(default_factory=list, init=False, repr=False)
     _held: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
+    _options: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     _modes: dict[Any, Mode] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
@@ -90,6 +91,19 @@ class HybridSystem:
             found = self._held[states] = tuple(held_coordinates(self.elements, states))
         return found
 
+    def options(
+        self, touching: frozenset[int], sliding: tuple[int, ...]
+    ) -> tuple[tuple[ContactState, ...], ...]:
+        """Return the possible states of each element, by the contacts and the slides of a state."""
+        key = touching, sliding
+        found: tuple[tuple[ContactState, ...], ...] | None = self._options.get(key)
+        if found is None:
+            found = self._options[key] = tuple(
+                element.options(index in touching, sliding[index])
+                for index, element in enumerate(self.elements)
+            )
+        return found
+
     @cached_property
     def effect_numbers(self) -> tuple[Any, ...]:
         """The numbers of effects that differ from piece to piece, as parameters of integrators."""
@@ -102,12 +116,13 @@ class HybridSystem:
         return tuple(element.name for element in self.elements)
 
     @cached_property
-    def near(self) -> tuple[float | None, ...]:
-        """The gap (rad or m) within which each rigid contact is closed; None for others."""
+    def near(self) -> tuple[tuple[int, float], ...]:
+        """The numbers of the rigid contacts, each with the gap (rad or m) that counts as closed."""
         scale = tolerances.CONTACT_GAP * self.rounding
         return tuple(
-            scale * max(1.0, abs(float(element.bound))) if element.rigid else None
-            for element in self.elements
+            (index, scale * max(1.0, abs(float(element.bound))))
+            for index, element in enumerate(self.elements)
+            if element.rigid
         )
 
     @cached_property
@@ -159,6 +174,18 @@ class HybridSystem:
         chain, step, lever = self.scene_chain, float(self.longest_step), self.lever
         inertia = float(chain.I_C1 + chain.I_C2 + (chain.m1 + chain.m2) * lever * lever)
         return step * step * max(lever, 1.0) / inertia
+
+    @cached_property
+    def forces_of_rounding(self) -> tuple[float, ...]:
+        """The scaled force that round-off of a position causes in each surface, if it is stiff."""
+        return tuple(self._force_of_rounding(element) for element in self.elements)
+
+    def _force_of_rounding(self, element: ContactElement) -> float:
+        law = element.compliant
+        if law is None or law.uses_root:
+            return 0.0
+        depth = tolerances.CONTACT_GAP * self.rounding * max(1.0, abs(float(element.bound)))
+        return abs(float(law.force(depth, 0.0, 0.0))) * self.force_scale
 
     def check(self) -> None:
         """Raise `SimulationError` if two frictions act along one coordinate."""

@@ -12,7 +12,7 @@ TRUNCATION = 2.0**-8
 NO_FORCE = 1e-9
 
 # Roundings of a position (relative to max(1 m or rad, |bound|)). A start, given in float64, is on a
-# contact if its gap is smaller. Read by start, system and start_of_arc.
+# contact if its gap is smaller. Read by start and system.
 CONTACT_GAP = 64
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
