@@ -100,11 +100,12 @@ def settle(
             mode = system.mode(selection.states, _dents(state))
             rest = left_out(system, state, pose, mode, struck, past, strikes) if struck else None
             if rest is None:
-                following = Jump(
-                    state, mode, (*before, *strikes), tuple(notes), delay, selection.orders,
-                    tuple(doubts),
+                if selection.others or not selection.confirmed:
+                    notes.append(_note(system, state, mode, selection))
+                return Jump(
+                    _tidied(system, state, mode), mode, (*before, *strikes), tuple(notes), delay,
+                    selection.orders, tuple(doubts),
                 )  # fmt: skip
-                return _settled(system, following, selection)
             ended, struck = rest, []
         state = surfaces_after(system, ended.state, pose)
         strikes, delay = [*strikes, *ended.strikes], max(delay, ended.delay)
@@ -114,16 +115,6 @@ def settle(
         f"at {float(state.t):.9g} s the laws of impact and friction lead from one impact to the "
         f"next without end; elements in contact: {touched_names(system, state)}"
     )
-
-
-def _settled(system: HybridSystem, found: Jump, selection: Selection) -> Jump:
-    """Return a jump with a remark where its mode was not the only one, and its contacts tidied."""
-    state, notes = found.state, found.notes
-    if selection.others or not selection.confirmed:
-        notes = (*notes, _note(system, state, found.mode, selection))
-    if state.touching:
-        state = _tidied(system, state, found.mode)
-    return found._replace(state=state, notes=notes)
 
 
 def _without_mode(
@@ -172,6 +163,8 @@ def _tidied(system: HybridSystem, state: HybridState, mode: Mode) -> HybridState
 
     A touching contact that carries no force stays touching.
     """
+    if not state.touching:
+        return state
     held = system.held(mode.states)
     leaving = set()
     for index in state.touching:

@@ -47,7 +47,7 @@ def _hits(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger
         return Reaction(state, {})
     element = system.elements[index]
     assert element.normal is not None
-    state = state._replace(gaps=put(state.gaps, index, system.number(0)))
+    state = state.with_gap(index, system.number(0))
     if approach(system.pose(state.q).row(element.normal), state.u, system.rounding):
         return Reaction(state, {})
     state, pose, _ = _met(system, state, index)
@@ -84,7 +84,7 @@ def _met(system: HybridSystem, state: HybridState, index: int) -> tuple[HybridSt
     """Return the state in which a gap is zero, its pose, and whether it is met without speed."""
     normal = system.elements[index].normal
     assert normal is not None
-    state = state._replace(gaps=put(state.gaps, index, system.number(0)))
+    state = state.with_gap(index, system.number(0))
     pose = system.pose(state.q)
     slow = not approach(pose.row(normal), state.u, system.rounding)
     pose = place(system, pose, index, state)
@@ -123,7 +123,7 @@ def _leaves(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigg
         if index in jammed(system, state, pose):
             return Reaction(state, {})
         state = state._replace(touching=state.touching - {index})
-        state = state._replace(gaps=put(state.gaps, index, system.number(0)))
+        state = state.with_gap(index, system.number(0))
         return Reaction(state, {index: (ContactState.OPEN,)})
     for number in _left_with(system, state, pose, index):
         state = _released(system, state, pose, number)

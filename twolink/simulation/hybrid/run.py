@@ -304,8 +304,12 @@ class _History:
 
     def _check_effort(self, arc: Arc) -> None:
         """Raise `IntegrationError` if a run has taken more than its effort by the end of an arc."""
-        jumps, steps, short_steps, *_ = self._effort
-        too_many = len(self.arcs) > jumps or self._steps > steps or self._short_steps > short_steps
+        most = self._effort
+        too_many = (
+            len(self.arcs) > most.jumps
+            or self._steps > most.steps
+            or self._short_steps > most.short_steps
+        )
         if too_many or self._is_stuck():
             self.exhausted = True
             raise IntegrationError(

@@ -26,6 +26,11 @@ class HybridState(NamedTuple):
     sliding: tuple[int, ...]
     compliant: tuple[CompliantState | None, ...]
 
+    def with_gap(self, index: int, gap: Scalar) -> HybridState:
+        """Return the state with another gap (rad or m) of an element."""
+        t, q, u, gaps, touching, sliding, compliant = self
+        return HybridState(t, q, u, put(gaps, index, gap), touching, sliding, compliant)
+
 
 def put(values: tuple[Any, ...], index: int, value: Any) -> tuple[Any, ...]:
     """Return a copy of values with the one at an index replaced."""

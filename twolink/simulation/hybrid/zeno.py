@@ -96,7 +96,10 @@ def left_out(
     follow, the contact comes to rest, and a note says so. `recent` are the impacts of this jump, of
     which those in `struck` are the last.
     """
-    flying = [s.number for s in struck if s.number not in state.touching]
+    flying: list[int] = []
+    for strike in struck:
+        if strike.number not in state.touching:
+            flying.append(strike.number)
     if not flying:
         return None
     now, limit = float(state.t), system.zeno_time
@@ -109,8 +112,10 @@ def left_out(
             return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
         # A contact with a very recent impact comes to rest with the others.
         flying = list(dict.fromkeys(flying + [s.number for s in crowd]))
-    shortest = min([now - past.last.get(i, now) for i in flying])
-    if not past.tired and shortest > tolerances.LONG_FLIGHT * limit:
+    latest = -math.inf
+    for index in flying:
+        latest = max(latest, past.last.get(index, now))
+    if not past.tired and now - latest > tolerances.LONG_FLIGHT * limit:
         # Successive bounces do not shorten by so large a factor.
         return None
     flights = {
