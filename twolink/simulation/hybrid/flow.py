@@ -30,7 +30,7 @@ from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import stopped
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.roots import product
-from twolink.simulation.hybrid.state import HybridState
+from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
 from twolink.simulation.series import powers
@@ -63,7 +63,10 @@ class Arc(NamedTuple):
     @property
     def step_count(self) -> int:
         """The number of its steps."""
-        return sum(len(block.lengths) for block in self.blocks)
+        count = 0
+        for block in self.blocks:
+            count += len(block.lengths)
+        return count
 
 
 def flow(
@@ -244,35 +247,36 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
     """Return the next steps, whether they reach the end of the arc, and the failure if any."""
     system, compiled, integrator, _, state, until, _ = course
     clock, integrals = compiled.clock, compiled.integrals
+    by_time = clock is None
     complete, longest = _complete(), system.number(system.longest_step)
     falling, watches_integrals = compiled.falling, integrals.stop > integrals.start
-    span, shortest = until - state.t, SHORTEST_STEP if clock is None else 0
+    span, shortest = until - state.t, SHORTEST_STEP if by_time else 0
     # Views of the integrator's own memory.
     values, tc, step = integrator.state, integrator.tc, integrator.step
     starts: list[Any] = []
     lengths: list[Any] = []
-    coefficients = np.empty((ahead, *tc.shape), values.dtype)
+    coefficients: list[bytes] = []
     over, fallen, failure = False, False, ""
-    for place in range(ahead):
+    for _ in range(ahead):
         start = integrator.time
-        left = None if clock is not None else until - start
-        if left is None:
-            outcome, length = step(write_tc=True)
-        elif left > 0:
+        if by_time:
+            left = until - start
+            if not left > 0:
+                over = True
+                break
             outcome, length = step(left if left < longest else longest, True)
         else:
-            over = True
-            break
+            outcome, length = step(write_tc=True)
         if int(outcome) not in complete:
             failure = failure_of(outcome)
             break
         starts.append(start)
         lengths.append(length)
-        coefficients[place] = tc
+        coefficients.append(tc.tobytes())
         if watches_integrals:
             values[integrals] = 0
-        over = left is not None and length == left
-        if over or (clock is not None and values[clock] >= span):
+        over = by_time and length == left
+        if over or (not by_time and values[clock] >= span):
             break
         if not length > shortest * start:
             failure = "its steps become too short"
@@ -283,10 +287,10 @@ def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
                 fallen = True
         if fallen:
             break
-    kind, count = values.dtype, len(lengths)
-    # A copy, as most blocks end early and are kept.
-    block = Block(np.array(starts, kind), np.array(lengths, kind), coefficients[:count].copy())
-    return block, over, failure
+    kind, shape = values.dtype, (len(lengths), *tc.shape)
+    # Bytes are joined several times faster than small arrays.
+    joined: Any = np.ndarray(shape, kind, b"".join(coefficients))
+    return Block(np.array(starts, kind), np.array(lengths, kind), joined), over, failure
 
 
 @functools.cache
@@ -324,7 +328,7 @@ def _end_state(course: _Course, last: Block, until: Any) -> HybridState:
     values = product(coefficients, by_power).tolist()
     t = until
     if t is None and compiled.clock is None:
-        (t,) = (last.starts[-1:] + last.lengths[-1:]).tolist()
+        t = last.starts.item(-1) + last.lengths.item(-1)
     elif t is None:
         t = state.t + values[compiled.clock]
     gaps, compliant = list(state.gaps), list(state.compliant)
@@ -352,11 +356,11 @@ def _sliding(course: _Course, t: Any, q: Any, u: Any) -> tuple[int, ...]:
         return state.sliding
     if u[0] == 0 and u[1] == 0:
         return (0,) * len(state.sliding)
-    found = [own.direction if own.slips else 0 for own in mode.states]
+    found = mode.slides
     for index in state.touching:
         if mode.states[index] is ContactState.OPEN:
-            found[index] = _carried(system, system.elements[index], q, u)
-    return tuple(found)
+            found = put(found, index, _carried(system, system.elements[index], q, u))
+    return found
 
 
 def _carried(system: HybridSystem, element: ContactElement, q: Any, u: Any) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 from twolink.arithmetic import Scalar
@@ -30,6 +31,11 @@ class Mode:
     def dent(self, index: int) -> PlasticState | None:
         """Return the plastic state of the element of this number."""
         return self.dents[index] if self.dents else None
+
+    @cached_property
+    def slides(self) -> tuple[int, ...]:
+        """The direction in which each element slides, 0 for none."""
+        return tuple(state.direction if state.slips else 0 for state in self.states)
 
     @property
     def numbers(self) -> tuple[Scalar, ...]:
