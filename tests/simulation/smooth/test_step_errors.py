@@ -8,6 +8,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
+from twolink.effects.pd_control import PdControl
 from twolink.integration.precisions import PRECISIONS, longer_than
 from twolink.scene import Scene
 from twolink.simulation.smooth import defect, step_errors
@@ -197,3 +198,29 @@ def test_the_round_off_of_the_time_is_in_the_bound():
         output = OUTPUT * 2**-52 * np.abs(np.concatenate([run.q, run.u])).max()
         assert np.all(true_errors(run, exact) <= errors.at(times) + output)
         assert np.all(true_errors(found, exact) <= errors.corrected_at(times) + output)
+
+
+def test_a_defect_that_is_constant_over_steps_decays_along_them():
+    """Strong control under a fast torque: its rounding of t is a defect of whole steps.
+
+    The product h J reaches 2.5, so that a defect is carried by exp(h J) over the rest of its step.
+    """
+    pushed = Scene(
+        HARD["reference"].chain,
+        (0.0, 0.0),
+        (4.5e-5, -1.6e-3),
+        30.0,
+        (
+            Gravity(),
+            JointTorque((-2.4, -3.4), (55.0, 0.59), (6.7, 9.0), (1.4, 2.7)),
+            PdControl((-0.14, 1.4), (1200.0, 1.7), (64.0, 0.19)),
+        ),
+    )
+    times = np.linspace(0, 30, 3001)
+    exact = taylor_run(pushed, times, formulation="kane", precision="quadruple")
+    errors = StepErrors(pushed, "momenta", "double", "long double")
+    run = taylor_run(pushed, times, formulation="momenta", order=17, observe=errors)
+    found = corrected_run(run, times, errors.correction(), "long double")
+    assert np.all(true_errors(run, exact) <= errors.at(times) + 2**-50)
+    assert np.all(true_errors(found, exact) <= errors.corrected_at(times))
+    assert errors.estimate_at(times)[-1] < 2 * true_errors(run, exact)[-1]

@@ -38,10 +38,11 @@ _LEADING_TERMS: dict[PrecisionName, int] = {"long double": 5, "quadruple": 8}
 
 
 class Defects(NamedTuple):
-    """Defects of steps, shape (n, 4), their moments, (2, n, 4, 1), and the sizes of h f, (n, 4).
+    """Defects of n steps, shape (n, 4), their moments, (8, n, 4), and the sizes of h f, (n, 4).
 
-    The moments are those with the rest of the step, and with half its square. `quadrature`, shape
-    (n, 4), is the error of Gauss's rule on the slopes of the polynomials, whose integral is known.
+    Moment k is that of h f − y′ with (1 − τ)^k/k!, k from 1, where 1 − τ is the rest of the step.
+    `quadrature`, shape (n, 4), is the error of Gauss's rule on the slopes of the polynomials, whose
+    integral is known.
     """
 
     defects: Array
@@ -67,7 +68,7 @@ class Evaluation:
         """Return the defects of the polynomials of steps."""
         longer, rule = self.precision.lengthened, self.rule
         h, polynomials = longer(steps.lengths), _scaled(steps, self.name)
-        first, length = polynomials.leading[:, :, 0], polynomials.length
+        first = polynomials.leading[:, :, 0]
         starts = steps.starts
         if starts.dtype != h.dtype:
             starts = longer(starts[:1]) + (np.add.accumulate(h) - h)
@@ -77,18 +78,13 @@ class Evaluation:
         mean = np.add.reduce(rates, 2) / len(rule.nodes)
         integrals = mean + _dot(rates - mean[..., None], rule.weights)
         following = np.concatenate([first[1:], longer(steps.end)[None]])
-        # Integrals of the slopes are combinations of the coefficients.
-        slopes = rule.moments_of_slopes(length)
-        moments = [
-            (_dot(rates, by_node).T - polynomials.combined(by_power))[..., None].astype(float)
-            for by_node, by_power in zip(rule.moments, slopes, strict=True)
-        ]
-        missed = polynomials.combined(longer(rule.errors_of_slopes(length))).astype(float)
+        residuals = rates - polynomials.slopes.at(rule.nodes)
+        moments = residuals.astype(float) @ rule.moments
         return Defects(
             ((first - following) + integrals.T).astype(float),
-            np.array(moments),
+            moments.transpose(2, 1, 0),
             np.abs(mean.astype(float)).T,
-            np.abs(missed),
+            np.abs(polynomials.combined(rule.errors_of_slopes(polynomials.length))),
         )
 
 
@@ -131,14 +127,20 @@ class _Polynomials:
             rest = rest * nodes + coefficient[..., None]
         return rest
 
-    def combined(self, weights: Any) -> Any:
-        """Return the sums of the coefficients times weights, shape (n, 4)."""
+    @property
+    def slopes(self) -> _Polynomials:
+        """The derivatives of the polynomials."""
         count = self.leading.shape[2]
-        found = _dot(self.leading, weights[:count])
-        if not self.rest.size:
-            return found
-        rest = self.rest.dot(_shortened(weights[count:], self.rest.dtype))
-        return found + self.precision.lengthened(rest)
+        k = np.arange(1.0, self.length)
+        leading = self.leading[:, :, 1:] * self.precision.lengthened(k[: count - 1])
+        rest = self.rest * k[count - 1 :].astype(self.rest.dtype)
+        return _Polynomials(self.precision, leading, rest)
+
+    def combined(self, weights: Array) -> Array:
+        """Return the sums of the coefficients times weights, shape (n, 4), in float64."""
+        count = self.leading.shape[2]
+        leading, rest = (_shortened(x, np.float64) for x in (self.leading, self.rest))
+        return np.asarray(leading @ weights[:count] + rest @ weights[count:])
 
 
 def _scaled(steps: Steps, precision: PrecisionName) -> _Polynomials:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,27 +12,20 @@ import numpy as np
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.simulation.run import Array
 
+# Moments of a defect. Where h J is 2.5, the most of a step, the next is some 1e-3 of the defect.
+_MOMENTS = 8
+
 
 @dataclass(frozen=True, eq=False)
 class GaussRule:
     """Gauss's nodes and weights on [0, 1], in the numbers of a precision.
 
-    `moments` are the weights of the integrals with 1 − τ and with (1 − τ)²/2.
+    `moments`, shape (nodes, 8), are weights of integrals with (1 − τ)^k/k!, k from 1, in float64.
     """
 
     nodes: Any
     weights: Any
-    moments: tuple[Any, Any]
-
-    def moments_of_slopes(self, length: int) -> tuple[Any, Any]:
-        """Return the combinations of c_k that are the moments of y', for y = Σ c_k τ^k.
-
-        ∫ (1 − τ) y' dτ = Σ c_k/(k + 1) and ∫ (1 − τ)²/2 y' dτ = Σ c_k/((k + 1)(k + 2)), from k = 1.
-        """
-        once = 1 / (1 + self._counting(length))
-        twice = once / (2 + self._counting(length))
-        once[0], twice[0] = 0 * once[0], 0 * twice[0]
-        return once, twice
+    moments: Array
 
     def errors_of_slopes(self, length: int) -> Array:
         """Return the combination of c_k that is the error of the rule for y', in float64.
@@ -43,9 +37,6 @@ class GaussRule:
         for k in range(2 * len(nodes) + 1, length):
             found[k] = k * float(weights @ nodes ** (k - 1)) - 1
         return found
-
-    def _counting(self, length: int) -> Any:
-        return np.arange(float(length)).astype(self.nodes.dtype)
 
 
 @functools.cache
@@ -63,8 +54,9 @@ def gauss_rule(count: int, precision: PrecisionName) -> GaussRule:
     kind = np.dtype(PRECISIONS[precision].number)
     nodes = ((x + 1) / 2).astype(kind)
     weights = (1 / ((1 - x * x) * slope * slope)).astype(kind)
-    left = 1 - nodes
-    return GaussRule(nodes, weights, (weights * left, weights * left * left / 2))
+    left, k = (1 - nodes).astype(float)[:, None], np.arange(1, _MOMENTS + 1)
+    factors = left**k / np.array([math.factorial(each) for each in k])
+    return GaussRule(nodes, weights, weights.astype(float)[:, None] * factors)
 
 
 def _newton(x: Any, count: int) -> tuple[Any, Any]:

@@ -181,8 +181,11 @@ class StepErrors:
         errors = accumulated(linear.flows, sources, self._carried)
         self._carried = errors[-1]
         fastest = float((found.rates[:, :2] / linear.lengths[:, None]).max())
-        values = PRECISIONS[self._precision].rounding * _sensitivity(linear)
-        self._bounds.append(_bounds(linear, errors, fastest, values))
+        rounded = _VALUES * PRECISIONS[self._precision].rounding
+        values = _of_values(linear, rounded * np.abs(linear.states))
+        # A defect that is constant over a step has twice its first moment.
+        within = _of_values(linear, 2 * np.abs(found.moments[0]))
+        self._bounds.append(_bounds(linear, errors, fastest, values, within))
         self._count += len(linear.lengths)
         if self.is_kept:
             own = (sources[:, :, 0].copy(), errors[:, :, 0].copy())
@@ -201,10 +204,11 @@ class StepErrors:
         of_time = np.abs(linear.by_time) * (linear.lengths * linear.starts)[:, None]
         sizes = np.maximum(each * roundings + rounding * of_time, found.quadrature)
         samples = sizes[:, :, None] * self._random_signs(len(sizes))
-        # The defect of a step grows over the rest of the step.
-        once, twice = found.moments
-        defects = found.defects[:, :, None] + mean @ (once + mean @ twice)
-        return np.concatenate([defects, samples], axis=2)
+        # The defect of a step is carried over the rest of the step.
+        carried = np.zeros_like(found.moments[0])[..., None]
+        for moment in found.moments[::-1]:
+            carried = mean @ (moment[..., None] + carried)
+        return np.concatenate([found.defects[..., None] + carried, samples], axis=2)
 
     def _random_signs(self, count: int) -> Array:
         """Return signs of shape (count, 4, samples)."""
@@ -229,10 +233,13 @@ class _Bounds(NamedTuple):
     estimates: Array
 
 
-def _bounds(linear: Linear, carried: Array, fastest: float, values: Array) -> _Bounds:
+def _bounds(
+    linear: Linear, carried: Array, fastest: float, values: Array, within: Array
+) -> _Bounds:
     """Return bounds from errors of q and x, shape (n + 1, 4, 1 + samples).
 
-    `fastest` (rad/s) is the largest speed, and `values`, shape (n,), the round-off of a value.
+    `fastest` (rad/s) is the largest speed. `values` are the round-off of a value and `within` the
+    errors within steps that are not at their ends, both of shape (n,).
     """
     # The rates of q are u, whose error may have its peak within a step.
     speeds = linear.jacobians[[0, 2], :, :2] @ np.stack([carried[:-1], carried[1:]])
@@ -245,19 +252,18 @@ def _bounds(linear: Linear, carried: Array, fastest: float, values: Array) -> _B
     small = _part_of_range(errors, fastest) <= 1
     return _Bounds(
         ends=linear.starts + linear.lengths,
-        errors=np.where(small, errors.max(axis=1), np.inf),
-        corrected=np.where(small, left + _DEVIATIONS * deviation + _VALUES * values, np.inf),
-        left=left,
+        errors=np.where(small, errors.max(axis=1) + within, np.inf),
+        corrected=np.where(small, left + within + _DEVIATIONS * deviation + values, np.inf),
+        left=left + within,
         noise=deviation,
         estimates=seen,
     )
 
 
-def _sensitivity(linear: Linear) -> Array:
-    """Return the change of q (rad) and u (rad/s) by relative changes of q and x, shape (n,)."""
-    states = np.abs(linear.states)
-    speeds = np.abs(linear.jacobians[1, :, :2]) @ states[:, :, None]
-    return np.asarray(np.maximum(states[:, :2], speeds[:, :, 0]).max(axis=1))
+def _of_values(linear: Linear, deviations: Array) -> Array:
+    """Return the largest change of q (rad) and u (rad/s) by changes of q and x, (n, 4): (n,)."""
+    speeds = np.abs(linear.jacobians[1, :, :2]) @ deviations[:, :, None]
+    return np.asarray(np.maximum(deviations[:, :2], speeds[:, :, 0]).max(axis=1))
 
 
 def _part_of_range(errors: Array, fastest: float) -> Array:
