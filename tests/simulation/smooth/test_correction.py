@@ -24,6 +24,7 @@ def linear_of(matrix, lengths):
         jacobians,
         np.zeros((len(lengths), 4)),
         flows,
+        np.zeros(len(lengths)),
     )
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from twolink.simulation.smooth.flows import accumulated, exponentials, magnus
+from twolink.simulation.smooth.flows import accumulated, exponentials, magnus, sizes
 from twolink.simulation.smooth.quadrature import gauss_rule
 
 
@@ -46,3 +46,14 @@ def test_errors_are_carried_from_step_to_step(random):
     for flow, source in zip(flows, sources, strict=True):
         carried.append(flow @ carried[-1] + source)
     assert accumulated(flows, sources, start) == pytest.approx(np.array(carried))
+
+
+def test_sizes_are_spectral_radii_from_above(random):
+    """Also where columns differ in size, as angles and momenta do."""
+    for scale in (1.0, 30.0):
+        units = np.diag([1.0, 1.0, scale, scale])
+        matrices = units @ random.normal(size=(40, 4, 4)) @ np.linalg.inv(units)
+        exact = np.abs(np.linalg.eigvals(matrices)).max(axis=1)
+        found = sizes(matrices)
+        assert np.all(found >= exact * (1 - 1e-12))
+        assert np.all(found <= 2.5 * exact)

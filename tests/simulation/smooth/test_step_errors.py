@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from tests.simulation.smooth.test_measure import HARD, TIMES, scene, true_errors
+from twolink.chain import Chain
+from twolink.effects.end_drag import EndDrag
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
@@ -13,6 +15,7 @@ from twolink.integration.precisions import PRECISIONS, longer_than
 from twolink.scene import Scene
 from twolink.simulation.smooth import defect, step_errors
 from twolink.simulation.smooth.corrected import corrected_run
+from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import Steps, taylor_run
 
@@ -24,12 +27,15 @@ STIFF = {
 OUTPUT = 8
 
 
-def observed(scene, order, formulation="momenta", precision="double", evaluated_in=None):
+def observed(
+    scene, order, formulation="momenta", precision="double", evaluated_in=None, longest_step=None
+):
     """Return a run and the errors that its steps give."""
     errors = StepErrors(scene, formulation, precision, evaluated_in)
     run = taylor_run(
-        scene, TIMES, formulation=formulation, precision=precision, order=order, observe=errors
-    )
+        scene, TIMES, formulation=formulation, precision=precision, order=order,
+        longest_step=longest_step, observe=errors,
+    )  # fmt: skip
     return run, errors
 
 
@@ -81,6 +87,8 @@ def test_steps_over_which_errors_change_much(name):
     stiff = scene((1.0, -2.0), (0.5, 0.0), effects=STIFF[name])
     for order in (15, 21):
         run, errors = observed(stiff, order)
+        if errors.longest_step < run.longest_step:
+            run, errors = observed(stiff, order, longest_step=errors.longest_step)
         true, bound = missed(stiff, run, errors)
         assert np.all(true <= bound)
     assert bound[-1] < 1e-9
@@ -224,3 +232,43 @@ def test_a_defect_that_is_constant_over_steps_decays_along_them():
     assert np.all(true_errors(run, exact) <= errors.at(times) + 2**-50)
     assert np.all(true_errors(found, exact) <= errors.corrected_at(times))
     assert errors.estimate_at(times)[-1] < 2 * true_errors(run, exact)[-1]
+
+
+STRONGLY_DAMPED = Scene(
+    Chain.uniform_bars(),
+    (-2.2, 1.8),
+    (0.0, 0.0),
+    3.0,
+    (Gravity(), JointDamping((5.0, 1.2)), EndDrag(1.9)),
+)
+
+
+def test_steps_in_which_errors_decay_too_far_have_no_bound():
+    """The series in h J do not serve there; a run of shorter steps has bounds."""
+    times = np.linspace(0, 3, 61)
+    exact = taylor_run(STRONGLY_DAMPED, times, formulation="kane", precision="quadruple")
+    errors = StepErrors(STRONGLY_DAMPED, "momenta", "double", "long double")
+    run = taylor_run(STRONGLY_DAMPED, times, formulation="momenta", order=19, observe=errors)
+    assert np.isinf(errors.at(times)[-1])
+    assert errors.longest_step < run.longest_step / 2
+    again = StepErrors(STRONGLY_DAMPED, "momenta", "double", "long double")
+    run = taylor_run(
+        STRONGLY_DAMPED, times, formulation="momenta", order=19,
+        longest_step=errors.longest_step, observe=again,
+    )  # fmt: skip
+    assert np.isinf(again.longest_step)
+    found = corrected_run(run, times, again.correction(), "long double")
+    assert np.all(true_errors(run, exact) <= again.at(times) + 2**-50)
+    assert np.all(true_errors(found, exact) <= again.corrected_at(times))
+
+
+@pytest.mark.parametrize("accuracy", [1e-11, 1e-13])
+def test_a_strongly_damped_motion_has_its_accuracy(accuracy):
+    times = np.linspace(0, 3, 61)
+    exact = taylor_run(STRONGLY_DAMPED, times, formulation="kane", precision="quadruple")
+    found = measured_run(
+        STRONGLY_DAMPED, times, accuracy, "momenta", lambda name: lambda share: None, correct=True
+    )
+    assert found.worst <= accuracy
+    assert np.all(true_errors(found.kept, exact) <= found.errors)
+    assert found.kept.precision != "quadruple"

@@ -39,6 +39,16 @@ def exponentials(matrices: Array) -> Array:
     return found
 
 
+def sizes(matrices: Array) -> Array:
+    """Return estimates of the spectral radii of matrices of shape (n, 4, 4), from above: (n,).
+
+    They are sixth roots of the norms of sixth powers, little larger if columns differ in size.
+    """
+    second = matrices @ matrices
+    sixth = second @ second @ second
+    return np.asarray(np.sqrt(np.einsum("ijk,ijk->i", sixth, sixth)) ** (1 / 6))
+
+
 def accumulated(flows: Array, sources: Array, start: Array) -> Array:
     """Return e of e_{i+1} = Φ_i e_i + l_i for several l at once, shape (n + 1, 4, m).
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from twolink.simulation.run import Array
 from twolink.simulation.series import powers
-from twolink.simulation.smooth.flows import exponentials, magnus
+from twolink.simulation.smooth.flows import exponentials, magnus, sizes
 from twolink.simulation.smooth.quadrature import gauss_rule
 from twolink.simulation.smooth.rates import Rates
 from twolink.simulation.smooth.taylor import Steps
@@ -24,7 +24,8 @@ class Linear(NamedTuple):
     `starts` and `lengths` (s) have shape (n,), `states` at the starts shape (n, 4), and the
     `jacobians` of the rates at Gauss's three nodes shape (3, n, 4, 4); `by_time`, shape (n, 4), are
     the derivatives of the rates by t at the middle of each step. The `flows`, shape (n, 4, 4),
-    carry a small deviation over each step.
+    carry a small deviation over each step; `exponents`, shape (n,), are the sizes of their
+    logarithms.
     """
 
     starts: Array
@@ -33,6 +34,7 @@ class Linear(NamedTuple):
     jacobians: Array
     by_time: Array
     flows: Array
+    exponents: Array
 
     @property
     def scaled(self) -> Array:
@@ -46,9 +48,16 @@ def linearized(rates: Rates, steps: Steps) -> Linear:
     coefficients = steps.coefficients.astype(float)
     scaled = coefficients * powers(lengths, coefficients.shape[2])[:, None]
     jacobians = _jacobians(rates, steps.starts, lengths, scaled)
-    flows = exponentials(magnus(*(jacobians * lengths[:, None, None])))
-    by_time = _by_time(lengths, scaled, jacobians[1])
-    return Linear(steps.starts, lengths, coefficients[:, :, 0], jacobians, by_time, flows)
+    logarithms = magnus(*(jacobians * lengths[:, None, None]))
+    return Linear(
+        starts=steps.starts,
+        lengths=lengths,
+        states=coefficients[:, :, 0],
+        jacobians=jacobians,
+        by_time=_by_time(lengths, scaled, jacobians[1]),
+        flows=exponentials(logarithms),
+        exponents=sizes(logarithms),
+    )
 
 
 def _by_time(lengths: Array, scaled: Array, jacobians: Array) -> Array:

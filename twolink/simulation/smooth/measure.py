@@ -57,6 +57,9 @@ GROWTH = 5e3
 # The part of the accuracy for the truncation error of a run near round-off.
 _OF_TRUNCATION = 0.2
 
+# The number of times that steps are shortened for the errors to be carried over them.
+_SHORTENINGS = 4
+
 # The round-off, in accuracies, of a run that a correction brings to the accuracy.
 _OF_ROUND_OFF = 10.0
 
@@ -104,7 +107,8 @@ def measured_run(
     `progress` maps the name of a run to a function that receives its completed share. Raises
     `SimulationError` if the scene cannot be integrated to the last time.
     """
-    search = _Search(scene, times, accuracy, formulation, progress, correct)
+    longest = default_longest_step(scene)
+    search = _Search(scene, times, accuracy, formulation, progress, correct, longest)
     for found in search.attempts():
         if found.worst <= accuracy:
             break
@@ -124,6 +128,7 @@ class _Search:
     formulation: EquationsName
     progress: Callable[[str], Callable[[float], None]]
     correct: bool
+    longest_step: float
     grown: Array | None = None
     runs: dict[tuple[PrecisionName, int], TaylorRun] = field(default_factory=dict)
     made: list[TaylorRun] = field(default_factory=list)
@@ -187,13 +192,9 @@ class _Search:
             needed = order_for(_OF_TRUNCATION * self.accuracy / self.growth)
             order = min(max(needed, order + 2), own.full_order)
             hidden = self.correct and noise > _OF_TRUNCATION * self.accuracy
-            errors = StepErrors(
-                self.scene,
-                self.formulation,
-                precision,
-                longer_than(precision) if hidden else precision,
-            )
-            kept = self.runs[precision, order] = self._taylor(precision, order, errors)
+            evaluated_in = longer_than(precision) if hidden else precision
+            kept, errors = self._with_errors(precision, order, evaluated_in)
+            self.runs[precision, order] = kept
             yield from self._by_errors(kept, errors)
             if not hidden:
                 noise = float(errors.round_off_at(self.times).max())
@@ -208,6 +209,18 @@ class _Search:
             # Beyond that, the error is the round-off of the run.
             least = max(truncation(order), own.rounding / _PESSIMISM)
             self._learn(errors.estimate_at(self.times) / least)
+
+    def _with_errors(
+        self, precision: PrecisionName, order: int, evaluated_in: PrecisionName
+    ) -> tuple[TaylorRun, StepErrors]:
+        """Return a new run and its errors, with steps over which errors are carried."""
+        for _ in range(_SHORTENINGS):
+            errors = StepErrors(self.scene, self.formulation, precision, evaluated_in)
+            kept = self._taylor(precision, order, errors)
+            if errors.longest_step >= self.longest_step:
+                break
+            self.longest_step = errors.longest_step
+        return kept, errors
 
     def _by_errors(self, kept: TaylorRun, errors: StepErrors) -> Iterator[Measured]:
         """Yield a run with its errors, and the corrected one if it has the accuracy."""
@@ -246,7 +259,7 @@ class _Search:
             formulation=self.formulation,
             precision=precision,
             order=order,
-            longest_step=default_longest_step(self.scene),
+            longest_step=self.longest_step,
             progress=self.progress(f"order {order}, {precision}"),
             observe=observe,
         )

@@ -53,6 +53,10 @@ _LEFT = 0.05
 # changes by a rounding of the next start.
 _VALUES = 4
 
+# The largest size of the logarithm of a step's flow, h J, for which the series in it serve; and the
+# part of it for which shorter steps are made.
+_LARGEST_EXPONENT, _AIM = 2.5, 0.9
+
 # The most steps whose errors are kept for a correction: 1.2 kB each.
 MOST_KEPT = 50_000
 
@@ -71,7 +75,11 @@ class _Part(NamedTuple):
 
 
 class StepErrors:
-    """The estimated error of a run at the ends of its steps, from the steps as they are taken."""
+    """The estimated error of a run at the ends of its steps, from the steps as they are taken.
+
+    Errors are not carried over steps in which they decay too far: these have no bound, and
+    `longest_step` (s) is that of a run whose errors are carried; it is infinite if this run's are.
+    """
 
     def __init__(
         self,
@@ -97,6 +105,7 @@ class StepErrors:
         self._parts: list[_Part] = []
         self._carried = np.zeros((4, 1 + _SAMPLES))
         self._count = 0
+        self.longest_step = math.inf
 
     def __call__(self, steps: Steps) -> None:
         """Add steps that continue those before; steps from 0 s begin anew."""
@@ -186,6 +195,10 @@ class StepErrors:
         # A defect that is constant over a step has twice its first moment.
         within = _of_values(linear, 2 * np.abs(found.moments[0]))
         self._bounds.append(_bounds(linear, errors, fastest, values, within))
+        far = linear.exponents > _LARGEST_EXPONENT
+        if far.any():
+            shorter = _AIM * _LARGEST_EXPONENT * (linear.lengths / linear.exponents)[far]
+            self.longest_step = min(self.longest_step, float(shorter.min()))
         self._count += len(linear.lengths)
         if self.is_kept:
             own = (sources[:, :, 0].copy(), errors[:, :, 0].copy())
@@ -250,6 +263,7 @@ def _bounds(
     seen, deviation = estimated.max(axis=1), noise.max(axis=1)
     left = seen * (_LEFT + (_MARGIN - 1) * _part_of_range(_MARGIN * estimated, fastest))
     small = _part_of_range(errors, fastest) <= 1
+    small &= linear.exponents <= _LARGEST_EXPONENT
     return _Bounds(
         ends=linear.starts + linear.lengths,
         errors=np.where(small, errors.max(axis=1) + within, np.inf),
