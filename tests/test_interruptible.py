@@ -118,3 +118,23 @@ def test_a_thread_that_is_still_ending_is_not_joined(thread, said):
         [sys.executable, "-c", VANISHING, thread], capture_output=True, text=True, check=False
     )
     assert (run.returncode, run.stdout, run.stderr) == (130, said, "")
+
+
+def test_a_process_that_exits_searches_for_no_garbage():
+    program = (
+        "import atexit, gc\n"
+        "from twolink.interruptible import end_process\n"
+        "gc.disable()\n"
+        "class Ring:\n"
+        "    def __del__(self):\n"
+        "        print('found')\n"
+        "ring = Ring()\n"
+        "ring.itself = ring\n"
+        "del ring\n"
+        "atexit.register(print, 'last steps')\n"
+        "end_process(0)\n"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert run.stdout == "last steps\n"

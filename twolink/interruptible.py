@@ -6,6 +6,7 @@ signal. The caller answers signals, and abandons the call without using its resu
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Callable
@@ -72,13 +73,14 @@ def end_process(code: Any) -> NoReturn:
 
     At its end the interpreter ends the threads of such calls; inside compiled code, or while they
     end by themselves, this aborts the process. Where there are any, the process ends without the
-    interpreter's last steps.
+    interpreter's last steps. Elsewhere it does not search for garbage, which the system takes back.
     """
     if isinstance(code, int) and _any_left():
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError, AttributeError):
                 stream.flush()
         os._exit(code)
+    gc.freeze()
     sys.exit(code)
 
 
