@@ -489,6 +489,22 @@ def test_simulate_imports_only_the_effects_of_its_scene():
     assert run.stdout.split() == ["twolink.effects.effect", "twolink.effects.gravity"]
 
 
+def test_a_scene_of_numbers_needs_no_urdf():
+    program = (
+        "from twolink.data import data_path\n"
+        "from twolink.scene import Scene\n"
+        "import twolink.simulation\n"
+        "Scene.load(data_path('scenes') / 'free_fall.toml')\n"
+        "import sys\n"
+        "print(*[m for m in sys.modules if m.startswith('twolink.urdf.')])\n"
+        "assert not {'xml', 'twolink.contact.elements'} & set(sys.modules)"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    assert run.stdout.split() == ["twolink.urdf.spatial"]
+
+
 def test_verify_imports_no_more_than_it_needs():
     needed = {"numpy", "pinocchio", "rich", "typer"}
     # Typer itself imports pydantic where it finds it.

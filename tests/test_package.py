@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import twolink
-from twolink import effects
+from twolink import effects, urdf
 from twolink.cli import app
 from twolink.effects import EFFECTS
 
@@ -35,6 +35,15 @@ def test_every_effect_is_importable_by_its_class():
         assert f"    from {home} import {name}\n" in Path(effects.__file__).read_text()
     with pytest.raises(AttributeError, match="has no attribute 'Gravitation'"):
         effects.Gravitation  # noqa: B018
+
+
+def test_every_public_name_of_urdf_is_importable():
+    assert set(urdf.__all__) == set(urdf._HOMES)
+    for name, home in urdf._HOMES.items():
+        assert getattr(urdf, name) is getattr(importlib.import_module(home), name)
+        assert name in dir(urdf)
+    with pytest.raises(AttributeError, match="has no attribute 'read_srdf'"):
+        urdf.read_srdf  # noqa: B018
 
 
 def test_the_version():

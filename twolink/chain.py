@@ -16,7 +16,7 @@ from fractions import Fraction
 from functools import cached_property
 from numbers import Real
 from os import PathLike
-from typing import Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from twolink import optional
 from twolink.arithmetic import Pair, Scalar
@@ -24,9 +24,10 @@ from twolink.errors import ParameterError
 from twolink.files import atomic_write
 from twolink.inputs import as_path, as_scalar, as_tuple, nearest_float, refuse
 from twolink.tables import table
-from twolink.urdf import LinkParameters, read_planar_urdf, write_planar_urdf
-from twolink.urdf.planar import STANDARD_GRAVITY
-from twolink.urdf.spatial import Vector3
+from twolink.urdf.spatial import STANDARD_GRAVITY, Vector3
+
+if TYPE_CHECKING:
+    from twolink.urdf import LinkParameters
 
 # Within this range products in float64 neither overflow nor lose digits.
 _SMALLEST, _LARGEST = 1e-290, 1e290
@@ -130,6 +131,8 @@ class Chain:
         position of the chain and its joint-angle convention. Raises `UrdfError` for a file that is
         not a planar two-link chain.
         """
+        from twolink.urdf import read_planar_urdf
+
         return cls.from_links(read_planar_urdf(path, tip=tip, gravity=gravity).links)
 
     @classmethod
@@ -145,6 +148,8 @@ class Chain:
     @property
     def links(self) -> tuple[LinkParameters, LinkParameters]:
         """The parameters of the two links, as `twolink.urdf` reads and writes them."""
+        from twolink.urdf import LinkParameters
+
         fields = zip(self.mass, self.length, self.centre, self.inertia, strict=True)
         first, second = (LinkParameters(*parameters) for parameters in fields)
         return first, second
@@ -154,6 +159,8 @@ class Chain:
 
         Reading it back gives the same parameters (kg, m, kg m²) to the last bit.
         """
+        from twolink.urdf import write_planar_urdf
+
         if self.rotors:
             raise ParameterError(
                 f"a chain must have no rotors for a URDF, which cannot describe them; got "

@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
-from twolink.contact.elements import ContactElement
 from twolink.errors import SimulationError
 from twolink.loads import Loads
+
+if TYPE_CHECKING:
+    from twolink.contact.elements import ContactElement
 
 
 class Effect(ABC):

@@ -12,8 +12,9 @@ from typing import Any
 
 from twolink.effects import Effect, effect_class
 from twolink.errors import ParameterError, UrdfError
+from twolink.names import JOINT_PROPERTIES
 from twolink.text import quoted
-from twolink.urdf.planar import JOINT_PROPERTIES, PlanarUrdf
+from twolink.urdf.planar import PlanarUrdf
 from twolink.urdf.reading import Limits, listed, naming
 
 

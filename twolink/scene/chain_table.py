@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from twolink.chain import Chain
 from twolink.coordinates import JointConvention
 from twolink.effects import EFFECTS, Effect
-from twolink.urdf import PlanarUrdf
-from twolink.urdf.planar import JOINT_PROPERTIES, STANDARD_GRAVITY
+from twolink.names import JOINT_PROPERTIES
+from twolink.urdf.spatial import STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    from twolink.urdf import PlanarUrdf
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hi
 from twolink.effects import EFFECTS, effect_class
 from twolink.errors import SceneError
 from twolink.integration.methods import METHODS
+from twolink.names import JOINT_PROPERTIES
 from twolink.text import choice, quoted
-from twolink.urdf.planar import JOINT_PROPERTIES
 
 if TYPE_CHECKING:
     from pydantic import BaseModel

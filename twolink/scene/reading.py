@@ -12,7 +12,6 @@ from twolink.coordinates import JointConvention
 from twolink.effects import Effect, effect_class
 from twolink.errors import SceneError
 from twolink.scene.chain_table import DescribedChain
-from twolink.urdf import read_planar_urdf
 
 
 def chain_of(table: dict[str, Any], folder: Path) -> DescribedChain:
@@ -23,6 +22,8 @@ def chain_of(table: dict[str, Any], folder: Path) -> DescribedChain:
         if len(given) > 1:
             others = ", ".join(sorted(set(given) - {"urdf"}))
             raise SceneError(f"chain must have urdf or {others}, not both; got both")
+        from twolink.urdf import read_planar_urdf
+
         read = read_planar_urdf(folder / given["urdf"])
         return DescribedChain(Chain.from_links(read.links), read.joints, asked or (), read)
     if asked is not None:

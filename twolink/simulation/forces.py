@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from twolink import kinematics, lagrange
 from twolink.chain import Chain
 from twolink.contact.coordinates import JointCoordinate
-from twolink.contact.elements import ContactElement
 from twolink.effects import contact_elements, discontinuities, smooth_loads
 from twolink.loads import Force, Loads
 from twolink.scene import Scene
@@ -21,6 +20,7 @@ from twolink.simulation.hybrid.mode import Event, Mode
 from twolink.simulation.run import Array
 
 if TYPE_CHECKING:
+    from twolink.contact.elements import ContactElement
     from twolink.simulation.hybrid.dynamics import Solution
 
 

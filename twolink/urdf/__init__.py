@@ -4,13 +4,27 @@
 URDF that reads back to the same bits and that Pinocchio, MuJoCo, Drake and PyBullet load.
 """
 
-from twolink.urdf.planar import (
-    LinkParameters,
-    PlanarUrdf,
-    parse_planar_urdf,
-    read_planar_urdf,
-)
-from twolink.urdf.writing import JointProperties, write_planar_urdf
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from twolink.urdf.planar import (
+        LinkParameters,
+        PlanarUrdf,
+        parse_planar_urdf,
+        read_planar_urdf,
+    )
+    from twolink.urdf.writing import JointProperties, write_planar_urdf
+
+# Public names and their modules, imported on first use: most scenes have no URDF.
+_HOMES = {
+    "JointProperties": "twolink.urdf.writing",
+    "LinkParameters": "twolink.urdf.planar",
+    "PlanarUrdf": "twolink.urdf.planar",
+    "parse_planar_urdf": "twolink.urdf.planar",
+    "read_planar_urdf": "twolink.urdf.planar",
+    "write_planar_urdf": "twolink.urdf.writing",
+}
 
 __all__ = [
     "JointProperties",
@@ -20,3 +34,15 @@ __all__ = [
     "read_planar_urdf",
     "write_planar_urdf",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Return a public name from its module."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'twolink.urdf' has no attribute {name!r}")
+    return getattr(importlib.import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    """Return the names, including those not imported yet."""
+    return sorted({*globals(), *__all__})

@@ -20,6 +20,7 @@ from twolink.text import quoted
 from twolink.urdf.lumping import Lump, RigidBody, lump, two_bodies
 from twolink.urdf.reading import Limits, listed, naming, parse_tree
 from twolink.urdf.spatial import (
+    STANDARD_GRAVITY,
     ZERO,
     Matrix3,
     Vector3,
@@ -41,13 +42,6 @@ thousand rotations, and no angle written with fewer than twelve digits comes as 
 NEGLECTED = 1e-5
 """The largest tilt (rad) that is neglected, with a note. A right angle typed as 1.5708 is off by
 3.7e-6 and 3.1416 by 7.3e-6, in files whose authors meant a plane; 1.571 is off by 2e-4."""
-
-JOINT_PROPERTIES = ("damping", "friction", "limits")
-"""Properties of a URDF's joints that are no part of the chain: fields of `PlanarUrdf`, with an
-entry for each joint. `twolink.effects.of_urdf` makes effects of them."""
-
-STANDARD_GRAVITY = 9.81
-"""The size of gravity (m/s²) in a URDF's world, along −z, unless another one is given."""
 
 Point2 = tuple[float, float]
 Axes = tuple[Vector3, Vector3, Vector3]

@@ -14,6 +14,9 @@ Vector3 = tuple[float, float, float]
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 """The rows of a matrix. A rotation turns components in an inner frame into the outer frame's."""
 
+STANDARD_GRAVITY = 9.81
+"""The size of gravity (m/s²) in a URDF's world, along −z, unless another one is given."""
+
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 IDENTITY: Matrix3 = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
