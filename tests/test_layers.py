@@ -219,7 +219,7 @@ ROWS = {
     "twolink.viz.plots": ["style", "moments", "curves", OTHERS, "path", "kinds strip"],
     "twolink.viz.report": ["page", "conformance map scoreboard sections"],
     "twolink.cli": [
-        "limits options terminal",
+        "importing limits options terminal",
         "progress",
         "program studies trajectories",
         "showing",

@@ -26,6 +26,29 @@ def test_a_misspelt_name_is_refused_with_the_nearest_one():
         method_named("DOP835")
 
 
+@pytest.mark.parametrize(
+    ("name", "library"), [("taylor", "heyoka"), ("DOP853", "scipy.integrate"), ("rk4", None)]
+)
+def test_a_method_imports_its_own_libraries(name, library):
+    program = (
+        "import sys\n"
+        "from twolink.integration.methods import METHODS\n"
+        "libraries = ('heyoka', 'scipy.integrate')\n"
+        "print(*(name for name in libraries if name in sys.modules))\n"
+        f"METHODS[{name!r}].import_libraries()\n"
+        "print(*(name for name in libraries if name in sys.modules))\n"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert run.stdout == f"\n{library or ''}\n"
+
+
+def test_taylor_series_need_no_heyoka_until_they_run(monkeypatch):
+    monkeypatch.setitem(sys.modules, "heyoka", None)
+    METHODS["taylor"].import_libraries()
+
+
 @pytest.mark.slow
 def test_mypy_refuses_a_misspelt_name(tmp_path):
     file = tmp_path / "caller.py"

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
+from twolink.cli.importing import begin_command, own_process
 from twolink.cli.program import Program
 from twolink.cli.terminal import FAILED, say, warn
 from twolink.files import remove_interrupted
@@ -85,15 +86,17 @@ def _options(
         ),
     ] = False,
 ) -> None:
-    """Take the options of the program itself."""
+    """Take the options of the program itself; a command follows."""
+    begin_command()
 
 
 def main() -> None:
     """Run the command line, and end the process."""
-    code = _exit_code()
-    # A command that runs inside another program leaves this to the end of that program.
-    remove_interrupted()
-    end_process(code)
+    with own_process():
+        code = _exit_code()
+        # A command that runs inside another program leaves this to the end of that program.
+        remove_interrupted()
+        end_process(code)
 
 
 def _exit_code() -> Any:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from twolink.cli.importing import importing
 from twolink.cli.limits import Force, limits_of
 from twolink.cli.progress import ProgressBar, progress_bar
 from twolink.cli.showing import BYTES_OF_A_FRAME, check_frames
@@ -75,12 +76,13 @@ def _made(
     files: list[Path], out: Path, states: int, budget: float, full: bool, limits: Limits
 ) -> list[tuple[bool, str]]:
     """Write the page; return each verdict: whether the check passed, and its sentence."""
-    from twolink.viz.page import player_head
-    from twolink.viz.report import page
-    from twolink.viz.report import sections as made
+    with importing():
+        from twolink.viz.page import player_head
+        from twolink.viz.report import page
+        from twolink.viz.report import sections as made
 
-    # All is read before any work is done.
-    loaded = _loaded(files, limits)
+        # All is read before any work is done.
+        loaded = _loaded(files, limits)
     share = budget / len(loaded)
     limits.check_time("a measurement with this budget", share)
     with progress_bar() as bar:

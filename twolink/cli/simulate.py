@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from twolink.cli.importing import imported_meanwhile, importing
 from twolink.cli.limits import Force, limits_of
 from twolink.cli.options import Samples, SceneName
 from twolink.cli.progress import progress_bar
-from twolink.cli.terminal import FAILED, check_target, console, print_table
+from twolink.cli.terminal import FAILED, RENDERING, check_target, console, print_table
 from twolink.cli.trajectories import simulated
 from twolink.names import EQUATIONS_NAMES
 from twolink.suffixes import TRAJECTORIES
@@ -63,15 +64,17 @@ def simulate(
     met. 1: only up to the time that is printed. 2: the input was refused.
     """
     check_target("--out", out, TRAJECTORIES)
-    from twolink.integration.methods import method_named
-    from twolink.scene import Scene
-    from twolink.simulation import RunOptions
-    from twolink.simulation.smooth.equations import equations_named
-    from twolink.simulation.storage import check_kind
+    with importing():
+        from twolink.integration.methods import METHODS, method_named
+        from twolink.scene import Scene
+        from twolink.simulation import RunOptions
+        from twolink.simulation.smooth.equations import equations_named
 
-    if out is not None:
-        check_kind(out)
-    loaded = Scene.load(scene)
+        if out is not None:
+            from twolink.simulation.storage import check_kind
+
+            check_kind(out)
+        loaded = Scene.load(scene)
     if effects_cost:
         _print_effects_cost(loaded, equations_named(formulation), limits_of(force))
         return
@@ -82,7 +85,9 @@ def simulate(
         samples=samples,
         limits=limits_of(force),
     )
-    with progress_bar(patience=0.5) as bar:
+    with importing():
+        METHODS[options.method or loaded.method].import_libraries()
+    with imported_meanwhile(*RENDERING), progress_bar(patience=0.5) as bar:
         trajectory = simulated(loaded, options, bar)
     _print_trajectory(trajectory)
     if out is not None:

@@ -100,6 +100,10 @@ def check_folder(option: str, path: Path | None) -> None:
         )
 
 
+RENDERING = ("rich.console", "rich.table")
+"""The modules that print tables, imported when there is something to print."""
+
+
 def console(wide: int = WIDE) -> Console:
     """Return the console for tables: as wide as the terminal, or as `wide` as the widest table.
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from twolink.errors import SimulationError
+from twolink.optional import heyoka
 
 Array = NDArray[np.float64]
 Rates = Callable[[float, Array], Array]
@@ -33,6 +37,9 @@ class Method(ABC):
     implicit: bool = False
     symplectic: bool = False
 
+    def import_libraries(self) -> None:  # noqa: B027
+        """Import the libraries of the method that are installed, which a run imports otherwise."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class TaylorSeries(Method):
@@ -42,6 +49,11 @@ class TaylorSeries(Method):
     locates_events = True
     # Measured as 6.2 kB, at 100,000 samples.
     bytes_of_a_sample = 6500
+
+    def import_libraries(self) -> None:
+        """Import heyoka."""
+        with suppress(SimulationError):
+            heyoka()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -29,6 +30,10 @@ class SciPyMethod(NumericMethod):
 
     name: SciPyName
     beside: Beside | None = None
+
+    def import_libraries(self) -> None:
+        """Import SciPy's integrators."""
+        importlib.import_module("scipy.integrate")
 
     def coarsest(self, accuracy: float, duration: float, between_samples: float) -> float:
         """Return the accuracy itself, within the tolerances that are of use."""
