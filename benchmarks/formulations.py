@@ -6,6 +6,7 @@ indicates their reliability. Operation counts do not depend on the machine.
 
 from __future__ import annotations
 
+import os
 import statistics
 import subprocess
 import sys
@@ -33,12 +34,14 @@ BATCH = 1_000_000
 LOOPED = 50_000
 
 
-def seconds_side_by_side(*functions: Callable[[], object]) -> list[list[float]]:
+def seconds_side_by_side(
+    *functions: Callable[[], object], rounds: int = ROUNDS
+) -> list[list[float]]:
     """Return the times of each function (s), measured in turn so that noise affects all alike."""
     times: list[list[float]] = [[] for _ in functions]
     for function in functions:
         function()
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         for function, taken in zip(functions, times, strict=True):
             start = time.perf_counter()
             function()
@@ -173,6 +176,7 @@ def table_of(title: str, more: tuple[str, ...]) -> Table:
     return table
 
 
+_STARTS = 15
 _PINOCCHIO = "python -c 'import pinocchio'"
 # Those of `twolink simulate`. heyoka would import SymPy, which it does not need for this.
 _LIBRARIES = "import sys; sys.modules['sympy'] = None; " + "; ".join(
@@ -181,7 +185,10 @@ _LIBRARIES = "import sys; sys.modules['sympy'] = None; " + "; ".join(
 
 
 def print_start_up(console: Console) -> None:
-    """Print start-up times against a bare interpreter that imports Pinocchio."""
+    """Print start-up times against a bare interpreter that imports Pinocchio.
+
+    All processes find compiled modules of Python, which a first round writes, and nothing else.
+    """
     twolink = [sys.executable, "-m", "twolink.cli"]
     free_fall = str(data_path("scenes") / "free_fall.toml")
     commands = {
@@ -191,11 +198,13 @@ def print_start_up(console: Console) -> None:
         "imports of the libraries of twolink simulate": [sys.executable, "-c", _LIBRARIES],
         _PINOCCHIO: [sys.executable, "-c", "import pinocchio"],
     }
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     functions = [
-        partial(subprocess.run, command, capture_output=True, check=True)
+        partial(subprocess.run, command, capture_output=True, check=True, env=environment)
         for command in commands.values()
     ]
-    measured = [statistics.median(times) for times in seconds_side_by_side(*functions)]
+    found = seconds_side_by_side(*functions, rounds=_STARTS)
+    measured = [statistics.median(times) for times in found]
     table = Table(title="Start-up (median)")
     table.add_column("command")
     for column in ("s", "ratio"):
