@@ -171,3 +171,11 @@ def test_warnings_that_are_printed():
     printed.finish()
     assert printed.warnings == 1
     assert len(printed.first) < 210
+
+
+def test_a_child_that_ends_before_it_takes_a_long_message():
+    """Its input is still watched when its output ends, and is no output to be read."""
+    code = "import os, time; os.close(1); time.sleep(0.3); os._exit(3)"
+    with program(code) as child, pytest.raises(EngineFault, match="exit code 3") as caught:
+        child.exchanged(b"x" * 2**20, LIMIT)
+    assert caught.value.kind is FaultKind.CRASH

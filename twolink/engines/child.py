@@ -187,11 +187,15 @@ class Child:
                     self._fail(FaultKind.HANG, f"no answer within {seconds:g} s{part}")
                 left = self._turn(left, remaining)
         finally:
-            with contextlib.suppress(KeyError):
-                self._selector.unregister(self._stdin)
+            self._end_writing()
         line = bytes(self._buffer[:end])
         del self._buffer[: end + 1]
         return line
+
+    def _end_writing(self) -> None:
+        """Look no more for when the child can take more of a message, which may have been taken."""
+        with contextlib.suppress(KeyError):
+            self._selector.unregister(self._stdin)
 
     def _turn(self, left: memoryview, seconds: float) -> memoryview:
         """Write and read for up to a time (s); return the bytes that are still to be written."""
@@ -264,6 +268,8 @@ class Child:
 
     def _fail_by_end(self) -> NoReturn:
         """Raise the fault of a child that closed its standard output."""
+        # A message that it did not take is no output to be read.
+        self._end_writing()
         try:
             self._process.wait(_PARTING)
         except subprocess.TimeoutExpired:
