@@ -15,7 +15,9 @@ the growth of errors, which a pair of a lower order has measured. Without the la
 1500, whose truncation errors cancelled, had ten times the reported error.
 
 *By its own defect.* Nearer to round-off no second run is needed: the defect of the run's own steps
-gives its error, and that of the estimate (`defect`).
+gives its error, and that of the estimate (`step_errors`). Where the error is above the accuracy and
+what its subtraction leaves is below, the run is corrected (`corrected`); where only the round-off
+of the estimate is above, the defects of the same steps are evaluated in the next longer precision.
 
 The growth of errors over the run, |e| / exp(−2 (p + 1)), also selects the orders and the precision
 of all further runs, so that few runs are discarded; every result is measured.
@@ -53,6 +55,10 @@ MARGIN_OF_ORDERS = 2.0
 # The growth of the truncation error of a step over a run, before the first measurement: that of one
 # in four random chains over 10 s, since a judge that is too coarse is the next run to be judged.
 GROWTH = 5e3
+
+# The accuracy (rad, rad/s) below which two runs of low orders measure the growth of errors first:
+# it decides between precisions whose costs differ by a factor of ten.
+_EXPLORED = 1e-10
 
 # The part of the accuracy for the truncation error of a run near round-off.
 _OF_TRUNCATION = 0.2
@@ -102,10 +108,9 @@ def measured_run(
 ) -> Measured:
     """Return a run that meets an accuracy, or the most accurate one.
 
-    With `correct` it may be a run whose estimated error is subtracted.
-
-    `progress` maps the name of a run to a function that receives its completed share. Raises
-    `SimulationError` if the scene cannot be integrated to the last time.
+    With `correct` it may be a run whose estimated error is subtracted. `progress` maps the name of
+    a run to a function that receives its completed share. Raises `SimulationError` if the scene
+    cannot be integrated to the last time.
     """
     longest = default_longest_step(scene)
     search = _Search(scene, times, accuracy, formulation, progress, correct, longest)
@@ -158,7 +163,7 @@ class _Search:
         highest = PRECISIONS[precision].truncated_order
         wanted = self.accuracy / MARGIN_OF_ORDERS
         order = order_for(wanted / self.growth)
-        if self.grown is None and (order <= highest or self.accuracy < 1e-10):
+        if self.grown is None and (order <= highest or self.accuracy < _EXPLORED):
             # The growth of errors selects all further runs, and bounds their round-off.
             order = min(order, highest - MORE_ORDERS)
         while order <= highest:

@@ -57,7 +57,7 @@ _VALUES = 4
 # part of it for which shorter steps are made.
 _LARGEST_EXPONENT, _AIM = 2.5, 0.9
 
-# The most steps whose errors are kept for a correction: 1.2 kB each.
+# The most steps that are kept for a correction: 2 kB each.
 MOST_KEPT = 50_000
 
 
