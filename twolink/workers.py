@@ -23,7 +23,13 @@ class _Pool(ProcessPoolExecutor):
 
 @contextmanager
 def worker_processes(count: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield an executor of so many processes, which an interrupt or an error stops at once."""
+    """Yield an executor of so many processes, which an interrupt or an error stops at once.
+
+    A worker begins by importing the script that starts it. A script that starts workers wherever it
+    is imported ends that worker in silence, and breaks the pool.
+    """
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(1)
     context = multiprocessing.get_context("spawn")
     with _Pool(count, context, _begin) as pool:
         try:

@@ -1,3 +1,5 @@
+import subprocess
+import sys
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -112,5 +114,21 @@ def test_processes_that_are_always_killed_end_the_sweep_in_one_sentence(task, mo
         yield Dead()
 
     monkeypatch.setattr(executing, "worker_processes", pool)
-    with pytest.raises(IntegrationError, match="chunks are kept, and the same command continues"):
+    with pytest.raises(IntegrationError, match="chunks are kept, and the same call continues"):
         write_chunks(task, range(9), print, workers=2)
+
+
+def test_a_script_without_a_guard_ends_in_one_sentence(tmp_path):
+    """Its workers import it, and end in silence instead of starting workers of their own."""
+    (tmp_path / "script.py").write_text(
+        "from twolink import sweep\n"
+        "axes = [{'parameter': 'q1', 'values': [0.1, 0.2, 0.3]}]\n"
+        "runs = {'duration': 0.1}\n"
+        "sweep({'scene': 'free_fall', 'axes': axes, 'runs': runs}, 'x.zarr', workers=2, chunk=1)\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 1
+    assert 'below `if __name__ == "__main__":`' in ended.stderr.splitlines()[-1]
+    assert "bootstrapping" not in ended.stderr

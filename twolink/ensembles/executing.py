@@ -99,9 +99,10 @@ def write_chunks(
         except BrokenProcessPool as error:
             if attempt == _ATTEMPTS - 1:
                 raise IntegrationError(
-                    "the workers of the sweep must not be killed, as a system does that is out of"
-                    f" memory; got {_ATTEMPTS} that were: finished chunks are kept, and the"
-                    " same command continues"
+                    "the workers of the sweep must start, for which a script calls `sweep` below"
+                    ' `if __name__ == "__main__":`, and must not be killed, as a system does that'
+                    f" is out of memory; got {_ATTEMPTS} that ended: finished chunks are kept, and"
+                    " the same call continues"
                 ) from error
 
 
