@@ -161,6 +161,15 @@ def test_the_error_includes_the_rounding_of_larger_values_between_samples():
             assert abs(known.astype(true.dtype) - true).max() <= found.error
 
 
+@pytest.mark.parametrize("moved", [(0.0, 0.0), (1e-4, 0.0), (0.0, 1e-4)])
+def test_an_accuracy_near_the_rounding_of_floats_is_met(moved):
+    """The rounding of values is a part of the error with which the run is selected."""
+    q = (0.3 + moved[0], -0.4 + moved[1])
+    start = Scene(Chain.uniform_bars(), q, (0.1, 0.2), 1.0, (Gravity(),))
+    for accuracy in (3e-14, 1e-14, 5e-15, 3e-15):
+        assert simulate(start, accuracy=accuracy, samples=2).met
+
+
 def test_a_trajectory_cannot_be_written_to():
     trajectory = simulate(SHORT)
     for array in (trajectory.t, trajectory.q, trajectory.u):

@@ -36,6 +36,7 @@ from twolink.simulation.smooth.measure import (
     MARGIN_OF_LIKE_PRECISIONS,
     difference,
     measured_run,
+    rounding,
 )
 from twolink.simulation.smooth.numeric import NumericRun, numeric_run
 from twolink.simulation.smooth.taylor import heyoka_is_here
@@ -153,8 +154,7 @@ def _by_taylor(asked: _Asked) -> Trajectory:
     )
     place = np.searchsorted(checked, asked.times)
     kept = replace(found.kept, q=found.kept.q[:, place], u=found.kept.u[:, place])
-    between = _rounding(found.kept)
-    return _trajectory(asked, kept, found.errors[place] + between, found.runs)
+    return _trajectory(asked, kept, found.errors[place], found.runs)
 
 
 def _through_events(asked: _Asked) -> Trajectory:
@@ -170,7 +170,7 @@ def _through_events(asked: _Asked) -> Trajectory:
         asked.options.limits,
     )
     kept = found.kept
-    made = _trajectory(asked, kept, found.errors, found.runs)
+    made = _trajectory(asked, kept, found.errors + rounding(kept), found.runs)
     if not kept.failure:
         return made
     note = f"{kept.failure[0].upper()}{kept.failure[1:]}; the trajectory ends there."
@@ -187,7 +187,7 @@ def _by_refining(asked: _Asked, name: NumericName) -> Trajectory:
         setting *= method.refinement
         runs.append(_numeric(asked, name, setting))
         # The finer run is returned; the change is an estimate of the error of the coarser one.
-        errors = MARGIN_OF_LIKE_PRECISIONS * difference(runs[-2], runs[-1])
+        errors = MARGIN_OF_LIKE_PRECISIONS * difference(runs[-2], runs[-1]) + rounding(runs[-1])
         if errors.max() <= asked.accuracy:
             break
     kept = runs[-1]
@@ -239,12 +239,6 @@ def _trajectory(
     )
 
 
-def _rounding(run: MotionRun) -> float:
-    """Return the rounding to float64 of the largest value of q (rad) and u (rad/s) of a run."""
-    largest = max(np.abs(pair).max() for pair in (run.q, run.u))
-    return float(np.finfo(float).eps * float(largest))
-
-
 def _made(
     asked: _Asked,
     q: Any,
@@ -256,8 +250,6 @@ def _made(
     dense: Callable[[], Any] | None = None,
 ) -> Trajectory:
     q, u = np.array(q, dtype=float), np.array(u, dtype=float)
-    # The result is rounded to float64 from any precision, and between samples it may be larger.
-    errors = errors + np.finfo(float).eps * max(np.abs(q).max(), np.abs(u).max())
     times = asked.times[: q.shape[1]]
     met = errors <= asked.accuracy
     holds_until = float(times[-1] if met.all() else times[max(int(met.argmin()) - 1, 0)])

@@ -147,11 +147,9 @@ class _Search:
             if precision != last and not self._is_vain(self._left_by_round_off(precision)):
                 yield from self._judged_by_defect(precision)
         # The finest run: the difference is the error of the coarser one, which is larger.
-        yield self._measured(
-            self._run(last, PRECISIONS[last].full_order),
-            self._run(last, PRECISIONS[last].truncated_order),
-            MARGIN_OF_LIKE_PRECISIONS,
-        )
+        finest = self._run(last, PRECISIONS[last].full_order)
+        other = self._run(last, PRECISIONS[last].truncated_order)
+        yield self._of(finest, self._judged(finest, other, MARGIN_OF_LIKE_PRECISIONS))
 
     @property
     def growth(self) -> float:
@@ -169,11 +167,9 @@ class _Search:
         while order <= highest:
             order = self._cheapest_pair(precision, order, highest)
             kept = self._run(precision, order)
-            found = self._measured(
-                kept, self._run(precision, order + MORE_ORDERS), MARGIN_OF_ORDERS
-            )
-            self._learn(found.errors / MARGIN_OF_ORDERS / truncation(order))
-            yield found
+            errors = self._judged(kept, self._run(precision, order + MORE_ORDERS), MARGIN_OF_ORDERS)
+            self._learn(errors / MARGIN_OF_ORDERS / truncation(order))
+            yield self._of(kept, errors)
             order = max(order_for(wanted / self.growth), order + 2)
 
     def _cheapest_pair(self, precision: PrecisionName, order: int, highest: int) -> int:
@@ -236,8 +232,8 @@ class _Search:
             yield self._of(run, left)
 
     def _of(self, kept: MotionRun, errors: Array) -> Measured:
-        """Return a run with its errors, beside all runs so far."""
-        return Measured(kept, errors, tuple(self.made))
+        """Return a run with its errors, those of values in float64 included, beside all runs."""
+        return Measured(kept, errors + rounding(kept), tuple(self.made))
 
     def _is_vain(self, noise: float) -> bool:
         """Return whether round-off (rad, rad/s) exceeds the accuracy at every order."""
@@ -276,12 +272,21 @@ class _Search:
         grown = np.where(np.isfinite(grown), grown, 0.0)
         self.grown = grown if self.grown is None else np.maximum(self.grown, grown)
 
-    def _measured(self, kept: TaylorRun, judge: TaylorRun, margin: float) -> Measured:
-        """Return a run with the error that its difference from a judge of like precision bounds."""
+    def _judged(self, kept: TaylorRun, judge: TaylorRun, margin: float) -> Array:
+        """Return the error that the difference of a run from a judge of like precision bounds."""
         errors = margin * difference(kept, judge) + _sums(kept, self.times)
         if self.grown is not None:
             errors = errors + MOST_ROUND_OFF * PRECISIONS[kept.precision].rounding * self.grown
-        return self._of(kept, errors)
+        return np.asarray(errors)
+
+
+def rounding(run: Any) -> Array:
+    """Return the round-off (rad, rad/s) of q and u in float64 up to each time, shape (n,).
+
+    Between two times values may be larger, so it is a whole rounding instead of half of one.
+    """
+    sizes = np.abs(np.concatenate([run.q, run.u])).max(axis=0).astype(float)
+    return np.asarray(np.finfo(float).eps * np.maximum.accumulate(sizes))
 
 
 def difference(first: Any, second: Any) -> Array:
