@@ -118,6 +118,7 @@ def test_processes_that_are_always_killed_end_the_sweep_in_one_sentence(task, mo
         write_chunks(task, range(9), print, workers=2)
 
 
+@pytest.mark.slow
 def test_a_script_without_a_guard_ends_in_one_sentence(tmp_path):
     """Its workers import it, and end in silence instead of starting workers of their own."""
     (tmp_path / "script.py").write_text(

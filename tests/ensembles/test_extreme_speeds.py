@@ -152,6 +152,7 @@ def test_more_places_than_are_kept_apart_give_the_same_value_and_no_smaller_boun
     assert all(np.array_equal(alone[name], merged[name][1:]) for name in NAMES)
 
 
+@pytest.mark.slow
 def test_values_before_and_after_impacts_count():
     asked = ensemble(scene="drop", axes=[axis("effects.surface.friction", 0.1, 0.4)], keep=KEEP)
     rows = rows_of(asked, 0, 2).arrays
@@ -205,6 +206,7 @@ def test_the_errors_of_impacts_are_those_of_their_speeds(monkeypatch):
     assert rows["largest_speed_bound"][0, 2] < 1e-8
 
 
+@pytest.mark.slow
 def test_through_corners_of_a_sampled_torque():
     asked = ensemble(scene="sampled_torque", axes=[axis("q1", 1.2, 1.5)], keep=KEEP)
     rows = rows_of(asked, 0, 2).arrays

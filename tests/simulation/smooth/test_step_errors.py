@@ -191,6 +191,7 @@ def test_the_bound_includes_the_error_of_an_insufficient_quadrature(monkeypatch)
     assert bound[1] > 100 * enough.at(TIMES)[1]
 
 
+@pytest.mark.slow
 def test_the_round_off_of_the_time_is_in_the_bound():
     """A fast torque at 30 s: a rounding of the time changes it more than one of the state."""
     torque = JointTorque((2.7, 0.5), (14.3, 0.9), (9.3, 5.7), (1.5, -2.9))
@@ -208,6 +209,7 @@ def test_the_round_off_of_the_time_is_in_the_bound():
         assert np.all(true_errors(found, exact) <= errors.corrected_at(times) + output)
 
 
+@pytest.mark.slow
 def test_a_defect_that_is_constant_over_steps_decays_along_them():
     """Strong control under a fast torque: its rounding of t is a defect of whole steps.
 
