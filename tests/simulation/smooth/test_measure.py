@@ -58,6 +58,16 @@ def true_errors(found, exact):
     return np.maximum.accumulate(np.concatenate(miss).max(axis=0))
 
 
+def test_runs_of_little_truncation_error_share_the_rounding_of_their_first_momenta():
+    chain = Chain.uniform_bars((0.05, 20.0), (1.0, 0.3))  # M is ill-conditioned.
+    slow = Scene(chain, (0.0, 0.0), (0.0021110036158929466, 0.0023093577244611804), 1.0, ())
+    times = np.linspace(0, 1, 61)
+    found = measured(slow, 1e-8, times)
+    exact = taylor_run(slow, times, formulation="kane", precision="quadruple")
+    true = true_errors(found.kept, exact).max()
+    assert 0.05 * found.worst < true < found.worst
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", HARD)
 def test_the_error_is_bounded_at_all_times_at_all_accuracies(name):

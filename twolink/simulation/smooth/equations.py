@@ -11,6 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from twolink import lagrange
 from twolink.arithmetic import Pair, Scalar, cos, sin
 from twolink.chain import Chain
@@ -46,6 +48,10 @@ class SpeedEquations:
         """Return u (rad/s) of the second pair of variables: u itself."""
         return second
 
+    def rounded_speeds(self, chain: Chain, q: Any, u: Any) -> Any:
+        """Return the sizes (rad/s) whose relative rounding is that of a speed: u's own."""
+        return np.abs(u)
+
 
 @dataclass(frozen=True)
 class MomentumEquations:
@@ -75,6 +81,16 @@ class MomentumEquations:
     def to_speeds(self, chain: Chain, q: Any, p: Any) -> Pair:
         """Return u = M⁻¹ p (rad/s), by Cramer's rule."""
         return _speeds(_mass(chain, q, _ahead_and_across(chain, q)), p)
+
+    def rounded_speeds(self, chain: Chain, q: Any, u: Any) -> Any:
+        """Return the sizes (rad/s) whose relative rounding is that of a speed: |M⁻¹| |M| |u|.
+
+        Each term of p = M u is rounded, and M⁻¹ enlarges that where M is ill-conditioned.
+        """
+        M11, M12, M22, det = (np.abs(x) for x in _mass(chain, q, _ahead_and_across(chain, q)))
+        u1, u2 = np.abs(u)
+        p1, p2 = M11 * u1 + M12 * u2, M12 * u1 + M22 * u2
+        return np.array([M22 * p1 + M12 * p2, M11 * p2 + M12 * p1]) / det
 
 
 _Mass = tuple[Scalar, Scalar, Scalar, Scalar]

@@ -37,6 +37,7 @@ from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array, MotionRun
 from twolink.simulation.smooth.corrected import corrected_run
+from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import Observer, TaylorRun, taylor_run
@@ -314,14 +315,26 @@ def _conversions(run: TaylorRun) -> Array:
 
 
 def _sums(run: TaylorRun, times: Array) -> Array:
-    """Return the round-off (rad, rad/s) of as many sums as the steps up to each time."""
-    return np.asarray(_conversions(run) + _rounding(run) * run.steps * times / float(times[-1]))
+    """Return the round-off (rad, rad/s) of as many sums as the steps up to each time (s).
+
+    Runs share that of the first speeds, which move the angles in proportion to the time.
+    """
+    count = run.steps * times / float(times[-1])
+    return np.asarray(
+        _conversions(run) + _rounding(run) * count + _roundings(run)[2:, 0].max() * times
+    )
 
 
 def _rounding(run: TaylorRun) -> Array:
     """Return a rounding of the largest value (rad, rad/s) up to each time."""
-    sizes = np.abs(np.concatenate([run.q, run.u]).astype(float)).max(axis=0)
-    return np.asarray(PRECISIONS[run.precision].rounding * np.maximum.accumulate(sizes))
+    return np.asarray(np.maximum.accumulate(_roundings(run).max(axis=0)))
+
+
+def _roundings(run: TaylorRun) -> Array:
+    """Return the round-off (rad, rad/s) of q and u at each time, shape (4, n)."""
+    q, u = run.q.astype(float), run.u.astype(float)
+    speeds = EQUATIONS[run.formulation].rounded_speeds(run.scene.moving_chain, q, u)
+    return np.asarray(PRECISIONS[run.precision].rounding * np.concatenate([np.abs(q), speeds]))
 
 
 def truncation(order: int) -> float:

@@ -1,0 +1,49 @@
+"""The variables of the equations of motion, and the size of the round-off of their speeds."""
+
+import numpy as np
+import pytest
+
+from twolink import lagrange
+from twolink.chain import Chain
+from twolink.effects.gravity import Gravity
+from twolink.simulation.smooth.equations import EQUATIONS
+
+GENERAL = Chain((1.3, 0.8), (1.1, 0.7), ((0.6, 0.1), (0.3, -0.08)), (0.12, 0.03))
+LIGHT_ON_HEAVY = Chain.uniform_bars((0.05, 20.0), (1.0, 0.3))
+RANDOM = np.random.default_rng(1)
+Q, U = RANDOM.uniform(-3, 3, (2, 2, 50))
+
+
+@pytest.mark.parametrize("name", EQUATIONS)
+def test_variables_give_the_speeds_they_were_made_from(name):
+    second = EQUATIONS[name].from_speeds(GENERAL, tuple(Q), tuple(U))
+    np.testing.assert_allclose(EQUATIONS[name].to_speeds(GENERAL, Q, second), U, rtol=1e-13)
+
+
+@pytest.mark.parametrize("name", EQUATIONS)
+def test_all_variables_describe_one_motion(name):
+    q, u = (0.3, -0.4), (1.0, -2.0)
+    effects, equations = (Gravity(),), EQUATIONS[name]
+    rates = equations.rates(GENERAL, effects, q, equations.from_speeds(GENERAL, q, u), 0.0)
+    kane = EQUATIONS["kane"].rates(GENERAL, effects, q, u, 0.0)
+    np.testing.assert_allclose(rates[0], u, rtol=1e-14)
+    # The acceleration, by a central difference of the speeds along the rates.
+    h = 1e-6
+    second, (first, slopes) = np.array(equations.from_speeds(GENERAL, q, u)), np.array(rates)
+    ahead, behind = (
+        np.array(equations.to_speeds(GENERAL, q + s * first, second + s * slopes)) for s in (h, -h)
+    )
+    np.testing.assert_allclose((ahead - behind) / (2 * h), kane[1], rtol=1e-8)
+
+
+@pytest.mark.parametrize("chain", [GENERAL, LIGHT_ON_HEAVY])
+def test_the_rounding_of_speeds_of_momenta_is_that_of_all_terms(chain):
+    sizes = EQUATIONS["momenta"].rounded_speeds(chain, Q, U)
+    for k, (q, u) in enumerate(zip(Q.T, U.T, strict=True)):
+        mass = np.array(lagrange.mass_matrix(chain, tuple(q)), float)
+        expected = np.abs(np.linalg.inv(mass)) @ np.abs(mass) @ np.abs(u)
+        np.testing.assert_allclose(sizes[:, k], expected, rtol=1e-9)
+
+
+def test_the_rounding_of_speeds_that_are_variables_is_their_own():
+    np.testing.assert_array_equal(EQUATIONS["kane"].rounded_speeds(GENERAL, Q, U), np.abs(U))
