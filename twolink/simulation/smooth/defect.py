@@ -75,7 +75,7 @@ class Evaluation:
         t = starts[:, None] + h[:, None] * rule.nodes
         rates = h[:, None] * self.rates(polynomials.at(rule.nodes), t)
         # The weights' round-off multiplies only the differences from the mean.
-        mean = np.add.reduce(rates, 2) / len(rule.nodes)
+        mean = _dot(rates, longer(np.full(len(rule.nodes), 1 / len(rule.nodes))))
         integrals = mean + _dot(rates - mean[..., None], rule.weights)
         following = np.concatenate([first[1:], longer(steps.end)[None]])
         residuals = rates - polynomials.slopes.at(rule.nodes)
@@ -148,11 +148,12 @@ def _scaled(steps: Steps, precision: PrecisionName) -> _Polynomials:
     own, coefficients = PRECISIONS[precision], steps.coefficients
     length = coefficients.shape[2]
     count = min(_LEADING_TERMS.get(precision, length), length)
-    kind = np.float64 if precision == "long double" else np.longdouble
     leading = own.lengthened(coefficients[:, :, :count])
     leading = leading * powers(own.lengthened(steps.lengths), count)[:, None]
+    kind = np.float64 if precision == "long double" else np.longdouble
     rest = _shortened(coefficients[:, :, count:], kind)
-    rest = rest * powers(_shortened(steps.lengths, kind), length)[:, None, count:]
+    if rest.size:
+        rest = rest * powers(_shortened(steps.lengths, kind), length)[:, None, count:]
     return _Polynomials(own, leading, rest)
 
 

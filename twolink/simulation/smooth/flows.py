@@ -57,17 +57,24 @@ def accumulated(flows: Array, sources: Array, start: Array) -> Array:
     n, _, m = sources.shape
     width = math.isqrt(n) + 1
     count = -(-n // width)
-    missing = count * width - n
-    flows = np.concatenate([flows, np.zeros((missing, 4, 4))]).reshape(count, width, 4, 4)
-    sources = np.concatenate([sources, np.zeros((missing, 4, m))]).reshape(count, width, 4, m)
+    across, added = np.zeros((width, count, 4, 4)), np.zeros((width, count, 4, m))
+    for place, values in ((across, flows), (added, sources)):
+        columns = values.shape[2]
+        padded = np.zeros((count * width, 4, columns))
+        padded[:n] = values
+        place[:] = padded.reshape(count, width, 4, columns).transpose(1, 0, 2, 3)
     both = np.zeros((width + 1, count, 4, 4 + m))
     both[0, :, :, :4] = np.eye(4)
     for k in range(width):
-        both[k + 1] = flows[:, k] @ both[k]
-        both[k + 1, :, :, 4:] += sources[:, k]
+        np.matmul(across[k], both[k], out=both[k + 1])
+        both[k + 1, :, :, 4:] += added[k]
     starts = [start]
     for end in both[-1]:
         starts.append(end[:, :4] @ starts[-1] + end[:, 4:])
-    every = both[1:, :, :, :4] @ np.array(starts[:-1]) + both[1:, :, :, 4:]
-    ends: Array = every.transpose(1, 0, 2, 3).reshape(-1, 4, m)[:n]
-    return np.concatenate([start[None], ends])
+    blocks = both[1:].transpose(1, 0, 2, 3)
+    found = np.empty((1 + count * width, 4, m))
+    found[0] = start
+    ends = found[1:].reshape(count, width, 4, m)
+    np.matmul(blocks[:, :, :, :4], np.array(starts[:-1])[:, None], out=ends)
+    ends += blocks[:, :, :, 4:]
+    return found[: n + 1]

@@ -10,12 +10,8 @@ from twolink.simulation.run import Array
 from twolink.simulation.series import powers
 from twolink.simulation.smooth.flows import exponentials, magnus, sizes
 from twolink.simulation.smooth.quadrature import gauss_rule
-from twolink.simulation.smooth.rates import Rates
+from twolink.simulation.smooth.rates import Jacobians
 from twolink.simulation.smooth.taylor import Steps
-
-# The difference of arguments by which rates are differentiated: of angles in rad, of the other two
-# variables relative to their size; and the least, in units in the last place.
-_DIFFERENCE, _APART = 1e-7, 16
 
 
 class Linear(NamedTuple):
@@ -42,12 +38,12 @@ class Linear(NamedTuple):
         return self.jacobians * self.lengths[:, None, None]
 
 
-def linearized(rates: Rates, steps: Steps) -> Linear:
-    """Return the linearized motion along steps, by the rates of their variables in float64."""
+def linearized(derivatives: Jacobians, steps: Steps) -> Linear:
+    """Return the linearized motion along steps, by the derivatives of their rates."""
     lengths = steps.lengths.astype(float)
-    coefficients = steps.coefficients.astype(float)
+    coefficients = steps.coefficients.astype(float, copy=False)
     scaled = coefficients * powers(lengths, coefficients.shape[2])[:, None]
-    jacobians = _jacobians(rates, steps.starts, lengths, scaled)
+    jacobians = _jacobians(derivatives, steps.starts, lengths, scaled)
     logarithms = magnus(*(jacobians * lengths[:, None, None]))
     return Linear(
         starts=steps.starts,
@@ -63,27 +59,18 @@ def linearized(rates: Rates, steps: Steps) -> Linear:
 def _by_time(lengths: Array, scaled: Array, jacobians: Array) -> Array:
     """Return ∂f/∂t = y″ − J y′ at the middle of each step, shape (n, 4)."""
     k = np.arange(scaled.shape[2])
-    weights = [k * 0.5 ** (k - 1.0), k * (k - 1) * 0.5 ** (k - 2.0)]
-    first, second = (scaled @ each / lengths[:, None] ** m for m, each in enumerate(weights, 1))
-    return np.asarray(second - (jacobians @ first[..., None])[..., 0])
+    weights = np.array([k * 0.5 ** (k - 1.0), k * (k - 1) * 0.5 ** (k - 2.0)])
+    n, count, length = scaled.shape
+    found = scaled.reshape(n * count, length).dot(weights.T).reshape(n, count, 2)
+    first, second = found.transpose(2, 0, 1) / lengths[:, None]
+    return np.asarray(second / lengths[:, None] - (jacobians @ first[..., None])[..., 0])
 
 
-def _jacobians(rates: Rates, starts: Array, lengths: Array, scaled: Array) -> Array:
+def _jacobians(derivatives: Jacobians, starts: Array, lengths: Array, scaled: Array) -> Array:
     """Return the derivatives of the rates at three nodes of each step, shape (3, n, 4, 4)."""
     nodes = gauss_rule(3, "double").nodes
-    states = values(scaled, nodes)
-    largest = np.abs(states).max(axis=(1, 2))
-    sizes = np.where((largest > 0) & (np.arange(4) > 1), largest, 1.0)
-    nudges = np.maximum(_DIFFERENCE * sizes, _APART * np.spacing(largest))
-    every = np.repeat(states[:, None], 5, axis=1)
-    taken = np.empty_like(states)
-    for k in range(4):
-        every[k, k + 1] += nudges[k]
-        taken[k] = every[k, k + 1] - states[k]
-    t = starts[:, None] + lengths[:, None] * nodes
-    found = rates(every, np.broadcast_to(t, every.shape[1:]))
-    slopes = (found[:, 1:] - found[:, :1]) / taken
-    return slopes.transpose(3, 2, 0, 1)
+    found = derivatives(values(scaled, nodes), starts[:, None] + lengths[:, None] * nodes)
+    return np.ascontiguousarray(found.transpose(3, 2, 0, 1))
 
 
 def values(scaled: Array, nodes: Array) -> Array:

@@ -12,8 +12,8 @@ import numpy as np
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.simulation.run import Array
 
-# Moments of a defect. Where h J is 2.5, the most of a step, the next is some 1e-3 of the defect.
-_MOMENTS = 8
+MOMENTS = 8
+"""Moments of a defect. For h J = 2.5, the most of a step, the next is some 1e-3 of the defect."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ def gauss_rule(count: int, precision: PrecisionName) -> GaussRule:
     kind = np.dtype(PRECISIONS[precision].number)
     nodes = ((x + 1) / 2).astype(kind)
     weights = (1 / ((1 - x * x) * slope * slope)).astype(kind)
-    left, k = (1 - nodes).astype(float)[:, None], np.arange(1, _MOMENTS + 1)
+    left, k = (1 - nodes).astype(float)[:, None], np.arange(1, MOMENTS + 1)
     factors = left**k / np.array([math.factorial(each) for each in k])
     return GaussRule(nodes, weights, weights.astype(float)[:, None] * factors)
 

@@ -1,4 +1,4 @@
-"""The rates of a scene's variables at many states, in any precision."""
+"""The rates of a scene's variables and their derivatives at many states, by compiled code."""
 
 from __future__ import annotations
 
@@ -16,39 +16,47 @@ from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.values import Content
 
 # Levels of optimisation. It takes 10 ms more for quadruple numbers, and halves the time of a call.
-_LEVELS: dict[PrecisionName, int] = {"long double": 1, "quadruple": 3}
+_LEVELS: dict[PrecisionName, int] = {"double": 1, "long double": 1, "quadruple": 3}
 
 Rates = Callable[[Any, Any], Any]
 """A function of states, shape (4, …), and of times (s), shape (…): the rates, shape (4, …)."""
 
+Jacobians = Callable[[Any, Any], Any]
+"""A function of the same: derivatives of the rates by the states, in float64, shape (4, 4, …)."""
+
 
 def rates_of(scene: Scene, formulation: EquationsName, precision: PrecisionName) -> Rates:
-    """Return the rates of a scene's variables as a function of arrays in a precision.
+    """Return the rates of a scene's variables as a function of arrays in a precision."""
+    function = _compiled(
+        Content((scene.moving_chain,)), Content(scene.effects), formulation, precision, False
+    )
+    return lambda states, t: _at(function, states, t).reshape(states.shape)
 
-    In float64 NumPy evaluates the equations at once. In longer numbers it takes four times as long
-    as code that heyoka compiles.
-    """
-    chain = scene.moving_chain
-    if precision != "double":
-        return _compiled(Content((chain,)), Content(scene.effects), formulation, precision)
-    equations, effects = EQUATIONS[formulation], scene.effects
 
-    def rates(states: Any, t: Any) -> Any:
-        q, x = (states[0], states[1]), (states[2], states[3])
-        found = np.empty_like(states)
-        every = (rate for pair in equations.rates(chain, effects, q, x, t) for rate in pair)
-        for place, rate in enumerate(every):
-            found[place] = rate
-        return found
+def jacobians_of(scene: Scene, formulation: EquationsName) -> Jacobians:
+    """Return the derivatives of the rates of a scene's variables by these, in float64."""
+    function = _compiled(
+        Content((scene.moving_chain,)), Content(scene.effects), formulation, "double", True
+    )
+    return lambda states, t: _at(function, states, t).reshape(4, *states.shape)
 
-    return rates
+
+def _at(function: Any, states: Any, t: Any) -> Any:
+    """Return the values of a compiled function at states, shape (values, number of states)."""
+    flat = np.ascontiguousarray(states.reshape(4, -1))
+    moments = np.ascontiguousarray(t.reshape(-1))
+    return function(flat, time=moments, batch_parallel=False)
 
 
 @functools.lru_cache(maxsize=64)
 def _compiled(
-    chain: Content, effects: Content, formulation: EquationsName, precision: PrecisionName
-) -> Rates:
-    """Return rates that heyoka compiles, cached for scenes that differ only in their start."""
+    chain: Content,
+    effects: Content,
+    formulation: EquationsName,
+    precision: PrecisionName,
+    derivatives: bool,
+) -> Any:
+    """Return code for rates or their derivatives, cached for scenes that differ in the start."""
     hy, number = heyoka(), PRECISIONS[precision].number
     (given,) = chain.objects
     q1, q2, x1, x2 = variables = hy.make_vars("q1", "q2", "x1", "x2")
@@ -56,11 +64,7 @@ def _compiled(
         given.convert(number), effects.objects, (q1, q2), (x1, x2), hy.time
     )
     every = [x if isinstance(x, hy.expression) else hy.expression(x) for x in (*first, *second)]
-    function = hy.cfunc(every, variables, fp_type=number, opt_level=_LEVELS[precision])
-
-    def rates(states: Any, t: Any) -> Any:
-        flat = np.ascontiguousarray(states.reshape(4, -1))
-        moments = np.ascontiguousarray(t.reshape(-1))
-        return function(flat, time=moments, batch_parallel=False).reshape(states.shape)
-
-    return rates
+    if derivatives:
+        tensors = hy.diff_tensors(every, diff_args=list(variables), diff_order=1)
+        every = list(tensors.jacobian.ravel())
+    return hy.cfunc(every, variables, fp_type=number, opt_level=_LEVELS[precision])

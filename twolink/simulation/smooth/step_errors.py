@@ -31,7 +31,8 @@ from twolink.simulation.smooth.defect import Defects, evaluation_of
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.flows import accumulated
 from twolink.simulation.smooth.linear import Linear, linearized
-from twolink.simulation.smooth.rates import rates_of
+from twolink.simulation.smooth.quadrature import MOMENTS
+from twolink.simulation.smooth.rates import jacobians_of
 from twolink.simulation.smooth.taylor import Steps
 
 # Samples of the round-off of the estimate, and the factor on their root mean square. In 750 runs of
@@ -44,6 +45,9 @@ _MARGIN = 1.25
 # The largest errors for which the motion is linearized: of angles (rad), and of speeds as a part of
 # the largest speed, or of 1 rad/s.
 _LINEAR = 1e-5
+
+# The part of a defect for which its moments are summed.
+_OF_MOMENTS = 1e-3
 
 # The part of the error that a correction leaves: that of the linearized motion, and of its values
 # within steps. The linearization itself leaves a part that is proportional to the error.
@@ -96,7 +100,7 @@ class StepErrors:
         self._scene, self._formulation, self._precision = scene, formulation, precision
         self.evaluated_in = evaluated_in or precision
         self._evaluation = evaluation_of(scene, formulation, precision, self.evaluated_in)
-        self._slopes = rates_of(scene, formulation, "double")
+        self._derivatives = jacobians_of(scene, formulation)
         self._begin()
 
     def _begin(self) -> None:
@@ -114,7 +118,7 @@ class StepErrors:
             self._carried = self._start(steps)
         with np.errstate(all="ignore"):
             # A motion that diverges has no bound.
-            self._add(steps, linearized(self._slopes, steps))
+            self._add(steps, linearized(self._derivatives, steps))
 
     def again(self, evaluated_in: PrecisionName) -> StepErrors | None:
         """Return the errors of the same steps by defects in another precision.
@@ -219,7 +223,7 @@ class StepErrors:
         samples = sizes[:, :, None] * self._random_signs(len(sizes))
         # The defect of a step is carried over the rest of the step.
         carried = np.zeros_like(found.moments[0])[..., None]
-        for moment in found.moments[::-1]:
+        for moment in found.moments[: _moments(linear)][::-1]:
             carried = mean @ (moment[..., None] + carried)
         return np.concatenate([found.defects[..., None] + carried, samples], axis=2)
 
@@ -246,6 +250,13 @@ class _Bounds(NamedTuple):
     estimates: Array
 
 
+def _moments(linear: Linear) -> int:
+    """Return the number of moments of a defect that count on steps: those of (h J)^k/k!."""
+    largest = float(linear.exponents.max())
+    terms = largest ** np.arange(1.0, MOMENTS + 1) / np.cumprod(np.arange(1.0, MOMENTS + 1))
+    return int(np.count_nonzero(np.maximum.accumulate(terms[::-1]) > _OF_MOMENTS))
+
+
 def _bounds(
     linear: Linear, carried: Array, fastest: float, values: Array, within: Array
 ) -> _Bounds:
@@ -257,16 +268,18 @@ def _bounds(
     # The rates of q are u, whose error may have its peak within a step.
     speeds = linear.jacobians[[0, 2], :, :2] @ np.stack([carried[:-1], carried[1:]])
     every = np.concatenate([carried[1:, :2], *speeds], axis=1)
-    estimated, samples = np.abs(every[:, :, 0]), every[:, :, 1:]
-    noise = np.sqrt(np.einsum("ijk,ijk->ij", samples, samples) / _SAMPLES)
+    samples = every[:, :, 1:]
+    # NumPy is fast where the largest of six is that of six arrays.
+    estimated = np.abs(every[:, :, 0].T, order="C")
+    noise = np.sqrt(np.einsum("ijk,ijk->ji", samples, samples, order="C") / _SAMPLES)
     errors = _MARGIN * estimated + _DEVIATIONS * noise
-    seen, deviation = estimated.max(axis=1), noise.max(axis=1)
+    seen, deviation = estimated.max(axis=0), noise.max(axis=0)
     left = seen * (_LEFT + (_MARGIN - 1) * _part_of_range(_MARGIN * estimated, fastest))
     small = _part_of_range(errors, fastest) <= 1
     small &= linear.exponents <= _LARGEST_EXPONENT
     return _Bounds(
         ends=linear.starts + linear.lengths,
-        errors=np.where(small, errors.max(axis=1) + within, np.inf),
+        errors=np.where(small, errors.max(axis=0) + within, np.inf),
         corrected=np.where(small, left + within + _DEVIATIONS * deviation + values, np.inf),
         left=left + within,
         noise=deviation,
@@ -277,10 +290,11 @@ def _bounds(
 def _of_values(linear: Linear, deviations: Array) -> Array:
     """Return the largest change of q (rad) and u (rad/s) by changes of q and x, (n, 4): (n,)."""
     speeds = np.abs(linear.jacobians[1, :, :2]) @ deviations[:, :, None]
-    return np.asarray(np.maximum(deviations[:, :2], speeds[:, :, 0]).max(axis=1))
+    both = np.maximum(deviations[:, :2], speeds[:, :, 0])
+    return np.maximum(both[:, 0], both[:, 1])
 
 
 def _part_of_range(errors: Array, fastest: float) -> Array:
-    """Return errors of q and u, shape (n, 6), as a part of the largest that may be linearized."""
-    angles, speeds = errors[:, :2].max(axis=1), errors[:, 2:].max(axis=1)
+    """Return errors of q and u, shape (6, n), as a part of the largest that may be linearized."""
+    angles, speeds = errors[:2].max(axis=0), errors[2:].max(axis=0)
     return np.asarray(np.maximum(angles, speeds / max(1.0, fastest)) / _LINEAR)
