@@ -70,8 +70,7 @@ def generalized_inertia_force(chain: Chain, q: Pair, u: Pair, du: Pair) -> Pair:
 
 def generalized_active_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
     """Return Q_1 and Q_2 (N m): each load projected on the partial velocities of its point."""
-    Q1: Scalar = 0
-    Q2: Scalar = 0
+    Q1 = Q2 = chain.scalar(0)
     for load in loads:
         if isinstance(load, Force):
             v = partial_velocities(chain, q, load.point)

@@ -100,8 +100,7 @@ def position_gradients(chain: Chain, q: Pair, point: Point) -> tuple[Pair, Pair]
 
 def generalized_active_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
     """Return Q_1 and Q_2 (N m): the work of each load per radian of q_1 and of q_2."""
-    Q1: Scalar = 0
-    Q2: Scalar = 0
+    Q1 = Q2 = chain.scalar(0)
     for load in loads:
         if isinstance(load, Force):
             (x1, y1), (x2, y2) = position_gradients(chain, q, load.point)

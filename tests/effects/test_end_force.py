@@ -2,6 +2,7 @@
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -54,3 +55,11 @@ def test_bad_friction_is_refused(friction):
 def test_bad_direction_is_refused(sliding):
     with pytest.raises(ParameterError, match=r"sliding must be (\+1 or -1|a number)"):
         EndForce(1.0, 0.5, sliding)
+
+
+def test_friction_has_the_precision_of_the_chain():
+    """0.1 times 0.3 N is rounded in float64."""
+    with mpmath.workdps(50):
+        chain, zero = GENERAL.convert(mpmath.mpf), mpmath.mpf(0)
+        (load,) = EndForce(0.3, 0.1, sliding=1).loads(chain, (zero, zero), (zero, zero))
+        assert abs(load.components[0] + mpmath.mpf(0.1) * mpmath.mpf(0.3)) < 1e-45

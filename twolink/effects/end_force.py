@@ -76,7 +76,8 @@ class EndForce(ContactEffect):
         if isinstance(self.friction, (int, float)) and self.friction == 0:
             return (Force(chain.D, (0, self.normal)),)
         direction = self.sliding if self.sliding is not None else self._sliding(chain, q, u)
-        return (Force(chain.D, (-direction * self.friction * abs(self.normal), self.normal)),)
+        most = chain.scalar(self.friction) * abs(self.normal)
+        return (Force(chain.D, (-direction * most, self.normal)),)
 
     def _sliding(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
         vx, _ = velocity(chain, q, u, chain.D)

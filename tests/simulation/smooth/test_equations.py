@@ -1,11 +1,13 @@
 """The variables of the equations of motion, and the size of the round-off of their speeds."""
 
+import mpmath
 import numpy as np
 import pytest
 
 from twolink import lagrange
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
+from twolink.effects.joint_torque import JointTorque
 from twolink.simulation.smooth.equations import EQUATIONS
 
 GENERAL = Chain((1.3, 0.8), (1.1, 0.7), ((0.6, 0.1), (0.3, -0.08)), (0.12, 0.03))
@@ -47,3 +49,17 @@ def test_the_rounding_of_speeds_of_momenta_is_that_of_all_terms(chain):
 
 def test_the_rounding_of_speeds_that_are_variables_is_their_own():
     np.testing.assert_array_equal(EQUATIONS["kane"].rounded_speeds(GENERAL, Q, U), np.abs(U))
+
+
+@pytest.mark.parametrize("name", EQUATIONS)
+def test_constant_torques_add_up_in_the_precision_of_the_chain(name):
+    """In float64, 23 N m and 0.88 N m have a rounded sum, which no longer precision would see."""
+    zero = mpmath.mpf(0)
+    with mpmath.workdps(50):
+        chain, equations = GENERAL.convert(mpmath.mpf), EQUATIONS[name]
+        effects = (JointTorque((-23.0, 0.88)), JointTorque((0.1, 0.2)))
+        _, rates = equations.rates(chain, effects, (zero, zero), (zero, zero), zero)
+        du = rates if name != "momenta" else equations.to_speeds(chain, (zero, zero), rates)
+        sum1 = mpmath.mpf(-23.0) - mpmath.mpf(0.88) + mpmath.mpf(0.1) - mpmath.mpf(0.2)
+        (M11, M12), _ = lagrange.mass_matrix(chain, (zero, zero))
+        assert abs(M11 * du[0] + M12 * du[1] - sum1) < 1e-45

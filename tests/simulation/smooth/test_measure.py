@@ -92,8 +92,23 @@ def test_four_more_orders_measure_the_error(order, random):
             taylor_run(start, TIMES, formulation="momenta", order=p)
             for p in (order, order + measure.MORE_ORDERS)
         )
-        known = 2 * measure.difference(run, judge) + measure._sums(run, TIMES)
+        apart = measure.difference(run, judge)
+        known = 2 * apart + measure._sums(run, TIMES)
         assert np.all(true_errors(run, exact) <= known)
+        grown = measure.MOST_ROUND_OFF * 1.1e-16 * apart / truncation(order)
+        known = measure.MARGIN_OF_JUDGES * apart + measure._sums(judge, TIMES) + grown
+        assert np.all(true_errors(judge, exact) <= known)
+
+
+def test_a_judge_is_the_result_if_only_it_has_the_accuracy():
+    """The difference bounds its error as well, so that no third run is made."""
+    hard = HARD["no forces"]
+    found = measured(hard, 1e-8)
+    run, judge = found.runs
+    assert found.kept is judge
+    exact = taylor_run(hard, TIMES, formulation="kane", precision="quadruple")
+    assert true_errors(run, exact).max() > 1e-8
+    assert true_errors(judge, exact).max() < found.worst < 1e-8
 
 
 def test_a_run_well_above_round_off_is_judged_in_its_own_precision():
@@ -117,11 +132,18 @@ def test_round_off_ends_the_runs_of_a_precision():
 
     Two runs of low orders, of which one judges the other, tell the growth of errors.
     """
-    found = measured(HARD["chaotic"], 1e-11)
+    found = measured(HARD["chaotic"], 1e-12)
     first, second, *others = found.runs
     assert first.order + measure.MORE_ORDERS == second.order == PRECISIONS["double"].truncated_order
     assert [run.precision for run in others] == ["long double"]
-    assert found.worst <= 1e-11
+    assert found.worst <= 1e-12
+
+
+def test_between_them_the_first_run_has_defects():
+    """Where round-off is too large for a pair in most motions, none is made."""
+    found = measured(HARD["chaotic"], 1e-10)
+    assert [run.order for run in found.runs] == [17, 21]
+    assert found.worst <= 1e-10
 
 
 def test_a_correction_takes_the_place_of_a_longer_precision():

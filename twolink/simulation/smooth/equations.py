@@ -128,9 +128,8 @@ def _gathered_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
     A force (X, Y) at (a, b) of a link gives cos(q) (a Y − b X) − sin(q) (a X + b Y); one on link 2
     also acts on link 1, at B. Constants are summed before they multiply a sine or cosine.
     """
-    along: list[Scalar] = [0, 0]
-    across: list[Scalar] = [0, 0]
-    moment: list[Scalar] = [0, 0]
+    zero = chain.scalar(0)
+    along, across, moment = [zero, zero], [zero, zero], [zero, zero]
     for load in loads:
         link = load.link if isinstance(load, Torque) else load.point.link
         if isinstance(load, Torque):

@@ -9,8 +9,9 @@ and grows with the motion like any other error. Four orders more divide it by e�
 run may happen to vanish there, and r reached 3 in 500 runs; with four it stayed below 0.03 up to
 order 13. Round-off is no smaller in the judge, and two runs of one formulation share some of it
 (the momenta of the start, the constants of the chain). So this pair serves only up to the order
-whose truncation is some fifty roundings; the margin of 2 admits r = 1/2. Where truncation errors
-happen to be smaller, the round-off counts: that of as many sums as steps, and eight roundings times
+whose truncation is some fifty roundings; the margin of 2 admits r = 1/2. The same difference bounds
+the error of the judge, r |e| ≤ |D| r / (1 − r), so that the judge is the result if only it has the
+accuracy; the margin of 1/8 admits r = 1/9. Where truncation errors happen to be smaller, the round-off counts: that of as many sums as steps, and eight roundings times
 the growth of errors, which a pair of a lower order has measured. Without the latter one motion in
 1500, whose truncation errors cancelled, had ten times the reported error.
 
@@ -53,13 +54,20 @@ MARGIN_OF_LIKE_PRECISIONS = 3.0
 MARGIN_OF_ORDERS = 2.0
 """Factor on the difference from a judge of four more orders."""
 
+MARGIN_OF_JUDGES = 1 / 8
+"""Factor on the difference that bounds the error of the judge itself, as r < 1/9."""
+
 # The growth of the truncation error of a step over a run, before the first measurement: that of one
 # in four random chains over 10 s, since a judge that is too coarse is the next run to be judged.
 GROWTH = 5e3
 
-# The accuracy (rad, rad/s) below which two runs of low orders measure the growth of errors first:
-# it decides between precisions whose costs differ by a factor of ten.
-_EXPLORED = 1e-10
+# The accuracy (rad, rad/s) from which on a pair of runs in double precision is tried first. Below
+# it, round-off is too large in most motions.
+_PAIRED = 3e-10
+
+# The accuracy below which two runs of low orders measure the growth of errors first: it decides
+# between precisions whose costs differ by a factor of ten.
+_EXPLORED = 3e-12
 
 # The part of the accuracy for the truncation error of a run near round-off.
 _OF_TRUNCATION = 0.2
@@ -67,8 +75,10 @@ _OF_TRUNCATION = 0.2
 # The number of times that steps are shortened for the errors to be carried over them.
 _SHORTENINGS = 4
 
-# The round-off, in accuracies, of a run that a correction brings to the accuracy.
-_OF_ROUND_OFF = 10.0
+# The expected round-off, in accuracies, of a run for which a correction is tried: it leaves a
+# twentieth. A run in quadruple precision costs fifty times one in long doubles, and that six to ten
+# times one in double precision.
+_OF_ROUND_OFF: dict[PrecisionName, float] = {"double": 20.0, "long double": 50.0}
 
 # The error that round-off leaves, in roundings times the growth, of motions where it is small (the
 # median is 0.4).
@@ -143,14 +153,21 @@ class _Search:
         """Yield measured runs, the cheapest first: the caller stops at one that suffices."""
         first, *_, last = PRECISIONS
         for precision in PRECISIONS:
-            if precision in (first, last):
+            if precision == last or (precision == first and self._begins_with_a_pair):
                 yield from self._judged_by_order(precision)
-            if precision != last and not self._is_vain(self._left_by_round_off(precision)):
+            if precision != last and not self._is_vain(
+                precision, self._left_by_round_off(precision)
+            ):
                 yield from self._judged_by_defect(precision)
         # The finest run: the difference is the error of the coarser one, which is larger.
         finest = self._run(last, PRECISIONS[last].full_order)
         other = self._run(last, PRECISIONS[last].truncated_order)
         yield self._of(finest, self._judged(finest, other, MARGIN_OF_LIKE_PRECISIONS))
+
+    @property
+    def _begins_with_a_pair(self) -> bool:
+        """Whether the first two runs judge each other, or measure the growth of errors."""
+        return self.accuracy >= _PAIRED or self.accuracy < _EXPLORED
 
     @property
     def growth(self) -> float:
@@ -160,17 +177,19 @@ class _Search:
     def _judged_by_order(self, precision: PrecisionName) -> Iterator[Measured]:
         """Yield runs that are judged by a higher order of their precision, until that is vain."""
         highest = PRECISIONS[precision].truncated_order
-        wanted = self.accuracy / MARGIN_OF_ORDERS
+        # The judge then has half the accuracy; the rest is for round-off.
+        wanted = self.accuracy / MARGIN_OF_JUDGES / 2
         order = order_for(wanted / self.growth)
         if self.grown is None and (order <= highest or self.accuracy < _EXPLORED):
             # The growth of errors selects all further runs, and bounds their round-off.
             order = min(order, highest - MORE_ORDERS)
         while order <= highest:
             order = self._cheapest_pair(precision, order, highest)
-            kept = self._run(precision, order)
-            errors = self._judged(kept, self._run(precision, order + MORE_ORDERS), MARGIN_OF_ORDERS)
+            kept, judge = (self._run(precision, own) for own in (order, order + MORE_ORDERS))
+            errors = self._judged(kept, judge, MARGIN_OF_ORDERS)
             self._learn(errors / MARGIN_OF_ORDERS / truncation(order))
             yield self._of(kept, errors)
+            yield self._of(judge, self._judged(judge, kept, MARGIN_OF_JUDGES))
             order = max(order_for(wanted / self.growth), order + 2)
 
     def _cheapest_pair(self, precision: PrecisionName, order: int, highest: int) -> int:
@@ -206,7 +225,7 @@ class _Search:
                     finer = errors.again(longer_than(precision))
                     if finer is not None:
                         yield from self._by_errors(kept, finer)
-            if self._is_vain(noise):
+            if self._is_vain(precision, noise) or _conversions(kept).max() > self.accuracy:
                 return
             # Beyond that, the error is the round-off of the run.
             least = max(truncation(order), own.rounding / _PESSIMISM)
@@ -236,9 +255,10 @@ class _Search:
         """Return a run with its errors, those of values in float64 included, beside all runs."""
         return Measured(kept, errors + rounding(kept), tuple(self.made))
 
-    def _is_vain(self, noise: float) -> bool:
+    def _is_vain(self, precision: PrecisionName, noise: float) -> bool:
         """Return whether round-off (rad, rad/s) exceeds the accuracy at every order."""
-        return noise > (_OF_ROUND_OFF if self.correct else _OF_TRUNCATION) * self.accuracy
+        most = _OF_ROUND_OFF[precision] if self.correct else _OF_TRUNCATION
+        return noise > most * self.accuracy
 
     def _left_by_round_off(self, precision: PrecisionName) -> float:
         """Return the expected error (rad, rad/s) of a run without truncation error."""
