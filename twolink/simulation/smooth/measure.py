@@ -11,9 +11,10 @@ order 13. Round-off is no smaller in the judge, and two runs of one formulation 
 (the momenta of the start, the constants of the chain). So this pair serves only up to the order
 whose truncation is some fifty roundings; the margin of 2 admits r = 1/2. The same difference bounds
 the error of the judge, r |e| ≤ |D| r / (1 − r), so that the judge is the result if only it has the
-accuracy; the margin of 1/8 admits r = 1/9. Where truncation errors happen to be smaller, the round-off counts: that of as many sums as steps, and eight roundings times
-the growth of errors, which a pair of a lower order has measured. Without the latter one motion in
-1500, whose truncation errors cancelled, had ten times the reported error.
+accuracy; the margin of 1/8 admits r = 1/9. Where truncation errors happen to be smaller, the
+round-off counts: that of as many sums as steps, and eight roundings times the growth of errors,
+which a pair of a lower order has measured. Without the latter one motion in 1500, whose truncation
+errors cancelled, had ten times the reported error.
 
 *By its own defect.* Nearer to round-off no second run is needed: the defect of the run's own steps
 gives its error, and that of the estimate (`step_errors`). Where the error is above the accuracy and
