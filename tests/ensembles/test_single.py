@@ -1,7 +1,14 @@
 import numpy as np
+import pytest
 
 from tests.ensembles.cases import axis, ensemble
+from twolink.chain import Chain
+from twolink.effects import Gravity, PdControl
 from twolink.ensembles.chunk import rows_of
+from twolink.ensembles.extremes import Extremes
+from twolink.ensembles.single import single
+from twolink.limits import DEFAULT_LIMITS
+from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid import tolerances
 
@@ -59,3 +66,19 @@ def test_a_run_that_ends_early_has_a_reason_and_the_times_before_it(monkeypatch)
     assert rows.arrays["far_verdict"][0] == 0
     assert rows.arrays["down_verdict"][0] == 1
     assert 0 < rows.arrays["down_time"][0] < 1
+
+
+@pytest.mark.slow
+def test_errors_that_decay_between_distant_places_are_seen():
+    """Strong control: after 0.1 s of 1500 s the motion, and the error of each run, have decayed."""
+    control = PdControl((0.5, -1.0), (1e5, 3e4), (316.2, 94.9))
+    chain, effects = Chain.uniform_bars(), (Gravity(), control)
+    found = []
+    for duration, accuracy in ((1500.0, 1e-3), (0.3, 1e-12)):
+        scene = Scene(chain, (1.0, -2.0), (0.5, 1.0), duration, effects)
+        found.append(single(scene, [Extremes()], accuracy, False, DEFAULT_LIMITS))
+    ours, truth = found
+    for name in ("smallest", "largest"):
+        apart = np.abs(ours.values[name] - truth.values[name])
+        # The elbow is a difference of two angles.
+        assert (apart <= np.array([1, 1, 2]) * (ours.error + truth.error)).all()

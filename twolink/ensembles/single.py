@@ -28,12 +28,13 @@ from twolink.simulation.hybrid.run import HybridRun
 from twolink.simulation.motion import has_events
 from twolink.simulation.series import powers
 from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.longest_step import intervals_to_check
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.taylor import Steps, TaylorRun, taylor_run
 
 Array = NDArray[np.float64]
 
-# Places at which a run is compared with the one that measures it, as many as `simulate` has.
+# Places at which a run is compared with the one that measures it, at least.
 _PLACES = 4001
 
 # Units in the last place between the time of an impact and the end of its step.
@@ -100,7 +101,8 @@ def _once(scene: Scene, kept: Sequence[Quantity], accuracy: float, limits: Limit
 
 def _smooth(scene: Scene, accuracy: float, limits: Limits) -> _Run:
     """Return a measured run of a scene without events."""
-    times = np.linspace(0.0, scene.duration, _PLACES)
+    places = max(_PLACES, intervals_to_check(scene) + 1)
+    times = np.linspace(0.0, scene.duration, places)
     progress = _progress(scene, limits)
     # Quantities are those of the polynomials of the steps, which a correction would leave.
     found = measured_run(scene, times, accuracy, FORMULATION, progress, correct=False)

@@ -8,7 +8,6 @@ precision is insufficient, a longer precision gives the result.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -31,7 +30,7 @@ from twolink.scene import Scene
 from twolink.simulation.motion import has_events, has_modes
 from twolink.simulation.options import RunOptions
 from twolink.simulation.run import Array, MotionRun, Statistics
-from twolink.simulation.smooth.longest_step import default_longest_step
+from twolink.simulation.smooth.longest_step import intervals_to_check
 from twolink.simulation.smooth.measure import (
     MARGIN_OF_LIKE_PRECISIONS,
     difference,
@@ -43,9 +42,8 @@ from twolink.simulation.smooth.taylor import heyoka_is_here
 from twolink.simulation.trajectory import Trajectory
 from twolink.times import merged
 
-# The least number of times at which smooth runs are compared, in all, between two samples, and for
-# each time in which a motion changes; and the most in all. Errors may decay within a few steps.
-_CHECKED_IN_ALL, _CHECKED, _CHECKED_CHANGE, _MOST_CHECKED = 256, 8, 4, 200_000
+# The least number of times at which smooth runs are compared, in all and between two samples.
+_CHECKED_IN_ALL, _CHECKED = 256, 8
 
 # The method that takes the place of Taylor series where heyoka is not installed.
 _STAND_IN: NumericName = "DOP853"
@@ -115,10 +113,9 @@ class _Asked:
     @property
     def checked(self) -> Array:
         """The times (s) at which smooth runs are compared: the samples, and some between them."""
-        duration = self.scene.duration
-        changes = _CHECKED_CHANGE * duration / default_longest_step(self.scene)
-        count = max(_CHECKED_IN_ALL, _CHECKED * (len(self.times) - 1), min(changes, _MOST_CHECKED))
-        return merged(self.times, np.linspace(0.0, duration, math.ceil(count) + 1))
+        between = _CHECKED * (len(self.times) - 1)
+        count = max(_CHECKED_IN_ALL, between, intervals_to_check(self.scene))
+        return merged(self.times, np.linspace(0.0, self.scene.duration, count + 1))
 
     def report(self, name: str) -> Callable[[float], None]:
         """Return a function that takes the completed share of a run and enforces limits."""

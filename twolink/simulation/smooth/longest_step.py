@@ -34,6 +34,18 @@ def default_longest_step(scene: Scene) -> float:
     return cap
 
 
+def intervals_to_check(scene: Scene) -> int:
+    """Return into how many intervals a run is divided, for errors that decay in a few steps.
+
+    There are some for each time in which the motion changes.
+    """
+    return math.ceil(min(_IN_A_CHANGE * scene.duration / default_longest_step(scene), _MOST))
+
+
+# Intervals in each time in which a motion changes, and the most in all.
+_IN_A_CHANGE, _MOST = 4, 200_000
+
+
 def longest_steps(
     chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, duration: float
 ) -> Any:
