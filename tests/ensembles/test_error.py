@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from twolink.chain import Chain
+from twolink.ensembles.blocks import Lanes
 from twolink.ensembles.compiled import FORMULATION
 from twolink.ensembles.error import SoFar, states_at_ends, states_of
 from twolink.simulation.smooth.equations import EQUATIONS
@@ -11,6 +12,13 @@ from twolink.simulation.smooth.measure import A_VALUE, MARGIN_OF_ORDERS, MOST_RO
 
 ORDER = 9
 ROUNDING = 2.0**-52
+
+# The mass centre of link 2 is at B, so that its speed is its momentum, and there is no other term.
+CHAIN = Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (0.0, 0.0)), (1 / 12, 1.0))
+
+
+def at_rest(width):
+    return Lanes(CHAIN, (), np.zeros((2, width)), np.zeros((2, width)), 1.0)
 
 
 def states(*rows):
@@ -24,7 +32,7 @@ def test_measures_are_the_largest_so_far():
     """Two lanes at three times; in the second lane the motions agree at first."""
     kept = states([1.0, 2.0], [-4.0, 2.5], [3.0, 1.0])
     apart = states([1e-7, 0.0], [1e-9, 0.0], [2e-7, -3e-6])
-    found = SoFar.at_the_start(2).with_states(kept, kept + apart, ORDER)
+    found = SoFar.at_the_start(at_rest(2)).with_states(CHAIN, kept, kept + apart, ORDER)
     assert found.differences == pytest.approx(
         np.array([[1e-7, 0], [1e-7, 0], [2e-7, 3e-6]]), rel=1e-8, abs=0
     )
@@ -35,10 +43,10 @@ def test_measures_are_the_largest_so_far():
 def test_measures_in_parts_are_those_of_the_whole(random):
     kept = random.normal(size=(4, 12, 3))
     judged = kept + 1e-8 * random.normal(size=kept.shape)
-    begun = SoFar.at_the_start(3, np.array([0.0, 1e9, 3.0]))
-    whole = begun.with_states(kept, judged, ORDER).of(-1)
-    first = begun.with_states(kept[:, :5], judged[:, :5], ORDER).of(-1)
-    second = first.with_states(kept[:, 5:], judged[:, 5:], ORDER).of(-1)
+    begun = SoFar.at_the_start(at_rest(3), np.array([0.0, 1e9, 3.0]))
+    whole = begun.with_states(CHAIN, kept, judged, ORDER).of(-1)
+    first = begun.with_states(CHAIN, kept[:, :5], judged[:, :5], ORDER).of(-1)
+    second = first.with_states(CHAIN, kept[:, 5:], judged[:, 5:], ORDER).of(-1)
     np.testing.assert_array_equal(second, whole)
     assert whole.growths[1] == 1e9
 
@@ -47,7 +55,7 @@ def test_states_after_the_end_of_a_run_do_not_count():
     kept = states([1.0, 1.0], [9.0, 9.0])
     judged = kept + states([0.0, 0.0], [1.0, np.nan])
     moves = np.array([[True, True], [False, True]])
-    found = SoFar.at_the_start(2).with_states(kept, judged, ORDER, moves).of(-1)
+    found = SoFar.at_the_start(at_rest(2)).with_states(CHAIN, kept, judged, ORDER, moves).of(-1)
     assert found.differences.tolist() == [0.0, np.inf]
     assert found.sizes.tolist() == [1.0, 9.0]
 
@@ -81,3 +89,14 @@ def test_states_of_variables_are_those_that_they_come_from(random):
     found = states_of(chain, variables)
     np.testing.assert_allclose(found, [*q, *u], rtol=1e-12, atol=1e-14)
     np.testing.assert_array_equal(states_at_ends(chain, variables.transpose(1, 0, 2)), found)
+
+
+def test_the_round_off_of_the_first_speeds_moves_the_angles_in_proportion_to_the_time():
+    """Link 1 has little mass, and link 2 is a point: speeds are differences of larger terms."""
+    chain = Chain((1e-5, 1.0), (1.0, 1.0), ((0.0, 0.0), (1.0, 0.0)), (1e-5, 1e-5))
+    lanes = Lanes(chain, (), np.zeros((2, 1)), np.array([[0.5], [0.25]]), 30.0)
+    begun = SoFar.at_the_start(lanes)
+    # M = [[1 + d, 1], [1, 1 + d]] with d = 1e-5, and M^-1 is that of 1 + d and -1 by 2 d.
+    assert begun.sizes == pytest.approx(1.5 / 2e-5, rel=1e-4)
+    (known,) = begun.bounds(np.zeros(1))
+    assert known == pytest.approx((A_VALUE + 30) * ROUNDING * 1.5 / 2e-5, rel=1e-4)

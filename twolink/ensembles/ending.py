@@ -101,7 +101,7 @@ class Ending:
         kept = self._judge if again and self._judge else begun(self._runs, order, paths=False)
         judge = self._judge = begun(self._runs, order + MORE_ORDERS, paths=self.paths)
         taken = -kept.steps.sum()
-        known = SoFar.at_the_start(self.lanes.width, self.growths)
+        known = SoFar.at_the_start(self.lanes, self.growths)
         asked: list[Intervals] = []
         going, done = np.flatnonzero(~kept.lost), np.zeros(self.lanes.width, bool)
         stride = _IN_A_PART if self.brief else PLACES
@@ -134,7 +134,7 @@ class Ending:
         first, second = (
             states_of(chain, each.variables[:4, places, runs]) for each in (kept, judge)
         )
-        return known.of(runs).with_states(first, second, kept.order)
+        return known.of(runs).with_states(chain, first, second, kept.order)
 
     def _asked(
         self,

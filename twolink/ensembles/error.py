@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.chain import Chain
+from twolink.ensembles.blocks import Lanes
 from twolink.ensembles.compiled import FORMULATION
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.smooth.equations import EQUATIONS
@@ -36,8 +37,8 @@ _ROUNDING = PRECISIONS["double"].rounding
 class SoFar(NamedTuple):
     """Measures of runs up to a time: the largest of each, all of shape (…, n).
 
-    `differences` from the judges and `sizes` of q and u are in rad and rad/s, `growths` are those
-    of truncation errors.
+    `differences` from the judges and `sizes` of q and of the terms of u are in rad and rad/s,
+    `growths` are those of errors.
     """
 
     differences: Array
@@ -45,16 +46,27 @@ class SoFar(NamedTuple):
     growths: Array
 
     @classmethod
-    def at_the_start(cls, width: int, growths: Array | None = None) -> SoFar:
-        """Return the measures of runs that begin; `note` updates the given growths, shape (n,)."""
-        known = np.zeros(width) if growths is None else growths
-        return cls(np.zeros(width), np.zeros(width), known)
+    def at_the_start(cls, lanes: Lanes, growths: Array | None = None) -> SoFar:
+        """Return the measures of runs that begin; `note` updates the given growths, shape (n,).
+
+        The round-off of the first speeds, which all runs share, moves the angles by its product
+        with the time: that is the least growth of errors.
+        """
+        chain, _, q, u, duration = lanes
+        known = np.zeros(lanes.width) if growths is None else growths
+        with np.errstate(all="ignore"):
+            sizes = _sizes_of(chain, np.concatenate([q, u]))
+            moved = EQUATIONS[FORMULATION].rounded_speeds(chain, q, u).max(axis=0) * duration
+            np.maximum(known, moved / MOST_ROUND_OFF, out=known)
+        return cls(np.zeros(lanes.width), sizes, known)
 
     def of(self, which: Any) -> SoFar:
         """Return the measures of some rows, or of some runs."""
         return SoFar(*(rows[which] for rows in self))
 
-    def with_states(self, kept: Array, judged: Array, order: int, moves: Any = True) -> SoFar:
+    def with_states(
+        self, chain: Chain, kept: Array, judged: Array, order: int, moves: Any = True
+    ) -> SoFar:
         """Return the measures up to later times, shape (m, n), from q and u, (4, m, n), there.
 
         `kept` are the states of runs of an order. `moves`, shape (m, n), says where a run has not
@@ -62,7 +74,8 @@ class SoFar(NamedTuple):
         """
         apart = np.abs(judged - kept).max(axis=0)
         apart[np.isnan(apart)] = np.inf
-        now = np.where(moves, [apart, np.abs(kept).max(axis=0)], 0.0)
+        with np.errstate(all="ignore"):
+            now = np.where(moves, [apart, _sizes_of(chain, kept)], 0.0)
         differences = np.maximum.accumulate(np.maximum(now[0], self.differences))
         sizes = np.maximum.accumulate(np.maximum(now[1], self.sizes))
         return SoFar(differences, sizes, np.maximum(self.growths, differences / truncation(order)))
@@ -78,6 +91,13 @@ class SoFar(NamedTuple):
         grown = MOST_ROUND_OFF * _ROUNDING * self.growths
         found = MARGIN_OF_ORDERS * self.differences + sums + grown
         return np.where(self.differences > _LINEAR, np.inf, found)
+
+
+def _sizes_of(chain: Chain, states: Array) -> Array:
+    """Return the largest angle (rad) or term of a speed (rad/s) of q and u, (4, …), shape (…)."""
+    q, u = states[:2], states[2:]
+    speeds = EQUATIONS[FORMULATION].rounded_speeds(chain, q, u)
+    return np.asarray(np.maximum(np.abs(q), speeds).max(axis=0))
 
 
 def states_of(chain: Chain, variables: Array) -> Array:

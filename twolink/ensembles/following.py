@@ -174,7 +174,7 @@ class _Comparison:
     def __init__(self, follower: Follower) -> None:
         self._chain, self._duration = follower.lanes.chain, follower.lanes.duration
         self._order, self._known = follower.order, follower.growths
-        self._measured = SoFar.at_the_start(LANES)
+        self._measured = SoFar.at_the_start(follower.lanes)
         self._steps = np.zeros(LANES)
         self.growths = np.zeros((PLACES + 1, LANES))
         self.so_far = np.zeros(LANES)
@@ -188,7 +188,7 @@ class _Comparison:
         first, second = (
             states_at_ends(self._chain, rows) for rows in (_ends_of_steps(kept), judged)
         )
-        measured = self._measured.with_states(first, second, self._order, moves)
+        measured = self._measured.with_states(self._chain, first, second, self._order, moves)
         steps = np.cumsum(moves, axis=0) + self._steps
         self._measured, self._steps = measured.of(-1), steps[-1]
         # The first of the evenly spaced times that is not before the end of a step.

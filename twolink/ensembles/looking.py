@@ -109,7 +109,7 @@ class CloserLook:
         """Return the bounds on errors (rad, rad/s) up to the end of each step, shape (m, n)."""
         at, chain = self.intervals, self.lanes.chain
         first, second = (states_at_ends(chain, rows) for rows in (steps.kept, steps.judged))
-        measured = at.so_far.with_states(first, second, self.order, moves)
+        measured = at.so_far.with_states(chain, first, second, self.order, moves)
         counts = np.cumsum(moves, axis=0) + at.steps
         differences, sizes, growths = measured.of(-1)
         self.intervals = at._replace(
