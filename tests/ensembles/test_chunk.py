@@ -7,6 +7,7 @@ from twolink.ensembles import chunk as chunks
 from twolink.ensembles.chunk import goes_in_lanes, rows_of
 from twolink.errors import TooMuchError
 from twolink.simulation import simulate
+from twolink.simulation.smooth.taylor import taylor_run
 
 KEEP = {
     "final": True,
@@ -207,3 +208,39 @@ def test_a_touch_stays_undecided_in_any_precision():
     assert rows.reasons == [""]
     assert rows.arrays["x_verdict"][0] == 0
     assert np.isnan(rows.arrays["x_time"][0])
+
+
+ENDS = {"final": True}
+WATCHED = {"final": True, "first": [{"name": "x", "of": "q1", "level": 9.0}]}
+FOLLOWED = {"final": True, "extremes": True}
+
+
+@pytest.mark.parametrize("keep", [ENDS, WATCHED, FOLLOWED], ids=["ends", "watched", "followed"])
+def test_the_rounding_of_the_momenta_at_the_start_is_a_part_of_the_error(keep):
+    """M⁻¹ of a light link and a point enlarges it, and all runs of one start share it."""
+    scene = {
+        "chain": {
+            "mass": [2e-5, 1.0],
+            "length": [1.0, 1.0],
+            "centre": [[0.5, 0.0], [1.0, 0.0]],
+            "inertia": [6e-7, 8e-4],
+        },
+        "start": {"q": [0.0, 1e-3], "u": [1.1442, 1.1442]},
+        "run": {"duration": 2e-3},
+        "effects": {"gravity": {}},
+    }
+    angles = 0.0, 3e-7, 7e-7, 1.3e-6
+    asked = ensemble(
+        scene=scene,
+        axes=[axis("start.q.0", *angles)],
+        runs={"accuracy": 1e-12},
+        keep=keep,
+    )
+    rows = rows_of(asked, 0, 4).arrays
+    for run, angle in enumerate(angles):
+        times = np.array([0.0, 2e-3])
+        one = asked.family.scene([angle])
+        exact = taylor_run(one, times, formulation="kane", precision="quadruple")
+        found = np.concatenate([rows["q"][run], rows["u"][run]])
+        truth = np.concatenate([exact.q, exact.u])[:, -1].astype(float)
+        assert np.abs(found - truth).max() <= rows["error"][run]

@@ -7,6 +7,7 @@ from twolink.effects import Gravity, PdControl
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.extremes import Extremes
 from twolink.ensembles.single import single
+from twolink.ensembles.states import Samples
 from twolink.limits import DEFAULT_LIMITS
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -82,3 +83,15 @@ def test_errors_that_decay_between_distant_places_are_seen():
         apart = np.abs(ours.values[name] - truth.values[name])
         # The elbow is a difference of two angles.
         assert (apart <= np.array([1, 1, 2]) * (ours.error + truth.error)).all()
+
+
+def test_errors_of_accurate_runs_have_the_rounding_of_extremes_and_samples():
+    """A run in long doubles, whose own error is below the rounding of the values in float64."""
+    scene = Scene(Chain.uniform_bars(), (1.0, -2.0), (0.5, 1.0), 1.0, (Gravity(),))
+    kept = [Extremes(), Samples(101)]
+    ours, truth = (single(scene, kept, a, False, DEFAULT_LIMITS) for a in (1e-15, 1e-22))
+    apart = {name: np.abs(ours.values[name] - truth.values[name]).max() for name in ours.values}
+    assert max(apart.values()) <= ours.error
+    bare = single(scene, [], 1e-15, False, DEFAULT_LIMITS)
+    # Extremes are found to a few roundings.
+    assert bare.error < ours.error < 1e-13

@@ -63,6 +63,10 @@ class _Extremes(Accumulator):
         columns = functions * self._largest.shape[1] + lanes
         raise_to_peaks(self._largest.reshape(-1), columns, rows, bent[steps, functions % 3, lanes])
 
+    def rounding(self) -> Any:
+        """Return by how much extremes may exceed those that are found, and as much for rounding."""
+        return 2 * gain(self._largest).max(axis=0)
+
     def values(self, ends: Ends) -> dict[str, Any]:
         """Return the smallest and the largest angles (rad)."""
         largest = np.maximum(self._largest, signed(ends.q)).T

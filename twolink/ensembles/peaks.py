@@ -2,7 +2,7 @@
 
 With K ≥ |y″| a polynomial y is at most max(y(0), y(1)) + K/8, and on a part of width w at most its
 ends and K w²/8 above them. Parts that may hold a value above the largest one known are halved until
-none may by more than one part in 10¹³.
+none may by more than a few roundings.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from twolink.ensembles.blocks import values_at
 
 Array = NDArray[np.float64]
 
-# The relative accuracy to which a largest value is found, far below the errors of runs.
-_FOUND = 1e-13
+# The relative accuracy to which a largest value is found: a few roundings.
+_FOUND = 4e-15
 
 # Halvings of a step after which the bracket is within the rounding of any value.
 _HALVINGS = 40

@@ -77,6 +77,10 @@ class Accumulator(ABC):
         """Return which lanes a more precise run could decide, shape (lanes,); none by default."""
         return False
 
+    def rounding(self) -> Any:
+        """Return the errors of values beside those of their runs (rad), shape (lanes,), or 0."""
+        return 0.0
+
     def open_spans(self, spans: Spans) -> Any:
         """Return in which intervals steps are needed, shape (m, n); by default in none."""
         return False

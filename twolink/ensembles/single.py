@@ -96,7 +96,8 @@ def _once(scene: Scene, kept: Sequence[Quantity], accuracy: float, limits: Limit
     for each in accumulators:
         values |= {name: rows[0] for name, rows in each.values(run.ends).items()}
     undecided = any(bool(np.any(each.undecided())) for each in accumulators)
-    return Single(values, run.failure, float(run.ends.errors[0]), run.precision, undecided)
+    error = float(run.ends.errors[0] + np.max([0.0, *(np.max(a.rounding()) for a in accumulators)]))
+    return Single(values, run.failure, error, run.precision, undecided)
 
 
 def _smooth(scene: Scene, accuracy: float, limits: Limits) -> _Run:

@@ -94,10 +94,9 @@ class _Ended(Stages):
             return
         accumulators = _accumulators(self.ensemble, self.ending.lanes)
         ends, lost, steps = self.ending.ends(order, accumulators)
-        values, undecided = _kept(accumulators, ends, len(left))
+        values, errors, undecided = _kept(accumulators, ends, len(left))
         found = {name: array[~lost] for name, array in values.items()}
-        errors = ends.errors[~lost]
-        yield Done(left[~lost], found, errors, undecided[~lost], left[lost].tolist(), steps)
+        yield Done(left[~lost], found, errors[~lost], undecided[~lost], left[lost].tolist(), steps)
 
 
 @dataclass
@@ -145,13 +144,13 @@ class _Followed(Stages):
                 for each in accumulators:
                     each.add(block)
         assert isinstance(follower.ends, Ends)
-        values, undecided = _kept(accumulators, follower.ends, LANES)
+        values, errors, undecided = _kept(accumulators, follower.ends, LANES)
         count = len(group)
         self.growths[:, group] = np.asarray(follower.growths)[:, :count]
         return Done(
             group,
             {name: array[:count] for name, array in values.items()},
-            follower.ends.errors[:count],
+            errors[:count],
             undecided[:count],
             lost,
             follower.steps * count,
@@ -162,11 +161,14 @@ def _accumulators(ensemble: Ensemble, lanes: Lanes) -> list[Accumulator]:
     return [quantity.accumulator(lanes) for quantity in ensemble.kept]
 
 
-def _kept(accumulators: list[Accumulator], ends: Ends, width: int) -> tuple[dict[str, Any], Any]:
-    """Return the values of all quantities, and which lanes are undecided."""
+def _kept(
+    accumulators: list[Accumulator], ends: Ends, width: int
+) -> tuple[dict[str, Any], Any, Any]:
+    """Return the values of all quantities, their errors, and which lanes are undecided."""
     values: dict[str, Any] = {}
-    undecided = np.zeros(width, bool)
+    errors, undecided = np.zeros(width), np.zeros(width, bool)
     for each in accumulators:
         values |= each.values(ends)
+        errors = np.maximum(errors, each.rounding())
         undecided |= each.undecided()
-    return values, undecided
+    return values, ends.errors + errors, undecided

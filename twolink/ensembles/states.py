@@ -14,10 +14,13 @@ from twolink.ensembles.blocks import Block, Ends, Lanes, values_at
 from twolink.ensembles.quantity import Accumulator, Dimension, Quantity, Variable
 from twolink.errors import ParameterError
 from twolink.inputs import as_count
+from twolink.simulation.hybrid.tolerances import POLYNOMIAL
 
 Array = NDArray[np.float64]
 
 LINKS = Dimension("link", 2)
+
+_ROUNDING = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -139,6 +142,10 @@ class _Sampled(Accumulator):
             x = _variable_at(block, place, lane, times)[:, None]
             self._found[lane, first:last] = values_at(chosen, x)[:, :, 0]
             self._next[lane] = last
+
+    def rounding(self) -> Any:
+        """Return the round-off of the values of polynomials."""
+        return POLYNOMIAL * _ROUNDING * np.nanmax(np.abs(self._found), axis=(1, 2), initial=0.0)
 
     def values(self, ends: Ends) -> dict[str, Any]:
         """Return the angles (rad); the last are those at the end."""
