@@ -8,7 +8,7 @@ import pytest
 from tests.simulation.hybrid import state_of, system_of
 from twolink.contact.coordinates import PointCoordinate
 from twolink.contact.elements import RigidContact
-from twolink.contact.states import EventKind
+from twolink.contact.states import ContactState, EventKind
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compile import CompiledMode
 from twolink.simulation.hybrid.mode import Trigger
@@ -17,6 +17,7 @@ from twolink.simulation.pool import IntegratorPool
 
 UP = PointCoordinate("D", (0.0, -1.0))
 SYSTEM = system_of(elements=(RigidContact("D on floor", UP, 0.0, 0.0),), longest_step=0.5)
+MODE = SYSTEM.mode((ContactState.OPEN,))
 HITS = Trigger(EventKind.HITS, 0)
 
 GAP = [0.0, 1e-24, -1e-22, 1e-25, 0.0, 0.0]
@@ -32,7 +33,7 @@ def order(polynomial, *, orders=None, clock=1, recovering=(), state=None):
         recovering=recovering, roots=(), clock=clock, integrals=slice(0, 0), number=float,
     )  # fmt: skip
     rows = np.array([[polynomial, CLOCK]])
-    start = StartOfArc(SYSTEM, compiled, 0.0, orders or {}, state)
+    start = StartOfArc(SYSTEM, compiled, MODE, orders or {}, state)
     return start.order(HITS, polynomial, Block(np.zeros(1), np.ones(1), rows))
 
 
@@ -83,7 +84,7 @@ def test_a_gap_of_zero_stays_zero_only_where_the_contact_touches():
     )  # fmt: skip
     block = Block(np.zeros(1), np.ones(1), np.array([[GAP, CLOCK]]))
     sizes = [
-        StartOfArc(SYSTEM, compiled, 0.0, {}, state._replace(touching=touching)).zero_size(
+        StartOfArc(SYSTEM, compiled, MODE, {}, state._replace(touching=touching)).zero_size(
             HITS, GAP, block
         )
         for touching in (frozenset({0}), frozenset())

@@ -75,20 +75,18 @@ class Certificate:
         compiled: CompiledMode,
         mode: Mode,
         span: Any,
-        pressing: float = 0.0,
         orders: Orders = NO_ORDERS,
         state: HybridState | None = None,
     ) -> None:
         """Store the compiled mode and the time (s) after which the arc ends without an event.
 
-        `pressing` is the sum of the accelerations (rad/s²) that single compliant surfaces give;
         `orders` are those of event functions that, by the selection, grow from zero. With the
-        `state` at the start a speed is known better near a singular pose.
+        `state` at the start a speed is known better, near a singular pose and on stiff surfaces.
         """
         self._system, self._compiled, self._span = system, compiled, span
         layout = compiled.layout
         self._triggers, self._reversed = layout.triggers, layout.reversed
-        self._start = StartOfArc(system, compiled, pressing, orders, state)
+        self._start = StartOfArc(system, compiled, mode, orders, state)
         # The event functions that are zero within these sizes since the start of the arc.
         self._zero: dict[int, float] = {}
         self._tails: dict[int, float] = {}

@@ -19,6 +19,9 @@ from twolink.simulation.series import powers
 # quadratically from within the step; converged values are not iterated further.
 _NEWTON_STEPS = 60
 
+# Number of values that are computed together: their coefficients fit into the cache.
+_AT_ONCE = 1024
+
 
 @dataclass(frozen=True)
 class Polynomials:
@@ -54,9 +57,17 @@ class Polynomials:
         if self.by_clock.any():
             on_clock = self.by_clock[index]
             x[on_clock] = self._on_clock(index[on_clock], x[on_clock])
+        values = [
+            self._values(index[first : first + _AT_ONCE], x[first : first + _AT_ONCE])
+            for first in range(0, max(len(x), 1), _AT_ONCE)
+        ]
+        together = values[0] if len(values) == 1 else np.concatenate(values)
+        return together[:, :2].T, together[:, 2:].T
+
+    def _values(self, index: Any, x: Any) -> Any:
+        """Return q and u, shape (m, 4), at places x of some steps, in their own variables."""
         by_power = powers(x, self.coefficients.shape[2])
-        values = _sums(self.coefficients.take(index, axis=0), by_power)
-        return values[:, :2].T, values[:, 2:].T
+        return _sums(self.coefficients.take(index, axis=0), by_power)
 
     def _on_clock(self, index: Any, elapsed: Any) -> Any:
         """Return the steps' own variable at times since their starts (s): the clock rises."""

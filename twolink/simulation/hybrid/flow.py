@@ -25,7 +25,6 @@ from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate, Finding
 from twolink.simulation.hybrid.compile import CompiledMode, compiled_mode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
-from twolink.simulation.hybrid.dynamics import push_of
 from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import stopped
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
@@ -108,19 +107,20 @@ def _followed(
     system, compiled, mode = course.system, course.compiled, course.mode
     _set_up(course)
     span = course.until - course.state.t
-    pressing = _pressing(course) if any(course.state.compliant) else 0.0
-    certificate = Certificate(system, compiled, mode, span, pressing, orders, course.state)
+    certificate = Certificate(system, compiled, mode, span, orders, course.state)
     blocks: list[Block] = []
     doubts: list[Doubt] = []
     taken = 0
     ahead, most_ahead = _AHEAD[system.precision]
+    last = _last_alike(before, mode)
+    longest = _horizon(system, last)
     # An event that is visible at the end of a step stops the integrator.
     if compiled.shows_events:
         ahead = most_ahead
-    else:
-        ahead = min(_expected(before, mode) or ahead, most_ahead)
+    elif last is not None:
+        ahead = min(last.step_count + 1, most_ahead)
     while True:
-        block, over, failure = _take_steps(course, ahead)
+        block, over, failure = _take_steps(course, ahead, longest)
         found: Finding | None = None
         if len(block.lengths):
             found, touched = certificate.first_event(block, at_start=not blocks)
@@ -134,16 +134,25 @@ def _followed(
             failure = "its steps become too short"
         if failure:
             return _failed(course, blocks, doubts, failure)
-        ahead = min(2 * ahead, most_ahead)
+        ahead, longest = min(2 * ahead, most_ahead), system.number(system.longest_step)
         progress(float(_now(course)), sum(block.coefficients.nbytes for block in blocks))
 
 
-def _expected(before: Sequence[Arc], mode: Mode) -> int:
-    """Return the steps that the last arc in the same mode took, and one more: 0 if unknown."""
+def _last_alike(before: Sequence[Arc], mode: Mode) -> Arc | None:
+    """Return the first of some arcs that is in the same mode, None without one."""
     for arc in before:
         if arc.mode.states == mode.states:
-            return arc.step_count + 1
-    return 0
+            return arc
+    return None
+
+
+def _horizon(system: HybridSystem, last: Arc | None) -> Any:
+    """Return the most that the first steps of an arc take (s), by the last arc in its mode."""
+    longest = system.number(system.longest_step)
+    if last is None:
+        return longest
+    ample = tolerances.HORIZON * (last.end.t - last.start.t)
+    return longest if ample > longest else max(ample, tolerances.SHORT_STEPS * longest)
 
 
 class _Course(NamedTuple):
@@ -228,27 +237,15 @@ def _set_up(course: _Course) -> None:
         parameters[:] = every[:count]
 
 
-def _pressing(course: _Course) -> float:
-    """Return the sum of the accelerations (rad/s²) that single compliant surfaces give."""
-    system, _, _, mode, state, *_ = course
-    found = 0.0
-    for index, own in enumerate(state.compliant):
-        element = system.elements[index]
-        if own is None or element.normal is None or mode.states[index] is ContactState.OPEN:
-            continue
-        pose = system.pose(state.q)
-        push = push_of(pose, element, mode.dent(index), state.u, own.sqrt_depth)
-        given = pose.impulse_response(pose.row(element.normal))
-        found += abs(float(push)) * max(abs(float(x)) for x in given)
-    return found
+def _take_steps(course: _Course, ahead: int, longest: Any) -> tuple[Block, bool, str]:
+    """Return the next steps, whether they reach the end of the arc, and the failure if any.
 
-
-def _take_steps(course: _Course, ahead: int) -> tuple[Block, bool, str]:
-    """Return the next steps, whether they reach the end of the arc, and the failure if any."""
-    system, compiled, integrator, _, state, until, _ = course
+    In time they are at most as long as the `longest` (s).
+    """
+    _, compiled, integrator, _, state, until, _ = course
     clock, integrals = compiled.clock, compiled.integrals
     by_time = clock is None
-    complete, longest = _complete(), system.number(system.longest_step)
+    complete = _complete()
     falling, watches_integrals = compiled.falling, integrals.stop > integrals.start
     span, shortest = until - state.t, SHORTEST_STEP if by_time else 0
     # Views of the integrator's own memory.

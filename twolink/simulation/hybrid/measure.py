@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from twolink.contact.impact_laws import Regime
 from twolink.errors import TooMuchError
 from twolink.formulations import FORMULATIONS
-from twolink.integration.precisions import PrecisionName
+from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
@@ -290,15 +290,16 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     moments = _moments(first, second, times, end)
     ours, theirs = (np.concatenate(run.polynomials.at(moments)) for run in (first, second))
     if ours.dtype != theirs.dtype:
-        # NumPy does not convert between long double and heyoka's quadruple numbers.
-        ours = np.vectorize(type(theirs.flat[0]), otypes=[theirs.dtype])(ours)
+        ours = PRECISIONS[second.precision].lengthened(ours)
     found = np.abs(ours - theirs).max(axis=0).astype(float)
     # From a place in time on the difference is at least this.
     least = np.zeros(len(moments) + 1)
-    for start, stop in _impacts_apart(first, second, accuracy):
-        begin, after = np.searchsorted(moments, start), np.searchsorted(moments, stop, "right")
-        found[begin:after] = np.minimum(found[begin:after], stop - start)
-        least[after] = max(least[after], stop - start)
+    starts, stops = _impacts_apart(first, second, accuracy)
+    begins, afters = np.searchsorted(moments, starts), np.searchsorted(moments, stops, "right")
+    apart = stops - starts
+    for begin, after, size in zip(begins.tolist(), afters.tolist(), apart.tolist(), strict=True):
+        found[begin:after] = np.minimum(found[begin:after], size)
+    np.maximum.at(least, afters, apart)
     lever = max(1.0, 1 / float(first.scene.chain.L1), 1 / float(first.scene.chain.L2))
     for doubt in second.doubts:
         since = np.searchsorted(moments, doubt.time)
@@ -320,11 +321,17 @@ def _moments(first: HybridRun, second: HybridRun, times: Array, end: float) -> A
     events = np.array([float(arc.start.t) for run in (first, second) for arc in run.arcs])
     after = events + 2 * _SLACK * np.spacing(events)
     others = np.concatenate([after, *_inside(second)])
-    for arc, rest in zip(first.arcs, first.since, strict=True):
-        # Bounces that are omitted have a speed only until they would have ended.
-        others = others[(others < float(arc.start.t)) | (others > rest)]
+    # Bounces that are omitted have a speed only until they would have ended.
+    others = others[~_within(first, others)]
     every = merged(times, *_inside(first), others)
     return np.asarray(every[every <= end])
+
+
+def _within(run: HybridRun, times: Array) -> Any:
+    """Return which times (s) lie between the start of an arc and the beginning of its mode."""
+    starts = np.array([-math.inf, *(float(arc.start.t) for arc in run.arcs)])
+    rests = np.maximum.accumulate(np.array([-math.inf, *run.since]))
+    return times <= rests[np.searchsorted(starts, times, side="right") - 1]
 
 
 def _inside(run: HybridRun) -> list[Array]:
@@ -392,17 +399,23 @@ def _nearest(ours: Array, theirs: Array) -> Any:
     return np.where(nearer, after, before)
 
 
-def _impacts_apart(
-    first: HybridRun, second: HybridRun, accuracy: float
-) -> Iterator[tuple[float, float]]:
-    """Yield the two instants (s) of each impact that both runs have."""
-    for number in {strike.number for strike in first.strikes}:
-        ours = np.array([s.time for s in first.strikes if s.number == number])
-        theirs = np.array([s.time for s in second.strikes if s.number == number])
-        if not len(theirs):
-            continue
-        partner = theirs[_nearest(ours, theirs)]
-        for one, other in zip(ours.tolist(), partner.tolist(), strict=True):
-            if abs(one - other) <= _SAME_IMPACT * accuracy:
-                slack = _SLACK * math.ulp(max(one, other, 1e-300))
-                yield min(one, other) - slack, max(one, other) + slack
+def _impacts_apart(first: HybridRun, second: HybridRun, accuracy: float) -> tuple[Array, Array]:
+    """Return the earlier and the later instant (s) of each impact that both runs have."""
+    found = [np.zeros((2, 0))]
+    own, other = _times_of_impacts(first), _times_of_impacts(second)
+    for number in own.keys() & other.keys():
+        ours, theirs = np.array(own[number]), np.array(other[number])
+        both = np.array([ours, theirs[_nearest(ours, theirs)]])
+        found.append(both[:, np.abs(both[0] - both[1]) <= _SAME_IMPACT * accuracy])
+    instants = np.concatenate(found, axis=1)
+    earlier, later = instants.min(axis=0), instants.max(axis=0)
+    slack = _SLACK * np.spacing(np.maximum(later, 1e-300))
+    return earlier - slack, later + slack
+
+
+def _times_of_impacts(run: HybridRun) -> dict[int, list[float]]:
+    """Return the times (s) of the impacts on each contact, by its number."""
+    found: dict[int, list[float]] = {}
+    for strike in run.strikes:
+        found.setdefault(strike.number, []).append(strike.time)
+    return found

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from twolink.contact.states import EventKind
+from twolink.contact.states import ContactState, EventKind
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compile import CompiledMode
 from twolink.simulation.hybrid.complementarity import Orders, size_of
-from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.dynamics import push_of
+from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import LEADING, LEADING_SHARE
@@ -34,14 +35,14 @@ class StartOfArc:
         self,
         system: HybridSystem,
         compiled: CompiledMode,
-        pressing: float,
+        mode: Mode,
         orders: Orders,
         state: HybridState | None,
     ) -> None:
         """Store the arguments of `Certificate`."""
         self._state = state
         self._system, self._compiled = system, compiled
-        self._pressing, self._orders = pressing, orders
+        self._mode, self._orders = mode, orders
         self._known_change: float | None = None
 
     def order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
@@ -54,7 +55,9 @@ class StartOfArc:
         noise, pace = self._noise(trigger, polynomial, block), 1.0
         if self._compiled.clock is None:
             pace = float(block.lengths[0]) / float(self._system.longest_step)
-        if polynomial[0] > (self._speed_noise(trigger, noise) if is_speed else noise):
+        if polynomial[0] > noise:
+            return 0
+        if is_speed and polynomial[0] > self._speed_noise(trigger, noise):
             return 0
         if polynomial[0] > 0 and (is_gap or trigger.kind is EventKind.LEAVES):
             # A lower bound, as it omits the contribution of a tiny growing gap.
@@ -147,7 +150,24 @@ class StartOfArc:
                 * powers(block.lengths[:1], block.coefficients.shape[2])[0]
             )
             duration = abs(float(row[1:].sum()))
-        return LEADING * self._system.resolution * self._system.scale * self._pressing * duration
+        pressing = self._pressing()
+        return LEADING * self._system.resolution * self._system.scale * pressing * duration
+
+    def _pressing(self) -> float:
+        """Return the sum of the accelerations (rad/s²) that single compliant surfaces give."""
+        state, found = self._state, 0.0
+        if state is None or not any(state.compliant):
+            return found
+        pose = self._system.pose(state.q)
+        for index, own in enumerate(state.compliant):
+            element = self._system.elements[index]
+            is_open = self._mode.states[index] is ContactState.OPEN
+            if own is None or element.normal is None or is_open:
+                continue
+            push = push_of(pose, element, self._mode.dent(index), state.u, own.sqrt_depth)
+            given = pose.impulse_response(pose.row(element.normal))
+            found += abs(float(push)) * max(abs(float(x)) for x in given)
+        return found
 
     def zero_size(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
         """Return the size up to which an event function that starts as zero stays zero."""

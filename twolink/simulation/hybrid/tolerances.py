@@ -108,6 +108,11 @@ MOST_STEPS = 1_000_000
 # number: a long motion takes many steps of the usual length. Read by flow and run.
 SHORT_STEPS = 1e-3
 
+# Times the duration of the last arc in the same mode. The first steps of the next one are at most as
+# long, and at least SHORT_STEPS of the longest step: on a step that is far longer than the arc, the
+# event functions have other roots beyond the event, and many halvings isolate it. Read by flow.
+HORIZON = 8
+
 # Part of the response of a normal to its own push. Where steps become too short while a point
 # slides and friction leaves less of that response, friction locks the slide (Painlevé). Read by
 # event_functions.
