@@ -116,7 +116,8 @@ class HybridRun(MotionRun):
 class Effort(NamedTuple):
     """The limit of work of a run: jumps and steps in all, and lossless bounces on a contact.
 
-    Steps are short below `SHORT_STEPS` of the longest one. Bounces that do not end are omitted
+    A run whose steps would exceed `steps` at their pace is ended early. Steps are short below
+    `SHORT_STEPS` of the longest one. Bounces that do not end are omitted
     after `patience` of them. The run ends at `until` (s) at the latest.
     """
 
@@ -268,7 +269,7 @@ class _History:
             arc = flow(
                 self.system, self.state, following.mode, until, self.formulation,
                 reached, self.arcs[-2:], following.orders,
-                self._steps_in[following.mode.states] > self._worth_optimising,
+                self._exceeds(self._steps_in[following.mode.states], self._worth_optimising),
             )  # fmt: skip
             advanced = arc.end.t > self.state.t
             self.state = arc.end
@@ -307,7 +308,7 @@ class _History:
         most = self._effort
         too_many = (
             len(self.arcs) > most.jumps
-            or self._steps > most.steps
+            or self._exceeds(self._steps, most.steps)
             or self._short_steps > most.short_steps
         )
         if too_many or self._is_stuck():
@@ -316,6 +317,17 @@ class _History:
                 f"the motion has {len(self.arcs)} modes by {float(arc.end.t):.6g} s, and is "
                 f"not followed further: {arc.mode}, then {_event_of(arc)}"
             )
+
+    def _exceeds(self, count: int, most: float) -> bool:
+        """Return whether a number of steps so far exceeds another one, or soon will.
+
+        Modes that follow each other in ever shorter times and then end have a pace that does not
+        last, but they are few: a pace counts from a part of the number on.
+        """
+        if count <= tolerances.EARLY * most:
+            return False
+        share = float(self.state.t) / float(self.end)
+        return count > most or count > tolerances.CERTAINLY * most * share
 
     def _check_memory(self, t: float, size: int) -> None:
         """Raise `TooMuchError` if the whole motion would take more memory than is allowed.

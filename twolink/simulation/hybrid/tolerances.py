@@ -118,6 +118,14 @@ HORIZON = 8
 # event_functions.
 LOCKING = 1e-2
 
+# Part of a number of steps from which on the pace of the steps so far counts: a run is given up, and
+# the code of a mode is optimised, if they would exceed that number at this pace by CERTAINLY times.
+# Read by run.
+EARLY = 0.3
+
+# See EARLY. Read by run.
+CERTAINLY = 2
+
 # Longest time (s) for which a pressed surface is integrated in one arc, so that its variables, the
 # clock among them, keep their relative accuracy. Read by flow.
 LONGEST_PRESS = 1.0
