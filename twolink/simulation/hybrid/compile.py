@@ -14,7 +14,7 @@ from __future__ import annotations
 import functools
 import itertools
 import operator
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -70,9 +70,29 @@ class Layout(NamedTuple):
     of_gaps: tuple[bool, ...]
 
 
+class Stepper(NamedTuple):
+    """An integrator with views of its own memory, which take longer to make than a step to begin.
+
+    `state`, `tc` and `pars` are its variables, their Taylor coefficients in the last step, and its
+    parameters.
+    """
+
+    integrator: Any
+    step: Callable[..., tuple[Any, Any]]
+    state: Any
+    tc: Any
+    pars: Any
+
+    @classmethod
+    def of(cls, integrator: Any) -> Stepper:
+        """Return the views of an integrator."""
+        pars = integrator.pars
+        return cls(integrator, integrator.step, integrator.state, integrator.tc, pars)
+
+
 @dataclass(frozen=True)
 class CompiledMode:
-    """A mode's integrators and the layout of their variables.
+    """A mode's integrators, lent as a `Stepper`, and the layout of their variables.
 
     `gaps`, `recovering` and `roots` have the numbers of the elements, in the order of their
     variables after q and u; `clock` is the variable of time, where that is not the independent one.
@@ -253,7 +273,7 @@ class _Builder:
             fp_type=system.number,
         )
         return CompiledMode(
-            pool=IntegratorPool(integrator),
+            pool=IntegratorPool(integrator, Stepper.of),
             operations=len(integrator.decomposition) - 2 * len(variables),
             numbers=self._numbers,
             watched=tuple(watched),

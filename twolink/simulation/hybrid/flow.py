@@ -23,7 +23,7 @@ from twolink.optional import heyoka
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate, Finding
-from twolink.simulation.hybrid.compile import CompiledMode, compiled_mode
+from twolink.simulation.hybrid.compile import CompiledMode, Stepper, compiled_mode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import stopped
@@ -92,8 +92,8 @@ def flow(
     compile_seconds = perf_counter() - begun
     if compiled.roots:
         until = min(until, state.t + system.number(tolerances.LONGEST_PRESS))
-    with compiled.pool.lend() as integrator:
-        course = _Course(system, compiled, integrator, mode, state, until, compile_seconds)
+    with compiled.pool.lend() as stepper:
+        course = _Course(system, compiled, stepper, mode, state, until, compile_seconds)
         return _followed(course, orders, before, progress)
 
 
@@ -160,7 +160,7 @@ class _Course(NamedTuple):
 
     system: HybridSystem
     compiled: CompiledMode
-    integrator: Any
+    stepper: Stepper
     mode: Mode
     state: HybridState
     until: Any
@@ -215,7 +215,7 @@ def _springing_back(state: HybridState) -> tuple[int, ...]:
 
 def _set_up(course: _Course) -> None:
     """Set the integrator of a mode to the start of an arc."""
-    system, compiled, integrator, mode, state, *_ = course
+    system, compiled, (integrator, _, values, _, parameters), mode, state, *_ = course
     compliant = state.compliant
     vector = [*state.q, *state.u]
     for index in compiled.gaps:
@@ -224,12 +224,10 @@ def _set_up(course: _Course) -> None:
         vector.append(compliant[index].residual_depth)  # type: ignore[union-attr]
     for index in compiled.roots:
         vector.append(compliant[index].sqrt_depth)  # type: ignore[union-attr]
-    values = integrator.state
     if len(vector) < len(values):
         vector += [system.number(0)] * (len(values) - len(vector))
     values[:] = vector
     integrator.time = system.number(0) if compiled.clock is not None else state.t
-    parameters = integrator.pars
     if count := len(parameters):
         own = [system.number(n) for n in mode.numbers]
         every = [*system.effect_numbers, *own, system.number(system.force_scale), state.t]
@@ -242,14 +240,12 @@ def _take_steps(course: _Course, ahead: int, longest: Any) -> tuple[Block, bool,
 
     In time they are at most as long as the `longest` (s).
     """
-    _, compiled, integrator, _, state, until, _ = course
+    _, compiled, (integrator, step, values, tc, _), _, state, until, _ = course
     clock, integrals = compiled.clock, compiled.integrals
     by_time = clock is None
     complete = _complete()
     falling, watches_integrals = compiled.falling, integrals.stop > integrals.start
     span, shortest = until - state.t, SHORTEST_STEP if by_time else 0
-    # Views of the integrator's own memory.
-    values, tc, step = integrator.state, integrator.tc, integrator.step
     starts: list[Any] = []
     lengths: list[Any] = []
     coefficients: list[bytes] = []
@@ -302,8 +298,8 @@ def _complete() -> frozenset[int]:
 
 def _now(course: _Course) -> Any:
     """Return the time (s) that the integrator has reached."""
-    integrator, clock = course.integrator, course.compiled.clock
-    return integrator.time if clock is None else course.state.t + integrator.state[clock]
+    stepper, clock = course.stepper, course.compiled.clock
+    return stepper.integrator.time if clock is None else course.state.t + stepper.state[clock]
 
 
 def _cut(block: Block, found: Finding) -> Block:
