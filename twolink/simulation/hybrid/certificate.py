@@ -226,9 +226,7 @@ class Certificate:
             if order is None:
                 self._zero[number] = self._start.zero_size(trigger, polynomial, block)
             elif order:
-                row = every[0, number]
-                row[:-order] = row[order:]
-                row[-order:] = 0
+                every[0, number] = polynomial[order:] + [0 * polynomial[0]] * order
                 # The last terms estimate the truncation error of the series.
                 self._tails[number] = float(abs(polynomial[-1])) + float(abs(polynomial[-2]))
 

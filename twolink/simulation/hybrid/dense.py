@@ -121,14 +121,17 @@ def polynomials_of(arcs: Sequence[Arc], last: HybridState, precision: PrecisionN
     final[0, :, 0] = [*last.q, *last.u]
     counts = [*[len(block.lengths) for block in blocks], 1]
     starts = np.concatenate([*[block.starts for block in blocks], np.array([last.t], kind)])
-    clocks = np.zeros((len(starts), order)).astype(kind)
-    firsts = list(accumulate(counts, initial=0))
-    for place in [place for place, on_clock in enumerate(with_clock) if on_clock]:
-        arc, block = arcs[owners[place]], blocks[place]
-        rows = slice(firsts[place], firsts[place] + counts[place])
-        clocks[rows] = block.coefficients[:, arc.compiled.clock]
-        starts[rows] = arc.start.t + clocks[rows, 0]
-        clocks[rows, 0] = 0 * clocks[rows, 0]
+    # One row of zeros serves all steps in time.
+    clocks = np.broadcast_to(final[:, 0] * 0, (len(starts), order))
+    if any(with_clock):
+        clocks = clocks.copy()
+        firsts = list(accumulate(counts, initial=0))
+        for place in [place for place, on_clock in enumerate(with_clock) if on_clock]:
+            arc, block = arcs[owners[place]], blocks[place]
+            rows = slice(firsts[place], firsts[place] + counts[place])
+            clocks[rows] = block.coefficients[:, arc.compiled.clock]
+            starts[rows] = arc.start.t + clocks[rows, 0]
+            clocks[rows, 0] = 0 * clocks[rows, 0]
     return _without_empty_steps(
         Polynomials(
             precision=precision,

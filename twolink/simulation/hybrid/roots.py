@@ -344,7 +344,7 @@ def _bracketed(coefficients: Sequence[Any], low: float, high: float, near: float
     zero = 0 * coefficients[-1]
     low, high = zero + low, zero + high
     x = zero + near if low < near < high else (low + high) / 2
-    from_highest = coefficients[::-1]
+    from_highest, least, before = coefficients[::-1], _least_change(_kind(coefficients)), zero
     for _ in range(200):
         value, slope = zero, zero
         for c in from_highest:
@@ -354,9 +354,24 @@ def _bracketed(coefficients: Sequence[Any], low: float, high: float, near: float
             return x
         low, high = (x, high) if value > 0 else (low, x)
         following = x - value / slope if slope != 0 else low
-        if not low < following < high:
-            following = (low + high) / 2
+        if low < following < high:
+            # Errors are squared: after two changes, the next is the cube of the last by the square
+            # of the one before.
+            change = abs(following - x)
+            if change * change * change < least * following * before * before:
+                return following
+        else:
+            following, change = (low + high) / 2, zero
         if following in (x, low, high):
             return following
-        x = following
+        x, before = following, change
     return x
+
+
+@functools.cache
+def _least_change(kind: Any) -> Any:
+    """Return the part of a root below which a change of it is less than half a rounding."""
+    rounding = kind(1)
+    while kind(1) + rounding / 2 != kind(1):
+        rounding = rounding / 2
+    return rounding / 16

@@ -244,6 +244,7 @@ class _History:
         self._last: dict[int, float] = {}
         self._effort, self._steps, self._short_steps = effort, 0, 0
         self._worth_optimising = PRECISIONS[precision].steps_worth_optimising
+        self._short = tolerances.SHORT_STEPS * float(cap)
         self._steps_in: Counter[tuple[ContactState, ...]] = Counter()
         self._limits, self._bytes = limits, 0
         self._description = f"the motion over {scene.duration:g} s"
@@ -296,8 +297,7 @@ class _History:
         count = arc.step_count
         self._steps += count
         self._steps_in[arc.mode.states] += count
-        short = tolerances.SHORT_STEPS * float(self.system.longest_step)
-        if float(arc.end.t - arc.start.t) < count * short:
+        if float(arc.end.t - arc.start.t) < count * self._short:
             self._short_steps += count
         for block in arc.blocks:
             self._bytes += block.coefficients.nbytes

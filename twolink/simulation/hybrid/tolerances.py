@@ -108,9 +108,9 @@ MOST_STEPS = 1_000_000
 # number: a long motion takes many steps of the usual length. Read by flow and run.
 SHORT_STEPS = 1e-3
 
-# Times the duration of the last arc in the same mode. The first steps of the next one are at most as
-# long, and at least SHORT_STEPS of the longest step: on a step that is far longer than the arc, the
-# event functions have other roots beyond the event, and many halvings isolate it. Read by flow.
+# Times the duration of the last arc in the same mode. The first steps of the next one are at most
+# as long, or SHORT_STEPS of the longest step: on a step that is far longer than the arc, the event
+# functions have other roots beyond the event, and many halvings isolate it. Read by flow.
 HORIZON = 8
 
 # Part of the response of a normal to its own push. Where steps become too short while a point
@@ -118,8 +118,8 @@ HORIZON = 8
 # event_functions.
 LOCKING = 1e-2
 
-# Part of a number of steps from which on the pace of the steps so far counts: a run is given up, and
-# the code of a mode is optimised, if they would exceed that number at this pace by CERTAINLY times.
+# Part of a number of steps from which on the pace of the steps so far counts: a run is given up,
+# and the code of a mode is optimised, if at this pace the number would be exceeded CERTAINLY times.
 # Read by run.
 EARLY = 0.3
 
