@@ -47,6 +47,9 @@ class ContactForces(NamedTuple):
     tangential: Scalar
 
 
+NO_FORCES = ContactForces(0, 0)
+
+
 class ContactElement(ABC):
     """A dry friction or a contact.
 
@@ -291,7 +294,7 @@ class RigidContact(_Contact):
     ) -> ContactForces:
         """Return N and T from the multipliers."""
         if state is ContactState.OPEN:
-            return ContactForces(0, 0)
+            return NO_FORCES
         normal = multipliers[0]
         if state is ContactState.STICKS:
             return ContactForces(normal, multipliers[1])
@@ -358,7 +361,7 @@ class CompliantContact(_Contact):
     ) -> ContactForces:
         """Return the normal force of the law, and the friction."""
         if state is ContactState.OPEN:
-            return ContactForces(0, 0)
+            return NO_FORCES
         known = self._friction(state) * terms.push
         return ContactForces(terms.push, multipliers[0] if multipliers else known)
 

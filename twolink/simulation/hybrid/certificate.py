@@ -118,7 +118,7 @@ class Certificate:
         """
         doubts: list[Doubt] = []
         suspects = self._suspects(block, at_start) if self._triggers else ()
-        earliest = self._earliest(block, suspects, doubts)
+        earliest = self._earliest(block, suspects, doubts) if suspects else None
         if self._compiled.clock is not None:
             # The clock can reach its end only on the last step.
             last = len(block.lengths) - 1
@@ -166,20 +166,19 @@ class Certificate:
         self, block: Block, suspects: Sequence[_Suspect], doubts: list[Doubt]
     ) -> Finding | None:
         """Return the first event among the event functions that are not certified."""
-        for place, group in itertools.groupby(suspects, _STEP):
-            on_step = tuple(group)
+        for on_step in _by_step(suspects):
             for suspect in on_step:
                 if suspect.polynomial[0] < 0:
                     # The event function falls at the start of the step.
-                    at_start = 0 * block.lengths[place]
-                    return Finding(place, at_start, self._triggers[suspect.number])
+                    at_start = 0 * block.lengths[suspect.place]
+                    return Finding(suspect.place, at_start, self._triggers[suspect.number])
             found = self._first_on_step(block, on_step, doubts)
             if found is not None:
                 return found
         return None
 
     def _first_on_step(
-        self, block: Block, suspects: tuple[_Suspect, ...], doubts: list[Doubt]
+        self, block: Block, suspects: Sequence[_Suspect], doubts: list[Doubt]
     ) -> Finding | None:
         """Return the first event among event functions that are positive at the start of a step.
 
@@ -277,6 +276,13 @@ class Certificate:
         else:
             return None
         return Doubt(float(block.starts[place]), trigger, speed)
+
+
+def _by_step(suspects: Sequence[_Suspect]) -> Sequence[Sequence[_Suspect]]:
+    """Return the event functions of each step together, in the order of the steps."""
+    if len(suspects) < 2:
+        return [suspects]
+    return [tuple(group) for _, group in itertools.groupby(suspects, _STEP)]
 
 
 def _guess(suspect: _Suspect) -> int:

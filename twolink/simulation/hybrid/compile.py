@@ -159,7 +159,7 @@ def compiled_mode(
     `recovering` are the surfaces that are not in contact and have not recovered. Optimised code
     compiles twenty times longer, and takes a third to a half of the time per step.
     """
-    kind = mode.kind
+    kind = mode.kind if mode.dents else mode
     key = kind.states, kind.dents, recovering, formulation, optimised
     found: CompiledMode | None = system.compiled.get(key)
     if found is None:

@@ -49,6 +49,9 @@ class Law(Enum):
     WITHIN_LIMIT = "friction is within its static limit"
     ACCELERATES = "an element that begins to slide accelerates"
 
+    # A member is the only one of its name: conditions are the keys of dictionaries.
+    __hash__ = object.__hash__
+
 
 class Condition(NamedTuple):
     """A law for the element of this number; `sense` is a direction of friction or sliding."""
@@ -59,7 +62,11 @@ class Condition(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """A mode selection: the equations at a state, and the possible states of each element."""
+    """A mode selection: the equations at a state, and the possible states of each element.
+
+    `size` (N m) and `inertia` (kg m²) are the sizes of all forces and of M, by which the round-off
+    of conditions is known.
+    """
 
     system: HybridSystem
     state: HybridState
@@ -67,6 +74,7 @@ class Problem(NamedTuple):
     directions: tuple[int, ...]
     options: tuple[States, ...]
     size: float
+    inertia: tuple[float, float, float]
 
 
 class Candidate(NamedTuple):
@@ -91,17 +99,21 @@ def problem_at(
         for i, (element, is_active) in enumerate(zip(elements, active, strict=True))
     ]
     equations = local_equations(pose, system.effects, elements, state.u, state.t, active, pushes)
-    size = _size_of_forces(equations, system.scene_chain.L1, state.u)
-    return Problem(system, state, equations, state.sliding, options, size)
+    (M11, M12), (_, M22) = equations.M
+    inertia = abs(float(M11)), abs(float(M12)), abs(float(M22))
+    size = _size_of_forces(equations, inertia, system.scene_chain.L1, state.u)
+    return Problem(system, state, equations, state.sliding, options, size, inertia)
 
 
-def _size_of_forces(equations: LocalEquations, length: Scalar, u: Pair) -> float:
+def _size_of_forces(
+    equations: LocalEquations, inertia: tuple[float, float, float], length: Scalar, u: Pair
+) -> float:
     """Return the sum of all generalized forces (N m), each as large as it is in some pose.
 
     In one pose they may vanish or cancel, and their round-off remains: that of the angles times
     their derivatives. `length` (m) is that of link 1.
     """
-    (M11, M12), (_, M22) = ((abs(float(x)) for x in line) for line in equations.M)
+    M11, M12, M22 = inertia
     speed = size_of(u)
     size = (M11 + 2 * M12 + M22) * speed * speed
     for load in equations.loads:
@@ -225,17 +237,17 @@ def _along(terms: ElementTerms, law: Law) -> Terms:
 
 def noise_of(problem: Problem, condition: Condition, solution: Solution) -> float:
     """Return the round-off of the value of a condition."""
-    M, det = problem.equations.M, problem.equations.det
     terms = problem.equations.terms[condition.number]
     assert terms is not None
     row, _ = _along(terms, condition.law)
-    (M11, M12), (_, M22) = ((abs(float(x)) for x in line) for line in M)
-    du1, du2 = (abs(float(x)) for x in solution.du)
+    M11, M12, M22 = problem.inertia
+    du1, du2 = abs(float(solution.du[0])), abs(float(solution.du[1]))
     size = problem.size + (M11 + M12) * du1 + (M12 + M22) * du2
     unsure = tolerances.UNDECIDED * problem.system.resolution
     if condition.law in (Law.SEPARATES, Law.ACCELERATES):
         speed = size_of(problem.state.u)
         chain = problem.system.scene_chain
+        M, det = problem.equations.M, problem.equations.det
         own = float(chain.L1 + chain.L2) * (max(du1, du2) + speed * speed)
         return unsure * (size * size_of(cramer(M, row, det)) + own)
     return float("inf") if vanishes(problem.system, row) else unsure * size / size_of(row)

@@ -115,7 +115,7 @@ def polynomials_of(arcs: Sequence[Arc], last: HybridState, precision: PrecisionN
         blocks += arc.blocks
         owners += [number] * len(arc.blocks)
     with_clock = [arcs[number].compiled.clock is not None for number in owners]
-    order = max((block.coefficients.shape[2] for block in blocks), default=1)
+    order = blocks[0].coefficients.shape[2] if blocks else 1
     kind = np.array([PRECISIONS[precision].number(0)]).dtype
     final = np.zeros((1, 4, order)).astype(kind)
     final[0, :, 0] = [*last.q, *last.u]

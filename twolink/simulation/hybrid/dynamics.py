@@ -13,7 +13,14 @@ from typing import Any, NamedTuple
 from twolink.arithmetic import Matrix, Pair, Scalar, sqrt
 from twolink.chain import Chain
 from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate
-from twolink.contact.elements import Constraint, ContactElement, ContactForces, ElementTerms, Terms
+from twolink.contact.elements import (
+    NO_FORCES,
+    Constraint,
+    ContactElement,
+    ContactForces,
+    ElementTerms,
+    Terms,
+)
 from twolink.contact.force_laws import PlasticState
 from twolink.contact.states import ContactState
 from twolink.effects import Effect, smooth_loads
@@ -175,8 +182,7 @@ def _forces(
     for element, state, terms, group in zip(elements, states, every, groups, strict=True):
         own = multipliers[place : place + len(group)]
         place += len(group)
-        none = ContactForces(0, 0)
-        found.append(none if terms is None else element.forces(state, terms, own))
+        found.append(NO_FORCES if terms is None else element.forces(state, terms, own))
     return tuple(found)
 
 

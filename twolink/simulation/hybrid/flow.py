@@ -134,7 +134,7 @@ def _followed(
             failure = "its steps become too short"
         if failure:
             return _failed(course, blocks, doubts, failure)
-        ahead, longest = min(2 * ahead, most_ahead), system.number(system.longest_step)
+        ahead, longest = min(2 * ahead, most_ahead), system.cap
         progress(float(_now(course)), sum(block.coefficients.nbytes for block in blocks))
 
 
@@ -148,7 +148,7 @@ def _last_alike(before: Sequence[Arc], mode: Mode) -> Arc | None:
 
 def _horizon(system: HybridSystem, last: Arc | None) -> Any:
     """Return the most that the first steps of an arc take (s), by the last arc in its mode."""
-    longest = system.number(system.longest_step)
+    longest = system.cap
     if last is None:
         return longest
     ample = tolerances.HORIZON * (last.end.t - last.start.t)

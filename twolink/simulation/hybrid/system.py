@@ -111,6 +111,11 @@ class HybridSystem:
         return tuple(self.number(n) for effect in varying for n in effect.numbers)
 
     @cached_property
+    def cap(self) -> Any:
+        """The longest step (s), in the system's numbers."""
+        return self.number(self.longest_step)
+
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """The names of the elements."""
         return tuple(element.name for element in self.elements)
