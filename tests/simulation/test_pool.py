@@ -47,3 +47,20 @@ def test_a_pool_can_be_pickled():
     with pool.lend() as integrator:
         integrator.propagate_until(1.0)
         assert np.allclose(integrator.state, [9.81 / 2, 9.81], rtol=1e-14)
+
+
+def test_a_view_of_each_integrator_is_made_once():
+    made = []
+
+    def view(integrator):
+        made.append(integrator.state)
+        return integrator, made[-1]
+
+    pool = IntegratorPool(falling(), view)
+    for _ in range(2):
+        with pool.lend() as (integrator, state):
+            integrator.time = 0.0
+            state[:] = 0.0, 2.0
+            integrator.propagate_until(1.0)
+            assert state[0] == 2.0 + 9.81 / 2
+    assert len(made) == 1

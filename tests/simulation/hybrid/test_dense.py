@@ -14,6 +14,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
+from twolink.simulation.hybrid import dense
 from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
 from twolink.simulation.hybrid.flow import flow
 from twolink.simulation.hybrid.run import hybrid_run
@@ -74,6 +75,16 @@ def test_many_times_are_looked_up_at_once():
     q, u = BOUNCE.at(np.array([2.0, 0.5, 1.0]))
     assert q.shape == u.shape == (2, 3)
     assert q[0].tolist() == [0.0, 0.25, 1.0]
+
+
+@pytest.mark.parametrize("count", [0, 1, 7, 8, 20])
+def test_values_do_not_depend_on_how_many_are_computed_together(count, monkeypatch):
+    times = np.linspace(0.0, 3.0, count)
+    together = BOUNCE.at(times)
+    monkeypatch.setattr(dense, "_AT_ONCE", 7)
+    for whole, pieces in zip(together, BOUNCE.at(times), strict=True):
+        assert whole.shape == (2, count)
+        assert np.array_equal(whole, pieces)
 
 
 def test_the_sides_of_several_jumps_at_one_instant_are_the_first_and_the_last():

@@ -194,3 +194,26 @@ def test_an_arc_of_too_many_short_steps_is_an_error(monkeypatch):
     monkeypatch.setattr(tolerances, "MOST_STEPS", 1)
     monkeypatch.setattr(tolerances, "SHORT_STEPS", 0.5)
     assert arc_of(system, (100.0, 0.0), (0.0, 0.0), S.OPEN, until=0.1).step_count == 100
+
+
+@pytest.mark.parametrize("duration", [1e-9, 1e-3, 0.02])
+def test_an_arc_does_not_depend_on_the_last_one_in_its_mode(duration):
+    """After a short arc the first steps are short; the event is the same."""
+    system = system_of(*FALLING, Gravity(), longest_step=0.5)
+    mode, until = mode_of(system, S.OPEN), system.number(10.0)
+    state = state_of(system, (1.0, 0.3), (0.5, 2.0))
+
+    def followed(before):
+        return flow(system, state, mode, until, "lagrange", lambda t, size: None, before)
+
+    alone = followed(())
+    last = alone._replace(end=alone.start._replace(t=alone.start.t + duration))
+    after = followed((last,))
+    most = max(tolerances.HORIZON * duration, tolerances.SHORT_STEPS * 0.5)
+    assert after.blocks[0].lengths[0] == pytest.approx(min(most, alone.blocks[0].lengths[0]))
+    assert after.step_count <= alone.step_count + 32
+    assert after.event == alone.event
+    assert after.end.t == pytest.approx(alone.end.t, rel=1e-14)
+    assert after.end.u == pytest.approx(alone.end.u, rel=1e-13)
+    other = last._replace(mode=mode_of(system, S.CLOSED))
+    assert followed((other,)).blocks[0].lengths[0] == alone.blocks[0].lengths[0]

@@ -285,3 +285,18 @@ def test_impacts_that_another_run_does_not_have_are_not_compared(run, judge):
         assert bounds.max() < 1e-13
     times, speeds, bounds = impacts_beside(replace(run, strikes=()), judge, 1e-9)
     assert (times.shape, speeds.shape, bounds.shape) == ((0,), (0, 2, 2), (0,))
+
+
+def test_bounces_that_a_run_omits_are_those_between_its_last_bounce_and_its_rest():
+    scene = replace(SCENE, duration=3.5)
+    run = hybrid_run(scene, [0.0, 3.5])
+    assert max(rest - float(arc.start.t) for arc, rest in zip(run.arcs, run.since, strict=True)) > 0
+    starts = [float(arc.start.t) for arc in run.arcs]
+    times = np.sort([*starts, *run.since, *np.linspace(0, 3.5, 99), *np.linspace(2.99, 3.01, 99)])
+    expected = [
+        any(start <= t <= rest for start, rest in zip(starts, run.since, strict=True))
+        for t in times
+    ]
+    assert measure._within(run, times).tolist() == expected
+    nothing = replace(run, arcs=(), since=())
+    assert not measure._within(nothing, times).any()

@@ -1,6 +1,7 @@
 """Whole runs against motions in closed form: bounces, slides, breaks, and reports."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError, SimulationError
+from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.hybrid import run as run_module
 from twolink.simulation.hybrid import tolerances
@@ -221,6 +223,38 @@ def test_a_run_ends_where_it_exceeds_its_effort(effort):
     assert run.exhausted
     assert 0 < run.reached <= 3
     assert "is not followed further: moves freely" in run.failure
+
+
+def test_a_run_ends_early_that_would_exceed_its_steps_at_its_pace():
+    lossless = scene(ONTO, JointStop("A", lower=0.0, restitution=1.0), q=(1.0, 0.0), duration=100.0)
+    whole = hybrid_run(lossless, [0.0, 100.0])
+    enough = hybrid_run(lossless, [0.0, 100.0], effort=Effort(steps=whole.steps))
+    assert enough.steps == whole.steps
+    few = hybrid_run(lossless, [0.0, 100.0], effort=Effort(steps=whole.steps // 3), partial=True)
+    assert few.exhausted
+    assert few.steps < whole.steps // 4
+
+
+def test_the_code_of_a_mode_is_optimised_that_will_take_enough_steps(monkeypatch):
+    taken = []
+
+    def spied(*arguments):
+        taken.append(arguments[-1])
+        return flow(*arguments)
+
+    flow = run_module.flow
+    double = replace(PRECISIONS["double"], steps_worth_optimising=40)
+    monkeypatch.setattr(run_module, "PRECISIONS", {**PRECISIONS, "double": double})
+    monkeypatch.setattr(run_module, "flow", spied)
+    stop = JointStop("A", lower=0.0, restitution=1.0)
+    run = hybrid_run(scene(ONTO, stop, q=(1.0, 0.0), duration=100.0), [0.0, 100.0])
+    counts = np.cumsum([0, *(arc.step_count for arc in run.arcs[:-1])])
+    begins = np.array([float(arc.start.t) for arc in run.arcs])
+    alike = {arc.mode.states for arc in run.arcs} == {(S.OPEN,)}
+    assert alike
+    soon = (counts > 0.3 * 40) & (counts * 100.0 > 2 * 40 * begins)
+    assert taken == list((counts > 40) | soon)
+    assert sum(taken) > sum(counts > 40)
 
 
 def test_only_short_steps_are_limited_by_their_number():
