@@ -69,9 +69,9 @@ PATIENCE = 5000
 # measure.
 MOST_JUMPS = 20_000
 
-# Zeno times (below). A flight that lasts longer is not the last one of bounces that die away. Read
-# by zeno.
-LONG_FLIGHT = 1e6
+# Zeno times (below). After a flight that lasts longer the bounces do not die away at once, unless
+# the restitution is below a thousandth: then one bounce more is simulated. Read by zeno.
+LONG_FLIGHT = 1e3
 
 # Share of the duration by which a run that measures another one goes beyond its failure, to see
 # whether the laws themselves end there. Read by measure.
