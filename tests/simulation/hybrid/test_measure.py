@@ -300,3 +300,17 @@ def test_bounces_that_a_run_omits_are_those_between_its_last_bounce_and_its_rest
     assert measure._within(run, times).tolist() == expected
     nothing = replace(run, arcs=(), since=())
     assert not measure._within(nothing, times).any()
+
+
+def test_an_error_that_a_more_precise_judge_contradicts_is_not_kept(monkeypatch):
+    """Two runs may agree by chance, as in chaotic bounces, and both be wrong."""
+
+    def made(*given, precision, order, **options):
+        off = {"double": 1e-5, "long double": 1e-5 + 1e-8, "quadruple": (order == 41) * 3e-5}
+        found = hybrid_run(*given, precision="double", order=21, **options)
+        return replace(tampered(found, 1.5, 0, off[precision]), precision=precision)
+
+    monkeypatch.setattr(measure, "hybrid_run", made)
+    found = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
+    assert found.errors[TIMES < 1].max() < 1e-9
+    assert found.errors[-1] >= 1e-5

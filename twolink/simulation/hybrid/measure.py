@@ -134,7 +134,8 @@ def measured_run(
             break
         if trial is None:
             continue
-        if best is None or trial.rank > best.rank:
+        # A run that agreed with its judge may differ from a more precise one.
+        if best is None or trial.rank > (best := best.judged_by(trial.judge, times)).rank:
             best = trial
         if trial.suffices or trial.ends_the_search:
             break
@@ -228,6 +229,12 @@ class _Trial:
     errors: Array
     accuracy: float
     end: float
+
+    def judged_by(self, judge: HybridRun, times: Array) -> _Trial:
+        """Return the trial with the errors that a more precise run shows, as far as it reaches."""
+        found = _MARGIN * differences(self.kept, judge, times, self.accuracy)
+        reached = times[: len(found)] <= judge.reached
+        return replace(self, errors=np.where(reached, np.maximum(self.errors, found), self.errors))
 
     @property
     def worst(self) -> float:
