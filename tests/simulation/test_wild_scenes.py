@@ -293,9 +293,21 @@ def test_bounces_that_slide_near_a_folded_pose_leave_the_chain_moving():
     assert u[:, 0] == pytest.approx([0.0174925, 0.0287717], abs=1e-6)
 
 
+def test_a_dent_that_springs_back_beside_a_slide_leaves_the_chain_moving():
+    """D starts pressed into c0, and moves out of it along s0: nothing stops it.
+
+    The curve of compression was taken, and its end as an instant of rest: u was set to zero.
+    """
+    run = trajectory("dent_that_springs_back_beside_a_slide")
+    assert run.met
+    assert run.kinetic_energy[0] == pytest.approx(1.78844, abs=1e-5)
+    _, u = run.at([1e-9])
+    assert u[:, 0] == pytest.approx(run.scene.u, abs=1e-3)
+
+
 def test_each_scene_has_a_test():
     """The scenes are those in the folder, and each is named in a test."""
     text = Path(__file__).read_text(encoding="utf-8")
     names = [path.stem for path in SCENES.glob("*.toml")]
-    assert len(names) == 19
+    assert len(names) == 20
     assert [name for name in names if text.count(f'"{name}"') == 0] == []

@@ -13,6 +13,7 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.surface import Surface
 from twolink.errors import SimulationError
+from twolink.simulation.hybrid.jump import settle
 
 Q = (0.3, 1.2)
 HEIGHT = math.sin(0.3) + math.sin(1.2)
@@ -255,3 +256,26 @@ def test_a_contact_that_cannot_move_leaves_the_placement_to_others(precision):
     state = state_of(system, (math.pi / 2, math.pi / 2))
     gap = system.elements[1].normal.coordinate(system.chain, state.q) - system.elements[1].bound
     assert abs(float(gap)) <= 2 * system.rounding
+
+
+@pytest.mark.parametrize(
+    ("speed", "phase"), [(-0.4, "SPRINGS_BACK"), (0.0, "FLOWS"), (0.4, "FLOWS")]
+)
+def test_a_start_in_a_yielding_surface_that_moves_out_is_on_the_curve_of_restitution(speed, phase):
+    """Also beside a surface on which the point slides, which has its own normal."""
+    ball = CompliantSurface(
+        (0.0, HEIGHT - 1e-4), (0.0, -1.0), "elasto-plastic", radius=0.02, modulus=(2e11, 2e11),
+        poisson=(0.3, 0.3), strength=(1e9, 1e9),
+    )  # fmt: skip
+    wall = Surface((math.cos(0.3) + math.cos(1.2), 0.0), (-1.0, 0.0))
+    # D moves along the wall, down into the surface or out of it.
+    J = np.array([[-math.sin(0.3), -math.sin(1.2)], [math.cos(0.3), math.cos(1.2)]])
+    u = tuple(np.linalg.solve(J, [0.0, speed]).tolist())
+    system = system_of(ball, wall)
+    state = state_of(system, Q, u)
+    own = state.compliant[0].plastic
+    assert own.phase is Phase[phase]
+    if speed < 0:
+        assert own.deepest == pytest.approx(1e-4, rel=1e-9)
+        after = settle(system, state, {}).state
+        assert after.u == pytest.approx(u, rel=1e-9)

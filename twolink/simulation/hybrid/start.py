@@ -180,10 +180,13 @@ def _pressed_in(system: HybridSystem, state: HybridState, index: int, depth: Any
     assert element.normal is not None
     assert own is not None
     pressed = compliant_state.pressed_at(element, own, depth)
-    rate = -element.normal.speed(system.chain, state.q, state.u)
-    force = element.branch(pressed.plastic).law.force(depth, pressed.sqrt_depth or 0, rate)
+    row = system.pose(state.q).row(element.normal)
+    rate = 0 * depth if at_rest(row, state.u, _ROUNDING) else -speed_along(row, state.u)
+    branch = element.branch(pressed.plastic)
+    force = branch.law.force(depth, pressed.sqrt_depth or 0, rate)
     gaps = put(state.gaps, index, system.number(0))
-    if force < 0 and element.hysteresis is not None:
+    if branch.turning * (rate - branch.rate) < 0:
+        # The branch has ended at this rate: a point that moves out, or faster than the law pushes.
         pressed = compliant_state.turned(element, pressed)
     elif force < 0:
         # The point moves out faster than the surface recovers.
