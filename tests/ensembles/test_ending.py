@@ -8,7 +8,7 @@ from twolink.effects import JointDamping, JointTorque
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.compiled import System
 from twolink.ensembles.ending import PLACES, Ending
-from twolink.ensembles.motions import WIDTH
+from twolink.ensembles.motions import WIDTH, begun
 from twolink.ensembles.quantity import Accumulator
 from twolink.errors import SimulationError
 from twolink.scene import Scene
@@ -43,16 +43,24 @@ def test_bits_do_not_depend_on_the_neighbours_in_lanes(random):
         assert np.array_equal(one[k][..., order], mixed[k])
 
 
-def test_the_judge_is_the_next_run_that_is_kept(random):
+def test_the_judge_is_the_result_and_the_next_run_that_is_measured(random, monkeypatch):
+    made = []
+
+    def noted(runs, order, **more):
+        made.append(order)
+        return begun(runs, order, **more)
+
+    monkeypatch.setattr("twolink.ensembles.ending.begun", noted)
     q, u = random_starts(random, 21)
     again = at_the_start(q, u)
-    _, _, first = again.ends(11)
+    first, _, steps = again.ends(11)
     chosen = np.array([2, 3, 17])
     some = again.of(chosen)
     kept, _, taken = some.ends(15)
-    fresh, _, steps = at_the_start(q, u).ends(15)
-    assert first > 0
-    assert (taken, steps > 0) == (0, True)
+    assert made == [11, 15, 19]
+    fresh, _, all_steps = at_the_start(q, u).ends(15)
+    assert 0 < taken < steps < all_steps
+    assert (kept.errors < first.errors[chosen]).all()
     assert np.array_equal(kept.q, fresh.q[:, chosen])
     assert np.array_equal(kept.u, fresh.u[:, chosen])
     # The first pair has measured the growth of errors, which enlarges that of round-off.

@@ -27,7 +27,7 @@ from twolink.ensembles.motions import OF_AN_INTEGRAL, Given, Motions, begun, go_
 from twolink.ensembles.quantity import Accumulator
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.smooth.longest_step import longest_steps
-from twolink.simulation.smooth.measure import MORE_ORDERS
+from twolink.simulation.smooth.measure import MARGIN_OF_JUDGES, MARGIN_OF_ORDERS, MORE_ORDERS
 
 Array = NDArray[np.float64]
 
@@ -100,7 +100,7 @@ class Ending:
         again = self._judge is not None and self._judge.order == order
         kept = self._judge if again and self._judge else begun(self._runs, order, paths=False)
         judge = self._judge = begun(self._runs, order + MORE_ORDERS, paths=self.paths)
-        taken = -kept.steps.sum()
+        before = kept.steps.sum()
         known = SoFar.at_the_start(self.lanes, self.growths)
         asked: list[Intervals] = []
         going, done = np.flatnonzero(~kept.lost), np.zeros(self.lanes.width, bool)
@@ -121,9 +121,11 @@ class Ending:
                 going = going[~done[going]]
         lost = kept.lost | judge.lost | ((judge.reached < PLACES) & ~done)
         self._look(kept, judge, asked, accumulators, known, lost)
-        states = states_of(self.lanes.chain, kept.variables[:4, -1])
-        errors = known.bounds(kept.steps)
-        taken += kept.steps.sum()
+        # Without steps of the run that is kept, its judge is the result, which is more accurate.
+        best, margin = (kept, MARGIN_OF_ORDERS) if self.paths else (judge, MARGIN_OF_JUDGES)
+        states = states_of(self.lanes.chain, best.variables[:4, -1])
+        errors = known.bounds(best.steps, margin)
+        taken = best.steps.sum() - (before if best is kept else 0)
         return Ends(states[:2], states[2:], np.where(lost, np.nan, errors)), lost, int(taken)
 
     def _compared(

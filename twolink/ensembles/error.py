@@ -85,11 +85,14 @@ class SoFar(NamedTuple):
         for own, new in zip(self, others, strict=True):
             np.maximum.at(own, which, new)
 
-    def bounds(self, steps: Array) -> Array:
-        """Return bounds on the errors (rad, rad/s) of runs after some numbers of steps."""
+    def bounds(self, steps: Array, margin: float = MARGIN_OF_ORDERS) -> Array:
+        """Return bounds on the errors (rad, rad/s) of runs after some numbers of steps.
+
+        The margin `MARGIN_OF_JUDGES` gives those of their judges.
+        """
         sums = (A_VALUE + steps) * _ROUNDING * self.sizes
         grown = MOST_ROUND_OFF * _ROUNDING * self.growths
-        found = MARGIN_OF_ORDERS * self.differences + sums + grown
+        found = margin * self.differences + sums + grown
         return np.where(self.differences > _LINEAR, np.inf, found)
 
 
