@@ -127,6 +127,7 @@ def parts_of(steps, *cuts):
 
 
 def test_steps_that_come_in_parts_give_the_same():
+    """To the stated round-off: that of a rate depends on its place in a SIMD register."""
     found = []
     hard = HARD["reference"]
     taylor_run(hard, TIMES, formulation="momenta", observe=found.append)
@@ -137,10 +138,13 @@ def test_steps_that_come_in_parts_give_the_same():
     whole(steps)
     for part in parts_of(steps, 100, 101):
         parts(part)
-    for each in ("at", "corrected_at", "left_at", "estimate_at", "round_off_at"):
-        assert getattr(parts, each)(TIMES) == pytest.approx(getattr(whole, each)(TIMES), rel=1e-6)
-    one, other = (each.correction().at(TIMES) for each in (whole, parts))
-    assert other == pytest.approx(one, rel=1e-6)
+    noise = whole.round_off_at(TIMES)
+    assert parts.round_off_at(TIMES) == pytest.approx(noise, rel=1e-6)
+    for each in ("at", "corrected_at", "left_at", "estimate_at"):
+        one, other = (getattr(errors, each)(TIMES) for errors in (whole, parts))
+        assert np.all(np.abs(other - one) <= noise)
+    one, other = (each.correction().at(TIMES)[:2] for each in (whole, parts))
+    assert np.all(np.abs(other - one).max(axis=0) <= noise)
 
 
 def test_too_many_steps_are_not_kept(monkeypatch):
