@@ -132,6 +132,7 @@ ROWS = {
         "flow reactions select",
         "dense jump start",
         "run",
+        "differences",
         "measure",
     ],
     "twolink.ensembles": [

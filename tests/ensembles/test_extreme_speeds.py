@@ -17,7 +17,7 @@ from twolink.ensembles.single import single
 from twolink.ensembles.speeds import Speeds
 from twolink.limits import DEFAULT_LIMITS
 from twolink.simulation import simulate
-from twolink.simulation.hybrid import measure
+from twolink.simulation.hybrid.differences import impacts_beside
 from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.smooth.equations import EQUATIONS
 
@@ -192,10 +192,8 @@ def test_states_between_impacts_at_one_time_count():
 
 
 def test_the_errors_of_impacts_are_those_of_their_speeds(monkeypatch):
-    compared = measure.impacts_beside
-
     def worse(*runs):
-        times, speeds, bounds = compared(*runs)
+        times, speeds, bounds = impacts_beside(*runs)
         return times, speeds, bounds + 1e-3
 
     monkeypatch.setattr("twolink.ensembles.single.impacts_beside", worse)

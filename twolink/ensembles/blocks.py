@@ -14,8 +14,12 @@ from numpy.typing import NDArray
 from twolink.chain import Chain
 from twolink.effects import Effect
 from twolink.ensembles.speeds import Speeds
+from twolink.integration.precisions import PRECISIONS
 
 Array = NDArray[np.float64]
+
+ROUNDING = PRECISIONS["double"].rounding
+"""The rounding of float64."""
 
 
 class Lanes(NamedTuple):

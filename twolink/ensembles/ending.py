@@ -2,7 +2,8 @@
 
 The error is bounded as in `error`. A run and its judge are compared at evenly spaced times, the
 places, through which heyoka goes in one call: a call of Python after each step would cost more than
-the step. Where a run is not accurate enough, its judge is the next run that is kept.
+the step. Where only the ends are wanted, the judge is the result, as it is more accurate. Where
+that does not suffice, the judge is the next run that is measured.
 
 Where angles are watched, the judge integrates the squares of both speeds as well. By the inequality
 of Cauchy and Schwarz an angle turns between two places by no more than the root of their distance
@@ -19,13 +20,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twolink.ensembles.blocks import Ends, Lanes, Spans
+from twolink.ensembles.blocks import ROUNDING, Ends, Lanes, Spans
 from twolink.ensembles.compiled import PATH_UNIT, System
 from twolink.ensembles.error import SoFar, states_of
 from twolink.ensembles.looking import CloserLook, Intervals
 from twolink.ensembles.motions import OF_AN_INTEGRAL, Given, Motions, begun, go_on
 from twolink.ensembles.quantity import Accumulator
-from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.smooth.longest_step import longest_steps
 from twolink.simulation.smooth.measure import MARGIN_OF_JUDGES, MARGIN_OF_ORDERS, MORE_ORDERS
 
@@ -39,9 +39,6 @@ _IN_A_PART = 8
 
 # Intervals that are looked at together, which bounds their memory.
 _LOOKS = 512
-
-# The rounding of float64: twice the error of a sum, for the value at a place as well.
-_ROUNDING = PRECISIONS["double"].rounding
 
 # Paths (rad) so short that errors of the integral need not be small beside it.
 _SHORT = 1e-4
@@ -93,14 +90,14 @@ class Ending:
         return Ending(self.system, *own, self.paths, self.brief, judge)
 
     def ends(self, order: int, accumulators: Sequence[Accumulator] = ()) -> tuple[Ends, Any, int]:
-        """Return the ends by an order, which runs have none, shape (n,), and the steps taken.
+        """Return the ends by an order, which runs have none, shape (n,), and the steps of results.
 
         Accumulators receive the steps that they ask for.
         """
         again = self._judge is not None and self._judge.order == order
         kept = self._judge if again and self._judge else begun(self._runs, order, paths=False)
         judge = self._judge = begun(self._runs, order + MORE_ORDERS, paths=self.paths)
-        before = kept.steps.sum()
+        known_steps = kept.steps.sum()
         known = SoFar.at_the_start(self.lanes, self.growths)
         asked: list[Intervals] = []
         going, done = np.flatnonzero(~kept.lost), np.zeros(self.lanes.width, bool)
@@ -125,7 +122,8 @@ class Ending:
         best, margin = (kept, MARGIN_OF_ORDERS) if self.paths else (judge, MARGIN_OF_JUDGES)
         states = states_of(self.lanes.chain, best.variables[:4, -1])
         errors = known.bounds(best.steps, margin)
-        taken = best.steps.sum() - (before if best is kept else 0)
+        # A run that was the judge before is not made again.
+        taken = best.steps.sum() - (known_steps if best is kept else 0)
         return Ends(states[:2], states[2:], np.where(lost, np.nan, errors)), lost, int(taken)
 
     def _compared(
@@ -150,8 +148,9 @@ class Ending:
         """Return the intervals between places whose steps are needed."""
         variables = judge.variables[:, places, runs]
         lengths = np.diff(self._runs.times[places])[:, None]
-        # Each step rounds the sum of an integral, which may be far above what the step adds.
-        rounded = judge.steps[runs] * _ROUNDING * variables[4:, 1:]
+        # Each step rounds the sum of an integral by half of this, even if it adds far less; the
+        # other half is for the value at a place.
+        rounded = judge.steps[runs] * ROUNDING * variables[4:, 1:]
         integrals = (np.diff(variables[4:], axis=1) + rounded) / PATH_UNIT
         squares = (1 + OF_AN_INTEGRAL) * lengths * integrals
         paths = np.sqrt(np.maximum(squares, 0.0) + _SHORT**2)

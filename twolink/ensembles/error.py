@@ -2,7 +2,8 @@
 
 The mechanism is that of `twolink.simulation.smooth.measure`: a run of order p is kept, and a second
 run of order p + 4, the judge, has an error of at most half of it, so that twice their difference
-bounds the error of the kept run; the round-off of sums and of the growth of errors is added.
+bounds the error of the kept run, and an eighth of it that of the judge; the round-off of sums and
+of the growth of errors is added.
 """
 
 from __future__ import annotations
@@ -13,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.chain import Chain
-from twolink.ensembles.blocks import Lanes
+from twolink.ensembles.blocks import ROUNDING, Lanes
 from twolink.ensembles.compiled import FORMULATION
-from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.measure import (
     A_VALUE,
@@ -29,9 +29,6 @@ Array = NDArray[np.float64]
 # The difference (rad, rad/s) up to which errors are small enough that that of the judge is a part
 # of them; beyond it the error is unknown.
 _LINEAR = 1e-2
-
-# The rounding of float64.
-_ROUNDING = PRECISIONS["double"].rounding
 
 
 class SoFar(NamedTuple):
@@ -47,10 +44,11 @@ class SoFar(NamedTuple):
 
     @classmethod
     def at_the_start(cls, lanes: Lanes, growths: Array | None = None) -> SoFar:
-        """Return the measures of runs that begin; `note` updates the given growths, shape (n,).
+        """Return the measures of runs that begin.
 
-        The round-off of the first speeds, which all runs share, moves the angles by its product
-        with the time: that is the least growth of errors.
+        The given growths, shape (n,), are raised in place to the least growth of errors, and later
+        by `note`: the round-off of the first speeds, which all runs share, moves the angles by its
+        product with the time.
         """
         chain, _, q, u, duration = lanes
         known = np.zeros(lanes.width) if growths is None else growths
@@ -90,8 +88,8 @@ class SoFar(NamedTuple):
 
         The margin `MARGIN_OF_JUDGES` gives those of their judges.
         """
-        sums = (A_VALUE + steps) * _ROUNDING * self.sizes
-        grown = MOST_ROUND_OFF * _ROUNDING * self.growths
+        sums = (A_VALUE + steps) * ROUNDING * self.sizes
+        grown = MOST_ROUND_OFF * ROUNDING * self.growths
         found = margin * self.differences + sums + grown
         return np.where(self.differences > _LINEAR, np.inf, found)
 

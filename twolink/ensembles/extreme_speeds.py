@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from twolink.ensembles.blocks import Block, Ends, Lanes, values_at
+from twolink.ensembles.blocks import ROUNDING, Block, Ends, Lanes, values_at
 from twolink.ensembles.first_time import first_descent
 from twolink.ensembles.peaks import WEIGHTS, bends, gain, raise_to_peaks, signed
 from twolink.ensembles.quantity import Accumulator, Dimension, Quantity, Variable
@@ -27,8 +27,6 @@ from twolink.simulation.hybrid.tolerances import POLYNOMIAL
 Array = NDArray[np.float64]
 
 _SPEEDS = Dimension("speed", 3)
-
-_ROUNDING = float(np.finfo(float).eps)
 
 # Units in the last place of a time.
 _OF_A_TIME = 8
@@ -130,7 +128,7 @@ class _ExtremeSpeeds(Accumulator):
             np.maximum.at(late, places.columns, np.minimum(last, self._duration))
         bounds = np.maximum(self._most - self._peaks, self._peaks - self._least)
         times = np.maximum(late - self._times, self._times - early)
-        times += _OF_A_TIME * _ROUNDING * late
+        times += _OF_A_TIME * ROUNDING * late
         signs = {"largest": (1.0, slice(0, 3)), "smallest": (-1.0, slice(3, 6))}
         found = {}
         for name, (sign, functions) in signs.items():
@@ -222,7 +220,7 @@ class _ExtremeSpeeds(Accumulator):
 
 def _errors(speeds: Speeds) -> Array:
     """Return bounds on the errors of u1, u2 and u2 − u1 on steps (rad/s), (n, 3, lanes)."""
-    rounding = POLYNOMIAL * _ROUNDING * _sums(np.abs(speeds.coefficients))
+    rounding = POLYNOMIAL * ROUNDING * _sums(np.abs(speeds.coefficients))
     both = rounding + speeds.cuts + speeds.errors[:, None]
     return np.concatenate([both, both[:, :1] + both[:, 1:]], axis=1)
 
@@ -265,4 +263,4 @@ def _reversed(rows: Array) -> tuple[Array, Array]:
     slack = np.zeros(rows.shape[1])
     for size in sizes:
         slack = slack + size
-    return found, len(rows) * _ROUNDING * slack
+    return found, len(rows) * ROUNDING * slack

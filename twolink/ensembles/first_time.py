@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.effects import effect_class
-from twolink.ensembles.blocks import Block, Ends, Lanes, Spans, values_at
+from twolink.ensembles.blocks import ROUNDING, Block, Ends, Lanes, Spans, values_at
 from twolink.ensembles.family import Family
 from twolink.ensembles.quantity import Accumulator, Quantity, Variable
 from twolink.errors import ParameterError
@@ -45,8 +45,6 @@ _WATCHED: dict[AngleName, tuple[tuple[float, float], ...]] = {
 
 VERDICTS = ("undecided", "happens", "never")
 UNDECIDED, HAPPENS, NEVER = range(3)
-
-_ROUNDING = float(np.finfo(float).eps)
 
 # Units in the last place of the ends of an interval, which are computed from π, and of a time.
 _OF_A_LEVEL, _OF_A_TIME = 4, 8
@@ -217,7 +215,7 @@ class _Watch(Accumulator):
         happens = verdicts == HAPPENS
         with np.errstate(invalid="ignore"):
             time = np.where(happens, (self._early + self._late) / 2, np.nan)
-            bound = (self._late - self._early) / 2 + _OF_A_TIME * _ROUNDING * self._late
+            bound = (self._late - self._early) / 2 + _OF_A_TIME * ROUNDING * self._late
         name = self._asked.name
         return {
             f"{name}_time": time,
@@ -284,7 +282,7 @@ def _exits(interval: _Interval, block: Block, steps: Any, lanes: Any) -> tuple[A
     lengths = block.lengths[steps, lanes]
     # Shape (p + 1, m), for angles on [0, 1].
     y = (w1 * chosen[:, 0] + w2 * chosen[:, 1]).T * powers(lengths, chosen.shape[2]).T
-    rounding = POLYNOMIAL * _ROUNDING * _sum(np.abs(y))
+    rounding = POLYNOMIAL * ROUNDING * _sum(np.abs(y))
     cut = _sum(np.abs(y[-2:]))
     errors = (abs(w1) + abs(w2)) * block.errors[steps, lanes] + rounding + cut
     early, late = np.full((2, len(steps)), np.inf)
@@ -294,7 +292,7 @@ def _exits(interval: _Interval, block: Block, steps: Any, lanes: Any) -> tuple[A
         # The distance to the end, positive inside.
         distance = -sign * y
         distance[0] += sign * end
-        margin = errors + _OF_A_LEVEL * _ROUNDING * np.abs(end)
+        margin = errors + _OF_A_LEVEL * ROUNDING * np.abs(end)
         # It stays away from the other ends, of which some are infinite.
         away = distance[0] - swing > margin + _SLACK * np.abs(end)
         near = np.flatnonzero(np.isfinite(end) & ~away)
@@ -328,8 +326,8 @@ def first_descent(rows: Array, levels: Array) -> Array:
     """
     degrees, sizes = np.arange(float(len(rows)))[:, None], np.abs(rows)
     bends = np.maximum(_sum(degrees * (degrees - 1) * sizes), _LEAST)
-    tiny = _ROUNDING * _sum(sizes)
-    of_slopes = POLYNOMIAL * _ROUNDING * _sum(degrees * sizes)
+    tiny = ROUNDING * _sum(sizes)
+    of_slopes = POLYNOMIAL * ROUNDING * _sum(degrees * sizes)
     found = np.zeros(len(levels))
     left = np.flatnonzero(rows[0] - levels > tiny)
     for _ in range(_MOST_ADVANCES):

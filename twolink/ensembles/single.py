@@ -22,7 +22,8 @@ from twolink.ensembles.speeds import Speeds, derivatives, truncation_within
 from twolink.integration.precisions import PRECISIONS
 from twolink.limits import Limits
 from twolink.scene import Scene
-from twolink.simulation.hybrid.measure import Measured, impacts_beside
+from twolink.simulation.hybrid.differences import impacts_beside
+from twolink.simulation.hybrid.measure import Measured
 from twolink.simulation.hybrid.measure import measured_run as through_events
 from twolink.simulation.hybrid.run import HybridRun
 from twolink.simulation.motion import has_events
@@ -96,7 +97,8 @@ def _once(scene: Scene, kept: Sequence[Quantity], accuracy: float, limits: Limit
     for each in accumulators:
         values |= {name: rows[0] for name, rows in each.values(run.ends).items()}
     undecided = any(bool(np.any(each.undecided())) for each in accumulators)
-    error = float(run.ends.errors[0] + np.max([0.0, *(np.max(a.rounding()) for a in accumulators)]))
+    rounding = max((float(np.max(each.rounding())) for each in accumulators), default=0.0)
+    error = float(run.ends.errors[0]) + rounding
     return Single(values, run.failure, error, run.precision, undecided)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from twolink import lagrange
 from twolink.effects import potential_energy
-from twolink.ensembles.blocks import Block, Ends, Lanes, values_at
+from twolink.ensembles.blocks import ROUNDING, Block, Ends, Lanes, values_at
 from twolink.ensembles.quantity import Accumulator, Dimension, Quantity, Variable
 from twolink.errors import ParameterError
 from twolink.inputs import as_count
@@ -19,8 +19,6 @@ from twolink.simulation.hybrid.tolerances import POLYNOMIAL
 Array = NDArray[np.float64]
 
 LINKS = Dimension("link", 2)
-
-_ROUNDING = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -145,7 +143,7 @@ class _Sampled(Accumulator):
 
     def rounding(self) -> Any:
         """Return the round-off of the values of polynomials."""
-        return POLYNOMIAL * _ROUNDING * np.nanmax(np.abs(self._found), axis=(1, 2), initial=0.0)
+        return POLYNOMIAL * ROUNDING * np.nanmax(np.abs(self._found), axis=(1, 2), initial=0.0)
 
     def values(self, ends: Ends) -> dict[str, Any]:
         """Return the angles (rad); the last are those at the end."""

@@ -1,4 +1,4 @@
-"""The measured error against runs that were tampered with, and against closed forms."""
+"""The measured error against closed forms, and the choice between runs."""
 
 from dataclasses import replace
 
@@ -7,8 +7,6 @@ import pytest
 
 from tests.simulation.hybrid import BALANCED
 from twolink.chain import Chain
-from twolink.contact.impact_laws import Regime
-from twolink.contact.states import EventKind
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
@@ -18,8 +16,7 @@ from twolink.errors import TooMuchError
 from twolink.limits import DEFAULT_LIMITS
 from twolink.scene import Scene
 from twolink.simulation.hybrid import measure
-from twolink.simulation.hybrid.measure import differences, impacts_beside, measured_run
-from twolink.simulation.hybrid.mode import Doubt, Trigger
+from twolink.simulation.hybrid.measure import measured_run
 from twolink.simulation.hybrid.run import hybrid_run
 
 TIMES = np.linspace(0, 2.5, 26)
@@ -46,58 +43,6 @@ def tampered(run, t, variable, by):
     step = int(np.searchsorted(run.polynomials.starts, t, side="right")) - 1
     coefficients[step, variable, 0] += by
     return replace(run, polynomials=replace(run.polynomials, coefficients=coefficients))
-
-
-def test_two_runs_of_one_motion_differ_by_rounding(run, judge):
-    errors = differences(run, judge, TIMES, 1e-9)
-    assert errors.shape == TIMES.shape
-    assert errors.max() < 1e-12
-
-
-@pytest.mark.parametrize("variable", [0, 1, 2, 3])
-@pytest.mark.parametrize("by", [1e-3, -1e-7])
-def test_a_wrong_step_is_seen_from_its_time_on(run, judge, variable, by):
-    """And stated with a tenth more."""
-    errors = differences(tampered(run, 1.5, variable, by), judge, TIMES, 1e-9)
-    assert errors[TIMES < 1].max() < 1e-12
-    assert errors[-1] == pytest.approx(abs(by), rel=1e-4)
-    assert errors[TIMES > 1.6].min() == pytest.approx(errors[-1], rel=1e-9)
-
-
-def test_the_error_never_falls(run, judge):
-    errors = differences(tampered(run, 0.1, 0, 1e-5), judge, TIMES, 1e-9)
-    assert np.all(np.diff(errors) >= 0)
-    assert errors[-1] == pytest.approx(1e-5, rel=1e-4)
-
-
-def moved_impact(run, by):
-    """Return a run in which the first impact comes a little later, and with it all that follows."""
-    starts = run.polynomials.starts.copy()
-    instant = run.impacts[0].time
-    starts[starts >= instant - 1e-12] += by
-    strikes = tuple(s._replace(time=s.time + by) for s in run.strikes)
-    return replace(run, polynomials=replace(run.polynomials, starts=starts), strikes=strikes)
-
-
-def test_between_the_instants_of_an_impact_its_delay_counts_and_not_the_jump(run, judge):
-    """The speed jumps by 3 rad/s; 1e-9 s later is an error of 1e-9 s, and of some times that in q
-    and u after it."""
-    errors = differences(moved_impact(run, 1e-9), judge, TIMES, 1e-9)
-    assert 1e-9 < errors[-1] < 1e-8
-
-
-def test_an_impact_that_only_one_run_has_counts_as_its_jump(run, judge):
-    without = replace(judge, strikes=())
-    errors = differences(moved_impact(run, 1e-3), without, TIMES, 1e-9)
-    assert errors[-1] > 1e-3
-
-
-def test_an_undecided_impact_counts_as_an_error_from_its_time_on(run, judge):
-    """A touch that may have been an impact of 1e-4 rad/s: twice that, and a tenth more."""
-    doubt = Doubt(1.25, Trigger(EventKind.HITS, 0), 1e-4)
-    errors = differences(run, replace(judge, doubts=(doubt,)), TIMES, 1e-9)
-    assert errors[TIMES < 1.2].max() < 1e-12
-    assert errors[-1] == pytest.approx(2e-4)
 
 
 def exact(times):
@@ -212,21 +157,6 @@ def test_a_longer_run_replaces_a_shorter_one():
 LONG_DOUBLE = measure.Configuration("long double", 23, "quadruple", 31)
 
 
-def test_runs_are_compared_inside_the_steps_of_both(run):
-    """An error may be largest just before an impact that only the run that measures has."""
-    short = hybrid_run(SCENE, TIMES, formulation="kane", precision="long double", longest_step=0.01)
-    starts = short.polynomials.starts.astype(float)
-    own = np.concatenate([TIMES, *measure._inside(run), run.polynomials.starts])
-    # A step without any of the places of the result.
-    step = next(
-        k for k in range(20, 100) if not ((own >= starts[k]) & (own <= starts[k + 1])).any()
-    )
-    middle = (starts[step] + starts[step + 1]) / 2
-    errors = differences(run, tampered(short, middle, 0, 1e-5), TIMES, 1e-9)
-    # At 2.5 s rounding decides whether a run still has an impact.
-    assert errors[TIMES < 2.4][-1] == pytest.approx(1e-5, rel=1e-4)
-
-
 def test_a_longer_precision_that_takes_too_long_leaves_the_best_run(monkeypatch):
     """An error is known from the runs before; without any the limit refuses the motion."""
     limited: list[str] = []
@@ -246,60 +176,6 @@ def test_a_longer_precision_that_takes_too_long_leaves_the_best_run(monkeypatch)
     limited.append("long double")
     with pytest.raises(TooMuchError, match="an hour"):
         measured_run(SCENE, TIMES, 1e-17, "lagrange", lambda name: None)
-
-
-def with_impact(run, number, **changes):
-    """Return a run one of whose impacts is another one."""
-    strikes = list(run.strikes)
-    strikes[number] = strikes[number]._replace(**changes)
-    return replace(run, strikes=tuple(strikes))
-
-
-def test_speeds_of_impacts_are_compared_at_their_own_instants(run, judge):
-    later = with_impact(judge, 0, time=judge.strikes[0].time + 1e-8)
-    times, speeds, bounds = impacts_beside(run, later, 1e-9)
-    assert times == pytest.approx([1.0, 2.0], abs=1e-14)
-    expected = np.array([[[-2.0, 0.0], [1.0, 0.0]], [[-1.0, 0.0], [0.5, 0.0]]])
-    assert speeds == pytest.approx(expected, abs=1e-14)
-    assert bounds.max() < 1e-13
-
-
-@pytest.mark.parametrize("side", [0, 1])
-def test_a_wrong_speed_of_an_impact_is_seen(run, judge, side):
-    speeds = [list(pair) for pair in judge.strikes[1].u]
-    speeds[side][1] += 1e-6
-    other = with_impact(judge, 1, u=tuple(map(tuple, speeds)))
-    bounds = impacts_beside(run, other, 1e-9)[2]
-    assert bounds[0] < 1e-13
-    assert bounds[1] == pytest.approx(3e-6)
-    # The speed after the last bounce that is resolved is that of another run's next one.
-    ends = other.strikes[1].impulse._replace(regime=Regime.BOUNCES_DIE_AWAY)
-    bounds = impacts_beside(run, with_impact(other, 1, impulse=ends), 1e-9)[2]
-    assert bounds[1] == pytest.approx(3e-6 * (side == 0), abs=1e-13)
-
-
-def test_impacts_that_another_run_does_not_have_are_not_compared(run, judge):
-    for strikes in ((), judge.strikes[1:]):
-        times, speeds, bounds = impacts_beside(run, replace(judge, strikes=strikes), 1e-9)
-        assert len(times) == len(speeds) == 2
-        assert bounds.max() < 1e-13
-    times, speeds, bounds = impacts_beside(replace(run, strikes=()), judge, 1e-9)
-    assert (times.shape, speeds.shape, bounds.shape) == ((0,), (0, 2, 2), (0,))
-
-
-def test_bounces_that_a_run_omits_are_those_between_its_last_bounce_and_its_rest():
-    scene = replace(SCENE, duration=3.5)
-    run = hybrid_run(scene, [0.0, 3.5])
-    assert max(rest - float(arc.start.t) for arc, rest in zip(run.arcs, run.since, strict=True)) > 0
-    starts = [float(arc.start.t) for arc in run.arcs]
-    times = np.sort([*starts, *run.since, *np.linspace(0, 3.5, 99), *np.linspace(2.99, 3.01, 99)])
-    expected = [
-        any(start <= t <= rest for start, rest in zip(starts, run.since, strict=True))
-        for t in times
-    ]
-    assert measure._within(run, times).tolist() == expected
-    nothing = replace(run, arcs=(), since=())
-    assert not measure._within(nothing, times).any()
 
 
 def test_an_error_that_a_more_precise_judge_contradicts_is_not_kept(monkeypatch):

@@ -1,5 +1,7 @@
 """The error that the defects of a run's steps give, against more precise runs."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -278,3 +280,24 @@ def test_a_strongly_damped_motion_has_its_accuracy(accuracy):
     assert found.worst <= accuracy
     assert np.all(true_errors(found.kept, exact) <= found.errors)
     assert found.kept.precision != "quadruple"
+
+
+@pytest.mark.parametrize(("exponent", "count"), [(1e-6, 0), (0.1, 2), (0.5, 4), (2.5, 8)])
+def test_moments_that_are_left_out_are_a_thousandth_of_the_defect(exponent, count):
+    assert step_errors._moments(np.array([0.0, exponent])) == count
+    # The first one that is left out: x^k/k!, k = count + 1.
+    left_out = exponent ** (count + 1) / math.factorial(count + 1)
+    assert left_out <= 1e-3 or count == step_errors.MOMENTS
+
+
+def test_moments_that_are_left_out_do_not_change_the_estimate(monkeypatch):
+    found = []
+    hard = HARD["damped"]
+    taylor_run(hard, TIMES, formulation="momenta", order=11, observe=found.append)
+    (steps,) = found
+    some, every = (StepErrors(hard, "momenta", "double", "long double") for _ in range(2))
+    some(steps)
+    monkeypatch.setattr(step_errors, "_OF_MOMENTS", 0.0)
+    every(steps)
+    apart = np.abs(some.estimate_at(TIMES) - every.estimate_at(TIMES))
+    assert apart.max() <= 1e-3 * every.estimate_at(TIMES).max()

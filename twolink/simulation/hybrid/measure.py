@@ -10,22 +10,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twolink.contact.impact_laws import Regime
 from twolink.errors import TooMuchError
 from twolink.formulations import FORMULATIONS
-from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.integration.precisions import PrecisionName
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
+from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS, differences
 from twolink.simulation.hybrid.run import Effort, HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import BEYOND, MOST_JUMPS, PATIENCE
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.times import merged
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], Callable[[float], None] | None]
@@ -38,15 +37,6 @@ _GROWTH = 1e3
 
 # Allowance for the error of the measuring run: it is a thousandth, and stated as a tenth.
 _MARGIN = 1.1
-
-# Two runs in the same precision may have equal errors.
-_MARGIN_OF_EQUALS = 3.0
-
-# Impacts of two runs that differ by less than this many times the accuracy (s) are identified.
-_SAME_IMPACT = 1e3
-
-# Units in the last place around the two instants of an impact.
-_SLACK = 4
 
 # A step in quadruple precision takes about a millisecond, and a jump as long as several steps.
 # Longer runs are not attempted in it, and runs that exceed the limit are ended.
@@ -76,12 +66,6 @@ _RUNS_AT_ONCE = 4
 
 # Factor on the number of bounces that the measuring run resolves before it omits endless ones.
 _MORE_PATIENCE = 2
-
-# Places of each step at which runs are compared; its polynomial is least accurate near its end.
-_PLACES = (0.25, 0.5, 0.75, 0.99)
-
-# Number of steps above which runs are compared only in the middle of steps.
-_MANY_STEPS = 20_000
 
 
 class Configuration(NamedTuple):
@@ -134,9 +118,7 @@ def measured_run(
             break
         if trial is None:
             continue
-        # A run that agreed with its judge may differ from a more precise one.
-        if best is None or trial.rank > (best := best.judged_by(trial.judge, times)).rank:
-            best = trial
+        best = trial if best is None else _better(best.judged_by(trial.judge, times), trial)
         if trial.suffices or trial.ends_the_search:
             break
     assert best is not None
@@ -166,7 +148,7 @@ class _Runs:
             # The truncation errors of many steps add up to more than the accuracy.
             return None
         judge = self.judge(configuration, kept)
-        margin = _MARGIN if configuration.precision != configuration.judge else _MARGIN_OF_EQUALS
+        margin = _MARGIN if configuration.precision != configuration.judge else MARGIN_OF_EQUALS
         errors = margin * differences(kept, judge, self.times, accuracy)
         return _Trial(kept, judge, errors, accuracy, float(self.times[-1]))
 
@@ -231,7 +213,10 @@ class _Trial:
     end: float
 
     def judged_by(self, judge: HybridRun, times: Array) -> _Trial:
-        """Return the trial with the errors that a more precise run shows, as far as it reaches."""
+        """Return the trial with the errors that a more precise run shows, as far as it reaches.
+
+        A run that agreed with its own judge may differ from this one.
+        """
         found = _MARGIN * differences(self.kept, judge, times, self.accuracy)
         reached = times[: len(found)] <= judge.reached
         return replace(self, errors=np.where(reached, np.maximum(self.errors, found), self.errors))
@@ -271,6 +256,11 @@ class _Trial:
         return bool(self.kept.exhausted or judge.exhausted or too_much)
 
 
+def _better(one: _Trial, other: _Trial) -> _Trial:
+    """Return the trial of the higher rank, the first one of two equal ones."""
+    return other if other.rank > one.rank else one
+
+
 def _configurations(accuracy: float) -> Iterator[Configuration]:
     """Yield the precisions and orders to try, the cheapest sufficient one first."""
     wanted = -math.log(accuracy / _GROWTH) / 2 - 1
@@ -283,146 +273,3 @@ def _configurations(accuracy: float) -> Iterator[Configuration]:
     # The run that measured the last one measures this one as well, if its error allows.
     yield Configuration("quadruple", 41, "quadruple", 31)
     yield Configuration("quadruple", 41, "quadruple", 35)
-
-
-def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: float) -> Array:
-    """Return the largest difference of two runs up to each time (rad, rad/s), shape (n,).
-
-    They are compared at the times, at several times within every step, and after each event.
-    Between the two instants of the same impact speeds are not compared; the difference of the
-    instants is used instead. A choice that `second` leaves undecided adds the difference that it
-    could cause.
-    """
-    end = min(first.reached, second.reached)
-    moments = _moments(first, second, times, end)
-    ours, theirs = (np.concatenate(run.polynomials.at(moments)) for run in (first, second))
-    if ours.dtype != theirs.dtype:
-        ours = PRECISIONS[second.precision].lengthened(ours)
-    found = np.abs(ours - theirs).max(axis=0).astype(float)
-    # From a place in time on the difference is at least this.
-    least = np.zeros(len(moments) + 1)
-    starts, stops = _impacts_apart(first, second, accuracy)
-    begins, afters = np.searchsorted(moments, starts), np.searchsorted(moments, stops, "right")
-    apart = stops - starts
-    for begin, after, size in zip(begins.tolist(), afters.tolist(), apart.tolist(), strict=True):
-        found[begin:after] = np.minimum(found[begin:after], size)
-    np.maximum.at(least, afters, apart)
-    lever = max(1.0, 1 / float(first.scene.chain.L1), 1 / float(first.scene.chain.L2))
-    for doubt in second.doubts:
-        since = np.searchsorted(moments, doubt.time)
-        least[since] = max(least[since], 2 * doubt.speed * lever)
-    so_far = np.maximum.accumulate(np.maximum(found, least[:-1]))
-    asked = times[times <= first.reached]
-    place = np.searchsorted(moments, asked, side="right") - 1
-    # The error is unknown beyond the end of the measuring run.
-    return np.where(asked <= end, so_far[np.maximum(place, 0)], np.inf)
-
-
-def _moments(first: HybridRun, second: HybridRun, times: Array, end: float) -> Array:
-    """Return the times (s) at which runs are compared.
-
-    An event has two instants, one in each run. Forces may jump there, so that the error is largest
-    after the later one, and just before an impact that only the second run has. The instants of
-    bounces that the first run omits are left out.
-    """
-    events = np.array([float(arc.start.t) for run in (first, second) for arc in run.arcs])
-    after = events + 2 * _SLACK * np.spacing(events)
-    others = np.concatenate([after, *_inside(second)])
-    # Bounces that are omitted have a speed only until they would have ended.
-    others = others[~_within(first, others)]
-    every = merged(times, *_inside(first), others)
-    return np.asarray(every[every <= end])
-
-
-def _within(run: HybridRun, times: Array) -> Any:
-    """Return which times (s) lie between the start of an arc and the beginning of its mode."""
-    starts = np.array([-math.inf, *(float(arc.start.t) for arc in run.arcs)])
-    rests = np.maximum.accumulate(np.array([-math.inf, *run.since]))
-    return times <= rests[np.searchsorted(starts, times, side="right") - 1]
-
-
-def _inside(run: HybridRun) -> list[Array]:
-    """Return places (s) inside the steps of a run."""
-    starts = run.polynomials.starts.astype(float)
-    widths = np.diff(starts)
-    places = _PLACES if len(starts) < _MANY_STEPS else (0.5,)
-    return [starts[:-1] + place * widths for place in places]
-
-
-def impacts_beside(
-    first: HybridRun, second: HybridRun, accuracy: float
-) -> tuple[Array, Array, Array]:
-    """Return the impacts of a run, and bounds on the errors of their speeds by another run.
-
-    These are the times (s), shape (k,), u before and after (rad/s), shape (k, 2, 2), and bounds
-    (rad/s), shape (k,). Unlike `differences`, speeds are compared at the own instant of either
-    impact. The bound is zero where `second` does not have an impact: `differences` shows that.
-    """
-    own, other = _Struck.of(first), _Struck.of(second)
-    apart = np.zeros(len(own.times))
-    for contact in np.unique(own.contacts):
-        ours, theirs = (np.flatnonzero(run.contacts == contact) for run in (own, other))
-        if not len(theirs):
-            continue
-        if len(ours) != len(theirs):
-            theirs = theirs[_nearest(own.times[ours], other.times[theirs])]
-        off = np.abs(own.speeds[ours] - other.speeds[theirs]).max(axis=2)
-        # The last bounce that a run resolves is not that of another run.
-        off[own.last[ours] | other.last[theirs], 1] = 0.0
-        same = np.abs(own.times[ours] - other.times[theirs]) <= _SAME_IMPACT * accuracy
-        apart[ours] = np.where(same, off.max(axis=1), 0.0)
-    return own.times, own.speeds, _MARGIN_OF_EQUALS * apart
-
-
-class _Struck(NamedTuple):
-    """The impacts of a run: times (s), numbers of contacts, shape (k,), and u, (k, 2, 2).
-
-    `last` are those of bounces that die away.
-    """
-
-    times: Array
-    contacts: Any
-    speeds: Array
-    last: Any
-
-    @classmethod
-    def of(cls, run: HybridRun) -> _Struck:
-        """Return the impacts of a run."""
-        strikes = run.strikes
-        last = [strike.impulse.regime is Regime.BOUNCES_DIE_AWAY for strike in strikes]
-        return cls(
-            np.array([strike.time for strike in strikes], dtype=float),
-            np.array([strike.number for strike in strikes], dtype=int),
-            np.array([strike.u for strike in strikes], dtype=float).reshape(-1, 2, 2),
-            np.array(last, dtype=bool),
-        )
-
-
-def _nearest(ours: Array, theirs: Array) -> Any:
-    """Return the places of the nearest of other times, which rise, to each of some times (s)."""
-    after = np.clip(np.searchsorted(theirs, ours), 0, len(theirs) - 1)
-    before = np.maximum(after - 1, 0)
-    nearer = np.abs(theirs[after] - ours) < np.abs(theirs[before] - ours)
-    return np.where(nearer, after, before)
-
-
-def _impacts_apart(first: HybridRun, second: HybridRun, accuracy: float) -> tuple[Array, Array]:
-    """Return the earlier and the later instant (s) of each impact that both runs have."""
-    found = [np.zeros((2, 0))]
-    own, other = _times_of_impacts(first), _times_of_impacts(second)
-    for number in own.keys() & other.keys():
-        ours, theirs = np.array(own[number]), np.array(other[number])
-        both = np.array([ours, theirs[_nearest(ours, theirs)]])
-        found.append(both[:, np.abs(both[0] - both[1]) <= _SAME_IMPACT * accuracy])
-    instants = np.concatenate(found, axis=1)
-    earlier, later = instants.min(axis=0), instants.max(axis=0)
-    slack = _SLACK * np.spacing(np.maximum(later, 1e-300))
-    return earlier - slack, later + slack
-
-
-def _times_of_impacts(run: HybridRun) -> dict[int, list[float]]:
-    """Return the times (s) of the impacts on each contact, by its number."""
-    found: dict[int, list[float]] = {}
-    for strike in run.strikes:
-        found.setdefault(strike.number, []).append(strike.time)
-    return found

@@ -14,6 +14,9 @@ from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.times import merged
 
+# Intervals in each time in which a motion changes, and the most in all.
+_IN_A_CHANGE, _MOST = 4, 200_000
+
 # Number of times between start and end at which loads are evaluated.
 _LOOKS = 33
 
@@ -35,15 +38,11 @@ def default_longest_step(scene: Scene) -> float:
 
 
 def intervals_to_check(scene: Scene) -> int:
-    """Return into how many intervals a run is divided, for errors that decay in a few steps.
+    """Return the least number of intervals at whose ends two runs of a scene are compared.
 
-    There are some for each time in which the motion changes.
+    There are some for each time in which the motion changes: errors may decay within a few steps.
     """
     return math.ceil(min(_IN_A_CHANGE * scene.duration / default_longest_step(scene), _MOST))
-
-
-# Intervals in each time in which a motion changes, and the most in all.
-_IN_A_CHANGE, _MOST = 4, 200_000
 
 
 def longest_steps(

@@ -46,7 +46,7 @@ _MARGIN = 1.25
 # the largest speed, or of 1 rad/s.
 _LINEAR = 1e-5
 
-# The part of a defect for which its moments are summed.
+# Moments whose terms in a sum are below this part of the defect are left out.
 _OF_MOMENTS = 1e-3
 
 # The part of the error that a correction leaves: that of the linearized motion, and of its values
@@ -223,7 +223,7 @@ class StepErrors:
         samples = sizes[:, :, None] * self._random_signs(len(sizes))
         # The defect of a step is carried over the rest of the step.
         carried = np.zeros_like(found.moments[0])[..., None]
-        for moment in found.moments[: _moments(linear)][::-1]:
+        for moment in found.moments[: _moments(linear.exponents)][::-1]:
             carried = mean @ (moment[..., None] + carried)
         return np.concatenate([found.defects[..., None] + carried, samples], axis=2)
 
@@ -250,11 +250,15 @@ class _Bounds(NamedTuple):
     estimates: Array
 
 
-def _moments(linear: Linear) -> int:
-    """Return the number of moments of a defect that count on steps: those of (h J)^k/k!."""
-    largest = float(linear.exponents.max())
-    terms = largest ** np.arange(1.0, MOMENTS + 1) / np.cumprod(np.arange(1.0, MOMENTS + 1))
-    return int(np.count_nonzero(np.maximum.accumulate(terms[::-1]) > _OF_MOMENTS))
+def _moments(exponents: Array) -> int:
+    """Return the number of moments of a defect that count on steps, by the sizes of h J.
+
+    Moment k is multiplied by (h J)^k, and is at most 1/k! of the defect.
+    """
+    k = np.arange(1.0, MOMENTS + 1)
+    terms = float(exponents.max()) ** k / np.cumprod(k)
+    counting = np.flatnonzero(terms > _OF_MOMENTS)
+    return int(counting[-1]) + 1 if len(counting) else 0
 
 
 def _bounds(
