@@ -304,8 +304,8 @@ def test_a_double_root_differs_from_two_roots_and_from_none_outside_the_bound():
 def test_a_minimum_close_to_zero_takes_few_halvings(precision, offset, random, monkeypatch):
     """((x − a)² + offset) (1 + …): a fall, a touch, or none, by the sign of the offset."""
     halvings = []
-    halves = roots._halves
-    monkeypatch.setattr(roots, "_halves", lambda b: halvings.append(1) or halves(b))
+    half = roots._left_half
+    monkeypatch.setattr(roots, "_left_half", lambda b: halvings.append(1) or half(b))
     number = PRECISIONS[precision].number
     for _ in range(30):
         a = Fraction(random.uniform(0.05, 0.95))
@@ -326,6 +326,28 @@ def test_a_minimum_close_to_zero_takes_few_halvings(precision, offset, random, m
             assert found.fall is None
             assert (found.touch is None) == (offset > 0)
             assert offset or found.touch == pytest.approx(float(a), abs=1e-6)
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+@pytest.mark.parametrize("sign", [1, -1, 0])
+def test_a_fall_from_zero_within_round_off_takes_few_halvings(precision, sign, random, monkeypatch):
+    """Series that begin within their bound of zero, with a fall as t or t² and a later rise."""
+    looked_at = []
+    monkeypatch.setattr(roots, "product", lambda *args: looked_at.append(1) or product(*args))
+    number, rounding = PRECISIONS[precision].number, PRECISIONS[precision].rounding
+    for _ in range(30):
+        rest = [number(x) for x in random.uniform(-1, 1, size=15)]
+        start = [number(sign * rounding), -number(random.uniform(0, 1)), number(0)]
+        if random.integers(2):
+            start[1:] = reversed(start[1:])
+        coefficients = [*start, *rest, number(0), number(0)]
+        looked_at.clear()
+        found = first_fall(coefficients, bound_of(coefficients, precision))
+        assert len(looked_at) <= 8
+        assert found.touch is None
+        assert not found.unsure
+        steepness = float(max(-start[1], -start[2]))
+        assert 0 <= float(found.fall) <= 2 * math.sqrt(100 * rounding / steepness)
 
 
 def test_a_triple_root_is_a_fall():

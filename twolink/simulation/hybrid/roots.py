@@ -118,6 +118,12 @@ def _weights(length: int, rounding: float) -> Array:
 # one in it, else None. A tuple is made three times faster than a named one.
 _Piece = tuple[float, float, float | None]
 
+# The Bernstein coefficients of a piece, computed when it is looked at, and its interval.
+_Waiting = tuple[Callable[[], Sequence[Any]], float, float]
+
+# The length of the shortest piece of [0, 1].
+_SHORTEST = 2.0**-MOST_HALVINGS
+
 # The interval of the first fall, if there is one, and the rest of a `Search`.
 _Isolated = tuple[_Piece | None, float | None, bool]
 
@@ -179,13 +185,17 @@ def _isolated(
     In a `strict` search no coefficient within this bound has a known sign, and the first doubt ends
     it.
     """
-    waiting: list[tuple[Sequence[Any], float, float]] = [(bernstein, 0.0, 1.0)]
+    hidden = abs(coefficients[0]) <= bound_until(_SHORTEST)
+    if hidden and strict:
+        return (None, None, True)
+    waiting = _pieces_from_zero(coefficients, bound_until(1.0)) if hidden else []
+    waiting = waiting or [(lambda: bernstein, 0.0, 1.0)]
     touch: float | None = None
     doubtful: float | None = None
     pieces = 0
     while waiting:
-        b, low, high = waiting.pop()
-        bound = bound_until(high)
+        on_piece, low, high = waiting.pop()
+        b, bound = on_piece(), bound_until(high)
         pieces += 1
         tired = pieces > MOST_PIECES
         # The end coefficients are the values at both ends.
@@ -198,7 +208,7 @@ def _isolated(
             fall = _fall_in(b, low, high, bound, doubtful, tired, bound if strict else 0.0)
             if fall is not None:
                 return (fall, touch, tired)
-        in_doubt = high - low < 2.0**-MOST_HALVINGS or tired
+        in_doubt = high - low < _SHORTEST or tired
         if in_doubt or (min(b) >= -bound and max(b) <= bound):
             if strict:
                 return (None, None, True)
@@ -212,11 +222,26 @@ def _isolated(
             if dip.value <= dip.bound:
                 touch = dip.place if touch is None else touch
             continue
-        left, right = _halves(b)
         middle = (low + high) / 2
-        waiting.append((right, middle, high))
-        waiting.append((left, low, middle))
+        waiting.append((functools.partial(_right_half, b), middle, high))
+        waiting.append((functools.partial(_left_half, b), low, middle))
     return (None, doubtful if touch is None else touch, pieces > MOST_PIECES)
+
+
+def _pieces_from_zero(coefficients: Sequence[Any], bound: float) -> list[_Waiting]:
+    """Return the pieces [0, h], [h, 2 h], … [1/2, 1], the first one last.
+
+    For a polynomial that is zero within its bound at 0. Only where all of it is within the bound is
+    a piece from 0 decided, in doubt, and h is the largest power of 1/2 at which it may be.
+    """
+    sizes = [abs(float(c)) for c in coefficients]
+    end, waiting = 1.0, list[_Waiting]()
+    while _horner(sizes[1:], end) * end > bound and end >= _SHORTEST:
+        half = functools.partial(_last_half_until, coefficients, end)
+        waiting.append((half, end / 2, end))
+        end /= 2
+    waiting.append((functools.partial(_until, coefficients, end), 0.0, end))
+    return waiting
 
 
 def _fall_in(
@@ -233,7 +258,7 @@ def _fall_in(
     It begins where the sign was lost to round-off, at `doubtful`, if it was. A search that is
     `tired` halves no more. Coefficients within `clear_of` have no known sign.
     """
-    if tired or (b[0] < -bound and max(b) < -bound):
+    if tired or max(b) <= bound:
         # To the left the sign is lost to round-off: the computed sign decides.
         return (low if doubtful is None else doubtful, high, None)
     near = _only_fall(b, clear_of) if doubtful is None and b[0] > bound else None
@@ -287,11 +312,25 @@ def _bernstein(coefficients: Sequence[Any]) -> list[Any]:
     return found
 
 
-def _halves(b: Sequence[Any]) -> tuple[list[Any], list[Any]]:
-    """Return the Bernstein coefficients on both halves of an interval (de Casteljau)."""
-    matrix = halving_matrix(len(b), _kind(b)).T
-    left = product(matrix, np.array(b)).tolist()
-    return left, product(matrix, np.array(b[::-1])).tolist()[::-1]
+def _until(coefficients: Sequence[Any], end: float) -> list[Any]:
+    """Return the Bernstein coefficients of Σ c_k x^k on [0, end]."""
+    return _bernstein([c * end**k for k, c in enumerate(coefficients)])
+
+
+def _last_half_until(coefficients: Sequence[Any], end: float) -> list[Any]:
+    """Return the Bernstein coefficients of Σ c_k x^k on [end/2, end]."""
+    return _right_half(_until(coefficients, end))
+
+
+def _left_half(b: Sequence[Any]) -> list[Any]:
+    """Return the Bernstein coefficients on the left half of an interval (de Casteljau)."""
+    found: list[Any] = product(halving_matrix(len(b), _kind(b)).T, np.array(b)).tolist()
+    return found
+
+
+def _right_half(b: Sequence[Any]) -> list[Any]:
+    """Return the Bernstein coefficients on the right half of an interval."""
+    return _left_half(b[::-1])[::-1]
 
 
 def _kind(numbers: Sequence[Any]) -> Any:
