@@ -71,24 +71,33 @@ class Polynomials:
 
     def _on_clock(self, index: Any, elapsed: Any) -> Any:
         """Return the steps' own variable at times since their starts (s): the clock rises."""
-        clocks, high = self.clocks[index], self.ends[index]
-        low, x = 0 * high, high / 2
-        found, left = x.copy(), np.arange(len(x))
-        for _ in range(_NEWTON_STEPS):
-            value, slope = _with_slope(clocks, x)
-            miss = value - elapsed
-            low, high = np.where(miss <= 0, x, low), np.where(miss > 0, x, high)
-            safe = np.where(slope > 0, slope, 1 + 0 * slope)
-            following = x - miss / safe
-            inside = (following >= low) & (following <= high) & (slope > 0)
-            following = np.where(inside, following, (low + high) / 2)
-            found[left] = following
-            goes_on = (following != low) & (following != high)
-            if not goes_on.any():
-                break
-            clocks, elapsed, left = clocks[goes_on], elapsed[goes_on], left[goes_on]
-            low, high, x = low[goes_on], high[goes_on], following[goes_on]
-        return found
+        return _inverted(self.clocks[index], elapsed, self.ends[index])
+
+
+def _inverted(clocks: Any, elapsed: Any, high: Any) -> Any:
+    """Return where polynomials, shape (n, p + 1), that rise on [0, high] have given values."""
+    near = high / 2
+    if clocks.dtype != np.float64:
+        # From the places in float64, two iterations in longer precision remain.
+        near = _inverted(*(array.astype(float) for array in (clocks, elapsed, high)))
+        near = near.astype(clocks.dtype)
+    low, x = 0 * high, np.minimum(near, high)
+    found, left = x.copy(), np.arange(len(x))
+    for _ in range(_NEWTON_STEPS):
+        value, slope = _with_slope(clocks, x)
+        miss = value - elapsed
+        low, high = np.where(miss <= 0, x, low), np.where(miss > 0, x, high)
+        safe = np.where(slope > 0, slope, 1 + 0 * slope)
+        following = x - miss / safe
+        inside = (following >= low) & (following <= high) & (slope > 0)
+        following = np.where(inside, following, (low + high) / 2)
+        found[left] = following
+        goes_on = (following != low) & (following != high)
+        if not goes_on.any():
+            break
+        clocks, elapsed, left = clocks[goes_on], elapsed[goes_on], left[goes_on]
+        low, high, x = low[goes_on], high[goes_on], following[goes_on]
+    return found
 
 
 def _sums(coefficients: Any, by_power: Any) -> Any:

@@ -110,7 +110,7 @@ def _followed(
     certificate = Certificate(system, compiled, mode, span, orders, course.state)
     blocks: list[Block] = []
     doubts: list[Doubt] = []
-    taken = 0
+    taken = size = 0
     ahead, most_ahead = _AHEAD[system.precision]
     last = _last_alike(before, mode)
     longest = _horizon(system, last)
@@ -135,7 +135,8 @@ def _followed(
         if failure:
             return _failed(course, blocks, doubts, failure)
         ahead, longest = min(2 * ahead, most_ahead), system.cap
-        progress(float(_now(course)), sum(block.coefficients.nbytes for block in blocks))
+        size += block.coefficients.nbytes
+        progress(float(_now(course)), size)
 
 
 def _last_alike(before: Sequence[Arc], mode: Mode) -> Arc | None:
