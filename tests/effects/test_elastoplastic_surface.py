@@ -92,9 +92,13 @@ def struck(v: float, *effects, sliding=0.0, duration=0.02, **options) -> Traject
 
 
 def dents(trajectory: Trajectory) -> list:
-    """The dents from which something sprang back, in the order of time."""
-    every = [event.mode.dents[0] for event in trajectory.events]
-    return [dent for dent in every if dent and dent.phase is Phase.SPRINGS_BACK]
+    """The dents, in the order of time."""
+    return [dent for event in trajectory.events for dent in dents_of(event)]
+
+
+def dents_of(event) -> list:
+    """The dent of a mode, if there is one."""
+    return [dent for dent in event.mode.dents if dent and dent.phase is Phase.DENTED]
 
 
 @pytest.mark.parametrize("v", [0.01, 0.02, 0.05, 0.3, 1.0, 3.0])
@@ -194,8 +198,9 @@ def test_a_dent_pressed_again_follows_the_curve_of_its_restitution(v, gravity, d
     ours = trajectory.position(POINT.D)[1] - HEIGHT
     assert np.abs(ours - depths).max() <= 1e-9
     assert again >= 1
-    phases = [event.mode.dents[0].phase for event in trajectory.events if event.mode.dents[0]]
-    assert Phase.PRESSED_AGAIN in phases
+    modes = [event.mode for event in trajectory.events if dents_of(event)]
+    presses = [mode for mode in modes if mode.states[0] is not ContactState.OPEN]
+    assert len(presses) >= 2
 
 
 def test_a_dent_pressed_deeper_continues_the_first_compression():

@@ -31,7 +31,7 @@ not, so that the dissipated energy grows from zero.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 from twolink.arithmetic import Scalar, cos, exp, sqrt
@@ -131,9 +131,9 @@ class ElastoPlastic:
 
     An undamaged surface follows Hertz's law down to δ_y. Beyond it, restitution from the largest
     depth follows a curve that ends in a dent. A point that presses again follows the same curve
-    down to the largest depth, and from there the first compression. A point that has left the
-    dent, above the undamaged surface, meets an undamaged surface when it returns, because it
-    returns to another place.
+    down to the largest depth, and from there the first compression: between them the surface is
+    elastic, and one branch. A point that has left the dent, above the undamaged surface, meets an
+    undamaged surface when it returns, because it returns to another place.
     """
 
     material: Material
@@ -142,10 +142,7 @@ class ElastoPlastic:
         """Return the branch of the law for a dent."""
         material = self.material
         if dent.is_kept:
-            springs_back = dent.phase is Phase.SPRINGS_BACK
-            reach = None if springs_back else sqrt(dent.deepest - dent.residual)
-            turning = -1 if springs_back else 1
-            return Branch(Hertz(dent.stiffness), dent.residual, reach, turning)
+            return Branch(Hertz(dent.stiffness), dent.residual, sqrt(dent.deepest - dent.residual))
         if dent.phase is Phase.FLOWS:
             return Branch(Flow(material), turning=1)
         hertz = Hertz(material.stiffness)
@@ -154,8 +151,8 @@ class ElastoPlastic:
         return Branch(hertz, reach=math.sqrt(material.yield_depth))
 
     def pressed(self, dent: PlasticState) -> PlasticState:
-        """Return the dent after a point touches it."""
-        return replace(dent, phase=Phase.PRESSED_AGAIN) if dent.is_kept else dent
+        """Return the same dent."""
+        return dent
 
     def reached(self, dent: PlasticState) -> PlasticState:
         """Return the dent when the point exceeds its largest depth."""
@@ -170,10 +167,6 @@ class ElastoPlastic:
 
         Raises `SimulationError` where the published fits do not describe a dent.
         """
-        if dent.phase is Phase.SPRINGS_BACK:
-            return replace(dent, phase=Phase.PRESSED_AGAIN)
-        if dent.phase is Phase.PRESSED_AGAIN:
-            return replace(dent, phase=Phase.SPRINGS_BACK)
         residual = self.material.residual(depth)
         if not (residual < depth and self.material.contact_radius(depth) < 1):
             raise SimulationError(
@@ -183,4 +176,4 @@ class ElastoPlastic:
             )
         spring = depth - residual
         stiffness = self.material.compression(depth) / (spring * sqrt(spring))
-        return PlasticState(Phase.SPRINGS_BACK, stiffness, residual, depth)
+        return PlasticState(Phase.DENTED, stiffness, residual, depth)

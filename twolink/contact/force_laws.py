@@ -108,9 +108,8 @@ class Phase(Enum):
     WHOLE = "elastic"
     YIELDS = "yields"
     FLOWS = "flows"
-    SPRINGS_BACK = "springs back"
+    DENTED = "is dented"
     SLACK = "does not push"
-    PRESSED_AGAIN = "is pressed again"
 
 
 @dataclass(frozen=True)
@@ -129,7 +128,7 @@ class PlasticState:
     @property
     def is_kept(self) -> bool:
         """Whether there is a dent."""
-        return self.phase in (Phase.SPRINGS_BACK, Phase.PRESSED_AGAIN)
+        return self.phase is Phase.DENTED
 
     @property
     def numbers(self) -> tuple[Scalar, ...]:

@@ -27,7 +27,7 @@ ELEMENTS = (
     CompliantContact("steel", UP, 0.0, Hertz(1.0), memory=ElastoPlastic(MATERIAL)),
 )
 SYSTEM = system_of(elements=ELEMENTS, longest_step=0.5)
-DENT = PlasticState(Phase.PRESSED_AGAIN, 7.0, 0.25, 0.25 + 0.36)
+DENT = PlasticState(Phase.DENTED, 7.0, 0.25, 0.25 + 0.36)
 MODE = mode_of(SYSTEM, S.OPEN, S.STICKS, S.STICKS, S.CLOSED, dents=(None, None, None, DENT))
 
 HITS, LEAVES = Trigger(E.HITS, 0), Trigger(E.LEAVES, 0)

@@ -151,7 +151,7 @@ def test_modes_of_one_kind_share_an_integrator():
         poisson=(0.3, 0.3), strength=(1e9, 1e9),
     )  # fmt: skip
     system = system_of(Gravity(), steel)
-    dents = [PlasticState(Phase.SPRINGS_BACK, 1e9, 1e-6, x) for x in (1e-5, 2e-5)]
+    dents = [PlasticState(Phase.DENTED, 1e9, 1e-6, x) for x in (1e-5, 2e-5)]
     first, second = (compiled(system, S.CLOSED, dents=(dent,)) for dent in dents)
     assert first is second
     assert first.numbers == 3

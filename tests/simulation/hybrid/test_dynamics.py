@@ -178,7 +178,7 @@ def test_a_dent_lowers_the_surface():
     steel = CompliantContact(
         "D on steel", UP, -0.2, Hertz(material.stiffness), memory=ElastoPlastic(material)
     )
-    dent = PlasticState(Phase.SPRINGS_BACK, 500.0, 0.05, 1.0)
+    dent = PlasticState(Phase.DENTED, 500.0, 0.05, 1.0)
     depth = np.sin(Q).sum() - 0.2 - 0.05
     assert push_of(pose_of(), steel, dent, U) == pytest.approx(500 * depth**1.5)
 

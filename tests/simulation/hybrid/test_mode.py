@@ -10,7 +10,7 @@ from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.mode import Event, Impact, Mode, Remark, Trigger, sentences
 
-DENT = PlasticState(Phase.SPRINGS_BACK, 3.0, 0.25, 0.5)
+DENT = PlasticState(Phase.DENTED, 3.0, 0.25, 0.5)
 MODE = Mode(("A", "D on floor", "B on wall"), (S.STICKS, S.FORWARD, S.OPEN))
 DENTED = Mode(("A", "D on steel"), (S.STICKS, S.CLOSED), (None, DENT))
 
@@ -30,7 +30,7 @@ def test_a_mode_gives_the_state_of_an_element_by_name():
 def test_the_text_of_a_mode_omits_free_elements():
     assert str(MODE) == "A sticks, D on floor slips forward"
     assert str(Mode(("A",), (S.OPEN,))) == "moves freely"
-    assert str(DENTED) == "A sticks, D on steel rests and springs back"
+    assert str(DENTED) == "A sticks, D on steel rests and is dented"
     whole = Mode(("D on steel",), (S.CLOSED,), (PlasticState(Phase.WHOLE),))
     assert str(whole) == "D on steel rests"
 
@@ -38,11 +38,11 @@ def test_the_text_of_a_mode_omits_free_elements():
 def test_modes_of_one_kind_differ_in_the_numbers_of_their_dents_only():
     assert DENTED.numbers == (3.0, 0.25, 0.5)
     other = DENTED.with_numbers((7.0, 8.0, 9.0))
-    assert other.dent(1) == PlasticState(Phase.SPRINGS_BACK, 7.0, 8.0, 9.0)
+    assert other.dent(1) == PlasticState(Phase.DENTED, 7.0, 8.0, 9.0)
     assert other != DENTED
     assert other.kind == DENTED.kind
     assert hash(other.kind) == hash(DENTED.kind)
-    again = replace(DENTED, dents=(None, replace(DENT, phase=Phase.PRESSED_AGAIN)))
+    again = replace(DENTED, dents=(None, PlasticState(Phase.FLOWS)))
     assert again.kind != DENTED.kind
 
 

@@ -223,11 +223,11 @@ def test_a_surface_that_is_pressed_deeper_yields_and_then_flows(share, before, a
     assert found.mode.states == (S.CLOSED,)
 
 
-def test_a_surface_that_is_turned_keeps_a_dent_and_springs_back():
+def test_a_surface_that_is_turned_keeps_a_dent():
     system, state, material = pressed_steel(5.0, Phase.FLOWS)
     found = phase_after(system, state, E.TURNS, 1)
     dent = found.state.compliant[0].plastic
-    assert dent.phase is Phase.SPRINGS_BACK
+    assert dent.phase is Phase.DENTED
     depth = 5 * material.yield_depth
     assert dent.deepest == pytest.approx(depth)
     assert dent.residual == pytest.approx(float(material.residual(depth)))
@@ -236,7 +236,7 @@ def test_a_surface_that_is_turned_keeps_a_dent_and_springs_back():
 
 def test_a_dent_that_is_left_behind_is_forgotten():
     system, state, _ = pressed_steel(5.0, Phase.FLOWS)
-    dent = PlasticState(Phase.SPRINGS_BACK, 1e9, 1e-6, 2e-6)
+    dent = PlasticState(Phase.DENTED, 1e9, 1e-6, 2e-6)
     own = CompliantState(None, 0, dent)
     state = state._replace(touching=frozenset(), compliant=(own,), u=(-0.1, -0.1))
     mode = mode_of(system, S.OPEN, dents=(dent,))

@@ -54,7 +54,7 @@ def test_modes_of_rigid_elements_are_cached():
     assert system.mode(free) is system.mode(free)
     assert system.mode(free) == Mode(("B on floor", "D on floor"), free)
     assert system.mode(pressed) != system.mode(free)
-    dents = (PlasticState(Phase.PRESSED_AGAIN, 1.0, 0.5, 2.0), None)
+    dents = (PlasticState(Phase.DENTED, 1.0, 0.5, 2.0), None)
     assert system.mode(free, dents).dents == dents
     assert system.mode(free).dents == ()
 

@@ -70,9 +70,6 @@ def released(
     """
     law, plastic = element.compliant, state.plastic
     assert law is not None
-    if plastic is not None and plastic.phase is Phase.PRESSED_AGAIN:
-        assert element.hysteresis is not None
-        plastic = element.hysteresis.turned(plastic, 0 * speed)
     if law.relaxation is None:
         return CompliantState(None, 0 * speed, plastic)
     residual = speed / law.relaxation
