@@ -261,7 +261,7 @@ def _take_steps(course: _Course, ahead: int, longest: Any) -> tuple[Block, bool,
             outcome, length = step(left if left < longest else longest, True)
         else:
             outcome, length = step(write_tc=True)
-        if int(outcome) not in complete:
+        if outcome.value not in complete:
             failure = failure_of(outcome)
             break
         starts.append(start)
@@ -294,7 +294,7 @@ def _complete() -> frozenset[int]:
     Integers are compared faster than the codes themselves.
     """
     outcomes = heyoka().taylor_outcome
-    return frozenset((int(outcomes.success), int(outcomes.time_limit)))
+    return frozenset((outcomes.success.value, outcomes.time_limit.value))
 
 
 def _now(course: _Course) -> Any:

@@ -51,10 +51,11 @@ class StartOfArc:
             order = self._known_order(trigger, polynomial, block)
             if order is not None:
                 return order
-        is_gap, is_speed = trigger.kind is _HITS, trigger.kind in _SPEEDS
+        is_gap = trigger.kind is _HITS
+        is_speed = not is_gap and trigger.kind in _SPEEDS
         noise, pace = self._noise(trigger, polynomial, block), 1.0
         if self._compiled.clock is None:
-            pace = float(block.lengths[0]) / float(self._system.longest_step)
+            pace = float(block.lengths[0]) / self._system.longest_step
         if polynomial[0] > noise:
             return 0
         if is_speed and polynomial[0] > self._speed_noise(trigger, noise):
