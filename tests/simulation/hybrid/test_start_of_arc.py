@@ -7,10 +7,13 @@ import pytest
 
 from tests.simulation.hybrid import state_of, system_of
 from twolink.contact.coordinates import PointCoordinate
-from twolink.contact.elements import RigidContact
+from twolink.contact.elastoplastic import ElastoPlastic, Material
+from twolink.contact.elements import CompliantContact, RigidContact
+from twolink.contact.force_laws import Hertz, Phase, PlasticState
 from twolink.contact.states import ContactState, EventKind
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compile import CompiledMode
+from twolink.simulation.hybrid.compliant_state import CompliantState
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.start_of_arc import StartOfArc
 from twolink.simulation.pool import IntegratorPool
@@ -28,13 +31,18 @@ CLOCK = [0.0, 1e-24, 1e-20, 0.0, 0.0, 0.0]
 
 def order(polynomial, *, orders=None, clock=1, recovering=(), state=None):
     """Return the order of a gap in a mode in which time is a variable, if there is a clock."""
-    compiled = CompiledMode(
-        pool=IntegratorPool(None), operations=0, numbers=0, watched=(), gaps=(0,),
-        recovering=recovering, roots=(), clock=clock, integrals=slice(0, 0), number=float,
-    )  # fmt: skip
+    compiled = compiled_with(clock=clock, recovering=recovering)
     rows = np.array([[polynomial, CLOCK]])
     start = StartOfArc(SYSTEM, compiled, MODE, orders or {}, state)
     return start.order(HITS, polynomial, Block(np.zeros(1), np.ones(1), rows))
+
+
+def compiled_with(*, clock, recovering=()):
+    """Return a compiled mode without code."""
+    return CompiledMode(
+        pool=IntegratorPool(None), operations=0, numbers=0, watched=(), gaps=(0,),
+        recovering=recovering, roots=(), clock=clock, integrals=slice(0, 0), number=float,
+    )  # fmt: skip
 
 
 def moving(speed):
@@ -91,3 +99,28 @@ def test_a_gap_of_zero_stays_zero_only_where_the_contact_touches():
     ]
     assert sizes[0] == math.inf
     assert sizes[1] == SYSTEM.place_of_rounding
+
+
+@pytest.mark.parametrize("residue", [-1e-15, 0.0, 1e-15])
+@pytest.mark.parametrize("sense", [1, -1])
+def test_the_largest_depth_of_a_turn_is_left_by_an_acceleration_alone(residue, sense):
+    """The root is the largest one within round-off, and the speed zero within that of u."""
+    material = Material(modulus=2e11, radius=0.01, strength=1e9, poisson=0.3)
+    steel = CompliantContact(
+        "D", UP, 0.0, Hertz(material.stiffness), memory=ElastoPlastic(material)
+    )
+    system = system_of(elements=(steel,), longest_step=0.5)
+    root, step = 1e-3, 0.1
+    dent = PlasticState(Phase.DENTED, material.stiffness, 1e-7, 1e-7 + root**2)
+    state = state_of(system, (-0.3, -0.2), (0.4, 0.7))
+    state = state._replace(compliant=(CompliantState(root, 0, dent),))
+    # dt/ds is the root. An outward acceleration lowers it, and an inward one raises it.
+    dt = root * step
+    changes, clock = [0.4, 1e-5, *[0.0] * 4], [0.0, dt, *[0.0] * 4]
+    rows = np.array([[[0.0] * 6, [0.0] * 6, changes, changes, clock]])
+    compiled = compiled_with(clock=4)
+    mode = system.mode((ContactState.CLOSED,), (dent,))
+    block = Block(np.zeros(1), np.ones(1), rows)
+    polynomial = [residue * root, residue * dt / (2 * root), sense * 1e-5 * dt / (4 * root)]
+    start = StartOfArc(system, compiled, mode, {}, state)
+    assert start.order(Trigger(EventKind.REACHES, 0), [*polynomial, 0.0, 0.0, 0.0], block) == 2

@@ -69,6 +69,8 @@ class StartOfArc:
         least = LEADING_SHARE * own * _size(polynomial)
         if is_speed:
             least += self._speed_of_rounding(block)
+        elif trigger.kind is EventKind.REACHES:
+            least += self._root_of_rounding(trigger, block)
         return _leading_zeros(polynomial, first, noise, pace, least)
 
     def _known_order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
@@ -110,6 +112,9 @@ class StartOfArc:
             size = max(size, self._change(block))
         elif trigger.kind is EventKind.BREAKS:
             size = max(size, 1.0)
+        elif trigger.kind is EventKind.REACHES:
+            # A root subtracted from its largest value.
+            size = max(size, self._root(trigger))
         noise = LEADING * self._system.resolution * size
         if trigger.kind in _FORCES:
             noise += self._system.forces_of_rounding[trigger.index]
@@ -144,15 +149,34 @@ class StartOfArc:
 
     def _speed_of_rounding(self, block: Block) -> float:
         """Return the speed that round-off of large forces causes in the first step."""
-        clock, duration = self._compiled.clock, float(block.lengths[0])
-        if clock is not None:
-            row = (
-                block.coefficients[0, clock]
-                * powers(block.lengths[:1], block.coefficients.shape[2])[0]
-            )
-            duration = abs(float(row[1:].sum()))
-        pressing = self._pressing()
+        pressing, duration = self._pressing(), self._duration(block)
         return LEADING * self._system.resolution * self._system.scale * pressing * duration
+
+    def _root_of_rounding(self, trigger: Trigger, block: Block) -> float:
+        """Return the change of √depth in the first step by the round-off of the speed.
+
+        Where compression turns into restitution, the speed is zero within round-off.
+        """
+        root = self._root(trigger)
+        if self._state is None or root == 0:
+            return 0.0
+        changed = LEADING * self._system.resolution * self._change(block)
+        speed = max(changed, self._speed_of_state(self._state))
+        return speed * self._duration(block) / (2 * root)
+
+    def _root(self, trigger: Trigger) -> float:
+        """Return √depth (m^½) of a compliant surface at the start."""
+        own = None if self._state is None else self._state.compliant[trigger.index]
+        return 0.0 if own is None or own.sqrt_depth is None else abs(float(own.sqrt_depth))
+
+    def _duration(self, block: Block) -> float:
+        """Return the time (s) that the first step takes."""
+        clock = self._compiled.clock
+        if clock is None:
+            return float(block.lengths[0])
+        order = block.coefficients.shape[2]
+        row = block.coefficients[0, clock] * powers(block.lengths[:1], order)[0]
+        return abs(float(row[1:].sum()))
 
     def _pressing(self) -> float:
         """Return the sum of the accelerations (rad/s²) that single compliant surfaces give."""
