@@ -64,7 +64,7 @@ GROWTH = 5e3
 
 # The accuracy (rad, rad/s) from which on a pair of runs in double precision is tried first. Below
 # it, round-off is too large in most motions.
-_PAIRED = 3e-10
+_PAIRED = 3e-11
 
 # The accuracy below which two runs of low orders measure the growth of errors first: it decides
 # between precisions whose costs differ by a factor of ten.
