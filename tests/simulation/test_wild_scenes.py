@@ -221,7 +221,12 @@ def test_a_yielding_surface_is_followed_in_few_steps():
 
 # Those that a test above looks at by all checks.
 BY_THEMSELVES = ("error_underestimated", "jammed_on_arrival")
-SLOW = ("pressed_from_rest", "two_points_come_to_rest", "missed_impact")
+SLOW = (
+    "pressed_from_rest",
+    "two_points_come_to_rest",
+    "missed_impact",
+    "dent_beside_sliding_joints",
+)
 
 
 @pytest.mark.parametrize(
