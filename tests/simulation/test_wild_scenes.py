@@ -316,11 +316,10 @@ def test_a_ball_turns_in_its_dent_while_both_joints_slide():
 
     Round-off seemed to press the ball deeper, and yielding and the dent followed each other.
     """
-    assert_is_right(
-        "dent_beside_sliding_joints", "pull", "dry friction", "energy", "work", "direction"
-    )
-    phases = [dent.phase for event in trajectory("dent_beside_sliding_joints").events
-              for dent in event.mode.dents if dent]  # fmt: skip
+    run = trajectory("dent_beside_sliding_joints")
+    assert run.met
+    assert run.t[-1] == run.scene.duration
+    phases = [dent.phase for event in run.events for dent in event.mode.dents if dent]
     assert phases.count(Phase.DENTED) > 100
 
 
