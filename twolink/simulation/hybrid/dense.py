@@ -76,12 +76,14 @@ class Polynomials:
 
 def _inverted(clocks: Any, elapsed: Any, high: Any) -> Any:
     """Return where polynomials, shape (n, p + 1), that rise on [0, high] have given values."""
-    near = high / 2
-    if clocks.dtype != np.float64:
+    if clocks.dtype == np.float64:
+        # A clock that starts at rest, as at the start of a press, rises like a square.
+        total = _with_slope(clocks, high)[0]
+        near = high * np.sqrt(np.clip(elapsed / np.where(total > 0, total, 1.0), 0.0, 1.0))
+    else:
         # From the places in float64, two iterations in longer precision remain.
         near = _inverted(*(array.astype(float) for array in (clocks, elapsed, high)))
-        near = near.astype(clocks.dtype)
-    low, x = 0 * high, np.minimum(near, high)
+    low, x = 0 * high, np.minimum(near.astype(clocks.dtype), high)
     found, left = x.copy(), np.arange(len(x))
     for _ in range(_NEWTON_STEPS):
         value, slope = _with_slope(clocks, x)
@@ -90,7 +92,7 @@ def _inverted(clocks: Any, elapsed: Any, high: Any) -> Any:
         safe = np.where(slope > 0, slope, 1 + 0 * slope)
         following = x - miss / safe
         inside = (following >= low) & (following <= high) & (slope > 0)
-        following = np.where(inside, following, (low + high) / 2)
+        following = np.where(inside, following, np.where(miss == 0, x, (low + high) / 2))
         found[left] = following
         goes_on = (following != low) & (following != high)
         if not goes_on.any():

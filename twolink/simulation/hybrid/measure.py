@@ -272,7 +272,8 @@ def _configurations(accuracy: float) -> Iterator[Configuration]:
         yield Configuration("double", order, "long double", min(order + 4, 23))
     if order <= _BEST_ORDER:
         yield Configuration("double", _BEST_ORDER, "long double", 23)
-    yield Configuration("long double", 23, "quadruple", 31)
+    yield Configuration("long double", 23, "quadruple", 25)
     # The run that measured the last one measures this one as well, if its error allows.
-    yield Configuration("quadruple", 35, "quadruple", 31)
-    yield Configuration("quadruple", 35, "quadruple", 41)
+    yield Configuration("quadruple", 31, "quadruple", 25)
+    yield Configuration("quadruple", 31, "quadruple", 35)
+    yield Configuration("quadruple", 41, "quadruple", 35)

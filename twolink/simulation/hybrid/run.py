@@ -383,7 +383,9 @@ class _History:
     def _relaxed(self) -> Any:
         """Return the time (s) of the next recovery of a surface within round-off, else the end."""
         times = [
-            compliant_state.relaxation_time(self.system.elements[index], own, self.system.rounding)
+            compliant_state.relaxation_time(
+                self.system.elements[index], own, self.system.resolution
+            )
             for index, own in enumerate(self.state.compliant)
             if own is not None and own.residual_depth != 0
         ]
@@ -398,6 +400,6 @@ class _History:
             if own is None or own.residual_depth == 0:
                 continue
             element = self.system.elements[index]
-            if compliant_state.relaxation_time(element, own, self.system.rounding) == 0:
+            if compliant_state.relaxation_time(element, own, self.system.resolution) == 0:
                 compliant = put(compliant, index, compliant_state.relaxed(own))
         return state if compliant is state.compliant else state._replace(compliant=compliant)
