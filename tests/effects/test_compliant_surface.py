@@ -267,6 +267,16 @@ def test_a_surface_that_springs_back_at_once_does_not_shorten_the_flight():
     assert np.abs(trajectory.u - exact.u.astype(float)).max() <= 1e-9
 
 
+@pytest.mark.parametrize(("precision", "order"), [("double", 15), ("quadruple", 25)])
+def test_a_surface_recovers_within_the_error_of_a_run_of_low_order(precision, order):
+    """The truncation error of its depth is above round-off, within which it never recovers."""
+    start = scene(
+        Gravity(), floor("kelvin-voigt", 1e9, 0.1, friction=0.3, height=1.2), q=(0.3, -0.2)
+    )
+    run = hybrid_run(start, np.linspace(0.0, 0.5, 11), precision=precision, order=order)
+    assert len(run.arcs) <= 8
+
+
 def test_the_shortest_flights_end_where_they_began():
     """Pressed from rest, and hardly damped, a stiff cushion lets go for a microsecond at a time."""
     start = scene(Gravity(), floor("kelvin-voigt", 1e9, 0.1, friction=0.3), duration=0.016)

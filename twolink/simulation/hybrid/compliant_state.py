@@ -108,12 +108,12 @@ def relaxed(state: CompliantState) -> CompliantState:
     return state._replace(residual_depth=0 * state.residual_depth)
 
 
-def relaxation_time(element: ContactElement, state: CompliantState, rounding: float) -> float:
-    """Return the time (s) until a surface has recovered within round-off, 0 if it has."""
+def relaxation_time(element: ContactElement, state: CompliantState, resolution: float) -> float:
+    """Return the time (s) until a surface has recovered within a relative error, 0 if it has."""
     law = element.compliant
     assert law is not None
     depth = abs(float(state.residual_depth))
-    least = rounding * max(1.0, abs(float(element.bound)))
+    least = resolution * max(1.0, abs(float(element.bound)))
     if depth == 0:
         return math.inf
     if depth <= least or law.relaxation is None:

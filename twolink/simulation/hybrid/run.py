@@ -381,7 +381,7 @@ class _History:
         self.notes += following.notes
 
     def _relaxed(self) -> Any:
-        """Return the time (s) of the next recovery of a surface within round-off, else the end."""
+        """Return the time (s) of the next recovery of a surface within errors, else the end."""
         times = [
             compliant_state.relaxation_time(
                 self.system.elements[index], own, self.system.resolution
@@ -392,7 +392,7 @@ class _History:
         return self.state.t + self.system.number(min(times)) if times else self.end
 
     def _sprung_back(self, state: HybridState) -> HybridState:
-        """Return the state with surfaces undeformed that have recovered within round-off."""
+        """Return the state with surfaces undeformed that have recovered within errors."""
         compliant = state.compliant
         if not any(compliant):
             return state
