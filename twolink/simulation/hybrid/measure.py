@@ -272,6 +272,7 @@ def _configurations(accuracy: float) -> Iterator[Configuration]:
         yield Configuration("double", order, "long double", min(order + 4, 23))
     if order <= _BEST_ORDER:
         yield Configuration("double", _BEST_ORDER, "long double", 23)
+    # The truncation of order 25, 3e-23 of a step, is far below a rounding of long doubles.
     yield Configuration("long double", 23, "quadruple", 25)
     # The run that measured the last one measures this one as well, if its error allows.
     yield Configuration("quadruple", 31, "quadruple", 25)

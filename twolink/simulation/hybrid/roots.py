@@ -188,8 +188,9 @@ def _isolated(
     hidden = abs(coefficients[0]) <= bound_until(_SHORTEST)
     if hidden and strict:
         return (None, None, True)
-    waiting = _pieces_from_zero(coefficients, bound_until(1.0)) if hidden else []
-    waiting = waiting or [(lambda: bernstein, 0.0, 1.0)]
+    waiting: list[_Waiting] = [(lambda: bernstein, 0.0, 1.0)]
+    if hidden:
+        waiting = _pieces_from_zero(coefficients, bound_until(1.0))
     touch: float | None = None
     doubtful: float | None = None
     pieces = 0
