@@ -1,6 +1,7 @@
 """One arc against motions in closed form: its end, its event, and its constraints."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
+from twolink.simulation.hybrid import flow as flow_module
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.flow import flow
 from twolink.simulation.hybrid.mode import Trigger
@@ -203,17 +205,39 @@ def test_an_arc_does_not_depend_on_the_last_one_in_its_mode(duration):
     mode, until = mode_of(system, S.OPEN), system.number(10.0)
     state = state_of(system, (1.0, 0.3), (0.5, 2.0))
 
-    def followed(before):
-        return flow(system, state, mode, until, "lagrange", lambda t, size: None, before)
+    def followed(lasts):
+        return flow(system, state, mode, until, "lagrange", lambda t, size: None, lasts)
 
-    alone = followed(())
+    alone = followed({})
     last = alone._replace(end=alone.start._replace(t=alone.start.t + duration))
-    after = followed((last,))
+    after = followed({alone.compiled: last})
     most = max(tolerances.HORIZON * duration, tolerances.SHORT_STEPS * 0.5)
     assert after.blocks[0].lengths[0] == pytest.approx(min(most, alone.blocks[0].lengths[0]))
     assert after.step_count <= alone.step_count + 32
     assert after.event == alone.event
     assert after.end.t == pytest.approx(alone.end.t, rel=1e-14)
     assert after.end.u == pytest.approx(alone.end.u, rel=1e-13)
-    other = last._replace(mode=mode_of(system, S.CLOSED))
-    assert followed((other,)).blocks[0].lengths[0] == alone.blocks[0].lengths[0]
+    other = replace(alone.compiled)
+    assert followed({other: last}).blocks[0].lengths[0] == alone.blocks[0].lengths[0]
+
+
+def test_as_many_steps_are_taken_at_first_as_by_the_last_arc_in_the_mode(monkeypatch):
+    """The end of a slide is seen when the steps are certified, and steps beyond it are wasted."""
+    system = system_of(JointFriction((1.0, 0.0)), chain=BALANCED, longest_step=0.02)
+    mode, state = mode_of(system, S.FORWARD), state_of(system, (1.0, 0.3), (0.5, 0.0))
+    taken = []
+
+    def counted(course, ahead, longest):
+        found = take_steps(course, ahead, longest)
+        taken.append(len(found[0].lengths))
+        return found
+
+    take_steps = flow_module._take_steps
+    monkeypatch.setattr(flow_module, "_take_steps", counted)
+    first = flow(system, state, mode, 10.0, "lagrange", lambda t, size: None)
+    assert len(taken) > 1
+    taken.clear()
+    lasts = {first.compiled: first}
+    again = flow(system, state, mode, 10.0, "lagrange", lambda t, size: None, lasts)
+    assert sum(taken) == first.step_count == again.step_count
+    assert again.end == first.end

@@ -90,7 +90,7 @@ class Stepper(NamedTuple):
         return cls(integrator, integrator.step, integrator.state, integrator.tc, pars)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CompiledMode:
     """A mode's integrators, lent as a `Stepper`, and the layout of their variables.
 
@@ -159,14 +159,16 @@ def compiled_mode(
     `recovering` are the surfaces that are not in contact and have not recovered. Optimised code
     compiles twenty times longer, and takes a third to a half of the time per step.
     """
-    kind = mode.kind if mode.dents else mode
-    key = kind.states, kind.dents, recovering, formulation, optimised
+    # Two dents in one phase differ in parameters.
+    phases = tuple([dent and dent.phase for dent in mode.dents]) if mode.dents else ()
+    key = mode.states, phases, recovering, formulation, optimised
     found: CompiledMode | None = system.compiled.get(key)
     if found is None:
         # Systems whose effects differ only in parameters share integrators.
+        chain, effects = Content((system.scene_chain,)), system.content
         found = system.compiled[key] = _compiled(
-            Content((system.scene_chain,)), system.content, kind, formulation, system.precision,
-            system.order, recovering, optimised,
+            chain, effects, mode.kind, formulation, system.precision, system.order, recovering,
+            optimised,
         )  # fmt: skip
     return found
 

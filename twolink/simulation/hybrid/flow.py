@@ -7,8 +7,9 @@ together (`certificate`). The arc ends at the first event, or at the requested t
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from time import perf_counter
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,8 +35,8 @@ from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
 from twolink.simulation.series import powers
 
-# Initial and largest number of steps between certificates. A step in a long precision costs more
-# than its certificate.
+# Initial and largest number of steps between certificates, where no arc was in the same mode or it
+# was shorter. A step in a long precision costs more than its certificate.
 _AHEAD: dict[PrecisionName, tuple[int, int]] = {
     "double": (8, 32),
     "long double": (2, 16),
@@ -68,6 +69,9 @@ class Arc(NamedTuple):
         return count
 
 
+NO_ARCS: Mapping[CompiledMode, Arc] = MappingProxyType({})
+
+
 def flow(
     system: HybridSystem,
     state: HybridState,
@@ -75,15 +79,16 @@ def flow(
     until: Any,
     formulation: FormulationName,
     progress: Callable[[float, int], None],
-    before: Sequence[Arc] = (),
+    lasts: Mapping[CompiledMode, Arc] = NO_ARCS,
     orders: Orders = NO_ORDERS,
     optimised: bool = False,
 ) -> Arc:
     """Return the arc of a mode from a state until a time (s), or to its first event.
 
-    `progress` receives the time (s) reached and the size (bytes) of the steps so far; `before` has
-    the last arcs, by which the number of steps before the first event detection is chosen; `orders`
-    has the numbers of leading coefficients of event functions that are zero by the mode selection.
+    `progress` receives the time (s) reached and the size (bytes) of the steps so far; `lasts` has
+    the last arc in each mode, by which the number of steps before the first event detection is
+    chosen; `orders` has the numbers of leading coefficients of event functions that are zero by the
+    mode selection.
     `optimised` code is worth its compilation in a mode that takes thousands of steps.
     Raises `IntegrationError` where the motion does not stay finite, or its steps become too short.
     """
@@ -94,16 +99,19 @@ def flow(
         until = min(until, state.t + system.number(tolerances.LONGEST_PRESS))
     with compiled.pool.lend() as stepper:
         course = _Course(system, compiled, stepper, mode, state, until, compile_seconds)
-        return _followed(course, orders, before, progress)
+        return _followed(course, orders, lasts.get(compiled), progress)
 
 
 def _followed(
     course: _Course,
     orders: Orders,
-    before: Sequence[Arc],
+    last: Arc | None,
     progress: Callable[[float, int], None],
 ) -> Arc:
-    """Return the arc that an integrator computes from the start of a course."""
+    """Return the arc that an integrator computes from the start of a course.
+
+    The `last` arc in the mode takes as many steps, if motions are alike.
+    """
     system, compiled, mode = course.system, course.compiled, course.mode
     _set_up(course)
     span = course.until - course.state.t
@@ -111,16 +119,10 @@ def _followed(
     blocks: list[Block] = []
     doubts: list[Doubt] = []
     taken = size = 0
-    ahead, most_ahead = _AHEAD[system.precision]
-    last = _last_alike(before, mode)
     longest = _horizon(system, last)
-    # An event that is visible at the end of a step stops the integrator.
-    if compiled.shows_events:
-        ahead = most_ahead
-    elif last is not None:
-        ahead = min(last.step_count + 1, most_ahead)
+    numbers = _numbers_of_steps(system.precision, compiled, last)
     while True:
-        block, over, failure = _take_steps(course, ahead, longest)
+        block, over, failure = _take_steps(course, next(numbers), longest)
         found: Finding | None = None
         if len(block.lengths):
             found, touched = certificate.first_event(block, at_start=not blocks)
@@ -134,17 +136,28 @@ def _followed(
             failure = "its steps become too short"
         if failure:
             return _failed(course, blocks, doubts, failure)
-        ahead, longest = min(2 * ahead, most_ahead), system.cap
+        longest = system.cap
         size += block.coefficients.nbytes
         progress(float(_now(course)), size)
 
 
-def _last_alike(before: Sequence[Arc], mode: Mode) -> Arc | None:
-    """Return the first of some arcs that is in the same mode, None without one."""
-    for arc in before:
-        if arc.mode.states == mode.states:
-            return arc
-    return None
+def _numbers_of_steps(
+    precision: PrecisionName, compiled: CompiledMode, last: Arc | None
+) -> Iterator[int]:
+    """Yield the numbers of steps before each certificate, endlessly.
+
+    They are at first as many as the last arc took: steps beyond the event would be wasted.
+    """
+    few, most = _AHEAD[precision]
+    # An event that is visible at the end of a step stops the integrator.
+    left = 0 if last is None or compiled.shows_events else last.step_count
+    few = most if compiled.shows_events else few
+    while left > 0:
+        yield min(left, most)
+        left -= most
+    while True:
+        yield few
+        few = min(2 * few, most)
 
 
 def _horizon(system: HybridSystem, last: Arc | None) -> Any:

@@ -22,7 +22,7 @@ from twolink.limits import UNLIMITED, Forecast, Limits
 from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
-from twolink.simulation.hybrid.compile import safe_order
+from twolink.simulation.hybrid.compile import CompiledMode, safe_order
 from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
 from twolink.simulation.hybrid.flow import Arc, flow
 from twolink.simulation.hybrid.impact import Strike
@@ -242,6 +242,7 @@ class _History:
         self._bounces: Counter[int] = Counter()
         self._tired: frozenset[int] = frozenset()
         self._last: dict[int, float] = {}
+        self._last_arcs: dict[CompiledMode, Arc] = {}
         self._effort, self._steps, self._short_steps = effort, 0, 0
         self._worth_optimising = PRECISIONS[precision].steps_worth_optimising
         self._short = tolerances.SHORT_STEPS * float(cap)
@@ -269,12 +270,13 @@ class _History:
                 until = min(until, self._relaxed())
             arc = flow(
                 self.system, self.state, following.mode, until, self.formulation,
-                reached, self.arcs[-2:], following.orders,
+                reached, self._last_arcs, following.orders,
                 self._exceeds(self._steps_in[following.mode.states], self._worth_optimising),
             )  # fmt: skip
             advanced = arc.end.t > self.state.t
             self.state = arc.end
             self.arcs.append(arc)
+            self._last_arcs[arc.compiled] = arc
             self.compile_seconds += arc.compile_seconds
             self.since.append(float(arc.start.t) + following.delay)
             self.doubts += arc.doubts
