@@ -51,27 +51,38 @@ class StartOfArc:
             order = self._known_order(trigger, polynomial, block)
             if order is not None:
                 return order
-        is_gap = trigger.kind is _HITS
-        is_speed = not is_gap and trigger.kind in _SPEEDS
-        noise, pace = self._noise(trigger, polynomial, block), 1.0
+        pace = 1.0
         if self._compiled.clock is None:
             pace = float(block.lengths[0]) / self._system.longest_step
+        if trigger.kind is _HITS:
+            return self._order_of_gap(polynomial, pace)
+        is_speed = trigger.kind in _SPEEDS
+        noise = self._noise(trigger, polynomial, block)
         if polynomial[0] > noise:
             return 0
         if is_speed and polynomial[0] > self._speed_noise(trigger, noise):
             return 0
-        if polynomial[0] > 0 and (is_gap or trigger.kind is EventKind.LEAVES):
-            # A lower bound, as it omits the contribution of a tiny growing gap.
-            return 1 if polynomial[1] > noise * pace else 0
-        # A gap is a variable of its own, and is zero only after a jump has set it to zero.
-        first = 0.0 if is_gap else noise
-        own = self._system.rounding if is_gap else self._system.resolution
-        least = LEADING_SHARE * own * _size(polynomial)
+        if polynomial[0] > 0 and trigger.kind is EventKind.LEAVES:
+            return _order_of_small(polynomial, noise * pace)
+        least = LEADING_SHARE * self._system.resolution * _size(polynomial)
         if is_speed:
             least += self._speed_of_rounding(block)
         elif trigger.kind is EventKind.REACHES:
             least += self._root_of_rounding(trigger, block)
-        return _leading_zeros(polynomial, first, noise, pace, least)
+        return _leading_zeros(polynomial, noise, noise, pace, least)
+
+    def _order_of_gap(self, polynomial: list[Any], pace: float) -> int | None:
+        """Return how many leading coefficients of a gap are zero, None if all are.
+
+        A gap is a variable of its own, and is zero only after a jump has set it to zero.
+        """
+        noise = self._system.place_of_rounding
+        if polynomial[0] > noise:
+            return 0
+        if polynomial[0] > 0:
+            return _order_of_small(polynomial, noise * pace)
+        least = LEADING_SHARE * self._system.rounding * _size(polynomial)
+        return _leading_zeros(polynomial, 0.0, noise, pace, least)
 
     def _known_order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
         """Return the order determined by the mode selection or by a speed, or None.
@@ -201,6 +212,14 @@ class StartOfArc:
             # A touching contact that carries no force: its gap stays zero.
             return math.inf
         return self._noise(trigger, polynomial, block)
+
+
+def _order_of_small(polynomial: list[Any], noise: float) -> int:
+    """Return 1 for a function that begins within round-off of zero and grows, else 0.
+
+    This is a lower bound, as it omits the contribution of a tiny growing gap.
+    """
+    return 1 if polynomial[1] > noise else 0
 
 
 def _size(polynomial: list[Any]) -> float:
