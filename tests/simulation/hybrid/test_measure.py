@@ -178,6 +178,45 @@ def test_a_longer_precision_that_takes_too_long_leaves_the_best_run(monkeypatch)
         measured_run(SCENE, TIMES, 1e-17, "lagrange", lambda name: None)
 
 
+def test_a_judge_that_takes_too_much_leaves_the_motion_to_a_longer_precision(monkeypatch):
+    """Where its error is of order one, it may have gone to speeds that the motion never has."""
+
+    def run_of(scene, times, *, precision, order, **given):
+        if precision == "long double" and given["formulation"] == "kane":
+            raise TooMuchError("the motion would take 14 GB; the limit is 1 GB")
+        return hybrid_run(scene, times, precision=precision, order=order, **given)
+
+    monkeypatch.setattr(measure, "hybrid_run", run_of)
+    found = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
+    assert found.kept.precision == "long double"
+    assert found.errors.max() <= 1e-9
+
+
+def test_a_run_to_the_end_is_better_than_an_accurate_one_that_ends_early(monkeypatch):
+    """A quadruple judge ends at its limit of work, and the run that it judges with it."""
+
+    def made(*given, precision, **options):
+        found = hybrid_run(*given, precision="double", **{**options, "order": 21})
+        if precision == "quadruple":
+            found = replace(found, reached=1.5, failure="too many modes", exhausted=True)
+        off = {"double": 1e-5, "long double": 0.0, "quadruple": 0.0}
+        return replace(tampered(found, 1.0, 0, off[precision]), precision=precision)
+
+    monkeypatch.setattr(measure, "hybrid_run", made)
+    found = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
+    assert found.kept.precision == "double"
+    assert found.kept.reached == TIMES[-1]
+    assert found.errors[-1] >= 1e-5
+
+
+def test_the_work_of_a_judge_that_left_the_motion_does_not_end_the_search():
+    run = hybrid_run(SCENE, TIMES)
+    wild = replace(run, steps=1_000_000)
+    trial = measure._Trial(run, wild, np.ones(len(TIMES)), 1e-9, float(TIMES[-1]))
+    assert not trial.ends_the_search
+    assert replace(trial, kept=wild).ends_the_search
+
+
 def test_an_error_that_a_more_precise_judge_contradicts_is_not_kept(monkeypatch):
     """Two runs may agree by chance, as in chaotic bounces, and both be wrong."""
 

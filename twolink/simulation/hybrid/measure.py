@@ -76,6 +76,10 @@ class Configuration(NamedTuple):
     judge: PrecisionName
     judging_order: int
 
+    def is_finer_than(self, other: Configuration) -> bool:
+        """Return whether only the order of its result is higher."""
+        return self.precision == other.precision and self.order > other.order
+
 
 @dataclass(frozen=True)
 class Measured:
@@ -102,29 +106,35 @@ def measured_run(
     """
     runs = _Runs(scene, times, EQUATIONS[formulation].in_speeds, progress, limits)
     best: _Trial | None = None
+    refused: TooMuchError | None = None
+    last: Configuration | None = None
     for configuration in _configurations(accuracy):
-        if (
-            configuration.precision == "double"
-            and best is not None
-            and best.worst > _LOST * accuracy
-        ):
+        finer = last is not None and configuration.is_finer_than(last)
+        if finer and best is not None and best.worst > _LOST * accuracy:
             # A higher order does not gain that many digits.
             continue
+        last = configuration
         try:
             trial = runs.trial(configuration, accuracy)
-        except TooMuchError:
-            if best is None:
+        except TooMuchError as error:
+            if best is not None:
+                break
+            if not runs.is_made(configuration):
                 raise
-            break
+            # Where errors have grown to order one, the judge may have gone to high speeds.
+            refused = error
+            continue
         if trial is None:
             continue
-        if best is None or trial.suffices:
+        if best is None or trial.is_perfect:
             best = trial
         else:
             best = _better(best.judged_by(trial.judge, times), trial)
         if trial.suffices or trial.ends_the_search:
             break
-    assert best is not None
+    if best is None:
+        assert refused is not None
+        raise refused
     return Measured(best.kept, best.errors, best.judge, tuple(runs.known.values()))
 
 
@@ -154,6 +164,10 @@ class _Runs:
         margin = _MARGIN if configuration.precision != configuration.judge else MARGIN_OF_EQUALS
         errors = margin * differences(kept, judge, self.times, accuracy)
         return _Trial(kept, judge, errors, accuracy, float(self.times[-1]))
+
+    def is_made(self, configuration: Configuration) -> bool:
+        """Return whether the run of a configuration is there, with or without its judge."""
+        return (configuration.precision, configuration.order, self.own) in self.known
 
     def kept(self, configuration: Configuration) -> HybridRun:
         """Return the run of a configuration, as far as it goes and can be measured."""
@@ -251,10 +265,16 @@ class _Trial:
         return self.worst <= accuracy and whole
 
     @property
+    def is_perfect(self) -> bool:
+        """Whether the run is accurate enough up to the end."""
+        return self.suffices and self.rank[0] == 1.0
+
+    @property
     def ends_the_search(self) -> bool:
         """Whether a longer precision would take too long."""
         judge = self.judge
-        work = judge.steps + _STEPS_OF_A_JUMP * len(judge.arcs)
+        # One that has left the motion, for high speeds, may have taken far more.
+        work = min(run.steps + _STEPS_OF_A_JUMP * len(run.arcs) for run in (self.kept, judge))
         too_much = work > _MOST_WORK and self.kept.reached >= judge.reached
         return bool(self.kept.exhausted or judge.exhausted or too_much)
 
