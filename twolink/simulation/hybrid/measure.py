@@ -126,10 +126,7 @@ def measured_run(
             continue
         if trial is None:
             continue
-        if best is None or trial.is_perfect:
-            best = trial
-        else:
-            best = _better(best.judged_by(trial.judge, times), trial)
+        best = _best_of(best, trial, times)
         if trial.suffices or trial.ends_the_search:
             break
     if best is None:
@@ -279,9 +276,12 @@ class _Trial:
         return bool(self.kept.exhausted or judge.exhausted or too_much)
 
 
-def _better(one: _Trial, other: _Trial) -> _Trial:
-    """Return the trial of the higher rank, the first one of two equal ones."""
-    return other if other.rank > one.rank else one
+def _best_of(best: _Trial | None, trial: _Trial, times: Array) -> _Trial:
+    """Return the trial of the higher rank, after the new one's judge has judged both."""
+    if best is None or trial.is_perfect:
+        return trial
+    judged = best.judged_by(trial.judge, times)
+    return trial if trial.rank > judged.rank else judged
 
 
 def _configurations(accuracy: float) -> Iterator[Configuration]:
