@@ -90,9 +90,16 @@ def test_half_a_swing_of_a_spring_takes_pi_times_its_period():
     assert impulse == pytest.approx(2 * 0.1 * 20, rel=1e-6)
 
 
-def test_the_phases_that_keep_a_dent_are_springing_back_and_pressed_again():
+def test_one_phase_keeps_a_dent():
     kept = {phase for phase in Phase if PlasticState(phase).is_kept}
     assert kept == {Phase.DENTED}
+
+
+def test_the_phases_of_older_files_are_read():
+    """A dent had two phases, by the direction of the motion."""
+    assert Phase("springs back") is Phase("is pressed again") is Phase("is dented") is Phase.DENTED
+    with pytest.raises(ValueError, match="sinks"):
+        Phase("sinks")
 
 
 def test_a_dent_is_rebuilt_with_other_numbers():

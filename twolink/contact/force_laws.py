@@ -111,6 +111,11 @@ class Phase(Enum):
     DENTED = "is dented"
     SLACK = "does not push"
 
+    @classmethod
+    def _missing_(cls, value: object) -> Phase | None:
+        """Return the phase that stored motions named by its two directions."""
+        return cls.DENTED if value in ("springs back", "is pressed again") else None
+
 
 @dataclass(frozen=True)
 class PlasticState:
