@@ -171,3 +171,29 @@ def test_a_press_on_hertzs_surface_is_that_of_a_fine_solution():
     assert np.abs(u - fine.y[2:]).max() < 1e-7
     elapsed = [float(arc.end.t - arc.start.t) for arc in run.arcs if arc.compiled.clock is not None]
     assert max(elapsed) > 0.02
+
+
+@pytest.mark.parametrize(
+    ("precision", "length"),
+    [(name, 1.0) for name in PRECISIONS] + [("long double", 1e-20), ("quadruple", 1e-20)],
+)
+@pytest.mark.parametrize("start", [(0, 1), (1, 0)])
+def test_a_clock_is_inverted_to_round_off_in_few_iterations(
+    precision, length, start, random, monkeypatch
+):
+    """Also right after the start of a press, and where coefficients leave the range of float64."""
+    looked_at = []
+    with_slope = dense._with_slope
+    monkeypatch.setattr(dense, "_with_slope", lambda *a: looked_at.append(1) or with_slope(*a))
+    own = PRECISIONS[precision]
+    shares = own.array([0.0, 1e-12, 1e-6, 1e-3, 0.1, 0.5, 0.9, 1.0])
+    rates = [0.0, *start, *(0.1 ** np.arange(1, 25) * random.uniform(0, 1, 24))]
+    high = own.array([length] * len(shares))
+    # The coefficients of t as a function of the own variable of the step.
+    terms = [own.number(rate) / high**k for k, rate in enumerate(rates)]
+    clocks = np.stack(terms, axis=1)
+    elapsed, _ = with_slope(clocks, shares * high)
+    found = dense._inverted(clocks, elapsed, high)
+    again, _ = with_slope(clocks, found)
+    assert (np.abs(again - elapsed).astype(float) <= 8 * own.rounding * elapsed.astype(float)).all()
+    assert len(looked_at) <= 20

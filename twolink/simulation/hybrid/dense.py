@@ -81,9 +81,12 @@ def _inverted(clocks: Any, elapsed: Any, high: Any) -> Any:
         total = _with_slope(clocks, high)[0]
         near = high * np.sqrt(np.clip(elapsed / np.where(total > 0, total, 1.0), 0.0, 1.0))
     else:
-        # From the places in float64, two iterations in longer precision remain.
-        near = _inverted(*(array.astype(float) for array in (clocks, elapsed, high)))
-    low, x = 0 * high, np.minimum(near.astype(clocks.dtype), high)
+        # From the places in float64, two iterations in longer precision remain. The coefficients
+        # for the share of a step do not leave the range of float64.
+        scaled = (clocks * powers(high, clocks.shape[1])).astype(float)
+        share = _inverted(scaled, elapsed.astype(float), np.ones(len(high)))
+        near = high * share.astype(clocks.dtype)
+    low, x = 0 * high, np.minimum(near, high)
     found, left = x.copy(), np.arange(len(x))
     for _ in range(_NEWTON_STEPS):
         value, slope = _with_slope(clocks, x)
