@@ -79,14 +79,14 @@ def flow(
     until: Any,
     formulation: FormulationName,
     progress: Callable[[float, int], None],
-    lasts: Mapping[CompiledMode, Arc] = NO_ARCS,
+    last_arcs: Mapping[CompiledMode, Arc] = NO_ARCS,
     orders: Orders = NO_ORDERS,
     optimised: bool = False,
 ) -> Arc:
     """Return the arc of a mode from a state until a time (s), or to its first event.
 
-    `progress` receives the time (s) reached and the size (bytes) of the steps so far; `lasts` has
-    the last arc in each mode, by which the number of steps before the first event detection is
+    `progress` receives the time (s) reached and the size (bytes) of the steps so far; `last_arcs`
+    has the last arc in each mode, by which the number of steps before the first event detection is
     chosen; `orders` has the numbers of leading coefficients of event functions that are zero by the
     mode selection.
     `optimised` code is worth its compilation in a mode that takes thousands of steps.
@@ -99,7 +99,7 @@ def flow(
         until = min(until, state.t + system.number(tolerances.LONGEST_PRESS))
     with compiled.pool.lend() as stepper:
         course = _Course(system, compiled, stepper, mode, state, until, compile_seconds)
-        return _followed(course, orders, lasts.get(compiled), progress)
+        return _followed(course, orders, last_arcs.get(compiled), progress)
 
 
 def _followed(

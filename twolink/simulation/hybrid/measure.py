@@ -77,7 +77,7 @@ class Configuration(NamedTuple):
     judging_order: int
 
     def is_finer_than(self, other: Configuration) -> bool:
-        """Return whether only the order of its result is higher."""
+        """Return whether its result has the same precision and a higher order."""
         return self.precision == other.precision and self.order > other.order
 
 
@@ -121,7 +121,8 @@ def measured_run(
                 break
             if not runs.is_made(configuration):
                 raise
-            # Where errors have grown to order one, the judge may have gone to high speeds.
+            # Once its error is of order one, the judge follows another motion, which may reach
+            # speeds at which it takes more steps than the limits allow.
             refused = error
             continue
         if trial is None:
@@ -270,7 +271,7 @@ class _Trial:
     def ends_the_search(self) -> bool:
         """Whether a longer precision would take too long."""
         judge = self.judge
-        # One that has left the motion, for high speeds, may have taken far more.
+        # The run whose error is of order one may have reached high speeds, and taken more steps.
         work = min(run.steps + _STEPS_OF_A_JUMP * len(run.arcs) for run in (self.kept, judge))
         too_much = work > _MOST_WORK and self.kept.reached >= judge.reached
         return bool(self.kept.exhausted or judge.exhausted or too_much)

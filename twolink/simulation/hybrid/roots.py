@@ -26,9 +26,6 @@ Array = NDArray[np.float64]
 
 _EPSILON = float(np.finfo(float).eps)
 
-# Terms of a polynomial by which a first approximation of its root is improved.
-_LEADING = 5
-
 # Number of slopes of unknown sign with which a polynomial is still known to have one minimum.
 _MOST_FLAT = 2
 
@@ -384,8 +381,6 @@ def _bracketed(coefficients: Sequence[Any], low: float, high: float, near: float
     if not isinstance(coefficients[0], float):
         # From the root in float64, few iterations in longer precision remain.
         near = _bracketed([float(c) for c in coefficients], low, high, near)
-    else:
-        near = _nearer(coefficients[:_LEADING], low, high, near)
     zero = 0 * coefficients[-1]
     low, high = zero + low, zero + high
     x = zero + near if low < near < high else (low + high) / 2
@@ -411,19 +406,6 @@ def _bracketed(coefficients: Sequence[Any], low: float, high: float, near: float
             return following
         x, before = following, change
     return x
-
-
-def _nearer(leading: Sequence[float], low: float, high: float, near: float) -> float:
-    """Return a place after an iteration with the leading terms, which are the largest ones.
-
-    It takes the place of an iteration with all terms.
-    """
-    value = slope = 0.0
-    for c in reversed(leading):
-        slope = slope * near + value
-        value = value * near + c
-    following = near - value / slope if slope < 0 else near
-    return following if low < following < high else near
 
 
 @functools.cache

@@ -383,7 +383,7 @@ class _History:
         self.notes += following.notes
 
     def _relaxed(self) -> Any:
-        """Return the time (s) of the next recovery of a surface within errors, else the end."""
+        """Return the time (s) at which the next surface has recovered, the end without one."""
         times = [
             compliant_state.relaxation_time(
                 self.system.elements[index], own, self.system.resolution
@@ -394,7 +394,7 @@ class _History:
         return self.state.t + self.system.number(min(times)) if times else self.end
 
     def _sprung_back(self, state: HybridState) -> HybridState:
-        """Return the state with surfaces undeformed that have recovered within errors."""
+        """Return the state in which surfaces that have recovered are undeformed."""
         compliant = state.compliant
         if not any(compliant):
             return state
