@@ -97,7 +97,7 @@ class CompiledMode:
     `gaps`, `recovering` and `roots` have the numbers of the elements, in the order of their
     variables after q and u; `clock` is the variable of time, where that is not the independent one.
     The parameters are the `numbers` of effects and dents, the scale of forces, and, with a clock,
-    the start of the arc (s). A compiled mode equals only itself, and may be the key of a dictionary.
+    the start of the arc (s). A compiled mode equals only itself, and may be the key of a mapping.
     """
 
     pool: IntegratorPool
