@@ -108,7 +108,7 @@ class Phase(Enum):
     WHOLE = "elastic"
     YIELDS = "yields"
     FLOWS = "flows"
-    DENTED = "is dented"
+    DENTED = "is in its dent"
     SLACK = "does not push"
 
     @classmethod

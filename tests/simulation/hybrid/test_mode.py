@@ -30,7 +30,7 @@ def test_a_mode_gives_the_state_of_an_element_by_name():
 def test_the_text_of_a_mode_omits_free_elements():
     assert str(MODE) == "A sticks, D on floor slips forward"
     assert str(Mode(("A",), (S.OPEN,))) == "moves freely"
-    assert str(DENTED) == "A sticks, D on steel rests and is dented"
+    assert str(DENTED) == "A sticks, D on steel rests and is in its dent"
     whole = Mode(("D on steel",), (S.CLOSED,), (PlasticState(Phase.WHOLE),))
     assert str(whole) == "D on steel rests"
 
