@@ -120,7 +120,7 @@ ROWS = {
     ],
     "twolink.simulation.hybrid": [
         "block jet mode tolerances",
-        "compliant_state constraint roots",
+        "compliant_state configurations constraint roots",
         "pose state",
         "dynamics",
         "system",

@@ -135,6 +135,46 @@ def test_values_are_in_the_numbers_of_the_precision(precision):
     assert abs(float(q[0, 2] - arc.end.q[0])) < 8 * system.rounding
 
 
+@pytest.mark.parametrize("t", [0.0, 1e-30, 0.3, 0.74, 0.75, 0.9])
+def test_quadruple_values_are_rounded_to_long_doubles(t):
+    """On a step by a clock, whose coefficients leave the range of float64, and after the end."""
+    own = PRECISIONS["quadruple"]
+    small = own.number(2) ** own.number(-1200)
+
+    def scaled(*row):
+        return own.array(np.array(row, dtype=float)) * np.array([small**-k for k in range(4)])
+
+    zero = 0 * scaled(0.0, 0.0, 0.0, 0.0)
+    long = Polynomials(
+        "quadruple", own.array(np.array([0.0, 0.75])),
+        np.array([[scaled(0, 0, 0, 1), zero, scaled(1, 1, 0, 0), zero],
+                  [own.array(np.array(row)) for row in rows((0.125,), (), (1.5,), ())]]),
+        np.array([scaled(0.0, 1.0, 1.0, 0.0), zero]), np.array([True, False]),
+        np.array([own.number(0.5) * small, own.number(0)]), np.arange(2),
+    )  # fmt: skip
+    s = 2 * np.longdouble(t) / (np.sqrt(1 + 4 * np.longdouble(t)) + 1) if t < 0.75 else 0.5
+    q, u = long.rounded_at(np.array([t]))
+    assert q.dtype == u.dtype == np.longdouble
+    assert abs(q[0, 0] - s**3) <= 4 * PRECISIONS["long double"].rounding
+    assert abs(u[0, 0] - 1 - s) <= 4 * PRECISIONS["long double"].rounding
+
+
+def test_values_of_shorter_precisions_are_not_rounded():
+    for rounded, own in zip(BOUNCE.rounded_at([0.5, 1.5]), BOUNCE.at([0.5, 1.5]), strict=True):
+        assert np.array_equal(rounded, own)
+
+
+@pytest.mark.parametrize("end", [0.4, 1.0, 2.5])
+def test_polynomials_end_earlier_in_their_state(end):
+    shorter = BOUNCE.until(end)
+    before = np.linspace(0.0, end, 9)[:-1]
+    assert np.array_equal(shorter.at(before), BOUNCE.at(before))
+    for t in (end, 2.9):
+        assert np.array_equal(shorter.at(t), BOUNCE.at(end))
+    assert float(shorter.starts[-1]) == end
+    assert shorter.ends[-1] == 0
+
+
 def test_a_run_without_arcs_is_constant():
     system = system_of(Gravity())
     state = state_of(system, (0.3, 0.2), (1.0, 2.0))

@@ -16,6 +16,7 @@ from twolink.errors import TooMuchError
 from twolink.limits import DEFAULT_LIMITS
 from twolink.scene import Scene
 from twolink.simulation.hybrid import measure
+from twolink.simulation.hybrid.configurations import Configuration
 from twolink.simulation.hybrid.measure import measured_run
 from twolink.simulation.hybrid.run import hybrid_run
 
@@ -133,7 +134,7 @@ def test_a_run_that_ends_early_is_measured_slightly_beyond_its_end(monkeypatch):
 def test_a_result_ends_where_it_can_no_longer_be_measured(monkeypatch):
     """In long double it would reach the end, but the run that measures it has its limit of work."""
     monkeypatch.setattr(measure, "_MOST_JUMPS", {"quadruple": 1, "long double": 12_000})
-    monkeypatch.setattr(measure, "_configurations", lambda accuracy: [LONG_DOUBLE])
+    monkeypatch.setattr(measure, "configurations", lambda accuracy: [LONG_DOUBLE])
     measured = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
     judge = next(run for run in measured.runs if run.formulation == "kane")
     assert judge.exhausted
@@ -154,7 +155,7 @@ def test_a_longer_run_replaces_a_shorter_one():
     assert other.judge(LONG_DOUBLE, whole).reached == 2.5
 
 
-LONG_DOUBLE = measure.Configuration("long double", 23, "quadruple", 31)
+LONG_DOUBLE = Configuration("long double", 23, "quadruple", 31)
 
 
 def test_a_longer_precision_that_takes_too_long_leaves_the_best_run(monkeypatch):
@@ -166,8 +167,8 @@ def test_a_longer_precision_that_takes_too_long_leaves_the_best_run(monkeypatch)
             raise TooMuchError("the motion would take a year; the limit is an hour")
         return hybrid_run(scene, times, precision=precision, **given)
 
-    double = measure.Configuration("double", 21, "long double", 23)
-    monkeypatch.setattr(measure, "_configurations", lambda accuracy: [double, LONG_DOUBLE])
+    double = Configuration("double", 21, "long double", 23)
+    monkeypatch.setattr(measure, "configurations", lambda accuracy: [double, LONG_DOUBLE])
     monkeypatch.setattr(measure, "hybrid_run", run_of)
     limited.append("quadruple")
     found = measured_run(SCENE, TIMES, 1e-17, "lagrange", lambda name: None)

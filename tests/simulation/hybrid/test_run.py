@@ -307,6 +307,21 @@ def test_a_run_ends_at_its_limit_of_time():
     assert whole.reached == 1.0
 
 
+@pytest.mark.parametrize("end", [0.5, 1.7, 3.2])
+def test_a_run_that_is_cut_is_one_that_ended_there(bounces, end):
+    times = np.linspace(0, 4, 401)
+    whole = hybrid_run(BOUNCES, times, effort=Effort(until=end))
+    cut = bounces.until(times, end)
+    assert cut.reached == whole.reached == end
+    assert cut.q.shape == whole.q.shape
+    assert np.abs(cut.q - whole.q).max() < 1e-14
+    assert [arc.mode for arc in cut.arcs] == [arc.mode for arc in whole.arcs]
+    assert cut.since == pytest.approx(whole.since, rel=1e-14)
+    assert [s.time for s in cut.strikes] == pytest.approx([s.time for s in whole.strikes])
+    ends = [np.concatenate(run.polynomials.at(end)) for run in (cut, whole)]
+    assert ends[0] == pytest.approx(ends[1], rel=1e-13, abs=1e-14)
+
+
 def test_order_19_does_not_lose_digits_on_a_hertz_like_surface():
     """Its step would follow from coefficients that vanish: an error of 1.7e-11 in long double."""
     ball = CompliantSurface((0.0, 1.3), (0.0, -1.0), "hertz", 2.5e7, on=("D", "C2"))

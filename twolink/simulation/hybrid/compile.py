@@ -86,8 +86,35 @@ class Stepper(NamedTuple):
     @classmethod
     def of(cls, integrator: Any) -> Stepper:
         """Return the views of an integrator."""
-        pars = integrator.pars
-        return cls(integrator, integrator.step, integrator.state, integrator.tc, pars)
+        tc, pars = integrator.tc, integrator.pars
+        is_long = tc.dtype not in (np.float64, np.longdouble)
+        step = functools.partial(_step, integrator) if is_long else integrator.step
+        return cls(integrator, step, integrator.state, tc, pars)
+
+
+# Later (s) than the end of any step.
+_NEVER = 1e300
+
+
+def _step(integrator: Any, longest: Any = None, write_tc: bool = True) -> tuple[Any, Any]:
+    """Take a step of at most `longest` (s), and return its outcome and length, as `step` does.
+
+    Other threads run meanwhile, as they do not in heyoka's own `step`: in quadruple precision a
+    step takes a millisecond.
+    """
+    hy = heyoka()
+    if longest is None:
+        outcome, _, length, *_ = integrator.propagate_until(
+            type(integrator.time)(_NEVER), max_steps=1, write_tc=write_tc
+        )
+    else:
+        outcome, _, length, *_ = integrator.propagate_until(
+            integrator.time + 2 * longest, max_delta_t=longest, max_steps=1, write_tc=write_tc
+        )
+        # heyoka counts no step that was cut.
+        length = length if length > 0 else longest
+    complete = outcome == hy.taylor_outcome.step_limit
+    return hy.taylor_outcome.success if complete else outcome, length
 
 
 @dataclass(frozen=True, eq=False)

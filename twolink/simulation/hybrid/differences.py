@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.contact.impact_laws import Regime
-from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid.run import HybridRun
 from twolink.times import merged
 
@@ -41,9 +40,7 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     """
     end = min(first.reached, second.reached)
     moments = _moments(first, second, times, end)
-    ours, theirs = (np.concatenate(run.polynomials.at(moments)) for run in (first, second))
-    if ours.dtype != theirs.dtype:
-        ours = PRECISIONS[second.precision].lengthened(ours)
+    ours, theirs = (np.concatenate(run.polynomials.rounded_at(moments)) for run in (first, second))
     found = np.abs(ours - theirs).max(axis=0).astype(float)
     # From a place in time on the difference is at least this.
     least = np.zeros(len(moments) + 1)

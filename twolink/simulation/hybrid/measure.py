@@ -8,9 +8,8 @@ that the second is more accurate, which the sequence of precisions and orders en
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +17,11 @@ from numpy.typing import NDArray
 from twolink.errors import TooMuchError
 from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PrecisionName
+from twolink.interruptible import side_by_side
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
+from twolink.simulation.hybrid.configurations import BEST_ORDER, Configuration, Seen, configurations
 from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS, differences
 from twolink.simulation.hybrid.run import Effort, HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import BEYOND, MOST_JUMPS, PATIENCE
@@ -28,12 +29,6 @@ from twolink.simulation.smooth.equations import EQUATIONS
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], Callable[[float], None] | None]
-
-# The constraints of a mode hold to round-off at any accuracy.
-_LOWEST_ORDER = 15
-
-# Assumed growth of the errors of a step over a run, before a retry.
-_GROWTH = 1e3
 
 # Allowance for the error of the measuring run: it is a thousandth, and stated as a tenth.
 _MARGIN = 1.1
@@ -50,13 +45,8 @@ _MOST_JUMPS: dict[PrecisionName, int] = {
 # with more of them are ended.
 _MOST_SHORT_STEPS: dict[PrecisionName, int] = {"long double": 80_000}
 
-# The order without truncation error in double precision, and the steps above which lower orders
-# lose accuracy.
-_BEST_ORDER = 21
+# Steps above which orders below the best one lose accuracy.
 _MANY_STEPS_OF_A_LOW_ORDER = 3000
-
-# A higher order of the same precision gains less than this many times the accuracy.
-_LOST = 1e4
 
 # Relative difference of the ends of two runs that reach equally far.
 _DIGITS = 4
@@ -66,19 +56,6 @@ _RUNS_AT_ONCE = 4
 
 # Factor on the number of bounces that the measuring run resolves before it omits endless ones.
 _MORE_PATIENCE = 2
-
-
-class Configuration(NamedTuple):
-    """A precision and an order, and those of the run that judges it."""
-
-    precision: PrecisionName
-    order: int
-    judge: PrecisionName
-    judging_order: int
-
-    def is_finer_than(self, other: Configuration) -> bool:
-        """Return whether its result has the same precision and a higher order."""
-        return self.precision == other.precision and self.order > other.order
 
 
 @dataclass(frozen=True)
@@ -107,13 +84,12 @@ def measured_run(
     runs = _Runs(scene, times, EQUATIONS[formulation].in_speeds, progress, limits)
     best: _Trial | None = None
     refused: TooMuchError | None = None
-    last: Configuration | None = None
-    for configuration in _configurations(accuracy):
-        finer = last is not None and configuration.is_finer_than(last)
-        if finer and best is not None and best.worst > _LOST * accuracy:
-            # A higher order does not gain that many digits.
+    seen: Seen | None = None
+    every = list(configurations(accuracy))
+    for configuration in every:
+        hopeless = seen is not None and seen.expected(configuration) > accuracy
+        if configuration is not every[-1] and (hopeless or runs.judge_fails(configuration)):
             continue
-        last = configuration
         try:
             trial = runs.trial(configuration, accuracy)
         except TooMuchError as error:
@@ -127,6 +103,7 @@ def measured_run(
             continue
         if trial is None:
             continue
+        seen = Seen(configuration, times, trial.errors)
         best = _best_of(best, trial, times)
         if trial.suffices or trial.ends_the_search:
             break
@@ -134,6 +111,9 @@ def measured_run(
         assert refused is not None
         raise refused
     return Measured(best.kept, best.errors, best.judge, tuple(runs.known.values()))
+
+
+_Key = tuple[PrecisionName, int, FormulationName]
 
 
 @dataclass(frozen=True)
@@ -149,19 +129,37 @@ class _Runs:
     own: FormulationName
     progress: Progress
     limits: Limits
-    known: dict[tuple[PrecisionName, int, FormulationName], HybridRun] = field(default_factory=dict)
+    known: dict[_Key, HybridRun] = field(default_factory=dict)
 
     def trial(self, configuration: Configuration, accuracy: float) -> _Trial | None:
         """Return a run and its errors, or None if its order is too low for its number of steps."""
+        if configuration.is_long:
+            self._make_both(configuration)
         kept = self.kept(configuration)
         many = kept.steps > _MANY_STEPS_OF_A_LOW_ORDER or (kept.failure and kept.exhausted)
-        if configuration.order < _BEST_ORDER and many:
+        if configuration.order < BEST_ORDER and many:
             # The truncation errors of many steps add up to more than the accuracy.
             return None
         judge = self.judge(configuration, kept)
         margin = _MARGIN if configuration.precision != configuration.judge else MARGIN_OF_EQUALS
         errors = margin * differences(kept, judge, self.times, accuracy)
         return _Trial(kept, judge, errors, accuracy, float(self.times[-1]))
+
+    def judge_fails(self, configuration: Configuration) -> bool:
+        """Return whether the judge of a configuration is known to end before the motion does."""
+        key = configuration.judge, configuration.judging_order, self._other
+        return key in self.known and bool(self.known[key].failure)
+
+    def _make_both(self, configuration: Configuration) -> None:
+        """Make the runs of a configuration, each in a thread: their steps need no interpreter."""
+        own = configuration.precision, configuration.order, self.own
+        other = configuration.judge, configuration.judging_order, self._other
+        missing = [key for key in (own, other) if key not in self.known]
+
+        def made(key: _Key) -> Callable[[Callable[[], None]], HybridRun]:
+            return lambda go_on: self._run(key, self.scene.duration, go_on)
+
+        self.known.update(zip(missing, side_by_side(*map(made, missing)), strict=True))
 
     def is_made(self, configuration: Configuration) -> bool:
         """Return whether the run of a configuration is there, with or without its judge."""
@@ -180,6 +178,8 @@ class _Runs:
                 configuration.precision, configuration.order, self.own, self.scene.duration
             )
         made = self._made(configuration.precision, configuration.order, self.own, judge.reached)
+        if made.reached > judge.reached:
+            made = made.until(self.times, judge.reached)
         return made if made.failure else replace(made, failure=judge.failure, exhausted=True)
 
     def judge(self, configuration: Configuration, kept: HybridRun) -> HybridRun:
@@ -188,8 +188,12 @@ class _Runs:
         return self._judge(configuration, min(beyond, self.scene.duration))
 
     def _judge(self, configuration: Configuration, until: float) -> HybridRun:
-        other = next(name for name in FORMULATIONS if name != self.own)
-        return self._made(configuration.judge, configuration.judging_order, other, until)
+        return self._made(configuration.judge, configuration.judging_order, self._other, until)
+
+    @property
+    def _other(self) -> FormulationName:
+        """The formulation of the judges."""
+        return next(name for name in FORMULATIONS if name != self.own)
 
     def _made(
         self, precision: PrecisionName, order: int, by: FormulationName, until: float
@@ -198,20 +202,31 @@ class _Runs:
         key = precision, order, by
         known = self.known.get(key)
         if known is None or (known.reached < until and not known.failure):
-            low = by == self.own and order < _BEST_ORDER
-            effort = Effort(
-                jumps=_MOST_JUMPS.get(precision, MOST_JUMPS),
-                steps=_MANY_STEPS_OF_A_LOW_ORDER if low else math.inf,
-                short_steps=_MOST_SHORT_STEPS.get(precision, math.inf),
-                patience=PATIENCE if by == self.own else _MORE_PATIENCE * PATIENCE,
-                until=until,
-            )
-            self.known[key] = hybrid_run(
-                self.scene, self.times, formulation=by, precision=precision, order=order,
-                partial=True, effort=effort, progress=self.progress(f"order {order}, {precision}"),
-                limits=replace(self.limits, memory=self.limits.memory / _RUNS_AT_ONCE),
-            )  # fmt: skip
+            self.known[key] = self._run(key, until)
         return self.known[key]
+
+    def _run(self, key: _Key, until: float, go_on: Callable[[], None] = lambda: None) -> HybridRun:
+        """Return a run up to a time (s), or as far as it goes; it calls `go_on` now and then."""
+        precision, order, by = key
+        report = self.progress(f"order {order}, {precision}") or (lambda share: None)
+
+        def advance(share: float) -> None:
+            go_on()
+            report(share)
+
+        low = by == self.own and order < BEST_ORDER
+        effort = Effort(
+            jumps=_MOST_JUMPS.get(precision, MOST_JUMPS),
+            steps=_MANY_STEPS_OF_A_LOW_ORDER if low else math.inf,
+            short_steps=_MOST_SHORT_STEPS.get(precision, math.inf),
+            patience=PATIENCE if by == self.own else _MORE_PATIENCE * PATIENCE,
+            until=until,
+        )
+        return hybrid_run(
+            self.scene, self.times, formulation=by, precision=precision, order=order,
+            partial=True, effort=effort, progress=advance,
+            limits=replace(self.limits, memory=self.limits.memory / _RUNS_AT_ONCE),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -283,19 +298,3 @@ def _best_of(best: _Trial | None, trial: _Trial, times: Array) -> _Trial:
         return trial
     judged = best.judged_by(trial.judge, times)
     return trial if trial.rank > judged.rank else judged
-
-
-def _configurations(accuracy: float) -> Iterator[Configuration]:
-    """Yield the precisions and orders to try, the cheapest sufficient one first."""
-    wanted = -math.log(accuracy / _GROWTH) / 2 - 1
-    order = max(_LOWEST_ORDER, 2 * math.ceil((wanted - 1) / 2) + 3)
-    if order <= 19:
-        yield Configuration("double", order, "long double", min(order + 4, 23))
-    if order <= _BEST_ORDER:
-        yield Configuration("double", _BEST_ORDER, "long double", 23)
-    # The truncation of order 25, 3e-23 of a step, is far below a rounding of long doubles.
-    yield Configuration("long double", 23, "quadruple", 25)
-    # The run that measured the last one measures this one as well, if its error allows.
-    yield Configuration("quadruple", 31, "quadruple", 25)
-    yield Configuration("quadruple", 31, "quadruple", 35)
-    yield Configuration("quadruple", 41, "quadruple", 35)

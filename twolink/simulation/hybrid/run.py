@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
 from typing import Any, Literal, NamedTuple
@@ -111,6 +111,22 @@ class HybridRun(MotionRun):
             return self.polynomials.at(times, side)
 
         return at
+
+    def until(self, times: Any, end: float) -> HybridRun:
+        """Return the run up to an earlier end (s); `times` (s) are those of its samples."""
+        count = int(np.count_nonzero(times <= end))
+        arcs = tuple(arc for arc in self.arcs if arc.start.t < end)
+        return replace(
+            self,
+            q=self.q[:, :count],
+            u=self.u[:, :count],
+            arcs=arcs,
+            polynomials=self.polynomials.until(end),
+            since=self.since[: len(arcs)],
+            strikes=tuple(strike for strike in self.strikes if strike.time <= end),
+            doubts=tuple(doubt for doubt in self.doubts if doubt.time <= end),
+            reached=end,
+        )
 
 
 class Effort(NamedTuple):

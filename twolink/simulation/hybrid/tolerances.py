@@ -77,6 +77,14 @@ LONG_FLIGHT = 1e3
 # whether the laws themselves end there. Read by measure.
 BEYOND = 0.01
 
+# Difference of two runs (rad or rad/s) above which they follow different motions, and do not show
+# any more how errors grow. Read by configurations.
+SATURATED = 1e-3
+
+# Least share of the duration from which the growth of errors is extrapolated. Read by
+# configurations.
+LEAST_SHARE = 0.01
+
 # Jumps without an impact after which a run is given up if it would take as many times as many for
 # the rest. Read by run.
 MANY_JUMPS = 1_000

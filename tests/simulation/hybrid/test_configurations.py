@@ -1,0 +1,82 @@
+"""Which pair of runs is expected to suffice, for errors that grow by known laws."""
+
+import math
+
+import numpy as np
+import pytest
+
+from twolink.simulation.hybrid.configurations import Configuration, Seen, configurations
+
+TIMES = np.linspace(0.0, 4.0, 401)
+LOW, DOUBLE, LONG, FIRST, SECOND, LAST = configurations(1e-9)
+
+
+def growing(configuration, rate):
+    """Return the errors of runs whose errors grow exponentially until they are of order one."""
+    return np.minimum(configuration.step_error * np.exp(rate * TIMES), 0.3)
+
+
+def taken(configuration, errors, accuracy):
+    """Return the pair that follows one with these errors."""
+    seen = Seen(configuration, TIMES, errors)
+    rest = [LOW, DOUBLE, LONG, FIRST, SECOND, LAST]
+    rest = rest[rest.index(configuration) + 1 :]
+    return next((each for each in rest if seen.expected(each) <= accuracy), LAST)
+
+
+def test_the_pairs_become_more_precise_and_judges_do_not_share_orders():
+    errors = [each.step_error for each in configurations(1e-9)]
+    assert errors == sorted(errors, reverse=True)
+    assert all(each.order != each.judging_order for each in configurations(1e-9))
+    assert [each.is_long for each in configurations(1e-9)] == [
+        False,
+        False,
+        False,
+        True,
+        True,
+        True,
+    ]
+
+
+@pytest.mark.parametrize(("accuracy", "first"), [(1e-3, 15), (1e-11, 19), (1e-13, 21)])
+def test_the_first_order_suffices_for_the_accuracy(accuracy, first):
+    assert next(configurations(accuracy)).order == first
+
+
+@pytest.mark.parametrize(
+    ("rate", "following"), [(2.0, DOUBLE), (4.5, FIRST), (8.0, SECOND), (10.0, LAST)]
+)
+def test_an_error_that_grows_exponentially_is_expected_to_go_on(rate, following):
+    """The true error at the end, 4 s, is that of a step times exp(4 rate), here up to 2e17."""
+    errors = growing(LOW, rate)
+    assert taken(LOW, errors, 1e-9) == following
+    seen = Seen(LOW, TIMES, errors)
+    for each in (DOUBLE, FIRST, SECOND, LAST):
+        exact = each.step_error * math.exp(4 * rate)
+        assert seen.expected(each) == pytest.approx(exact * (100 if rate > 6 else 1), rel=0.5)
+
+
+def test_the_end_of_bounces_goes_with_the_root_of_round_off():
+    """In double precision 1e-6, in long double precision 2e-8, in quadruple precision nothing."""
+    errors = np.where(TIMES < 2, 1e-14, 1e-6)
+    seen = Seen(DOUBLE, TIMES, errors)
+    assert seen.expected(LONG) == pytest.approx(1e-6 * 2**-5.5, rel=1e-12)
+    assert taken(DOUBLE, errors, 1e-9) == FIRST
+    assert taken(DOUBLE, errors, 1e-7) == LONG
+
+
+def test_the_part_before_the_end_of_a_judge_counts():
+    errors = np.where(TIMES < 2, 1e-14, np.inf)
+    assert Seen(DOUBLE, TIMES, errors).expected(LONG) < 1e-15
+    assert Seen(DOUBLE, TIMES, np.full(401, np.inf)).expected(LONG) == 0
+    assert Seen(DOUBLE, TIMES, np.zeros(401)).expected(LONG) == 0
+
+
+def test_a_motion_that_is_chaotic_from_its_start_has_a_finite_expectation():
+    errors = np.where(TIMES > 0, 0.3, 0.0)
+    assert math.isfinite(Seen(LOW, TIMES, errors).expected(LAST))
+    assert taken(LOW, errors, 1e-9) == LAST
+
+
+def test_rounding_is_that_of_the_result():
+    assert Configuration("long double", 23, "quadruple", 25).rounding == 2.0**-63

@@ -1,0 +1,116 @@
+"""The precisions and orders of a measured run and of its judge, and the choice between them.
+
+A pair of runs that misses the accuracy shows how much the motion amplifies the error of a step. The
+next pair is the cheapest one that is expected to suffice by this growth. The expectation saves
+work; only the difference of two runs decides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.simulation.hybrid.tolerances import LEAST_SHARE, SATURATED
+
+Array = NDArray[np.float64]
+
+# The constraints of a mode hold to round-off at any accuracy.
+_LOWEST_ORDER = 15
+
+# The order without truncation error in double precision.
+BEST_ORDER = 21
+
+# Assumed growth of the errors of a step over a run, before a pair has shown it.
+_GROWTH = 1e3
+
+# Margin of a growth that is extrapolated from the time before an error is saturated.
+_EXTRAPOLATED = 100.0
+
+
+class Configuration(NamedTuple):
+    """A precision and an order, and those of the run that judges it."""
+
+    precision: PrecisionName
+    order: int
+    judge: PrecisionName
+    judging_order: int
+
+    @property
+    def is_long(self) -> bool:
+        """Whether both runs are of the longest precision."""
+        return self.precision == self.judge
+
+    @property
+    def rounding(self) -> float:
+        """The distance from 1 to the next number in the precision of the result."""
+        return PRECISIONS[self.precision].rounding
+
+    @property
+    def step_error(self) -> float:
+        """The larger relative error of a step of the two runs, by round-off or truncation."""
+        return max(
+            _step_error(self.precision, self.order), _step_error(self.judge, self.judging_order)
+        )
+
+
+class Seen(NamedTuple):
+    """The errors (rad, rad/s) up to each time that a configuration has shown, both of shape (n,).
+
+    They are infinite from the time on at which the judge ends.
+    """
+
+    configuration: Configuration
+    times: Array
+    errors: Array
+
+    def expected(self, following: Configuration) -> float:
+        """Return the error (rad, rad/s) at the end that another configuration is expected to have.
+
+        The errors of steps grow alike in both. An error of the omitted part of bounces that
+        accumulate goes with the square root of round-off (`tolerances.zeno_time`), in double and
+        long double precision; in quadruple precision it is below 1e-14.
+        """
+        finite = self.errors[np.isfinite(self.errors)]
+        worst = float(finite.max(initial=0.0))
+        growth = self._growth(finite)
+        expected = math.exp(min(growth + math.log(following.step_error), 700.0))
+        if following.is_long or following.precision == self.configuration.precision:
+            return expected
+        return max(expected, worst * math.sqrt(following.rounding / self.configuration.rounding))
+
+    def _growth(self, errors: Array) -> float:
+        """Return the logarithm of the factor by which the error of a step grows over the motion."""
+        own = math.log(self.configuration.step_error)
+        large = np.flatnonzero(errors > SATURATED)
+        if not len(large):
+            worst = float(errors.max(initial=0.0))
+            return math.log(worst) - own if worst > 0 else -math.inf
+        share = max(float(self.times[large[0]] / self.times[-1]), LEAST_SHARE)
+        return (math.log(SATURATED) - own) / share + math.log(_EXTRAPOLATED)
+
+
+def _step_error(precision: PrecisionName, order: int) -> float:
+    """Return the relative error of a step, by round-off or truncation."""
+    own = PRECISIONS[precision]
+    return max(own.rounding, own.step_tolerance(order))
+
+
+def configurations(accuracy: float) -> Iterator[Configuration]:
+    """Yield the precisions and orders for an accuracy (rad, rad/s), the cheapest first."""
+    wanted = -math.log(accuracy / _GROWTH) / 2 - 1
+    order = max(_LOWEST_ORDER, 2 * math.ceil((wanted - 1) / 2) + 3)
+    if order <= 19:
+        yield Configuration("double", order, "long double", min(order + 4, 23))
+    if order <= BEST_ORDER:
+        yield Configuration("double", BEST_ORDER, "long double", 23)
+    # The truncation of order 25, 3e-23 of a step, is far below a rounding of long doubles.
+    yield Configuration("long double", 23, "quadruple", 25)
+    # The judge of the last one may be there.
+    yield Configuration("quadruple", 31, "quadruple", 25)
+    yield Configuration("quadruple", 35, "quadruple", 31)
+    yield Configuration("quadruple", 41, "quadruple", 37)
