@@ -180,6 +180,17 @@ def test_a_gap_that_touches_zero_leaves_a_doubt_of_a_slow_impact():
     assert 0 < doubt.speed < 1e-6
 
 
+def test_a_doubt_beside_a_clock_has_the_time_and_the_speed_of_the_motion():
+    """(s − 1/4)² on the second step, on which t = 2 + 3/4 + 4 s."""
+    steps = [[(1, 0.1), (0, 1.5)], [(1 / 16, -1 / 2, 1), (0.75, 4)]]
+    state = state_of(SYSTEM, (-0.3, -0.2))._replace(t=2.0)
+    found = certificate_of(HITS, clock=1, span=9.0, state=state)
+    _, (doubt,) = found.first_event(block_of(steps, (0.5, 0.5)), False)
+    _, (in_time,) = first(HITS, (1 / 16, -1 / 2, 1))
+    assert doubt.time == pytest.approx(2.75, rel=1e-15)
+    assert doubt.speed == pytest.approx(in_time.speed / 4, rel=1e-6)
+
+
 def test_a_limit_that_is_touched_leaves_the_motion_open_if_static_friction_is_higher():
     """Joint A may break loose, and would then slide with less friction; in B both are one."""
     touching = (1 / 16, -1 / 2, 1)

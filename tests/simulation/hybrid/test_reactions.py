@@ -19,6 +19,7 @@ from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.simulation.hybrid.compliant_state import CompliantState
 from twolink.simulation.hybrid.jump import jump
@@ -244,6 +245,28 @@ def test_a_dent_that_is_left_behind_is_forgotten():
     assert after.state.compliant[0].plastic == PlasticState(Phase.WHOLE)
     assert after.state.gaps == (0.0,)
     assert after.mode.states == (S.OPEN,)
+
+
+@pytest.mark.parametrize(
+    ("below", "u", "left"),
+    [(0.0, -1.0, True), (1e-15, -1.0, True), (-1e-15, -1.0, True), (1e-9, -1.0, False),
+     (0.0, 1.0, False)],
+)  # fmt: skip
+def test_an_impact_at_the_edge_of_a_dent_ends_it(below, u, left):
+    """Link 1 moves up against its stop as D, which moves with it, comes to the edge of its dent."""
+    stop = JointStop("A", lower=0.0, restitution=0.5)
+    system = system_of(stop, STEEL)
+    dent = PlasticState(Phase.DENTED, 1e9, 1e-6, 2e-6)
+    state = state_of(system, (0.0, -0.5))
+    state = state._replace(
+        q=(0.0, 0.0), u=(u, u), gaps=(0.0, 1e-6 - below), touching=frozenset(),
+        compliant=(None, CompliantState(None, 0, dent)),
+    )  # fmt: skip
+    after = REACTIONS[E.HITS](
+        system, state, mode_of(system, S.OPEN, S.OPEN, dents=(None, dent)), Trigger(E.HITS, 0)
+    ).state
+    assert after.compliant[1].plastic == (PlasticState(Phase.WHOLE) if left else dent)
+    assert after.gaps[1] == (0.0 if left else 1e-6 - below)
 
 
 @pytest.mark.parametrize(("q1", "u1", "sliding"), [(0.0, 2.0, (1, 0)), (0.5, 1e-17, (0, 0))])

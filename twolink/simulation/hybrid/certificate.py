@@ -84,6 +84,7 @@ class Certificate:
         `state` at the start a speed is known better, near a singular pose and on stiff surfaces.
         """
         self._system, self._compiled, self._span = system, compiled, span
+        self._begins = 0.0 if state is None else float(state.t)
         layout = compiled.layout
         self._triggers, self._reversed = layout.triggers, layout.reversed
         self._start = StartOfArc(system, compiled, mode, orders, state)
@@ -270,12 +271,23 @@ class Certificate:
             bend = sum(
                 k * (k - 1) * float(c) * x ** (k - 2) for k, c in enumerate(polynomial) if k > 1
             )
-            speed = math.sqrt(2 * abs(bend) * bound) / float(block.lengths[place])
+            pace = self._time_of(block, place, x)[1]
+            speed = math.sqrt(2 * abs(bend) * bound) / pace if pace > 0 else math.inf
         elif element.hysteretic and trigger.kind in (EventKind.BREAKS, EventKind.STOPS):
             speed = math.inf
         else:
             return None
-        return Doubt(float(block.starts[place]), trigger, speed)
+        return Doubt(self._time_of(block, place, 0.0)[0], trigger, speed)
+
+    def _time_of(self, block: Block, place: int, x: float) -> tuple[float, float]:
+        """Return the time (s) at x on a step, and its rate (s)."""
+        start, length, clock = block.starts[place], block.lengths[place], self._compiled.clock
+        if clock is None:
+            return float(start) + x * float(length), float(length)
+        row = block.coefficients[place, clock]
+        terms = [float(c) for c in row * powers(block.lengths[place : place + 1], len(row))[0]]
+        time = self._begins + sum(c * x**k for k, c in enumerate(terms))
+        return time, sum(k * c * x ** (k - 1) for k, c in enumerate(terms) if k)
 
 
 def _by_step(suspects: Sequence[_Suspect]) -> Sequence[Sequence[_Suspect]]:

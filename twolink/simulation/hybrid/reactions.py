@@ -40,6 +40,7 @@ class Reaction(NamedTuple):
 def _hits(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
     """A gap closes: a rigid contact has an impact, compliant ones begin to press."""
     index = trigger.index
+    state = _out_of_dents(system, state)
     if state.compliant[index] is not None:
         for number in _met_with(system, state, index):
             state, pose, slow = _met(system, state, number)
@@ -61,6 +62,28 @@ def _hits(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger
         sliding = put(state.sliding, number, sliding_of(system, pose, number, state.u))
         state = state._replace(touching=state.touching | {number}, sliding=sliding)
     return Reaction(state, {})
+
+
+def _out_of_dents(system: HybridSystem, state: HybridState) -> HybridState:
+    """Return the state in which points at the edges of their dents have left them.
+
+    A point that an impact stops or turns back at the edge, within round-off, has left its dent in
+    any run, as if it had reached the edge before the impact.
+    """
+    if not any(state.compliant):
+        return state
+    pose = system.pose(state.q)
+    for number, (own, gap) in enumerate(zip(state.compliant, state.gaps, strict=True)):
+        inside = number in state.touching or own is None or own.plastic is None
+        if inside or not own.plastic.is_kept:  # type: ignore[union-attr]
+            continue
+        normal = system.elements[number].normal
+        assert normal is not None
+        x, y = pose.row(normal)
+        at_edge = abs(gap - own.plastic.residual) <= system.place_of_rounding  # type: ignore[union-attr]
+        if at_edge and approach((-x, -y), state.u, system.rounding):
+            state = _cleared(system, state, number)
+    return state
 
 
 def _met_with(system: HybridSystem, state: HybridState, index: int) -> Iterator[int]:
@@ -260,13 +283,17 @@ def _turns(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigge
 
 def _clears(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
     """The point leaves a plastic indentation: the surface is as undeformed again."""
-    own = state.compliant[trigger.index]
+    return Reaction(_cleared(system, state, trigger.index), _as_before(mode))
+
+
+def _cleared(system: HybridSystem, state: HybridState, index: int) -> HybridState:
+    """Return the state in which a point has left its dent."""
+    own = state.compliant[index]
     assert own is not None
-    state = state._replace(
-        compliant=put(state.compliant, trigger.index, compliant_state.cleared(own)),
-        gaps=put(state.gaps, trigger.index, system.number(0)),
+    return state._replace(
+        compliant=put(state.compliant, index, compliant_state.cleared(own)),
+        gaps=put(state.gaps, index, system.number(0)),
     )  # fmt: skip
-    return Reaction(state, _as_before(mode))
 
 
 def _with(
