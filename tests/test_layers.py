@@ -120,8 +120,9 @@ ROWS = {
     ],
     "twolink.simulation.hybrid": [
         "block jet mode tolerances",
-        "compliant_state configurations constraint roots",
-        "pose state",
+        "bernstein compliant_state configurations constraint",
+        "polishing pose state",
+        "roots",
         "dynamics",
         "system",
         "complementarity event_functions impact",

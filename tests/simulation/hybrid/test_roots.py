@@ -11,55 +11,16 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Chebyshev, Polynomial
 
+from tests.simulation.hybrid.polynomials import EPSILON, as_floats, bound_of, expanded, series_like
 from twolink.integration.precisions import PRECISIONS
-from twolink.simulation.hybrid import roots
-from twolink.simulation.hybrid.roots import (
-    bernstein_matrix,
-    first_fall,
-    is_positive_until,
-    lowest,
-    margins_of,
-    polished,
-    product,
-    rounding_bound,
-)
+from twolink.simulation.hybrid import bernstein, roots
+from twolink.simulation.hybrid.bernstein import bernstein_matrix
+from twolink.simulation.hybrid.roots import first_fall
 from twolink.simulation.hybrid.tolerances import POLYNOMIAL
-
-EPSILON = 2.0**-52
-
-
-def bound_of(coefficients, precision="double"):
-    return rounding_bound(coefficients, PRECISIONS[precision].rounding)
-
-
-def are_positive(coefficients):
-    margins, _, _ = margins_of(coefficients, EPSILON)
-    return margins > 0
 
 
 def fall(coefficients):
     return first_fall(coefficients, bound_of(coefficients))
-
-
-def expanded(*factors):
-    """Return the coefficients of a product of polynomials, each rounded once."""
-    total = [Fraction(1)]
-    for factor in factors:
-        grown = [Fraction(0)] * (len(total) + len(factor) - 1)
-        for i, a in enumerate(total):
-            for j, b in enumerate(factor):
-                grown[i + j] += a * Fraction(b)
-        total = grown
-    return total
-
-
-def as_floats(coefficients):
-    return [float(c) for c in coefficients]
-
-
-def series_like(random, count):
-    """Return coefficients that shrink as those of a step that goes to rounding."""
-    return list(random.normal(size=count) * np.exp(-1.7 * np.arange(count)))
 
 
 def in_mpmath(number):
@@ -77,69 +38,6 @@ def real_roots(coefficients):
     roots = np.roots(coefficients[::-1])
     real = roots.real[abs(roots.imag) < 1e-6]
     return sorted(real[(real > -1e-6) & (real < 1 + 1e-6)])
-
-
-# The Bernstein form.
-
-
-@pytest.mark.parametrize("length", [1, 2, 5, 20, 24])
-def test_bernstein_coefficients_give_the_polynomial(length, random):
-    """Σ b_j B_j(x) is Σ c_k x^k, at as many places as the degree has and one more."""
-    c = random.normal(size=length)
-    b, degree = c @ bernstein_matrix(length), length - 1
-    for x in np.linspace(0, 1, length + 1):
-        basis = [math.comb(degree, j) * x**j * (1 - x) ** (degree - j) for j in range(length)]
-        assert b @ basis == pytest.approx(np.polyval(c[::-1], x), rel=1e-13, abs=1e-13)
-
-
-def test_bernstein_coefficients_at_the_ends_are_the_values_there(random):
-    c = random.normal(size=12)
-    b = c @ bernstein_matrix(12)
-    assert b[0] == c[0]
-    assert b[-1] == pytest.approx(c.sum(), rel=1e-14)
-
-
-# The proof that there is no root.
-
-
-@settings(max_examples=300)
-@given(
-    st.floats(0, 1),
-    st.lists(st.floats(-1e3, 1e3, allow_subnormal=False), min_size=1, max_size=18),
-)
-def test_no_polynomial_with_a_root_is_proven_positive(root, others):
-    exactly = expanded([-Fraction(root), 1], others)
-    coefficients = np.array([as_floats(exactly)])
-    assert not are_positive(coefficients)[0]
-    assert not are_positive(-coefficients)[0]
-
-
-def test_polynomials_that_are_well_above_zero_are_proven_positive(random):
-    rows = np.array([series_like(random, 20) for _ in range(200)])
-    values = np.array([np.polyval(row[::-1], np.linspace(0, 1, 101)) for row in rows])
-    rows[:, 0] += 0.5 - values.min(axis=1)
-    assert are_positive(rows).all()
-
-
-def test_each_polynomial_is_judged_for_itself():
-    rows = np.array([[1.0, 1.0, 0, 0], [1.0, -2.0, 0, 0], [0.5, -1.5, 1.0, 0]])
-    rows = np.hstack([rows, np.zeros((3, 2))])
-    assert are_positive(rows).tolist() == [True, False, False]
-
-
-def test_the_bound_covers_the_rounding_of_the_values(random):
-    """Values in float64 differ from exact ones by no more than the bound."""
-    for _ in range(50):
-        c = series_like(random, 20)
-        bound = bound_of(c)
-        for x in random.uniform(size=5):
-            exact = sum(Fraction(a) * Fraction(x) ** k for k, a in enumerate(c))
-            assert abs(Fraction(np.polyval(c[::-1], x)) - exact) <= bound
-
-
-def test_the_bound_covers_the_terms_that_a_step_cuts_off():
-    """The last two terms are of the order of those that a series goes on with."""
-    assert bound_of([1.0, 0.0, 0.0, 1e-3, -2e-3]) >= 3e-3
 
 
 # Simple roots.
@@ -241,15 +139,6 @@ def test_known_bernstein_coefficients_give_the_same_fall(random):
         assert first_fall(c, bound_of(c), known) == fall(c)
 
 
-def test_the_margin_of_a_polynomial_is_a_bound_on_its_minimum(random):
-    rows = np.array([series_like(random, 12) for _ in range(50)])
-    margins, bernstein, bounds = margins_of(rows, EPSILON)
-    assert bounds == pytest.approx([bound_of(row) for row in rows], rel=1e-14)
-    values = [Polynomial(row)(np.linspace(0, 1, 101)).min() for row in rows]
-    assert (margins <= values).all()
-    assert (margins <= bernstein.min(axis=1)).all()
-
-
 @pytest.mark.parametrize("flight", [1e-3, 1e-7, 1e-11, 1e-15])
 def test_a_flight_of_a_tiny_part_of_the_step_is_found_to_its_last_bits(flight):
     """A gap x (flight − x)(…), divided by x."""
@@ -304,8 +193,9 @@ def test_a_double_root_differs_from_two_roots_and_from_none_outside_the_bound():
 def test_a_minimum_close_to_zero_takes_few_halvings(precision, offset, random, monkeypatch):
     """((x − a)² + offset) (1 + …): a fall, a touch, or none, by the sign of the offset."""
     halvings = []
-    half = roots._left_half
-    monkeypatch.setattr(roots, "_left_half", lambda b: halvings.append(1) or half(b))
+    half = bernstein.left_half
+    for module in (bernstein, roots):
+        monkeypatch.setattr(module, "left_half", lambda b: halvings.append(1) or half(b))
     number = PRECISIONS[precision].number
     for _ in range(30):
         a = Fraction(random.uniform(0.05, 0.95))
@@ -333,7 +223,8 @@ def test_a_minimum_close_to_zero_takes_few_halvings(precision, offset, random, m
 def test_a_fall_from_zero_within_round_off_takes_few_halvings(precision, sign, random, monkeypatch):
     """Series that begin within their bound of zero, with a fall as t or t² and a later rise."""
     looked_at = []
-    monkeypatch.setattr(roots, "product", lambda *args: looked_at.append(1) or product(*args))
+    product = bernstein.product
+    monkeypatch.setattr(bernstein, "product", lambda *args: looked_at.append(1) or product(*args))
     number, rounding = PRECISIONS[precision].number, PRECISIONS[precision].rounding
     for _ in range(30):
         rest = [number(x) for x in random.uniform(-1, 1, size=15)]
@@ -417,79 +308,3 @@ def test_a_search_that_gives_up_still_finds_the_fall_of_a_piece_that_ends_below_
     found = first_fall(waves(10, -2.5), 1.0)
     assert 0.7 < found.fall < 1
     assert found.touch < 0.1
-
-
-# Polishing.
-
-
-def test_polishing_stays_inside_the_bracket():
-    """Newton's method from the middle would leave it at once: there the slope is nearly zero."""
-    c = as_floats(expanded([Fraction(99, 100), -1], [Fraction(1, 2), -1, 1], [1, 0]))
-    x = polished(c, 0.0, 1.0)
-    assert x == pytest.approx(0.99, rel=1e-13)
-
-
-def test_polishing_starts_from_the_lower_end_without_positive_values():
-    assert polished([-1.0, -1.0], 0.25, 0.5) == 0.25
-
-
-def test_polishing_finds_roots_of_very_flat_polynomials():
-    c = [1e-30, -1.0] + [0.0] * 15 + [-1e-3]
-    assert polished(c, 0.0, 1.0) == pytest.approx(1e-30, rel=1e-14)
-
-
-@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
-def test_products_and_matrices_have_the_digits_of_their_numbers(precision):
-    """(1 + x)⁴ has the Bernstein coefficients 1, 2, 4, 8 and 16."""
-    number = PRECISIONS[precision].number
-    matrix = bernstein_matrix(5, number)
-    found = product(matrix.T, np.array([number(math.comb(4, k)) for k in range(5)]))
-    for j, value in enumerate(found.tolist()):
-        assert abs(float(value - number(2**j))) <= 16 * PRECISIONS[precision].rounding * 2**j
-
-
-@pytest.mark.parametrize("near", [None, 0.29, 0.9, 0.0, 5.0])
-def test_a_polished_root_does_not_depend_on_the_first_guess(near):
-    """1 − 3 x − x²: at (√13 − 3)/2; places outside the bracket are of no use."""
-    root = polished([1.0, -3.0, -1.0], 0.0, 1.0, near)
-    assert root == pytest.approx((math.sqrt(13) - 3) / 2, rel=4e-16)
-
-
-@pytest.mark.parametrize(
-    ("coefficients", "place"),
-    [
-        ((0.25 + 1e-3, -1, 1), 0.5),
-        # Not below the limit, and lowest at one end or at the other.
-        ((0.25 + 3e-3, -1, 1), None),
-        ((1e-3, 1, 1), None),
-        ((1e-3 + 1, -1, 0), None),
-        # Highest inside.
-        ((0, 1, -1), None),
-    ],
-)
-def test_the_lowest_place_is_a_minimum_inside_that_is_low_enough(coefficients, place):
-    assert lowest(coefficients, 2e-3) == (place and pytest.approx(place))
-
-
-@pytest.mark.parametrize("number", [float, np.longdouble], ids=("double", "long double"))
-def test_a_polynomial_is_proven_positive_before_its_first_root(number):
-    for seed in range(200):
-        random = np.random.default_rng(seed)
-        first = random.uniform(0.1, 0.9)
-        others = [(-x, 1) for x in random.uniform(first, 2, size=3)]
-        coefficients = [number(c) for c in expanded((first, -1), *others, others[0])]
-        sign = 1 if coefficients[0] > 0 else -1
-        polynomial = [sign * c for c in coefficients]
-        bound = 1e-13
-        assert not is_positive_until(polynomial, first * (1 + 1e-9), bound), seed
-        assert not is_positive_until(polynomial, 1.0, bound), seed
-        if is_positive_until(polynomial, 0.9 * first, bound):
-            assert min(as_floats(np.polyval(polynomial[::-1], np.linspace(0, 0.9 * first, 99)))) > 0
-        assert is_positive_until(polynomial, 1e-3 * first, bound), seed
-        assert not is_positive_until(polynomial, 1e-3 * first, bound, float(polynomial[0])), seed
-
-
-def test_a_touch_before_the_end_is_not_proven_positive():
-    touching = expanded((Fraction(1, 4), -1), (Fraction(1, 4), -1), (2, -1))
-    assert is_positive_until(as_floats(touching), 0.2, 1e-13)
-    assert not is_positive_until(as_floats(touching), 0.5, 1e-13)

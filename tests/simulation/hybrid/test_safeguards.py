@@ -18,9 +18,9 @@ from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
 from twolink.scene import Scene
 from twolink.simulation.hybrid import certificate, flow, impact, painleve, reactions, select, start
+from twolink.simulation.hybrid.bernstein import margins_of
 from twolink.simulation.hybrid.certificate import Certificate
 from twolink.simulation.hybrid.complementarity import Law
-from twolink.simulation.hybrid.roots import margins_of
 from twolink.simulation.hybrid.run import hybrid_run
 
 

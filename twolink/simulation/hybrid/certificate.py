@@ -17,18 +17,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from twolink.contact.states import EventKind
+from twolink.simulation.hybrid.bernstein import is_positive_until, margins_of, rounding_bound
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compile import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
-from twolink.simulation.hybrid.roots import (
-    Search,
-    first_fall,
-    is_positive_until,
-    lowest,
-    margins_of,
-    rounding_bound,
-)
+from twolink.simulation.hybrid.polishing import lowest
+from twolink.simulation.hybrid.roots import Search, first_fall
 from twolink.simulation.hybrid.start_of_arc import StartOfArc
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem

@@ -22,6 +22,7 @@ from twolink.integration.precisions import PrecisionName
 from twolink.names import FormulationName
 from twolink.optional import heyoka
 from twolink.simulation.hybrid import tolerances
+from twolink.simulation.hybrid.bernstein import product
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate, Finding
 from twolink.simulation.hybrid.compile import CompiledMode, Stepper, compiled_mode
@@ -29,7 +30,6 @@ from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import stopped
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
-from twolink.simulation.hybrid.roots import product
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP

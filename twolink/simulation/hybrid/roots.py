@@ -1,10 +1,9 @@
 """The first root of an event function on a step: proven absent, or isolated and polished.
 
-An event function is a polynomial of the step's Taylor coefficients. Its Bernstein coefficients on
-[0, 1] bound it from both sides: if all are positive there is no root, and if they change sign once
-there is exactly one. Otherwise the interval is halved (de Casteljau). Round-off is a bound on
-the coefficients, so that a touch of zero and a crossing are distinguished only if they differ by
-more than the bound.
+An event function is a polynomial of the step's Taylor coefficients. If all of its Bernstein
+coefficients on [0, 1] are positive there is no root, and if they change sign once there is exactly
+one. Otherwise the interval is halved. Round-off is a bound on the coefficients, so that a touch of
+zero and a crossing are distinguished only if they differ by more than the bound.
 """
 
 from __future__ import annotations
@@ -15,16 +14,16 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from twolink.simulation.hybrid.bernstein import (
+    EPSILON,
+    bernstein_of,
+    last_half_until,
+    left_half,
+    right_half,
+    until,
+)
+from twolink.simulation.hybrid.polishing import bracketed, horner, polished
 from twolink.simulation.hybrid.tolerances import MOST_HALVINGS, MOST_PIECES, POLYNOMIAL
-from twolink.simulation.series import powers
-
-Array = NDArray[np.float64]
-
-
-_EPSILON = float(np.finfo(float).eps)
 
 # Number of slopes of unknown sign with which a polynomial is still known to have one minimum.
 _MOST_FLAT = 2
@@ -41,77 +40,6 @@ class Search(NamedTuple):
     fall: Any | None = None
     touch: float | None = None
     unsure: bool = False
-
-
-@functools.lru_cache(maxsize=64)
-def bernstein_matrix(length: int, number: Any = float) -> Any:
-    """Return T, shape (n, n): c @ T are the Bernstein coefficients of Σ c_k x^k on [0, 1]."""
-    degree = length - 1
-    zero = number(0)
-    return np.array(
-        [
-            [number(math.comb(j, k)) / number(math.comb(degree, k)) if j >= k else zero
-             for j in range(length)]
-            for k in range(length)
-        ]
-    )  # fmt: skip
-
-
-@functools.lru_cache(maxsize=64)
-def halving_matrix(length: int, number: Any = float) -> Any:
-    """Return H, shape (n, n): b @ H are the Bernstein coefficients on the left half of [0, 1]."""
-    return np.array(
-        [[number(math.comb(j, k) / 2**j) for j in range(length)] for k in range(length)]
-    )
-
-
-def product(matrix: Any, vector: Any) -> Any:
-    """Return matrix @ vector, faster than NumPy for numbers longer than float64."""
-    if vector.dtype == np.float64:
-        # It begins faster than the operator.
-        return matrix.dot(vector)
-    return np.add.reduce(matrix * vector, -1)
-
-
-def rounding_bound(coefficients: Sequence[Any], rounding: float) -> float:
-    """Return a bound on the error of the values of a polynomial, from its terms."""
-    cut = abs(coefficients[-1]) + abs(coefficients[-2])
-    return POLYNOMIAL * rounding * float(sum(map(abs, coefficients))) + float(cut)
-
-
-def margins_of(coefficients: Any, rounding: float) -> tuple[Array, Array, Array]:
-    """Return by how much polynomials, shape (m, n), exceed the bounds on their errors on [0, 1].
-
-    Those with a positive margin are proven positive. The Bernstein coefficients, shape (m, n), and
-    the bounds are returned as well. All are computed in float64: `first_fall` decides the
-    polynomials without a positive margin.
-    """
-    in_floats = np.asarray(coefficients, dtype=float)
-    length = in_floats.shape[-1]
-    bernstein = in_floats.dot(bernstein_matrix(length))
-    bounds = np.abs(in_floats).dot(_weights(length, max(rounding, _EPSILON)))
-    return np.minimum.reduce(bernstein, -1) - bounds, bernstein, bounds
-
-
-def is_positive_until(
-    coefficients: Sequence[Any], end: float, bound: float, least: float = 0.0
-) -> bool:
-    """Return whether Σ c_k x^k is proven to exceed `least` on [0, end], in float64.
-
-    `bound` is that on the error of its values, in the precision of the coefficients.
-    """
-    cut = np.array(coefficients, dtype=float) * powers(np.array([end]), len(coefficients))[0]
-    rounding = POLYNOMIAL * _EPSILON * float(np.abs(cut).sum())
-    lowest_value = float(cut.dot(bernstein_matrix(len(cut))).min())
-    return lowest_value > least + bound + rounding
-
-
-@functools.lru_cache(maxsize=64)
-def _weights(length: int, rounding: float) -> Array:
-    """Return w, shape (n,): |c| @ w is `rounding_bound` of c."""
-    weights = np.full(length, POLYNOMIAL * rounding)
-    weights[-2:] += 1
-    return weights
 
 
 # An interval (low, high) in which a polynomial falls, and a place near the fall if it is the only
@@ -138,7 +66,7 @@ def first_fall(
     """
     found = None if isinstance(coefficients[0], float) else _proven(coefficients, bound)
     if found is None:
-        known = _bernstein(coefficients) if bernstein is None else bernstein
+        known = bernstein_of(coefficients) if bernstein is None else bernstein
         found = _isolated(coefficients, known, lambda high: bound)
     piece, touch, unsure = found
     if piece is None:
@@ -146,7 +74,7 @@ def first_fall(
     low, high, near = piece
     if near is None:
         return Search(polished(coefficients, low, high), touch, unsure)
-    return Search(_bracketed(coefficients, low, high, near), touch, unsure)
+    return Search(bracketed(coefficients, low, high, near), touch, unsure)
 
 
 def _proven(coefficients: Sequence[Any], bound: float) -> _Isolated | None:
@@ -154,17 +82,17 @@ def _proven(coefficients: Sequence[Any], bound: float) -> _Isolated | None:
 
     Numbers longer than float64 take fifty times as long, and matter only close to a touch.
     """
-    sizes = [POLYNOMIAL * _EPSILON * abs(float(c)) for c in coefficients]
+    sizes = [POLYNOMIAL * EPSILON * abs(float(c)) for c in coefficients]
 
     @functools.cache
     def rounding_until(end: float) -> float:
         """Return the bound on [0, end], and so on its parts, whose coefficients are averages."""
-        return bound + _horner(sizes, end)
+        return bound + horner(sizes, end)
 
     in_floats = [float(c) for c in coefficients]
     piece, touch, unsure = _isolated(
         in_floats,
-        _bernstein(in_floats),
+        bernstein_of(in_floats),
         lambda high: rounding_until(2.0 ** math.ceil(math.log2(high))),
         strict=True,
     )
@@ -188,9 +116,20 @@ def _isolated(
     hidden = abs(coefficients[0]) <= bound_until(_SHORTEST)
     if hidden and strict:
         return (None, None, True)
-    waiting: list[_Waiting] = [(lambda: bernstein, 0.0, 1.0)]
     if hidden:
         waiting = _pieces_from_zero(coefficients, bound_until(1.0))
+    else:
+        waiting = [(lambda: bernstein, 0.0, 1.0)]
+    return _first_in(waiting, coefficients, bound_until, strict)
+
+
+def _first_in(
+    waiting: list[_Waiting],
+    coefficients: Sequence[Any],
+    bound_until: Callable[[float], float],
+    strict: bool,
+) -> _Isolated:
+    """Isolate the first fall of a polynomial in consecutive pieces, of which the last is first."""
     touch: float | None = None
     doubtful: float | None = None
     pieces = 0
@@ -224,8 +163,8 @@ def _isolated(
                 touch = dip.place if touch is None else touch
             continue
         middle = (low + high) / 2
-        waiting.append((functools.partial(_right_half, b), middle, high))
-        waiting.append((functools.partial(_left_half, b), low, middle))
+        waiting.append((functools.partial(right_half, b), middle, high))
+        waiting.append((functools.partial(left_half, b), low, middle))
     return (None, doubtful if touch is None else touch, pieces > MOST_PIECES)
 
 
@@ -237,11 +176,11 @@ def _pieces_from_zero(coefficients: Sequence[Any], bound: float) -> list[_Waitin
     """
     sizes = [abs(float(c)) for c in coefficients]
     end, waiting = 1.0, list[_Waiting]()
-    while _horner(sizes[1:], end) * end > bound and end >= _SHORTEST:
-        half = functools.partial(_last_half_until, coefficients, end)
+    while horner(sizes[1:], end) * end > bound and end >= _SHORTEST:
+        half = functools.partial(last_half_until, coefficients, end)
         waiting.append((half, end / 2, end))
         end /= 2
-    waiting.append((functools.partial(_until, coefficients, end), 0.0, end))
+    waiting.append((functools.partial(until, coefficients, end), 0.0, end))
     return waiting
 
 
@@ -293,50 +232,8 @@ def _only_dip(
         return None
     near = low + (high - low) * b.index(min(b)) / len(slopes)
     descent = [-k * c for k, c in enumerate(coefficients) if k]
-    place = _bracketed(descent, low, high, near)
-    return _Dip(float(place), _horner(coefficients, place), bound + flat * unsure)
-
-
-def lowest(coefficients: Sequence[Any], limit: float) -> float | None:
-    """Return the place of a minimum inside (0, 1) with a value below a limit, or None."""
-    descent = [-k * float(c) for k, c in enumerate(coefficients) if k]
-    if descent[0] <= 0 or sum(descent) >= 0:
-        return None
-    place = _bracketed(descent, 0.0, 1.0, 0.5)
-    return place if _horner(coefficients, place) < limit else None
-
-
-def _bernstein(coefficients: Sequence[Any]) -> list[Any]:
-    """Return the Bernstein coefficients of Σ c_k x^k on [0, 1], in numbers of any type."""
-    matrix = bernstein_matrix(len(coefficients), _kind(coefficients))
-    found: list[Any] = product(matrix.T, np.array(coefficients)).tolist()
-    return found
-
-
-def _until(coefficients: Sequence[Any], end: float) -> list[Any]:
-    """Return the Bernstein coefficients of Σ c_k x^k on [0, end]."""
-    return _bernstein([c * end**k for k, c in enumerate(coefficients)])
-
-
-def _last_half_until(coefficients: Sequence[Any], end: float) -> list[Any]:
-    """Return the Bernstein coefficients of Σ c_k x^k on [end/2, end]."""
-    return _right_half(_until(coefficients, end))
-
-
-def _left_half(b: Sequence[Any]) -> list[Any]:
-    """Return the Bernstein coefficients on the left half of an interval (de Casteljau)."""
-    found: list[Any] = product(halving_matrix(len(b), _kind(b)).T, np.array(b)).tolist()
-    return found
-
-
-def _right_half(b: Sequence[Any]) -> list[Any]:
-    """Return the Bernstein coefficients on the right half of an interval."""
-    return _left_half(b[::-1])[::-1]
-
-
-def _kind(numbers: Sequence[Any]) -> Any:
-    """Return the type of the numbers in a sequence."""
-    return float if isinstance(numbers[0], float) else type(numbers[0])
+    place = bracketed(descent, low, high, near)
+    return _Dip(float(place), horner(coefficients, place), bound + flat * unsure)
 
 
 def _only_fall(b: Sequence[Any], clear_of: float) -> float | None:
@@ -353,65 +250,3 @@ def _only_fall(b: Sequence[Any], clear_of: float) -> float | None:
         return None
     high, low = b[before], b[before + 1]
     return (before + float(high / (high - low))) / (len(b) - 1)
-
-
-def _horner(coefficients: Sequence[Any], x: Any) -> Any:
-    value = 0 * x
-    for c in reversed(coefficients):
-        value = value * x + c
-    return value
-
-
-def polished(
-    coefficients: Sequence[Any], low: float, high: float, near: float | None = None
-) -> Any:
-    """Return the only root in an interval, by Newton's method kept inside a bracket.
-
-    It starts `near` a place, by default in the middle. Where the polynomial is not positive at the
-    lower end, that is the root.
-    """
-    at_low = low + 0 * coefficients[-1]
-    if _horner(coefficients, at_low) <= 0:
-        return at_low
-    return _bracketed(coefficients, low, high, (low + high) / 2 if near is None else near)
-
-
-def _bracketed(coefficients: Sequence[Any], low: float, high: float, near: float) -> Any:
-    """Return the only root in an interval at whose lower end the polynomial is positive."""
-    if not isinstance(coefficients[0], float):
-        # From the root in float64, few iterations in longer precision remain.
-        near = _bracketed([float(c) for c in coefficients], low, high, near)
-    zero = 0 * coefficients[-1]
-    low, high = zero + low, zero + high
-    x = zero + near if low < near < high else (low + high) / 2
-    from_highest, least, before = coefficients[::-1], _least_change(_kind(coefficients)), zero
-    for _ in range(200):
-        value, slope = zero, zero
-        for c in from_highest:
-            slope = slope * x + value
-            value = value * x + c
-        if value == 0:
-            return x
-        low, high = (x, high) if value > 0 else (low, x)
-        following = x - value / slope if slope != 0 else low
-        if low < following < high:
-            # Errors are squared: after two changes, the next is the cube of the last by the square
-            # of the one before.
-            change = abs(following - x)
-            if change * change * change < least * following * before * before:
-                return following
-        else:
-            following, change = (low + high) / 2, zero
-        if following in (x, low, high):
-            return following
-        x, before = following, change
-    return x
-
-
-@functools.cache
-def _least_change(kind: Any) -> Any:
-    """Return the part of a root below which a change of it is less than half a rounding."""
-    rounding = kind(1)
-    while kind(1) + rounding / 2 != kind(1):
-        rounding = rounding / 2
-    return rounding / 16

@@ -139,7 +139,7 @@ CERTAINLY = 2
 LONGEST_PRESS = 1.0
 
 # Roundings of the largest term. The values of a polynomial of an event function on a step are known
-# within this. Read by roots.
+# within this. Read by bernstein and roots.
 POLYNOMIAL = 16
 
 # Roundings of an event function's size at the start of an arc, and of its derivatives in units of
