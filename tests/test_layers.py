@@ -74,7 +74,7 @@ ROWS = {
     ],
     "twolink.contact": ["coordinates force_laws impact_laws states", "elastoplastic elements"],
     "twolink.integration": [
-        "method outcomes precisions tableaus",
+        "expressions method outcomes precisions tableaus",
         "operations",
         "fixed_step scipy_method",
         "methods",

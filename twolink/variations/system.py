@@ -23,6 +23,7 @@ from twolink.chain import Chain
 from twolink.effects import ParametricEffect, pieces_at
 from twolink.ensembles.numbers import numbers_in, with_numbers
 from twolink.errors import SimulationError, TwolinkError
+from twolink.integration.expressions import plain, precise
 from twolink.integration.outcomes import check_arrival
 from twolink.integration.precisions import PRECISIONS, Code, PrecisionName
 from twolink.names import EquationsName
@@ -290,10 +291,11 @@ def _equations(
 ) -> list[tuple[Any, Any]]:
     """Return the equations of motion in heyoka's symbols, with parameters in the numbers."""
     hy = heyoka()
-    q1, q2, x1, x2 = hy.make_vars("q1", "q2", "x1", "x2")
+    variables = hy.make_vars("q1", "q2", "x1", "x2")
+    q1, q2, x1, x2, t = (precise(each, kind) for each in (*variables, hy.time))
     moved = _moved(chain, form, kind)
-    first, second = EQUATIONS[formulation].rates(*moved, (q1, q2), (x1, x2), hy.time)
-    return list(zip((q1, q2, x1, x2), (*first, *second), strict=True))
+    first, second = EQUATIONS[formulation].rates(*moved, (q1, q2), (x1, x2), t)
+    return list(zip(variables, map(plain, (*first, *second)), strict=True))
 
 
 def _moved(chain: Chain, form: _Form, kind: Any) -> tuple[Any, Any]:

@@ -26,6 +26,7 @@ from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
 from twolink.effects import Effect, ParametricEffect, contact_elements
 from twolink.formulations import FORMULATIONS
+from twolink.integration.expressions import plain, precise
 from twolink.integration.operations import Operations, of_taylor_step
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.names import FormulationName
@@ -214,14 +215,14 @@ def _compiled(
     """Return the integrators of a kind of modes, cached for all arcs and runs."""
     hy, number = heyoka(), PRECISIONS[precision].number
     parameters = itertools.count()
-    effects = _with_parameters(blank.objects, parameters)
+    effects = _with_parameters(blank.objects, parameters, number)
     (chain,) = content.objects
     own = chain.convert(number)
     system = HybridSystem(
         chain, own, FORMULATIONS[formulation].equations, effects, contact_elements(effects, own),
         precision, order, number, 0.0, 0.0,
     )  # fmt: skip
-    mode = mode.with_numbers(tuple(hy.par[next(parameters)] for _ in mode.numbers))
+    mode = mode.with_numbers(tuple(precise(hy.par[next(parameters)], number) for _ in mode.numbers))
     return _Builder(system, mode, recovering, next(parameters)).compiled(optimised)
 
 
@@ -247,23 +248,29 @@ class _Builder:
         hy = heyoka()
         self._system, self._mode, self._numbers = system, mode, numbers
         self._recovering = recovering
-        self._q, self._u = hy.make_vars("q1", "q2"), hy.make_vars("u1", "u2")
+        self._q = self._named("q1"), self._named("q2")
+        self._u = self._named("u1"), self._named("u2")
         states = list(enumerate(zip(system.elements, mode.states, strict=True)))
         self._gaps = {
-            i: hy.make_vars(f"gap{i}")
+            i: self._named(f"gap{i}")
             for i, (element, state) in states
             if element.normal is not None and state is ContactState.OPEN
         }
-        self._depths = {i: hy.make_vars(f"recovering{i}") for i in recovering}
+        self._depths = {i: self._named(f"recovering{i}") for i in recovering}
         self._roots = {
-            i: hy.make_vars(f"root{i}")
+            i: self._named(f"root{i}")
             for i, (element, state) in states
             if _is_rooted(element) and state is not ContactState.OPEN
         }
         self._moving = {i: r for i, r in self._roots.items() if not self._is_held(i)}
         self._scale = hy.par[numbers]
-        self._clock = hy.make_vars("clock")
-        self._now = hy.par[numbers + 1] + self._clock if self._moving else hy.time
+        self._clock = self._named("clock")
+        begins = hy.par[numbers + 1]
+        self._now = begins + self._clock if self._moving else precise(hy.time, system.number)
+
+    def _named(self, name: str) -> Any:
+        """Return a variable for the formulas."""
+        return precise(heyoka().make_vars(name), self._system.number)
 
     def _is_held(self, index: int) -> bool:
         """Return whether a mode holds a point fixed along the normal of its surface."""
@@ -286,12 +293,11 @@ class _Builder:
         watched, integrals = self._event_functions(pose, solution, variables)
         first = len(variables)
         for place, rate in enumerate(integrals):
-            variables.append(hy.make_vars(f"integral{place}"))
+            variables.append(self._named(f"integral{place}"))
             rates.append(rate)
-        rates = [r if isinstance(r, hy.expression) else hy.expression(r) for r in rates]
         precision = system.precision
         integrator = hy.taylor_adaptive(
-            list(zip(variables, rates, strict=True)),
+            list(zip(map(plain, variables), map(plain, rates), strict=True)),
             np.array([system.number(0)] * len(variables)),
             tol=system.number(PRECISIONS[precision].step_tolerance(system.order)),
             # An arc lasts for a few steps: optimising them takes longer than they do, unless the
@@ -364,7 +370,7 @@ class _Builder:
         watched: list[Watched] = []
         integrals: list[Any] = []
         surfaces = Surfaces(self._gaps, self._roots)
-        place = {str(variable): row for row, variable in enumerate(variables)}
+        place = {str(plain(variable)): row for row, variable in enumerate(variables)}
         for trigger in triggers(self._system, self._mode):
             index = trigger.index
             if (
@@ -379,7 +385,7 @@ class _Builder:
             )
             if by_variable:
                 factor = -1.0 if trigger.kind in (EventKind.CLEARS, EventKind.REACHES) else 1.0
-                watched.append(Watched(trigger, place[str(own)], factor, False))
+                watched.append(Watched(trigger, place[str(plain(own))], factor, False))
                 continue
             f = value(trigger, self._system, self._mode, pose, self._u, solution, surfaces)
             if _is_constant(f):
@@ -402,12 +408,12 @@ def _relaxation(element: ContactElement) -> float:
 
 
 def _with_parameters(
-    effects: tuple[Any, ...], parameters: itertools.count[int]
+    effects: tuple[Any, ...], parameters: itertools.count[int], number: Any
 ) -> tuple[Effect, ...]:
     """Return the effects with parameters for the numbers that differ from piece to piece."""
     par = heyoka().par
     return tuple(
-        effect.with_numbers(tuple(par[next(parameters)] for _ in effect.numbers))
+        effect.with_numbers(tuple(precise(par[next(parameters)], number) for _ in effect.numbers))
         if isinstance(effect, ParametricEffect)
         else effect
         for effect in effects
@@ -417,7 +423,7 @@ def _with_parameters(
 def _is_constant(value: Any) -> bool:
     """Return whether a number or an expression is constant, so that its event cannot occur."""
     try:
-        float(str(value))
+        float(str(plain(value)))
     except ValueError:
         return False
     return True

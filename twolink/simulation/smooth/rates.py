@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from twolink.integration.expressions import plain, precise
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.names import EquationsName
 from twolink.optional import heyoka
@@ -60,11 +61,12 @@ def _compiled(
     """
     hy, number = heyoka(), PRECISIONS[precision].number
     (given,) = chain.objects
-    q1, q2, x1, x2 = variables = hy.make_vars("q1", "q2", "x1", "x2")
+    variables = hy.make_vars("q1", "q2", "x1", "x2")
+    q1, q2, x1, x2, t = (precise(each, number) for each in (*variables, hy.time))
     first, second = EQUATIONS[formulation].rates(
-        given.convert(number), effects.objects, (q1, q2), (x1, x2), hy.time
+        given.convert(number), effects.objects, (q1, q2), (x1, x2), t
     )
-    every = [x if isinstance(x, hy.expression) else hy.expression(x) for x in (*first, *second)]
+    every = [plain(x) for x in (*first, *second)]
     if precision == "double":
         tensors = hy.diff_tensors(every, diff_args=list(variables), diff_order=1)
         every += tensors.jacobian.ravel().tolist()

@@ -17,6 +17,7 @@ import numpy as np
 
 from twolink.chain import Chain
 from twolink.errors import SimulationError
+from twolink.integration.expressions import plain, precise
 from twolink.integration.operations import Operations, of_taylor_step
 from twolink.integration.outcomes import check_arrival, last_time
 from twolink.integration.precisions import PRECISIONS, PrecisionName
@@ -336,11 +337,13 @@ def _compiled(
     (given,) = chain.objects
     own = given.convert(kind)
     names = ("q1", "q2", "x1", "x2")
-    q1, q2, x1, x2 = hy.make_vars(*names)
-    first, second = EQUATIONS[formulation].rates(own, effects.objects, (q1, q2), (x1, x2), hy.time)
+    variables = hy.make_vars(*names)
+    q1, q2, x1, x2, t = (precise(each, kind) for each in (*variables, hy.time))
+    first, second = EQUATIONS[formulation].rates(own, effects.objects, (q1, q2), (x1, x2), t)
+    rates = map(plain, (*first, *second))
     code = PRECISIONS[precision].long_code if optimised else PRECISIONS[precision].code
     integrator = hy.taylor_adaptive(
-        list(zip((q1, q2, x1, x2), (*first, *second), strict=True)),
+        list(zip(variables, rates, strict=True)),
         np.array([kind(0)] * 4),
         tol=kind(PRECISIONS[precision].step_tolerance(order)),
         fp_type=kind,

@@ -1,0 +1,118 @@
+"""Expressions for long numbers, evaluated by compiled code against the same formulas in numbers."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+
+from twolink.accuracy.reference import reference
+from twolink.arithmetic import cos, exp, sin, sqrt
+from twolink.chain import Chain
+from twolink.contact.elastoplastic import Material
+from twolink.effects import Effect
+from twolink.integration.expressions import Precise, plain, precise
+from twolink.integration.precisions import PRECISIONS
+from twolink.loads import Torque
+from twolink.optional import heyoka
+from twolink.scene import Scene
+from twolink.simulation.motion import motion_run
+
+LONG = ["long double", "quadruple"]
+
+FORMULAS = {
+    "quotient": lambda x: x / 3.0,
+    "of an integer": lambda x: 2 / (x - 7),
+    "by NumPy's number": lambda x: np.float64(0.1) * x / np.float64(7),
+    "sum of constants": lambda x: (0 * x + 0.1) + 0.2 - (0.7 - x) + (1 + x),
+    "functions": lambda x: sin(x / 7) + cos(x / 9) * exp(-x / 25) - sqrt(x / 11),
+    "powers": lambda x: x**2 - (x / 13) ** (5 / 12) + (+x) ** -1,
+    "product of quotients": lambda x: (x / 3.0) * (x / 49.0) / x,
+}
+
+
+def compiled(formula, precision):
+    """Return the value at 0.7 of compiled code for a formula."""
+    hy, number = heyoka(), PRECISIONS[precision].number
+    x = hy.make_vars("x")
+    function = hy.cfunc([plain(formula(precise(x, number)))], [x], fp_type=number)
+    return function(np.array([number(0.7)]))[0]
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+@pytest.mark.parametrize("precision", LONG)
+def test_compiled_formulas_have_the_digits_of_their_numbers(name, precision):
+    number, formula = PRECISIONS[precision].number, FORMULAS[name]
+    exact = formula(number(0.7))
+    assert abs(float(compiled(formula, precision) - exact)) <= 8 * PRECISIONS[precision].rounding
+
+
+def test_heyoka_itself_divides_by_a_rounded_reciprocal():
+    """The reason for this module; without it, numbers would do."""
+    hy, number = heyoka(), PRECISIONS["quadruple"].number
+    x = hy.make_vars("x")
+    found = hy.cfunc([x / 3.0], [x], fp_type=number)(np.array([number(1)]))[0]
+    assert 1e-18 < abs(float(found - number(1) / number(3))) < 1e-16
+
+
+def test_expressions_for_float64_are_those_of_heyoka():
+    x = heyoka().make_vars("x")
+    assert precise(x, float) is x
+    assert plain(x) is x
+    assert str(plain(2.0)) == str(heyoka().expression(2.0))
+
+
+@pytest.mark.parametrize("other", [heyoka().make_vars("y"), heyoka().par[0]])
+def test_symbols_of_heyoka_are_operands(other):
+    number = PRECISIONS["quadruple"].number
+    x = precise(heyoka().make_vars("x"), number)
+    for value in (x + other, other + x, x * other, other - x, other / x, number(0.1) * x):
+        assert isinstance(value, Precise)
+
+
+@pytest.mark.parametrize("share", [2.0, 7.0, 40.0])
+def test_the_force_of_a_yielding_surface_is_one_function(share):
+    """Its value in numbers, at the start of a mode, and that of compiled code agree."""
+    material = Material(1.2e11, 0.025, 1.1e9, 0.3)
+    scale = share * material.yield_depth / 0.7
+    exact = material.flow_force(PRECISIONS["quadruple"].number(0.7) * scale)
+    found = compiled(lambda x: material.flow_force(x * scale), "quadruple")
+    assert abs(float((found - exact) / exact)) < 1e-32
+
+
+@dataclass(frozen=True)
+class Springs(Effect):
+    """Springs between each link and the ground, as a user may write them."""
+
+    def loads(self, chain, q, u, t=0.0):
+        return Torque(1, -q[0] / 3.0), Torque(2, -q[1] / 21.0)
+
+
+# Both mass centres on the joints: M = diag(3, 1/2).
+TURNING = Scene(
+    Chain((1.0, 1.0), (1.0, 1.0), ((0.0, 0.0), (0.0, 0.0)), (2.0, 0.5)),
+    (1.0, 0.5), (0.0, 0.0), 2.0, (Springs(),),
+)  # fmt: skip
+
+
+def exact_angles(digits):
+    with mpmath.workdps(digits + 10):
+        rates = [mpmath.sqrt(mpmath.mpf(1) / 9), mpmath.sqrt(mpmath.mpf(2) / 21)]
+        return [mpmath.mpf(q) * mpmath.cos(2 * w) for q, w in zip(TURNING.q, rates, strict=True)]
+
+
+def test_the_digits_of_a_reference_are_those_of_the_formula():
+    """Two runs of 200 bits agreed on 50 digits, of which 16 were right."""
+    found = reference(TURNING, digits=50)
+    with mpmath.workdps(60):
+        for digits, exact in zip(found.states[0][:2], exact_angles(50), strict=True):
+            assert abs(mpmath.mpf(digits) - exact) < mpmath.mpf(10) ** -50
+
+
+@pytest.mark.parametrize("formulation", ["kane", "lagrange", "momenta"])
+def test_runs_in_longer_numbers_have_the_digits_of_the_formula(formulation):
+    run = motion_run(TURNING, np.array([0.0, 2.0]), formulation=formulation, precision="quadruple")
+    for value, exact in zip(run.q[:, -1], exact_angles(40), strict=True):
+        parts = [float(value), float(value - type(value)(float(value)))]
+        assert abs(sum(map(Fraction, parts)) - Fraction(str(mpmath.nstr(exact, 45)))) < 1e-31
