@@ -154,3 +154,22 @@ def test_a_determinant_that_hardly_varies_is_held_by_float64_all_the_same():
         (1000000.0, 1.333521432163324),
     )
     assert chain.m2 == 1.333521432163324e-06
+
+
+@pytest.mark.parametrize("scale", [1e-300, 0.1, 1.0, 1e200])
+def test_a_unit_vector_has_the_digits_of_the_chain(scale):
+    """(3, 4) and its multiples by powers of two are exactly (3/5, 4/5)."""
+    factor = math.ldexp(1.0, math.frexp(scale)[1])
+    with mpmath.workdps(60):
+        chain = Chain.uniform_bars().convert(mpmath.mpf)
+        for found, exact in zip(chain.unit((3 * factor, -4 * factor)), (3, -4), strict=True):
+            assert abs(found - mpmath.mpf(exact) / 5) < mpmath.mpf(10) ** -59
+    x, y = Chain.uniform_bars().unit((3 * factor, -4 * factor))
+    assert (x, y) == (0.6, -0.8)
+    assert isinstance(x, float)
+
+
+@pytest.mark.parametrize("vector", [(0.0, -2.5), (-1e-200, 0.0)])
+def test_a_unit_vector_along_an_axis_is_exact(vector):
+    expected = tuple(math.copysign(1.0, c) if c else 0.0 for c in vector)
+    assert Chain.uniform_bars().unit(vector) == expected

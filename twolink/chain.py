@@ -19,7 +19,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from twolink import optional
-from twolink.arithmetic import Pair, Scalar
+from twolink.arithmetic import Pair, Scalar, sqrt
 from twolink.errors import ParameterError
 from twolink.files import atomic_write
 from twolink.inputs import as_path, as_scalar, as_tuple, nearest_float, refuse
@@ -183,6 +183,14 @@ class Chain:
         one: two float64 torques of 0.1 and 0.2 N m would add up to a rounded sum.
         """
         return value + 0 * self.L1
+
+    def unit(self, vector: tuple[float, float]) -> Pair:
+        """Return a vector in unit length, in the scalar type of the parameters."""
+        # Exact, so that no square overflows or vanishes.
+        exponent = -math.frexp(max(map(abs, vector)))[1]
+        x, y = (self.scalar(math.ldexp(value, exponent)) for value in vector)
+        size = sqrt(x * x + y * y)
+        return x / size, y / size
 
     def convert(self, number: Callable[[Any], Scalar]) -> Chain:
         """Return the same chain in another scalar type, such as `mpmath.mpf` or `longdouble`.

@@ -1,3 +1,4 @@
+import mpmath
 import numpy as np
 import pytest
 
@@ -31,3 +32,21 @@ def test_the_potential_is_lowest_where_the_centres_are():
     assert pytest.approx(-9.81 * (0.5 + 1.5)) == V
     for q in ((1.5, 1.6), (1.6, 1.5), (1.6, 1.6)):
         assert Gravity().potential_energy(bars, q) > V
+
+
+@pytest.mark.parametrize("direction", [(3.0, 4.0), (0.3, -0.4)])
+def test_the_components_of_gravity_have_the_digits_of_the_chain(direction):
+    """Those of float64 would be wrong after the 16th digit, in any reference."""
+    with mpmath.workdps(60):
+        chain = GENERAL.convert(mpmath.mpf)
+        x, y = map(mpmath.mpf, direction)
+        weight = chain.m1 * mpmath.mpf(9.81) / mpmath.sqrt(x * x + y * y)
+        first, _ = Gravity(9.81, direction).loads(chain, (0, 0), (0, 0))
+        for found, share in zip(first.components, (x, y), strict=True):
+            assert abs(found - weight * share) < mpmath.mpf(10) ** -57
+
+
+def test_gravity_along_an_axis_is_its_size():
+    first, second = Gravity(9.81, (0.0, -3.0)).loads(GENERAL, (0, 0), (0, 0))
+    assert first.components == (0, -9.81 * GENERAL.m1)
+    assert second.components == (0, -9.81 * GENERAL.m2)

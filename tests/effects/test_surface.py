@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -10,6 +11,7 @@ from tests.verification.chains import GENERAL
 from twolink import kinematics
 from twolink.chain import Chain
 from twolink.data import data_path
+from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_torque import JointTorque
@@ -311,3 +313,16 @@ def test_an_impact_that_sticks_near_a_straight_pose(law, bend):
     # Rounding of D's speed, through the short lever that is left of the bend.
     assert np.abs(impact.u[1]).max() <= 1e-14 / bend
     assert impact.energy_change < 0
+
+
+@pytest.mark.parametrize(
+    "surface",
+    [Surface((0.1, 0.7), (3.0, -4.0)), CompliantSurface((0.1, 0.7), (3.0, -4.0), "hertz", 1e4)],
+)
+def test_a_tilted_surface_has_the_digits_of_the_chain(surface):
+    """Its unit normal, and its place along it: 3/5 · 0.1 − 4/5 · 0.7."""
+    with mpmath.workdps(60):
+        (element,) = surface.contact_elements(GENERAL.convert(mpmath.mpf))
+        bound = (3 * mpmath.mpf(0.1) - 4 * mpmath.mpf(0.7)) / 5
+        assert abs(element.bound - bound) < mpmath.mpf(10) ** -58
+        assert abs(element.normal.vector[0] - mpmath.mpf(3) / 5) < mpmath.mpf(10) ** -58

@@ -149,8 +149,7 @@ class CompliantSurface(ContactEffect):
 
     def contact_elements(self, chain: Chain) -> tuple[CompliantContact, ...]:
         """Return a compliant contact for each point, rough if there is friction."""
-        size = math.hypot(*self.normal)
-        x, y = self.normal[0] / size, self.normal[1] / size
+        x, y = chain.unit(self.normal)
         static = self.friction if self.static is None else self.static
         law, memory = self._law
         return tuple(

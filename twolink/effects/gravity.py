@@ -32,14 +32,22 @@ class Gravity(ConservativeEffect):
 
     @property
     def acceleration(self) -> Pair:
-        """The components of g along x and y (m/s²)."""
+        """The components of g along x and y (m/s²), in float64."""
         size = math.hypot(*self.direction)
         x, y = self.direction
         return x / size * self.g if x else 0, y / size * self.g if y else 0
 
+    def _acceleration(self, chain: Chain) -> Pair:
+        """Return the components of g along x and y (m/s²), in the numbers of a chain."""
+        x, y = self.direction
+        if not (x and y):
+            return x / abs(x) * self.g if x else 0, y / abs(y) * self.g if y else 0
+        x, y = chain.unit(self.direction)
+        return x * self.g, y * self.g
+
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the weight of each link, at its mass centre."""
-        gx, gy = self.acceleration
+        gx, gy = self._acceleration(chain)
         return (
             Force(chain.C1, (chain.m1 * gx, chain.m1 * gy)),
             Force(chain.C2, (chain.m2 * gx, chain.m2 * gy)),
@@ -47,7 +55,7 @@ class Gravity(ConservativeEffect):
 
     def potential_energy(self, chain: Chain, q: Pair) -> Scalar:
         """Return V (J), zero where both mass centres are at A."""
-        gx, gy = self.acceleration
+        gx, gy = self._acceleration(chain)
         x1, y1 = position(chain, q, chain.C1)
         x2, y2 = position(chain, q, chain.C2)
         return -(gx * (chain.m1 * x1 + chain.m2 * x2) + gy * (chain.m1 * y1 + chain.m2 * y2))

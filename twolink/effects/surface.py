@@ -84,8 +84,7 @@ class Surface(ContactEffect):
 
         The tangent is a quarter turn from the normal: along x on a floor, whose normal is −y.
         """
-        size = math.hypot(*self.normal)
-        x, y = self.normal[0] / size, self.normal[1] / size
+        x, y = chain.unit(self.normal)
         static = self.friction if self.static is None else self.static
         return tuple(
             RigidContact(
