@@ -1,12 +1,13 @@
 import math
 
+import flint
 import mpmath
 import numpy as np
 import pytest
 import sympy as sp
 
 from twolink import kane, kinematics, lagrange
-from twolink.arithmetic import cos, sign, sin, sine_and_cosine
+from twolink.arithmetic import cos, exp, sign, sin, sine_and_cosine, sqrt
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 
@@ -65,6 +66,16 @@ def test_sine_and_cosine_are_those_of_the_library_of_a_number(x):
 def test_mpmath_keeps_its_digits():
     with mpmath.workdps(50):
         assert abs(sin(mpmath.pi / 6) - mpmath.mpf(1) / 2) < mpmath.mpf("1e-49")
+
+
+def test_balls_have_their_functions_as_methods():
+    ball = flint.arb(2)
+    for function in (sin, cos, sqrt, exp):
+        found = function(ball)
+        assert isinstance(found, flint.arb)
+        assert abs(float(found) - getattr(math, function.__name__)(2)) < 1e-15
+    with pytest.raises(AttributeError):
+        sign(ball)
 
 
 @pytest.mark.parametrize("x", [-2.5, 0.0, 3.0, math.inf, -math.inf])

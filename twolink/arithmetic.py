@@ -53,7 +53,21 @@ def _find_library(kind: type) -> ModuleType:
         module = sys.modules.get(name)
         if module is not None and hasattr(module, "sin"):
             return module
+    if all(hasattr(kind, name) for name in _METHODS):
+        return _functions_of(kind)
     raise TypeError(f"x must be of a supported number type; got {kind!r}")
+
+
+# The methods of numbers that have functions as methods, such as the balls of Arb.
+_METHODS = ("sin", "cos", "sqrt", "exp")
+
+
+def _functions_of(kind: type) -> ModuleType:
+    """Return a module of the functions that numbers of a kind have as methods."""
+    module = ModuleType(f"functions of {kind.__name__}")
+    for name in _METHODS:
+        setattr(module, name, getattr(kind, name))
+    return module
 
 
 def sin(x: Scalar) -> Scalar:

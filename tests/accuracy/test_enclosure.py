@@ -426,3 +426,21 @@ def test_an_enclosure_contains_the_committed_references(scene, states):
     assert found.radius < 10.0**-digits
     for index, state in enumerate(states):
         assert holds(found, [state[name] for name in ("q1", "q2", "u1", "u2")], index)
+
+
+@dataclass(frozen=True)
+class Third(Effect):
+    """A spring whose stiffness is 1/3, as a user may write it."""
+
+    def loads(self, chain, q, u, t=0.0):
+        return (Torque(1, -q[0] / 3.0),)
+
+
+@pytest.mark.parametrize("effect", [Gravity(9.81, (3.0, 4.0)), Third()], ids=("tilted", "third"))
+def test_an_enclosure_contains_a_reference_with_rounded_inputs_of_no_kind(effect):
+    """Components of gravity, or a quotient, in float64 would be outside by 1e-17."""
+    scene = Scene(Chain.uniform_bars(), (0.5, 0.2), (0.0, 0.0), 0.5, (effect,))
+    (proven,) = enclosure(scene, 30).states
+    (state,) = reference(scene, 45).states
+    for interval, digits in zip(proven, state, strict=True):
+        assert abs(Decimal(interval.centre) - Decimal(digits)) <= Decimal(interval.radius)
