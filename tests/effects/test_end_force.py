@@ -63,3 +63,10 @@ def test_friction_has_the_precision_of_the_chain():
         chain, zero = GENERAL.convert(mpmath.mpf), mpmath.mpf(0)
         (load,) = EndForce(0.3, 0.1, sliding=1).loads(chain, (zero, zero), (zero, zero))
         assert abs(load.components[0] + mpmath.mpf(0.1) * mpmath.mpf(0.3)) < 1e-45
+
+
+def test_the_limit_of_friction_has_the_digits_of_the_chain():
+    """μ |F| = 0.1 · 0.3 in float64 would be wrong after the 16th digit."""
+    with mpmath.workdps(60):
+        (element,) = EndForce(-0.3, 0.1).contact_elements(GENERAL.convert(mpmath.mpf))
+        assert abs(element.kinetic - mpmath.mpf(0.1) * mpmath.mpf(0.3)) < mpmath.mpf(10) ** -59

@@ -61,7 +61,7 @@ class EndForce(ContactEffect):
         static = self.friction if self.static is None else self.static
         if static == 0 or self.sliding is not None:
             return ()
-        size = abs(self.normal)
+        size = abs(chain.scalar(self.normal))
         along_x = PointCoordinate("D", (1.0, 0.0))
         return (DryFriction("D", along_x, self.friction * size, static * size),)
 
