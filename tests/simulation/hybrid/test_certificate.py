@@ -39,10 +39,14 @@ def series(*coefficients, kind=float):
     return [kind(c) for c in padded]
 
 
+# The variables of each step before those that are given: q and u at rest.
+STATE = [(-0.3,), (-0.2,), (0.0,), (0.0,)]
+
+
 def block_of(steps, lengths=(0.5,), start=0.0, kind=float):
-    """Return steps, each a list of the series of its variables."""
+    """Return steps, each a list of the series of its variables after q and u."""
     starts = start + np.concatenate([[0], np.cumsum(lengths)[:-1]])
-    rows = np.array([[series(*v, kind=kind) for v in step] for step in steps])
+    rows = np.array([[series(*v, kind=kind) for v in (*STATE, *step)] for step in steps])
     return Block(np.array(starts, dtype=rows.dtype), np.array(lengths, dtype=rows.dtype), rows)
 
 
@@ -50,12 +54,13 @@ def certificate_of(*triggers, clock=None, span=1.0, integral=False, system=SYSTE
     """Return the certificate of variables 0, 1, …, each an event function or its integral."""
     downwards = (E.CLEARS, E.REACHES)
     watched = tuple(
-        Watched(trigger, number, -1.0 if trigger.kind in downwards else 1.0, integral)
+        Watched(trigger, 4 + number, -1.0 if trigger.kind in downwards else 1.0, integral)
         for number, trigger in enumerate(triggers)
     )
     compiled = CompiledMode(
         pool=IntegratorPool(None), operations=0, numbers=0, watched=watched, gaps=(), recovering=(),
-        roots=(), clock=clock, integrals=slice(0, 0), number=system.number,
+        roots=(), clock=clock if clock is None else 4 + clock, integrals=slice(0, 0),
+        number=system.number,
     )  # fmt: skip
     return Certificate(system, compiled, MODE, system.number(span), state=state)
 

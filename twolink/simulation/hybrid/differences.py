@@ -50,10 +50,9 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     for begin, after, size in zip(begins.tolist(), afters.tolist(), apart.tolist(), strict=True):
         found[begin:after] = np.minimum(found[begin:after], size)
     np.maximum.at(least, afters, apart)
-    lever = max(1.0, 1 / float(first.scene.chain.L1), 1 / float(first.scene.chain.L2))
     for doubt in second.doubts:
         since = np.searchsorted(moments, doubt.time)
-        least[since] = max(least[since], 2 * doubt.speed * lever)
+        least[since] = max(least[since], doubt.change)
     so_far = np.maximum.accumulate(np.maximum(found, least[:-1]))
     asked = times[times <= first.reached]
     place = np.searchsorted(moments, asked, side="right") - 1

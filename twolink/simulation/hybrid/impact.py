@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -257,6 +258,26 @@ class Impacts:
         normal = -speed_along(tangent, u) / slope
         after = (0 * u[0], 0 * u[1])
         return self._strike(index, Impulse(normal, s * normal, Regime.SLIDES_THEN_STICKS), u, after)
+
+    def largest_change(self, index: int, speed: float, u: Pair) -> float:
+        """Return a bound on the change of u (rad/s) by an impact at a normal speed.
+
+        It is large where the row of the normal is short: a point that only just meets a surface at
+        the end of its reach turns the chain around. An impact takes energy, which limits it.
+        """
+        contact, pose = self.contact(index), self.pose
+        row = pose.row(contact.normal)
+        du = pose.impulse_response(row)
+        response, size = float(row[0] * du[0] + row[1] * du[1]), float(largest(du))
+        if contact.tangent is not None:
+            across = pose.impulse_response(pose.row(contact.tangent))
+            size += float(contact.kinetic * largest(across))
+        by_impulse = (1 + float(contact.restitution)) * speed * size / response if response else 0.0
+        ((M11, M12), (_, M22)), _ = pose.inertia
+        a, b, c = float(M11), float(M12), float(M22)
+        least = 2 * (a * c - b * b) / (a + c + math.hypot(a - c, 2 * b))
+        by_energy = 2 * math.sqrt(2 * self.energy(u) / least)
+        return min(by_impulse, by_energy)
 
     def _after(self, u: Pair, row: Pair, tangent: Pair, impulse: Impulse) -> Pair:
         """Return u after the impulses along a normal and a tangent."""

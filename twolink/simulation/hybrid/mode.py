@@ -97,13 +97,15 @@ class Trigger:
 class Doubt(NamedTuple):
     """A choice at a time (s) that was made by round-off or by the limit of work.
 
-    An event function has touched zero without falling, or bounces were omitted. `speed` (rad/s or
-    m/s) is that of the impacts that may have been missed, or infinity.
+    An event function has touched zero without falling, or has fallen by no more than the error of a
+    run, or bounces were omitted. `speed` (rad/s or m/s) is that of the impacts that may have been
+    missed, or infinity, and `change` (rad/s) what they would change u by.
     """
 
     time: float
     trigger: Trigger
     speed: float
+    change: float
 
 
 class Remark(NamedTuple):

@@ -264,7 +264,11 @@ def _given_up(
     """Return the state in which contacts rest although their bounces would not end."""
     now = float(state.t)
     found = _clamped(system, state, pose, sorted(flights), 0.0, flights)
-    doubts = tuple(Doubt(now, Trigger(EventKind.HITS, i), f.lands) for i, f in flights.items())
+    impacts = Impacts(pose, system.elements, now, system.rounding)
+    doubts = tuple(
+        Doubt(now, Trigger(EventKind.HITS, i), f.lands, impacts.largest_change(i, f.lands, state.u))
+        for i, f in flights.items()
+    )
     notes = tuple(
         Remark(
             f"bounces of {system.names[i]}",
