@@ -72,7 +72,10 @@ ROWS = {
         "description repair",
         OTHERS,
     ],
-    "twolink.contact": ["coordinates force_laws impact_laws states", "elastoplastic elements"],
+    "twolink.contact": [
+        "coordinates force_laws impact_laws states",
+        "elastoplastic elements reach",
+    ],
     "twolink.integration": [
         "expressions method outcomes precisions tableaus",
         "operations",

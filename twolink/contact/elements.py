@@ -62,6 +62,7 @@ class ContactElement(ABC):
     tangent: ConstraintCoordinate | None
     bound: Scalar
     rigid = False
+    reachable = True
 
     @property
     def principal(self) -> ConstraintCoordinate:
@@ -129,7 +130,7 @@ class ContactElement(ABC):
         `plastic` is the state of a surface that yields.
         """
         if state is ContactState.OPEN:
-            return ((EventKind.HITS, 0),)
+            return ((EventKind.HITS, 0),) if self.reachable else ()
         found: list[tuple[EventKind, int]] = []
         if self.normal is not None:
             found.append((EventKind.LEAVES, 0))
@@ -252,7 +253,8 @@ class RigidContact(_Contact):
     """A unilateral constraint: a coordinate (rad or m) must not be below `bound`.
 
     `restitution` is the coefficient e and `law` the impact law. A rough contact has a `tangent`,
-    the direction of sliding, and friction coefficients μ.
+    the direction of sliding, and friction coefficients μ. A surface beyond which no point gets is
+    not `reachable`, and has no impact.
     """
 
     restitution: Scalar
@@ -260,6 +262,7 @@ class RigidContact(_Contact):
     kinetic: Scalar = 0
     static: Scalar = 0
     law: str = "stronge"
+    reachable: bool = True
     rigid = True
 
     def options(self, touching: bool, direction: int) -> tuple[ContactState, ...]:
@@ -320,6 +323,7 @@ class CompliantContact(_Contact):
     kinetic: Scalar = 0
     static: Scalar = 0
     memory: Hysteresis | None = None
+    reachable: bool = True
 
     @property
     def compliant(self) -> ContactLaw | None:

@@ -19,6 +19,7 @@ from twolink.contact.force_laws import (
     KelvinVoigt,
     NoPull,
 )
+from twolink.contact.reach import is_reachable
 from twolink.effects.effect import ContactEffect
 from twolink.errors import ParameterError
 from twolink.inputs import take_fields
@@ -162,6 +163,7 @@ class CompliantSurface(ContactEffect):
                 kinetic=self.friction,
                 static=static,
                 memory=memory,
+                reachable=is_reachable(chain, point, self.normal, self.point),
             )
             for point in self.on
         )

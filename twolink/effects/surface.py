@@ -11,6 +11,7 @@ from twolink.chain import Chain
 from twolink.contact.coordinates import PointCoordinate, PointName
 from twolink.contact.elements import RigidContact
 from twolink.contact.impact_laws import LAWS
+from twolink.contact.reach import is_reachable
 from twolink.effects.effect import ContactEffect
 from twolink.errors import ParameterError
 from twolink.inputs import take_fields
@@ -96,6 +97,7 @@ class Surface(ContactEffect):
                 kinetic=self.friction,
                 static=static,
                 law=self.law,
+                reachable=is_reachable(chain, point, self.normal, self.point),
             )
             for point in self.on
         )

@@ -5,13 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from tests.simulation.hybrid import mode_of, state_of, system_of
+from tests.simulation.hybrid import BARS, mode_of, state_of, system_of
 from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from twolink.contact.elastoplastic import ElastoPlastic, Material
 from twolink.contact.elements import CompliantContact, DryFriction, RigidContact
 from twolink.contact.force_laws import Hertz, Phase, PlasticState
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
+from twolink.effects.gravity import Gravity
+from twolink.effects.surface import Surface
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate
 from twolink.simulation.hybrid.compile import CompiledMode, Watched
@@ -39,8 +41,8 @@ def series(*coefficients, kind=float):
     return [kind(c) for c in padded]
 
 
-# The variables of each step before those that are given: q and u at rest.
-STATE = [(-0.3,), (-0.2,), (0.0,), (0.0,)]
+# The variables of each step before those that are given, q and u.
+STATE = [(-0.3,), (-0.2,), (1.0,), (0.5,)]
 
 
 def block_of(steps, lengths=(0.5,), start=0.0, kind=float):
@@ -297,6 +299,38 @@ def test_a_flight_just_above_zero_leaves_a_doubt_of_a_slow_impact(least, doubted
     assert found is None
     assert [doubt.trigger for doubt in doubts] == [HITS] * doubted
     assert all(1e-7 < doubt.speed < 1e-5 for doubt in doubts)
+
+
+@pytest.mark.parametrize(("depth", "doubted"), [(1e-14, True), (1e-9, False)])
+def test_a_fall_just_below_zero_leaves_a_doubt_of_a_slow_impact(depth, doubted):
+    """(t − 1/4)² less a depth that the error of a run may have made."""
+    found, doubts = first(HITS, (1 / 16 - depth, -1 / 2, 1))
+    assert found.trigger == HITS
+    assert [doubt.trigger for doubt in doubts] == [HITS] * doubted
+    assert all(1e-8 < doubt.speed < 1e-5 for doubt in doubts)
+    assert all(0 < doubt.change < 1e-5 for doubt in doubts)
+
+
+def test_a_touch_at_the_end_of_the_reach_leaves_the_motion_in_doubt():
+    """B over a floor at its lowest place: any impact reverses u1, however slow it is."""
+    floor = Surface((0.0, 1.0), (0.0, -1.0), on=("B",))
+    system = system_of(Gravity(), floor, chain=BARS)
+    series = [math.pi / 2 - 0.25, 1.0]
+    gap = [1 - math.sin(math.pi / 2 - 0.25), -math.cos(math.pi / 2 - 0.25)]
+    for k in range(2, 20):
+        gap.append(-((-1) ** (k // 2)) * (math.sin, math.cos)[k % 2](series[0]) / math.factorial(k))
+    row = [series, [0.3], [1.0], [0.0], gap]
+    rows = np.array([[[*each, *[0.0] * (20 - len(each))] for each in row]])
+    block = Block(np.array([0.0]), np.array([0.5]), rows)
+    compiled = CompiledMode(
+        pool=IntegratorPool(None), operations=0, numbers=0,
+        watched=(Watched(Trigger(E.HITS, 0), 4, 1.0, False),), gaps=(0,), recovering=(),
+        roots=(), clock=None, integrals=slice(0, 0), number=float,
+    )  # fmt: skip
+    _, doubts = Certificate(system, compiled, mode_of(system, S.OPEN), 1.0).first_event(block, True)
+    (doubt,) = doubts
+    assert doubt.speed < 1e-5
+    assert 0.5 < doubt.change < 10
 
 
 def test_a_bounce_below_the_round_off_of_the_gap_leaves_no_doubt():

@@ -22,7 +22,7 @@ from twolink.kinematics import velocity
 from twolink.optional import heyoka
 from twolink.simulation.hybrid.compile import compiled_mode, safe_order
 
-FLOOR = Surface((0.0, 1.2), (0.0, -1.0), on=("B", "D"))
+FLOOR = Surface((0.0, 0.9), (0.0, -1.0), on=("B", "D"))
 BALL = CompliantSurface((0.0, 1.2), (0.0, -1.0), "hertz", 1000.0)
 CUSHION = CompliantSurface((0.0, 1.2), (0.0, -1.0), "kelvin-voigt", 100.0, 4.0)
 

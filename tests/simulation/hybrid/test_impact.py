@@ -242,3 +242,29 @@ def test_near_a_dead_point_a_pose_is_not_moved_by_more_than_rounding():
     nearly = Pose(BARS, lagrange, q)
     bound = ALONG.coordinate(BARS, q)
     assert placed(nearly, ALONG, bound + 1e-14, EPSILON, EPSILON) == q
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_no_impact_changes_more_than_the_bound_says(law, mu, random):
+    """In poses down to 1e-9 rad from the one in which B cannot move along the normal."""
+    for _ in range(60):
+        q = (math.pi / 2 - 10 ** random.uniform(-9, 0), random.uniform(-3, 3))
+        point = "B" if random.integers(2) else "D"
+        tangent = PointCoordinate(point, (1.0, 0.0)) if mu else None
+        contact = RigidContact(
+            "floor", PointCoordinate(point, (0.0, -1.0)), -1.0, restitution=0.5, tangent=tangent,
+            kinetic=mu, static=mu, law=law,
+        )  # fmt: skip
+        impacts = Impacts(Pose(BARS, lagrange, q), [contact], 0.0, EPSILON)
+        u = tuple(random.normal(size=2).tolist())
+        row = impacts.row(0)
+        speed = row[0] * u[0] + row[1] * u[1]
+        if speed > 0:
+            u, speed = (-u[0], -u[1]), -speed
+        after = impacts.impact(0, u).u[1]
+        changed = max(abs(after[0] - u[0]), abs(after[1] - u[1]))
+        if law == "newton" and impacts.energy(after) > impacts.energy(u):
+            # The rule of this name may give energy, which the bound does not allow for.
+            continue
+        assert changed <= impacts.largest_change(0, -speed, u) * (1 + 1e-9)

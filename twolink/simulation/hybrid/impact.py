@@ -268,11 +268,14 @@ class Impacts:
         contact, pose = self.contact(index), self.pose
         row = pose.row(contact.normal)
         du = pose.impulse_response(row)
-        response, size = float(row[0] * du[0] + row[1] * du[1]), float(largest(du))
+        response, size = float(speed_along(row, du)), float(largest(du))
         if contact.tangent is not None:
+            friction = float(contact.kinetic)
             across = pose.impulse_response(pose.row(contact.tangent))
-            size += float(contact.kinetic * largest(across))
-        by_impulse = (1 + float(contact.restitution)) * speed * size / response if response else 0.0
+            size += friction * float(largest(across))
+            response -= friction * abs(float(speed_along(row, across)))
+        most = (1 + float(contact.restitution)) * speed
+        by_impulse = most * size / response if response > 0 else math.inf
         ((M11, M12), (_, M22)), _ = pose.inertia
         a, b, c = float(M11), float(M12), float(M22)
         least = 2 * (a * c - b * b) / (a + c + math.hypot(a - c, 2 * b))
