@@ -5,15 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from tests.simulation.hybrid import BARS, mode_of, state_of, system_of
+from tests.simulation.hybrid import mode_of, state_of, system_of
 from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from twolink.contact.elastoplastic import ElastoPlastic, Material
 from twolink.contact.elements import CompliantContact, DryFriction, RigidContact
 from twolink.contact.force_laws import Hertz, Phase, PlasticState
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
-from twolink.effects.gravity import Gravity
-from twolink.effects.surface import Surface
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate
 from twolink.simulation.hybrid.compile import CompiledMode, Watched
@@ -179,33 +177,6 @@ def test_a_dent_is_cleared_where_the_gap_is_as_wide_as_it_is_deep():
 # Touches.
 
 
-def test_a_gap_that_touches_zero_leaves_a_doubt_of_a_slow_impact():
-    """(t − 1/4)²: an impact that was passed over would have been of rounding size only."""
-    finding, (doubt,) = first(HITS, (1 / 16, -1 / 2, 1))
-    assert finding is None
-    assert doubt.trigger == HITS
-    assert 0 < doubt.speed < 1e-6
-
-
-def test_a_doubt_beside_a_clock_has_the_time_and_the_speed_of_the_motion():
-    """(s − 1/4)² on the second step, on which t = 2 + 3/4 + 4 s."""
-    steps = [[(1, 0.1), (0, 1.5)], [(1 / 16, -1 / 2, 1), (0.75, 4)]]
-    state = state_of(SYSTEM, (-0.3, -0.2))._replace(t=2.0)
-    found = certificate_of(HITS, clock=1, span=9.0, state=state)
-    _, (doubt,) = found.first_event(block_of(steps, (0.5, 0.5)), False)
-    _, (in_time,) = first(HITS, (1 / 16, -1 / 2, 1))
-    assert doubt.time == pytest.approx(2.75, rel=1e-15)
-    assert doubt.speed == pytest.approx(in_time.speed / 4, rel=1e-6)
-
-
-def test_a_limit_that_is_touched_leaves_the_motion_open_if_static_friction_is_higher():
-    """Joint A may break loose, and would then slide with less friction; in B both are one."""
-    touching = (1 / 16, -1 / 2, 1)
-    _, (doubt,) = first(Trigger(E.BREAKS, 1, 1), touching)
-    assert doubt.speed == math.inf
-    assert first(Trigger(E.BREAKS, 2, 1), touching) == (None, ())
-
-
 # Arcs whose variable is not time.
 
 
@@ -290,53 +261,6 @@ def test_a_speed_of_rounding_is_remembered_over_the_blocks_of_an_arc():
     loud = block_of([[(1e-18, 1e-6)], [(5e-7, -4e-6)]], (0.5, 0.5), start=1.0)
     found, _ = certificate.first_event(loud, at_start=False)
     assert (found.place, found.x) == (1, pytest.approx(0.25))
-
-
-@pytest.mark.parametrize(("least", "doubted"), [(1e-14, True), (1e-9, False)])
-def test_a_flight_just_above_zero_leaves_a_doubt_of_a_slow_impact(least, doubted):
-    """(t − 1/4)² and a gap that the error of a run may have made."""
-    found, doubts = first(HITS, (1 / 16 + least, -1 / 2, 1))
-    assert found is None
-    assert [doubt.trigger for doubt in doubts] == [HITS] * doubted
-    assert all(1e-7 < doubt.speed < 1e-5 for doubt in doubts)
-
-
-@pytest.mark.parametrize(("depth", "doubted"), [(1e-14, True), (1e-9, False)])
-def test_a_fall_just_below_zero_leaves_a_doubt_of_a_slow_impact(depth, doubted):
-    """(t − 1/4)² less a depth that the error of a run may have made."""
-    found, doubts = first(HITS, (1 / 16 - depth, -1 / 2, 1))
-    assert found.trigger == HITS
-    assert [doubt.trigger for doubt in doubts] == [HITS] * doubted
-    assert all(1e-8 < doubt.speed < 1e-5 for doubt in doubts)
-    assert all(0 < doubt.change < 1e-5 for doubt in doubts)
-
-
-def test_a_touch_at_the_end_of_the_reach_leaves_the_motion_in_doubt():
-    """B over a floor at its lowest place: any impact reverses u1, however slow it is."""
-    floor = Surface((0.0, 1.0), (0.0, -1.0), on=("B",))
-    system = system_of(Gravity(), floor, chain=BARS)
-    series = [math.pi / 2 - 0.25, 1.0]
-    gap = [1 - math.sin(math.pi / 2 - 0.25), -math.cos(math.pi / 2 - 0.25)]
-    for k in range(2, 20):
-        gap.append(-((-1) ** (k // 2)) * (math.sin, math.cos)[k % 2](series[0]) / math.factorial(k))
-    row = [series, [0.3], [1.0], [0.0], gap]
-    rows = np.array([[[*each, *[0.0] * (20 - len(each))] for each in row]])
-    block = Block(np.array([0.0]), np.array([0.5]), rows)
-    compiled = CompiledMode(
-        pool=IntegratorPool(None), operations=0, numbers=0,
-        watched=(Watched(Trigger(E.HITS, 0), 4, 1.0, False),), gaps=(0,), recovering=(),
-        roots=(), clock=None, integrals=slice(0, 0), number=float,
-    )  # fmt: skip
-    _, doubts = Certificate(system, compiled, mode_of(system, S.OPEN), 1.0).first_event(block, True)
-    (doubt,) = doubts
-    assert doubt.speed < 1e-5
-    assert 0.5 < doubt.change < 10
-
-
-def test_a_bounce_below_the_round_off_of_the_gap_leaves_no_doubt():
-    found, doubts = first(HITS, (0, 1e-15, -1.5e-15))
-    assert found is None
-    assert doubts == ()
 
 
 def test_a_slow_speed_along_a_short_row_may_exceed_round_off():

@@ -1,7 +1,6 @@
 """Compiled modes: their variables, and Taylor coefficients known from closed forms."""
 
 import math
-from threading import Barrier
 
 import numpy as np
 import pytest
@@ -17,9 +16,7 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
-from twolink.interruptible import side_by_side
 from twolink.kinematics import velocity
-from twolink.optional import heyoka
 from twolink.simulation.hybrid.compile import compiled_mode, safe_order
 
 FLOOR = Surface((0.0, 0.9), (0.0, -1.0), on=("B", "D"))
@@ -246,45 +243,3 @@ def test_optimised_code_gives_the_same_series(precision):
         assert second == pytest.approx(first, rel=1e-11, abs=1e-11)
     else:
         assert np.array_equal(second, first)
-
-
-@pytest.mark.parametrize("longest", [None, 1e-3, 0.5])
-def test_quadruple_steps_are_those_of_heyoka(longest):
-    """By `step`, which keeps other threads waiting: the same state, length and outcome."""
-    mode = compiled(system_of(Gravity(), precision="quadruple"))
-    found = []
-    for own in (True, False):
-        with mode.pool.lend() as stepper:
-            number = mode.number
-            stepper.state[:] = [number(x) for x in (0.3, -0.2, 1.0, 2.0)]
-            stepper.integrator.time = number(0.25)
-            step = stepper.step if own else stepper.integrator.step
-            given = () if longest is None else (number(longest),)
-            outcome, length = step(*given, write_tc=True)
-            now = stepper.integrator.time
-            found.append([*stepper.state, length, now, *stepper.tc.ravel(), outcome.value])
-    own, theirs = found
-    complete = heyoka().taylor_outcome
-    assert own[:-1] == theirs[:-1]
-    assert {own[-1], theirs[-1]} <= {complete.success.value, complete.time_limit.value}
-
-
-def test_other_threads_run_during_quadruple_steps():
-    """A thread that held the interpreter would never see another one's step end in its own."""
-    mode = compiled(system_of(Gravity(), precision="quadruple"))
-    counts, seen, together = [0, 0], [0, 0], Barrier(2)
-
-    def steps(place):
-        def run(go_on):
-            with mode.pool.lend() as stepper:
-                together.wait()
-                for _ in range(100):
-                    before = counts[1 - place]
-                    stepper.step(write_tc=True)
-                    seen[place] += counts[1 - place] > before
-                    counts[place] += 1
-
-        return run
-
-    side_by_side(steps(0), steps(1))
-    assert sum(seen) > 0

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import functools
 import itertools
-import math
 import operator
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -17,19 +16,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from twolink.contact.states import EventKind
-from twolink.simulation.hybrid.bernstein import (
-    is_positive_until,
-    margins_of,
-    product,
-    rounding_bound,
-)
+from twolink.simulation.hybrid.bernstein import is_positive_until, margins_of, rounding_bound
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compile import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
-from twolink.simulation.hybrid.impact import Impacts
+from twolink.simulation.hybrid.doubts import StepOfArc, doubt_of, with_dip
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
-from twolink.simulation.hybrid.polishing import horner, lowest
-from twolink.simulation.hybrid.pose import Pose
+from twolink.simulation.hybrid.polishing import lowest
 from twolink.simulation.hybrid.roots import Search, first_fall
 from twolink.simulation.hybrid.start_of_arc import StartOfArc
 from twolink.simulation.hybrid.state import HybridState
@@ -49,7 +42,6 @@ class Finding(NamedTuple):
 
 
 _HITS = EventKind.HITS
-_BREAKAWAY = (EventKind.BREAKS, EventKind.STOPS)
 
 # The number of the step of a suspect (below).
 _STEP = operator.itemgetter(0)
@@ -202,9 +194,9 @@ class Certificate:
             search, limit = _searched(suspect, least)
             fall = search.fall
             if fall is not None and search.touch is None and suspect.bernstein[-1] > -least:
-                search, limit = _with_dip(search, polynomial, least, limit)
+                search, limit = with_dip(search, polynomial, least, limit)
             if search.touch is not None or search.unsure:
-                doubt = self._doubt(block, place, trigger, polynomial, search, limit)
+                doubt = doubt_of(self._on(block, place), trigger, polynomial, search, limit)
                 if doubt is not None:
                     touch = search.touch or 0.0
                     touches.append((touch if fall is None else min(touch, float(fall)), doubt))
@@ -213,6 +205,10 @@ class Certificate:
         until = 1.0 if earliest is None else float(earliest.x)
         doubts += [doubt for touch, doubt in touches if touch <= until]
         return earliest
+
+    def _on(self, block: Block, place: int) -> StepOfArc:
+        """Return a step of the arc."""
+        return StepOfArc(self._system, self._compiled.clock, self._begins, block, place)
 
     def _deflate(self, every: Any, block: Block) -> None:
         """Divide event functions that start at zero by time, in place.
@@ -258,52 +254,6 @@ class Certificate:
         end = first_fall(polynomial, 0.0).fall
         return 1 if end is None else end
 
-    def _doubt(
-        self,
-        block: Block,
-        place: int,
-        trigger: Trigger,
-        polynomial: Any,
-        search: Search,
-        bound: float,
-    ) -> Doubt | None:
-        """Return the doubt caused by a touch, or None if the motion does not depend on it."""
-        element, x = self._system.elements[trigger.index], float(search.touch or 0.0)
-        speed = change = math.inf
-        if trigger.kind is _HITS and not search.unsure:
-            bend = abs(_second_derivative(polynomial, x))
-            pace = self._time_of(block, place, x)[1]
-            speed = math.sqrt(2 * bend * bound) / pace if pace > 0 else math.inf
-            before = max(x - math.sqrt(2 * bound / bend), 0.0) if bend > 0 else 0.0
-            change = self._change(block, place, before, trigger.index, speed)
-        elif not search.unsure and not (element.hysteretic and trigger.kind in _BREAKAWAY):
-            return None
-        return Doubt(self._time_of(block, place, 0.0)[0], trigger, speed, change)
-
-    def _change(self, block: Block, place: int, x: float, index: int, speed: float) -> float:
-        """Return the change of u (rad/s) by an impact at a speed, at x on a step."""
-        system = self._system
-        if not system.elements[index].rigid:
-            # A press that has just begun gives a point twice its speed at the most.
-            chain = system.scene_chain
-            return 2 * speed * max(1.0, 1 / float(chain.L1), 1 / float(chain.L2))
-        lengths = block.lengths[place : place + 1] * system.number(x)
-        rows = block.coefficients[place, :4]
-        q1, q2, u1, u2 = product(rows, powers(lengths, rows.shape[1])[0]).tolist()
-        pose = Pose(system.chain, system.formulation, (q1, q2))
-        impacts = Impacts(pose, system.elements, 0.0, system.rounding)
-        return impacts.largest_change(index, speed, (u1, u2))
-
-    def _time_of(self, block: Block, place: int, x: float) -> tuple[float, float]:
-        """Return the time (s) at x on a step, and its rate (s)."""
-        start, length, clock = block.starts[place], block.lengths[place], self._compiled.clock
-        if clock is None:
-            return float(start) + x * float(length), float(length)
-        row = block.coefficients[place, clock]
-        terms = [float(c) for c in row * powers(block.lengths[place : place + 1], len(row))[0]]
-        time = self._begins + sum(c * x**k for k, c in enumerate(terms))
-        return time, sum(k * c * x ** (k - 1) for k, c in enumerate(terms) if k)
-
 
 def _by_step(suspects: Sequence[_Suspect]) -> Sequence[Sequence[_Suspect]]:
     """Return the event functions of each step together, in the order of the steps."""
@@ -329,25 +279,6 @@ def _searched(suspect: _Suspect, grazing: float) -> tuple[Search, float]:
     if search.fall is None and search.touch is None and grazing:
         return search._replace(touch=lowest(polynomial, grazing)), grazing
     return search, bound
-
-
-def _with_dip(
-    search: Search, polynomial: list[Any], grazing: float, bound: float
-) -> tuple[Search, float]:
-    """Return a search with the place of the minimum after a fall that is no deeper than `grazing`.
-
-    The error of a run may have turned a pass into such a fall. The bound is the depth then.
-    """
-    place = lowest(polynomial, 0.0)
-    if place is None:
-        return search, bound
-    depth = -float(horner(polynomial, place))
-    return (search._replace(touch=place), depth) if depth < grazing else (search, bound)
-
-
-def _second_derivative(polynomial: Sequence[Any], x: float) -> float:
-    """Return the second derivative of a polynomial, in float64."""
-    return sum(k * (k - 1) * float(c) * x ** (k - 2) for k, c in enumerate(polynomial) if k > 1)
 
 
 def _offset(system: HybridSystem, mode: Mode, trigger: Trigger) -> Any:

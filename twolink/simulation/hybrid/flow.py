@@ -25,12 +25,13 @@ from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.bernstein import product
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate, Finding
-from twolink.simulation.hybrid.compile import CompiledMode, Stepper, compiled_mode
+from twolink.simulation.hybrid.compile import CompiledMode, compiled_mode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import stopped
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.state import HybridState, put
+from twolink.simulation.hybrid.stepper import Stepper
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
 from twolink.simulation.series import powers

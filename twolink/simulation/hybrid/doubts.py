@@ -1,0 +1,104 @@
+"""Doubts: events that the error of a run may have made, or may have let pass.
+
+A gap that touches zero, or comes as close as the error of a run, may have been an impact, and an
+impact that is as shallow may have been a pass. The change of the motion by such an impact is then
+a part of the error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from twolink.contact.states import EventKind
+from twolink.simulation.hybrid.block import Block
+from twolink.simulation.hybrid.impact import Impacts
+from twolink.simulation.hybrid.mode import Doubt, Trigger
+from twolink.simulation.hybrid.polishing import horner, lowest
+from twolink.simulation.hybrid.pose import Pose
+from twolink.simulation.hybrid.roots import Search
+from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.series import powers
+
+_BREAKAWAY = (EventKind.BREAKS, EventKind.STOPS)
+
+
+class StepOfArc(NamedTuple):
+    """A step, number `place` of a block, of an arc that `begins` at a time (s).
+
+    `clock` is the variable of time since then, where that is not the independent one.
+    """
+
+    system: HybridSystem
+    clock: int | None
+    begins: float
+    block: Block
+    place: int
+
+    def time(self, x: float) -> tuple[float, float]:
+        """Return the time (s) at x in [0, 1] of the step, and its rate (s)."""
+        start, length = self.block.starts[self.place], self.block.lengths[self.place]
+        if self.clock is None:
+            return float(start) + x * float(length), float(length)
+        terms = [float(c) for c in self._scaled(self.clock, 1.0)]
+        time = self.begins + sum(c * x**k for k, c in enumerate(terms))
+        return time, sum(k * c * x ** (k - 1) for k, c in enumerate(terms) if k)
+
+    def change(self, x: float, index: int, speed: float) -> float:
+        """Return the change of u (rad/s) by an impact of an element at a speed, at x."""
+        system = self.system
+        if not system.elements[index].rigid:
+            # A press that has just begun gives a point twice its speed at the most.
+            chain = system.scene_chain
+            return 2 * speed * max(1.0, 1 / float(chain.L1), 1 / float(chain.L2))
+        q1, q2, u1, u2 = (sum(self._scaled(k, x)) for k in range(4))
+        pose = Pose(system.chain, system.formulation, (q1, q2))
+        impacts = Impacts(pose, system.elements, 0.0, system.rounding)
+        return impacts.largest_change(index, speed, (u1, u2))
+
+    def _scaled(self, variable: int, x: float) -> list[Any]:
+        """Return the terms of the series of a variable at x."""
+        row = self.block.coefficients[self.place, variable]
+        length = self.block.lengths[self.place : self.place + 1] * self.system.number(x)
+        terms: list[Any] = (row * powers(length, len(row))[0]).tolist()
+        return terms
+
+
+def doubt_of(
+    step: StepOfArc, trigger: Trigger, polynomial: Sequence[Any], search: Search, bound: float
+) -> Doubt | None:
+    """Return the doubt caused by a touch, or None if the motion does not depend on it.
+
+    `bound` is that on the error of the event function, or its depth.
+    """
+    element, x = step.system.elements[trigger.index], float(search.touch or 0.0)
+    speed = change = math.inf
+    if trigger.kind is EventKind.HITS and not search.unsure:
+        bend = abs(_second_derivative(polynomial, x))
+        pace = step.time(x)[1]
+        speed = math.sqrt(2 * bend * bound) / pace if pace > 0 else math.inf
+        before = max(x - math.sqrt(2 * bound / bend), 0.0) if bend > 0 else 0.0
+        change = step.change(before, trigger.index, speed)
+    elif not search.unsure and not (element.hysteretic and trigger.kind in _BREAKAWAY):
+        return None
+    return Doubt(step.time(0.0)[0], trigger, speed, change)
+
+
+def with_dip(
+    search: Search, polynomial: list[Any], grazing: float, bound: float
+) -> tuple[Search, float]:
+    """Return a search with the place of the minimum after a fall that is no deeper than `grazing`.
+
+    The error of a run may have turned a pass into such a fall. The bound is the depth then.
+    """
+    place = lowest(polynomial, 0.0)
+    if place is None:
+        return search, bound
+    depth = -float(horner(polynomial, place))
+    return (search._replace(touch=place), depth) if depth < grazing else (search, bound)
+
+
+def _second_derivative(polynomial: Sequence[Any], x: float) -> float:
+    """Return the second derivative of a polynomial, in float64."""
+    return sum(k * (k - 1) * float(c) * x ** (k - 2) for k, c in enumerate(polynomial) if k > 1)
