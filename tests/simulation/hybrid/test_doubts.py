@@ -7,14 +7,19 @@ import pytest
 
 from tests.simulation.hybrid import BARS, mode_of, state_of, system_of
 from tests.simulation.hybrid.test_certificate import HITS, SYSTEM, block_of, certificate_of, first
+from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
 from twolink.effects.gravity import Gravity
 from twolink.effects.surface import Surface
+from twolink.scene import Scene
+from twolink.simulation import simulate
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate
 from twolink.simulation.hybrid.compile import CompiledMode, Watched
-from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.doubts import remarks_of
+from twolink.simulation.hybrid.mode import Doubt, Trigger
+from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.pool import IntegratorPool
 
 
@@ -90,3 +95,28 @@ def test_a_bounce_below_the_round_off_of_the_gap_leaves_no_doubt():
     found, doubts = first(HITS, (0, 1e-15, -1.5e-15))
     assert found is None
     assert doubts == ()
+
+
+def test_a_doubt_that_changes_the_motion_is_noted():
+    large = Doubt(0.5, Trigger(E.HITS, 1), 1e-9, 2.0)
+    small = Doubt(0.6, HITS, 1e-9, 1e-8)
+    (remark,) = remarks_of([small, large], ("A", "B on floor"))
+    assert remark.time == 0.5
+    assert remark.sentence == (
+        "At 0.5 s the error of the run decides whether a contact is made (B on floor)."
+    )
+
+
+def test_a_touch_that_a_run_cannot_decide_is_named_and_decided_in_longer_numbers():
+    """A floor one rounding above the lowest place of B is hit, 1.5e-8 rad before it."""
+    chain = Chain.uniform_bars()
+    floor = Surface((0.0, float(np.nextafter(1.0, 0.0))), (0.0, -1.0), on=("B",))
+    scene = Scene(chain, (0.3, -0.2), (0.0, 0.0), 1.0, (Gravity(), floor))
+    short = hybrid_run(scene, np.array([0.0, 1.0]))
+    assert any("decides whether a contact is made (B on surface" in note for note in short.notes)
+    found = simulate(scene)
+    assert found.met
+    assert len(found.impacts) == 1
+    q, _ = found.at(found.impacts[0].time)
+    assert q[0, 0] == pytest.approx(math.pi / 2 - math.sqrt(2.0**-52), abs=1e-9)
+    assert not found.notes

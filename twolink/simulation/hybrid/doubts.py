@@ -8,17 +8,18 @@ a part of the error.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.impact import Impacts
-from twolink.simulation.hybrid.mode import Doubt, Trigger
+from twolink.simulation.hybrid.mode import Doubt, Remark, Trigger
 from twolink.simulation.hybrid.polishing import horner, lowest
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.roots import Search
 from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.tolerances import SATURATED
 from twolink.simulation.series import powers
 
 _BREAKAWAY = (EventKind.BREAKS, EventKind.STOPS)
@@ -83,6 +84,15 @@ def doubt_of(
     elif not search.unsure and not (element.hysteretic and trigger.kind in _BREAKAWAY):
         return None
     return Doubt(step.time(0.0)[0], trigger, speed, change)
+
+
+def remarks_of(doubts: Iterable[Doubt], names: Sequence[str]) -> Iterator[Remark]:
+    """Yield a sentence on each doubt that changes the motion, by the names of the elements."""
+    for doubt in doubts:
+        if doubt.change > SATURATED:
+            choice = f"whether {doubt.trigger.kind.value} ({names[doubt.trigger.index]})"
+            sentence = f"At {doubt.time:.9g} s the error of the run decides {choice}."
+            yield Remark(choice, doubt.time, sentence)
 
 
 def with_dip(

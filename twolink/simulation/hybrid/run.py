@@ -24,6 +24,7 @@ from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.compile import CompiledMode, safe_order
 from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
+from twolink.simulation.hybrid.doubts import remarks_of
 from twolink.simulation.hybrid.flow import Arc, flow
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.impact_log import impact_log
@@ -296,6 +297,7 @@ class _History:
             self.compile_seconds += arc.compile_seconds
             self.since.append(float(arc.start.t) + following.delay)
             self.doubts += arc.doubts
+            self.notes += remarks_of(arc.doubts, self.system.names)
             at_once = 0 if advanced else at_once + 1
             if at_once > tolerances.MOST_JUMPS_AT_ONCE:
                 raise IntegrationError(

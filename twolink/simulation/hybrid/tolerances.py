@@ -78,7 +78,8 @@ LONG_FLIGHT = 1e3
 BEYOND = 0.01
 
 # Difference of two runs (rad or rad/s) above which they follow different motions, and do not show
-# any more how errors grow. Read by configurations.
+# any more how errors grow. A note names the event whose doubt changes the motion by more. Read by
+# configurations and doubts.
 SATURATED = 1e-3
 
 # Least share of the duration from which the growth of errors is extrapolated. Read by
