@@ -42,6 +42,13 @@ def test_a_doubt_beside_a_clock_has_the_time_and_the_speed_of_the_motion():
     assert doubt.speed == pytest.approx(in_time.speed / 4, rel=1e-6)
 
 
+@pytest.mark.parametrize("rate", [0.5, 0.5 + 1e-9])
+def test_a_gap_that_is_least_where_the_clock_stands_has_not_grazed(rate):
+    """(s − 1/4)², and t = rate s − s² beside it: the press ends at s = 1/4."""
+    block = block_of([[(1 / 16, -1 / 2, 1), (0, rate, -1)]])
+    assert certificate_of(HITS, clock=1, span=9.0).first_event(block, False)[1] == ()
+
+
 def test_a_limit_that_is_touched_leaves_the_motion_open_if_static_friction_is_higher():
     """Joint A may break loose, and would then slide with less friction; in B both are one."""
     touching = (1 / 16, -1 / 2, 1)

@@ -51,7 +51,7 @@ class _Suspect(NamedTuple):
     """An event function that is not proven positive on a step: its number and its coefficients.
 
     `place` is the number of the step, and `bound` that on the error of the values. `bernstein` are
-    the Bernstein coefficients in float64.
+    the Bernstein coefficients in float64. It is `whole` if it was not divided by a power of time.
     """
 
     place: int
@@ -59,6 +59,7 @@ class _Suspect(NamedTuple):
     polynomial: list[Any]
     bernstein: list[float]
     bound: float
+    whole: bool
 
 
 class Certificate:
@@ -153,7 +154,12 @@ class Certificate:
                 bound = float(bounds[row]) if known else rounding_bound(polynomial, rounding)
                 found.append(
                     _Suspect(
-                        place, number, polynomial, bernstein[row].tolist(), bound + (tail or 0.0)
+                        place,
+                        number,
+                        polynomial,
+                        bernstein[row].tolist(),
+                        bound + (tail or 0.0),
+                        tail is None,
                     )
                 )
         return found
@@ -186,14 +192,17 @@ class Certificate:
         for suspect in sorted(suspects, key=_guess) if len(suspects) > 1 else suspects:
             place, number, polynomial, *_ = suspect
             trigger = self._triggers[number]
-            least = self._system.grazing if trigger.kind is _HITS else 0.0
+            # A flight that has just begun comes close to nothing but its start.
+            grazes = trigger.kind is _HITS and suspect.whole
+            least = self._system.grazing if grazes else 0.0
             if earliest is not None and is_positive_until(
                 polynomial, float(earliest.x), suspect.bound, least
             ):
                 continue
             search, limit = _searched(suspect, least)
             fall = search.fall
-            if fall is not None and search.touch is None and suspect.bernstein[-1] > -least:
+            shallow = suspect.whole and suspect.bernstein[-1] > -least
+            if fall is not None and search.touch is None and shallow:
                 search, limit = with_dip(search, polynomial, least, limit)
             if search.touch is not None or search.unsure:
                 doubt = doubt_of(self._on(block, place), trigger, polynomial, search, limit)

@@ -19,7 +19,7 @@ from twolink.simulation.hybrid.polishing import horner, lowest
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.roots import Search
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import SATURATED
+from twolink.simulation.hybrid.tolerances import SATURATED, STANDING_CLOCK
 from twolink.simulation.series import powers
 
 _BREAKAWAY = (EventKind.BREAKS, EventKind.STOPS)
@@ -78,7 +78,10 @@ def doubt_of(
     if trigger.kind is EventKind.HITS and not search.unsure:
         bend = abs(_second_derivative(polynomial, x))
         pace = step.time(x)[1]
-        speed = math.sqrt(2 * bend * bound) / pace if pace > 0 else math.inf
+        if pace <= STANDING_CLOCK * max(step.time(0.0)[1], step.time(1.0)[1]):
+            # The press ends here, and beyond it the polynomials go back in time.
+            return None
+        speed = math.sqrt(2 * bend * bound) / pace
         before = max(x - math.sqrt(2 * bound / bend), 0.0) if bend > 0 else 0.0
         change = step.change(before, trigger.index, speed)
     elif not search.unsure and not (element.hysteretic and trigger.kind in _BREAKAWAY):

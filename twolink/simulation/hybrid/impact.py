@@ -26,6 +26,9 @@ from twolink.simulation.hybrid.tolerances import (
     UNDECIDED,
 )
 
+# Margin of the change by an impact whose speed is not known better than in its size.
+_UNSURE = 2
+
 
 class Strike(NamedTuple):
     """An impact at a time (s) in the pose q, before its energies are known.
@@ -260,27 +263,24 @@ class Impacts:
         return self._strike(index, Impulse(normal, s * normal, Regime.SLIDES_THEN_STICKS), u, after)
 
     def largest_change(self, index: int, speed: float, u: Pair) -> float:
-        """Return a bound on the change of u (rad/s) by an impact at a normal speed.
+        """Return a bound on the change of u (rad/s) by an impact at about a normal speed.
 
         It is large where the row of the normal is short: a point that only just meets a surface at
         the end of its reach turns the chain around. An impact takes energy, which limits it.
         """
-        contact, pose = self.contact(index), self.pose
-        row = pose.row(contact.normal)
-        du = pose.impulse_response(row)
-        response, size = float(speed_along(row, du)), float(largest(du))
-        if contact.tangent is not None:
-            friction = float(contact.kinetic)
-            across = pose.impulse_response(pose.row(contact.tangent))
-            size += friction * float(largest(across))
-            response -= friction * abs(float(speed_along(row, across)))
-        most = (1 + float(contact.restitution)) * speed
-        by_impulse = most * size / response if response > 0 else math.inf
-        ((M11, M12), (_, M22)), _ = pose.inertia
+        row = self.row(index)
+        long = row[0] * row[0] + row[1] * row[1]
+        (((M11, M12), (_, M22)), _) = self.pose.inertia
         a, b, c = float(M11), float(M12), float(M22)
         least = 2 * (a * c - b * b) / (a + c + math.hypot(a - c, 2 * b))
         by_energy = 2 * math.sqrt(2 * self.energy(u) / least)
-        return min(by_impulse, by_energy)
+        if long == 0 or speed == math.inf:
+            return by_energy
+        miss = speed_along(row, u) + speed
+        u = u[0] - miss * row[0] / long, u[1] - miss * row[1] / long
+        after = self.impact(index, u).u[1]
+        changed = float(largest((after[0] - u[0], after[1] - u[1])))
+        return min(_UNSURE * changed, by_energy)
 
     def _after(self, u: Pair, row: Pair, tangent: Pair, impulse: Impulse) -> Pair:
         """Return u after the impulses along a normal and a tangent."""

@@ -86,6 +86,10 @@ SATURATED = 1e-3
 # configurations.
 LEAST_SHARE = 0.01
 
+# Part of the larger rate of a clock at the ends of a step. Where it is slower a press ends, and a
+# gap that is least there has not grazed. Read by doubts.
+STANDING_CLOCK = 1e-6
+
 # Jumps without an impact after which a run is given up if it would take as many times as many for
 # the rest. Read by run.
 MANY_JUMPS = 1_000
