@@ -296,8 +296,9 @@ class _History:
             self._last_arcs[arc.compiled] = arc
             self.compile_seconds += arc.compile_seconds
             self.since.append(float(arc.start.t) + following.delay)
-            self.doubts += arc.doubts
-            self.notes += remarks_of(arc.doubts, self.system.names)
+            if arc.doubts:
+                self.doubts += arc.doubts
+                self.notes += remarks_of(arc.doubts, self.system.names)
             at_once = 0 if advanced else at_once + 1
             if at_once > tolerances.MOST_JUMPS_AT_ONCE:
                 raise IntegrationError(
