@@ -63,6 +63,21 @@ def test_expressions_for_float64_are_those_of_heyoka():
     assert str(plain(2.0)) == str(heyoka().expression(2.0))
 
 
+@pytest.mark.parametrize(
+    "divisor",
+    [3, 3.0, np.int64(3), np.float32(3), np.float64(3), np.longdouble(3), Fraction(3), 2**70 + 1,
+     np.longdouble(1) / 3],
+    ids=repr,
+)  # fmt: skip
+def test_numbers_of_any_type_are_converted_before_a_division(divisor):
+    """A number of NumPy, too, would be combined in its own precision."""
+    number = PRECISIONS["quadruple"].number
+    exact = Fraction(*getattr(divisor, "item", lambda: divisor)().as_integer_ratio())
+    expected = number(0.7) * (number(exact.denominator) / number(exact.numerator))
+    found = compiled(lambda x: x / divisor, "quadruple")
+    assert abs(float((found - expected) / expected)) < 1e-32
+
+
 @pytest.mark.parametrize("other", [heyoka().make_vars("y"), heyoka().par[0]])
 def test_symbols_of_heyoka_are_operands(other):
     number = PRECISIONS["quadruple"].number

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from twolink.chain import Chain
-from twolink.integration.expressions import plain, precise
 from twolink.integration.outcomes import check_outcome
 from twolink.names import EquationsName
 from twolink.optional import heyoka
 from twolink.scene import Scene
-from twolink.simulation.smooth.equations import EQUATIONS, Equations
+from twolink.simulation.smooth.equations import EQUATIONS, Equations, expressions_of
 from twolink.simulation.smooth.longest_step import default_longest_step
 
 
@@ -71,12 +70,9 @@ def precise_motion(scene: Scene, equations: EquationsName, digits: int) -> Preci
 
     form = EQUATIONS[equations]
     chain = scene.moving_chain.convert(number)
-    variables = hy.make_vars("q1", "q2", "x1", "x2")
-    q1, q2, x1, x2, t = (precise(each, number) for each in (*variables, hy.time))
-    first, second = form.rates(chain, scene.effects, (q1, q2), (x1, x2), t)
     q, u = tuple(map(number, scene.q)), tuple(map(number, scene.u))
     integrator = hy.taylor_adaptive(
-        list(zip(variables, map(plain, (*first, *second)), strict=True)),
+        expressions_of(equations, chain, scene.effects, number),
         [*q, *form.from_speeds(chain, q, u)],
         fp_type=hy.real,
         prec=bits,

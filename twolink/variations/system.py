@@ -23,14 +23,13 @@ from twolink.chain import Chain
 from twolink.effects import ParametricEffect, pieces_at
 from twolink.ensembles.numbers import numbers_in, with_numbers
 from twolink.errors import SimulationError, TwolinkError
-from twolink.integration.expressions import plain, precise
 from twolink.integration.outcomes import check_arrival
 from twolink.integration.precisions import PRECISIONS, Code, PrecisionName
 from twolink.names import EquationsName
 from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.pool import IntegratorPool
-from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.equations import EQUATIONS, expressions_of
 from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.simulation.smooth.pieces import pieces_of
 from twolink.simulation.smooth.taylor import parts_of_run
@@ -290,12 +289,7 @@ def _equations(
     chain: Chain, form: _Form, formulation: EquationsName, kind: Any
 ) -> list[tuple[Any, Any]]:
     """Return the equations of motion in heyoka's symbols, with parameters in the numbers."""
-    hy = heyoka()
-    variables = hy.make_vars("q1", "q2", "x1", "x2")
-    q1, q2, x1, x2, t = (precise(each, kind) for each in (*variables, hy.time))
-    moved = _moved(chain, form, kind)
-    first, second = EQUATIONS[formulation].rates(*moved, (q1, q2), (x1, x2), t)
-    return list(zip(variables, map(plain, (*first, *second)), strict=True))
+    return expressions_of(formulation, *_moved(chain, form, kind), kind)
 
 
 def _moved(chain: Chain, form: _Form, kind: Any) -> tuple[Any, Any]:

@@ -19,8 +19,10 @@ from twolink.chain import Chain
 from twolink.effects import Effect, smooth_loads
 from twolink.errors import SimulationError
 from twolink.formulations import FORMULATIONS
+from twolink.integration.expressions import plain, precise
 from twolink.loads import Loads, Torque
 from twolink.names import EQUATIONS_NAMES, EquationsName, FormulationName
+from twolink.optional import heyoka
 from twolink.text import choice
 
 
@@ -154,6 +156,20 @@ EQUATIONS: dict[EquationsName, Equations] = {
     for name in EQUATIONS_NAMES
 }
 """The equations by the names that options take, the cheapest first."""
+
+
+def expressions_of(
+    equations: EquationsName, chain: Chain, effects: tuple[Effect, ...], number: Any
+) -> list[tuple[Any, Any]]:
+    """Return heyoka's variables q1, q2, x1, x2, each with its rate, for numbers of a type.
+
+    The numbers of the chain are of that type, or expressions.
+    """
+    hy = heyoka()
+    variables = hy.make_vars("q1", "q2", "x1", "x2")
+    q1, q2, x1, x2, t = (precise(each, number) for each in (*variables, hy.time))
+    first, second = EQUATIONS[equations].rates(chain, effects, (q1, q2), (x1, x2), t)
+    return list(zip(variables, map(plain, (*first, *second)), strict=True))
 
 
 def equations_named(name: str) -> EquationsName:

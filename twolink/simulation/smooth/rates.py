@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from twolink.integration.expressions import plain, precise
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.names import EquationsName
 from twolink.optional import heyoka
 from twolink.scene import Scene
-from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.equations import expressions_of
 from twolink.values import Content
 
 # Levels of optimisation. For quadruple numbers the highest level takes 10 ms more to compile, and
@@ -61,12 +60,9 @@ def _compiled(
     """
     hy, number = heyoka(), PRECISIONS[precision].number
     (given,) = chain.objects
-    variables = hy.make_vars("q1", "q2", "x1", "x2")
-    q1, q2, x1, x2, t = (precise(each, number) for each in (*variables, hy.time))
-    first, second = EQUATIONS[formulation].rates(
-        given.convert(number), effects.objects, (q1, q2), (x1, x2), t
-    )
-    every = [plain(x) for x in (*first, *second)]
+    pairs = expressions_of(formulation, given.convert(number), effects.objects, number)
+    variables, rates = zip(*pairs, strict=True)
+    every = list(rates)
     if precision == "double":
         tensors = hy.diff_tensors(every, diff_args=list(variables), diff_order=1)
         every += tensors.jacobian.ravel().tolist()

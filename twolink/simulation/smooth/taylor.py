@@ -17,7 +17,6 @@ import numpy as np
 
 from twolink.chain import Chain
 from twolink.errors import SimulationError
-from twolink.integration.expressions import plain, precise
 from twolink.integration.operations import Operations, of_taylor_step
 from twolink.integration.outcomes import check_arrival, last_time
 from twolink.integration.precisions import PRECISIONS, PrecisionName
@@ -26,7 +25,7 @@ from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.pool import IntegratorPool
 from twolink.simulation.run import MotionRun
-from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.equations import EQUATIONS, expressions_of
 from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.values import Content
 
@@ -336,14 +335,9 @@ def _compiled(
     kind = PRECISIONS[precision].number
     (given,) = chain.objects
     own = given.convert(kind)
-    names = ("q1", "q2", "x1", "x2")
-    variables = hy.make_vars(*names)
-    q1, q2, x1, x2, t = (precise(each, kind) for each in (*variables, hy.time))
-    first, second = EQUATIONS[formulation].rates(own, effects.objects, (q1, q2), (x1, x2), t)
-    rates = map(plain, (*first, *second))
     code = PRECISIONS[precision].long_code if optimised else PRECISIONS[precision].code
     integrator = hy.taylor_adaptive(
-        list(zip(variables, rates, strict=True)),
+        expressions_of(formulation, own, effects.objects, kind),
         np.array([kind(0)] * 4),
         tol=kind(PRECISIONS[precision].step_tolerance(order)),
         fp_type=kind,
