@@ -192,9 +192,7 @@ class Certificate:
         for suspect in sorted(suspects, key=_guess) if len(suspects) > 1 else suspects:
             place, number, polynomial, *_ = suspect
             trigger = self._triggers[number]
-            # A flight that has just begun comes close to nothing but its start.
-            grazes = trigger.kind is _HITS and suspect.whole
-            least = self._system.grazing if grazes else 0.0
+            least = self._system.grazing if trigger.kind is _HITS else 0.0
             if earliest is not None and is_positive_until(
                 polynomial, float(earliest.x), suspect.bound, least
             ):

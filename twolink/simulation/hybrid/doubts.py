@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.block import Block
-from twolink.simulation.hybrid.impact import Impacts
+from twolink.simulation.hybrid.impact import Impacts, usual_change
 from twolink.simulation.hybrid.mode import Doubt, Remark, Trigger
 from twolink.simulation.hybrid.polishing import horner, lowest
 from twolink.simulation.hybrid.pose import Pose
@@ -47,12 +47,11 @@ class StepOfArc(NamedTuple):
         return time, sum(k * c * x ** (k - 1) for k, c in enumerate(terms) if k)
 
     def change(self, x: float, index: int, speed: float) -> float:
-        """Return the change of u (rad/s) by an impact of an element at a speed, at x."""
+        """Return a bound on the change of u (rad/s) by an impact of an element at a speed, at x."""
         system = self.system
         if not system.elements[index].rigid:
             # A press that has just begun gives a point twice its speed at the most.
-            chain = system.scene_chain
-            return 2 * speed * max(1.0, 1 / float(chain.L1), 1 / float(chain.L2))
+            return usual_change(system.scene_chain, speed)
         q1, q2, u1, u2 = (sum(self._scaled(k, x)) for k in range(4))
         pose = Pose(system.chain, system.formulation, (q1, q2))
         impacts = Impacts(pose, system.elements, 0.0, system.rounding)
@@ -78,10 +77,10 @@ def doubt_of(
     if trigger.kind is EventKind.HITS and not search.unsure:
         bend = abs(_second_derivative(polynomial, x))
         pace = step.time(x)[1]
-        if pace <= STANDING_CLOCK * max(step.time(0.0)[1], step.time(1.0)[1]):
+        if x > 0 and pace <= STANDING_CLOCK * step.time(0.0)[1]:
             # The press ends here, and beyond it the polynomials go back in time.
             return None
-        speed = math.sqrt(2 * bend * bound) / pace
+        speed = math.sqrt(2 * bend * bound) / pace if pace > 0 else math.inf
         before = max(x - math.sqrt(2 * bound / bend), 0.0) if bend > 0 else 0.0
         change = step.change(before, trigger.index, speed)
     elif not search.unsure and not (element.hysteretic and trigger.kind in _BREAKAWAY):

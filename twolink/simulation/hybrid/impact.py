@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from twolink.arithmetic import Pair, Scalar
+from twolink.chain import Chain
 from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate
 from twolink.contact.elements import ContactElement, RigidContact
 from twolink.contact.impact_laws import (
@@ -26,7 +27,7 @@ from twolink.simulation.hybrid.tolerances import (
     UNDECIDED,
 )
 
-# Margin of the change by an impact whose speed is not known better than in its size.
+# Margin of the change by an impact of which only the size of the speed is known.
 _UNSURE = 2
 
 
@@ -266,21 +267,31 @@ class Impacts:
         """Return a bound on the change of u (rad/s) by an impact at about a normal speed.
 
         It is large where the row of the normal is short: a point that only just meets a surface at
-        the end of its reach turns the chain around. An impact takes energy, which limits it.
+        the end of its reach turns the chain around.
         """
-        row = self.row(index)
+        row, most = self.row(index), self._most_by_energy(index, u)
+        usual = usual_change(self.pose.chain, speed)
         long = row[0] * row[0] + row[1] * row[1]
-        (((M11, M12), (_, M22)), _) = self.pose.inertia
-        a, b, c = float(M11), float(M12), float(M22)
-        least = 2 * (a * c - b * b) / (a + c + math.hypot(a - c, 2 * b))
-        by_energy = 2 * math.sqrt(2 * self.energy(u) / least)
         if long == 0 or speed == math.inf:
-            return by_energy
+            return max(usual, most)
         miss = speed_along(row, u) + speed
         u = u[0] - miss * row[0] / long, u[1] - miss * row[1] / long
         after = self.impact(index, u).u[1]
         changed = float(largest((after[0] - u[0], after[1] - u[1])))
-        return min(_UNSURE * changed, by_energy)
+        return max(usual, min(_UNSURE * changed, most))
+
+    def _most_by_energy(self, index: int, u: Pair) -> float:
+        """Return the most by which an impact changes u (rad/s) that gives no energy.
+
+        It is infinite for Newton's law with friction, which may give some.
+        """
+        contact = self.contact(index)
+        if contact.law == "newton" and contact.tangent is not None:
+            return math.inf
+        ((M11, M12), (_, M22)), _ = self.pose.inertia
+        a, b, c = float(M11), float(M12), float(M22)
+        least = 2 * (a * c - b * b) / (a + c + math.hypot(a - c, 2 * b))
+        return 2 * math.sqrt(2 * self.energy(u) / least)
 
     def _after(self, u: Pair, row: Pair, tangent: Pair, impulse: Impulse) -> Pair:
         """Return u after the impulses along a normal and a tangent."""
@@ -315,6 +326,16 @@ class Impacts:
         contact = self._elements[index]
         assert isinstance(contact, RigidContact)
         return contact
+
+
+def usual_change(chain: Chain, speed: float) -> float:
+    """Return the change of u (rad/s) by an impact at a normal speed, far from singular poses.
+
+    It is twice the speed (rad/s or m/s), for a point that is 1 m or a link away from its axis.
+    """
+    # Link 2 may have no length: D is then at B.
+    lengths = [float(length) for length in (chain.L1, chain.L2) if length]
+    return 2 * speed * max(1.0, 1 / min(lengths))
 
 
 def is_left_over(row: Pair, u: Pair, before: Pair, rounding: float) -> bool:
