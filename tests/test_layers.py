@@ -135,6 +135,7 @@ ROWS = {
         "painleve",
         "flow reactions select",
         "dense jump start",
+        "history",
         "run",
         "differences",
         "measure",

@@ -1,6 +1,7 @@
 """The measured error against closed forms, and the choice between runs."""
 
 from dataclasses import replace
+from threading import get_ident
 
 import numpy as np
 import pytest
@@ -230,3 +231,91 @@ def test_an_error_that_a_more_precise_judge_contradicts_is_not_kept(monkeypatch)
     found = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
     assert found.errors[TIMES < 1].max() < 1e-9
     assert found.errors[-1] >= 1e-5
+
+
+QUADRUPLE = Configuration("quadruple", 35, "quadruple", 31)
+
+
+def test_a_quadruple_run_ends_where_its_judge_has_reached_its_limit(monkeypatch):
+    """Both are made to the end, side by side, and the longer one is cut."""
+
+    def made(*given, formulation, effort, **options):
+        jumps = 1 if formulation == "kane" else effort.jumps
+        effort = effort._replace(jumps=jumps)
+        return hybrid_run(*given, formulation=formulation, effort=effort, **options)
+
+    monkeypatch.setattr(measure, "hybrid_run", made)
+    runs = measure._Runs(SCENE, TIMES, "lagrange", lambda name: None, DEFAULT_LIMITS)
+    trial = runs.trial(QUADRUPLE, 1e-9)
+    assert trial.judge.exhausted
+    assert trial.kept.reached == trial.judge.reached < TIMES[-1]
+    assert trial.kept.exhausted
+    assert trial.kept.failure == trial.judge.failure
+    assert trial.errors.max() < 1e-12
+    assert runs.known["quadruple", 35, "lagrange"].reached == TIMES[-1]
+
+
+def test_two_quadruple_runs_are_made_in_two_threads(monkeypatch):
+    threads = set()
+
+    def made(*given, **options):
+        threads.add(get_ident())
+        return hybrid_run(*given, **options)
+
+    monkeypatch.setattr(measure, "hybrid_run", made)
+    runs = measure._Runs(SCENE, TIMES, "lagrange", lambda name: None, DEFAULT_LIMITS)
+    runs.trial(QUADRUPLE, 1e-9)
+    assert len(threads - {get_ident()}) == 2
+
+
+def test_an_interrupted_pair_ends_both_runs(monkeypatch):
+    """The progress of one raises; the other one is told to end, and the error is passed on."""
+    runs = measure._Runs(SCENE, TIMES, "lagrange", lambda name: interrupting, DEFAULT_LIMITS)
+    with pytest.raises(ZeroDivisionError):
+        runs.trial(QUADRUPLE, 1e-9)
+    assert not runs.known
+
+
+def interrupting(share):
+    raise ZeroDivisionError
+
+
+def configurations_tried(monkeypatch, error_of, failing=()):
+    """Return the orders of the pairs that are tried where runs have these errors by precision."""
+    tried = []
+
+    def differences(kept, judge, times, accuracy):
+        tried.append((kept.precision, kept.order, judge.order))
+        return np.where(times > 0, error_of(kept), 0.0)
+
+    def made(*given, precision, order, formulation, **options):
+        # The order of a motion without events that end its steps is that of its configuration.
+        found = hybrid_run(*given, precision="double", order=21, formulation=formulation, **options)
+        fails = "the modes follow each other" if (precision, order) in failing else ""
+        return replace(found, precision=precision, order=order, failure=fails)
+
+    monkeypatch.setattr(measure, "differences", differences)
+    monkeypatch.setattr(measure, "hybrid_run", made)
+    measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
+    return list(dict.fromkeys(tried))
+
+
+def test_pairs_that_are_not_expected_to_suffice_are_not_made(monkeypatch):
+    """An error of 1e-6 by accumulated bounces falls by 45 in long doubles, which is too little."""
+    tried = configurations_tried(
+        monkeypatch, lambda run: 1e-15 if run.precision == "quadruple" else 1e-6
+    )
+    assert tried[0] == ("double", 15, 19)
+    assert ("long double", 23, 25) not in tried
+    assert ("quadruple", 31, 25) in tried
+
+
+def test_a_judge_that_is_known_to_fail_judges_no_other_run(monkeypatch):
+    tried = configurations_tried(
+        monkeypatch,
+        lambda run: 1e-15 if run.order == 35 else 2e-9,
+        failing={("quadruple", 25)},
+    )
+    assert ("long double", 23, 25) in tried
+    assert ("quadruple", 31, 25) not in tried
+    assert tried[-1] == ("quadruple", 35, 31)

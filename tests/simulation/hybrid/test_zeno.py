@@ -25,10 +25,11 @@ from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
 from twolink.scene import Scene
 from twolink.simulation.hybrid.dynamics import mode_solution
+from twolink.simulation.hybrid.history import Effort
 from twolink.simulation.hybrid.impact import speed_along
 from twolink.simulation.hybrid.jump import jump
 from twolink.simulation.hybrid.mode import Trigger
-from twolink.simulation.hybrid.run import Effort, hybrid_run
+from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.hybrid.tolerances import zeno_time
 from twolink.simulation.hybrid.zeno import Past, _flight, accumulated
 

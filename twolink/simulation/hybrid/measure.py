@@ -23,7 +23,8 @@ from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.configurations import BEST_ORDER, Configuration, Seen, configurations
 from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS, differences
-from twolink.simulation.hybrid.run import Effort, HybridRun, hybrid_run
+from twolink.simulation.hybrid.history import Effort
+from twolink.simulation.hybrid.run import HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import BEYOND, MOST_JUMPS, PATIENCE
 from twolink.simulation.smooth.equations import EQUATIONS
 

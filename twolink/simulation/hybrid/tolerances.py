@@ -57,15 +57,15 @@ MOST_ENERGY = 1e6
 MOST_IMPACTS = 1000
 
 # Jumps at one instant after which a run fails, as more would not end: more than the impacts of a
-# burst, which end by themselves (below). Read by run.
+# burst, which end by themselves (below). Read by history.
 MOST_JUMPS_AT_ONCE = 100
 
 # Bounces on a contact before further ones are left out if they would not end. The run that judges
-# another follows more of them. Read by run and measure.
+# another follows more of them. Read by history and measure.
 PATIENCE = 5000
 
 # Jumps before a run is given up: bounces without loss that a load presses on never end, and take a
-# time that grows without bound as they grow lower. Read by run, zeno and
+# time that grows without bound as they grow lower. Read by history, zeno and
 # measure.
 MOST_JUMPS = 20_000
 
@@ -91,7 +91,7 @@ LEAST_SHARE = 0.01
 STANDING_CLOCK = 1e-6
 
 # Jumps without an impact after which a run is given up if it would take as many times as many for
-# the rest. Read by run.
+# the rest. Read by history.
 MANY_JUMPS = 1_000
 
 # Impacts within the Zeno time (below) before all contacts that took part come to rest together.
@@ -118,7 +118,7 @@ MANY_STEPS = 2_000
 MOST_STEPS = 1_000_000
 
 # Part of the longest step. Only an arc, or a run, whose steps are shorter is given up for their
-# number: a long motion takes many steps of the usual length. Read by flow and run.
+# number: a long motion takes many steps of the usual length. Read by flow and history.
 SHORT_STEPS = 1e-3
 
 # Times the duration of the last arc in the same mode. The first steps of the next one are at most
@@ -133,10 +133,10 @@ LOCKING = 1e-2
 
 # Part of a number of steps from which on the pace of the steps so far counts: a run is given up,
 # and the code of a mode is optimised, if at this pace the number would be exceeded CERTAINLY times.
-# Read by run.
+# Read by history.
 EARLY = 0.3
 
-# See EARLY. Read by run.
+# See EARLY. Read by history.
 CERTAINLY = 2
 
 # Longest time (s) for which a pressed surface is integrated in one arc, so that its variables, the

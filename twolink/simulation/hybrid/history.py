@@ -1,0 +1,263 @@
+"""The hybrid simulation loop: flow and jump in turn, in any precision."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from twolink.contact.states import ContactState
+from twolink.effects import contact_elements, discontinuities, pieces_at
+from twolink.errors import IntegrationError
+from twolink.formulations import FORMULATIONS
+from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.limits import Forecast, Limits
+from twolink.names import FormulationName
+from twolink.scene import Scene
+from twolink.simulation.hybrid import compliant_state, tolerances
+from twolink.simulation.hybrid.compile import CompiledMode, safe_order
+from twolink.simulation.hybrid.doubts import remarks_of
+from twolink.simulation.hybrid.flow import Arc, flow
+from twolink.simulation.hybrid.impact import Strike
+from twolink.simulation.hybrid.jump import Jump, jump, settle
+from twolink.simulation.hybrid.mode import Doubt, Remark
+from twolink.simulation.hybrid.start import start_state
+from twolink.simulation.hybrid.state import HybridState, put
+from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.zeno import Past
+
+# Number of last impacts that suffices to detect too many within the Zeno time.
+_RECENT = 200
+
+# Number of steps after which the end of an arc is reported, as a report takes as long as a step.
+_UNREPORTED = 64
+
+# Memory of an arc beside its steps, and how much of it is looked at together.
+_BYTES_OF_AN_ARC, _MEMORY_WINDOW = 4000, 16e6
+
+
+class Effort(NamedTuple):
+    """The limit of work of a run: jumps and steps in all, and lossless bounces on a contact.
+
+    A run whose steps would exceed `steps` at their pace is ended early. Steps are short below
+    `SHORT_STEPS` of the longest one. Bounces that do not end are omitted
+    after `patience` of them. The run ends at `until` (s) at the latest.
+    """
+
+    jumps: int = tolerances.MOST_JUMPS
+    steps: float = math.inf
+    short_steps: float = math.inf
+    patience: int = tolerances.PATIENCE
+    until: float = math.inf
+
+
+DEFAULT_EFFORT = Effort()
+
+
+class History:
+    """A run in progress: the state, the arcs so far, and the logs."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        formulation: FormulationName,
+        precision: PrecisionName,
+        order: int | None,
+        cap: float,
+        end: float,
+        effort: Effort,
+        limits: Limits,
+    ) -> None:
+        """Initialize at the start of a scene, to be integrated to an end (s)."""
+        number = PRECISIONS[precision].number
+        chain, effects = scene.moving_chain, pieces_at(scene.effects, 0.0)
+        own = chain.convert(number)
+        elements = contact_elements(effects, own)
+        self.scene, self.formulation, self.end = scene, formulation, number(end)
+        self.system = HybridSystem(
+            chain, own, FORMULATIONS[formulation].equations, effects, elements, precision,
+            safe_order(elements, order), number, PRECISIONS[precision].rounding, cap,
+        )  # fmt: skip
+        self.system.check()
+        self._breaks = [number(t) for t in discontinuities(scene.effects) if 0 < t < end]
+        self.arcs: list[Arc] = []
+        self.since: list[float] = []
+        self.strikes: list[Strike] = []
+        self.notes: list[Remark] = []
+        self.doubts: list[Doubt] = []
+        self._bounces: Counter[int] = Counter()
+        self._tired: frozenset[int] = frozenset()
+        self._last: dict[int, float] = {}
+        self._last_arcs: dict[CompiledMode, Arc] = {}
+        self._effort, self._steps, self._short_steps = effort, 0, 0
+        self._worth_optimising = PRECISIONS[precision].steps_worth_optimising
+        self._short = tolerances.SHORT_STEPS * float(cap)
+        self._steps_in: Counter[tuple[ContactState, ...]] = Counter()
+        self._limits, self._bytes = limits, 0
+        self._description = f"the motion over {scene.duration:g} s"
+        self._growth = Forecast(_MEMORY_WINDOW)
+        self.compile_seconds = 0.0
+        self.exhausted = False
+        self.state: HybridState = start_state(self.system, scene)
+
+    def follow(self, progress: Callable[[float], None]) -> None:
+        """Integrate the motion to its end: flow and jump in turn."""
+        at_once = reported = 0
+
+        def reached(t: float, size: int) -> None:
+            self._check_memory(t, self._bytes + size)
+            progress(t / self.scene.duration)
+
+        following = settle(self.system, self.state, {})
+        self._keep(following)
+        while self.state.t < self.end:
+            until = self._breaks[0] if self._breaks else self.end
+            if any(self.state.compliant):
+                until = min(until, self._relaxed())
+            arc = flow(
+                self.system, self.state, following.mode, until, self.formulation,
+                reached, self._last_arcs, following.orders,
+                self._exceeds(self._steps_in[following.mode.states], self._worth_optimising),
+            )  # fmt: skip
+            advanced = arc.end.t > self.state.t
+            self.state = arc.end
+            self.arcs.append(arc)
+            self._last_arcs[arc.compiled] = arc
+            self.compile_seconds += arc.compile_seconds
+            self.since.append(float(arc.start.t) + following.delay)
+            if arc.doubts:
+                self.doubts += arc.doubts
+                self.notes += remarks_of(arc.doubts, self.system.names)
+            at_once = 0 if advanced else at_once + 1
+            if at_once > tolerances.MOST_JUMPS_AT_ONCE:
+                raise IntegrationError(
+                    f"modes follow each other without end at {float(arc.end.t):.9g} s: "
+                    f"{arc.mode}, then {_event_of(arc)}"
+                )
+            self._spend(arc)
+            if self._steps - reported >= _UNREPORTED or arc.end.t >= self.end:
+                reported = self._steps
+                reached(float(arc.end.t), 0)
+            self._check_effort(arc)
+            following = self._jump(arc, until)
+            self._keep(following)
+
+    def _spend(self, arc: Arc) -> None:
+        """Add the steps of an arc, and their memory, to those of the run."""
+        count = arc.step_count
+        self._steps += count
+        self._steps_in[arc.mode.states] += count
+        if float(arc.end.t - arc.start.t) < count * self._short:
+            self._short_steps += count
+        for block in arc.blocks:
+            self._bytes += block.coefficients.nbytes
+        self._bytes += _BYTES_OF_AN_ARC
+
+    def _check_effort(self, arc: Arc) -> None:
+        """Raise `IntegrationError` if a run has taken more than its effort by the end of an arc."""
+        most = self._effort
+        too_many = (
+            len(self.arcs) > most.jumps
+            or self._exceeds(self._steps, most.steps)
+            or self._short_steps > most.short_steps
+        )
+        if too_many or self._is_stuck():
+            self.exhausted = True
+            raise IntegrationError(
+                f"the motion has {len(self.arcs)} modes by {float(arc.end.t):.6g} s, and is "
+                f"not followed further: {arc.mode}, then {_event_of(arc)}"
+            )
+
+    def _exceeds(self, count: int, most: float) -> bool:
+        """Return whether a number of steps so far exceeds another one, or soon will.
+
+        Modes that follow each other in ever shorter times and then end have a pace that does not
+        last, but they are few: a pace counts from a part of the number on.
+        """
+        if count <= tolerances.EARLY * most:
+            return False
+        share = float(self.state.t) / float(self.end)
+        return count > most or count > tolerances.CERTAINLY * most * share
+
+    def _check_memory(self, t: float, size: int) -> None:
+        """Raise `TooMuchError` if the whole motion would take more memory than is allowed.
+
+        `size` (bytes) is that of the motion until t (s).
+        """
+        share = t / float(self.end)
+        self._limits.check_growth(self._description, self._growth, share, size)
+
+    def _is_stuck(self) -> bool:
+        """Return whether modes change without impacts so often that the run would not end."""
+        count = tolerances.MANY_JUMPS
+        if len(self.arcs) % count:
+            return False
+        since = float(self.arcs[-count].start.t)
+        now = float(self.state.t)
+        struck = bool(self.strikes) and self.strikes[-1].time >= since
+        return not struck and float(self.end) - now > count * (now - since)
+
+    def _jump(self, arc: Arc, until: Any) -> Jump:
+        """Return the jump at the end of an arc."""
+        state = arc.end
+        if arc.event is not None:
+            recent = self._strikes_since(float(state.t) - self.system.zeno_time)
+            past = Past(recent, self._last, self._tired, float(self.end - state.t))
+            return jump(self.system, state, arc.mode, arc.event, past)
+        if self._breaks and state.t >= self._breaks[0]:
+            begins = float(self._breaks.pop(0))
+            self.system = self.system.with_effects(pieces_at(self.scene.effects, begins))
+            return jump(self.system, state, arc.mode, None)
+        return Jump(state, arc.mode)
+
+    def _strikes_since(self, begins: float) -> list[Strike]:
+        """Return the last impacts from a time on (s), in their order."""
+        strikes, first = self.strikes, len(self.strikes)
+        least = max(0, first - _RECENT)
+        while first > least and strikes[first - 1].time >= begins:
+            first -= 1
+        return strikes[first:]
+
+    def _keep(self, following: Jump) -> None:
+        self.state = self._sprung_back(following.state)
+        self.strikes += following.strikes
+        for strike in following.strikes:
+            self._bounces[strike.number] += 1
+            if self._bounces[strike.number] >= self._effort.patience:
+                self._tired |= {strike.number}
+            self._last[strike.number] = strike.time
+        self.doubts += following.doubts
+        self.exhausted = self.exhausted or bool(following.doubts)
+        self.notes += following.notes
+
+    def _relaxed(self) -> Any:
+        """Return the time (s) at which the next surface has recovered, the end without one."""
+        times = [
+            compliant_state.relaxation_time(
+                self.system.elements[index], own, self.system.resolution
+            )
+            for index, own in enumerate(self.state.compliant)
+            if own is not None and own.residual_depth != 0
+        ]
+        return self.state.t + self.system.number(min(times)) if times else self.end
+
+    def _sprung_back(self, state: HybridState) -> HybridState:
+        """Return the state in which surfaces that have recovered are undeformed."""
+        compliant = state.compliant
+        if not any(compliant):
+            return state
+        for index, own in enumerate(compliant):
+            if own is None or own.residual_depth == 0:
+                continue
+            element = self.system.elements[index]
+            if compliant_state.relaxation_time(element, own, self.system.resolution) == 0:
+                compliant = put(compliant, index, compliant_state.relaxed(own))
+        return state if compliant is state.compliant else state._replace(compliant=compliant)
+
+
+def _event_of(arc: Arc) -> str:
+    """Return the description of the event that ended an arc."""
+    if arc.event is None:
+        return "nothing"
+    return f"{arc.event.kind.value} ({arc.mode.names[arc.event.index]})"
