@@ -253,8 +253,8 @@ class RigidContact(_Contact):
     """A unilateral constraint: a coordinate (rad or m) must not be below `bound`.
 
     `restitution` is the coefficient e and `law` the impact law. A rough contact has a `tangent`,
-    the direction of sliding, and friction coefficients μ. If the point can touch the surface but not
-    get beyond it, the contact is not `reachable`, and has no impacts.
+    the direction of sliding, and friction coefficients μ. It is not `reachable`, and has no
+    impacts, if the point can touch the surface but not get beyond it.
     """
 
     restitution: Scalar

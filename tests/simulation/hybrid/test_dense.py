@@ -170,7 +170,7 @@ def test_polynomials_end_earlier_in_their_state(end):
     before = np.linspace(0.0, end, 9)[:-1]
     assert np.array_equal(shorter.at(before), BOUNCE.at(before))
     for t in (end, 2.9):
-        assert np.array_equal(shorter.at(t), BOUNCE.at(end))
+        assert np.array_equal(shorter.at(t), BOUNCE.at(end, "left"))
     assert float(shorter.starts[-1]) == end
     assert shorter.ends[-1] == 0
 

@@ -72,8 +72,8 @@ class Seen(NamedTuple):
         """Return the error (rad, rad/s) at the end that another configuration is expected to have.
 
         The errors of steps grow alike in both. An error of the omitted part of bounces that
-        accumulate goes with the square root of round-off (`tolerances.zeno_time`), in double and
-        long double precision; in quadruple precision it is below 1e-14.
+        accumulate goes with the square root of round-off (`tolerances.zeno_time`); in quadruple
+        precision it is far below any accuracy.
         """
         finite = self.errors[np.isfinite(self.errors)]
         worst = float(finite.max(initial=0.0))
@@ -110,7 +110,7 @@ def configurations(accuracy: float) -> Iterator[Configuration]:
         yield Configuration("double", BEST_ORDER, "long double", 23)
     # The truncation of order 25, 3e-23 of a step, is far below a rounding of long doubles.
     yield Configuration("long double", 23, "quadruple", 25)
-    # The judge of the last one may be there.
+    # The judge of the pair before has often been made.
     yield Configuration("quadruple", 31, "quadruple", 25)
     yield Configuration("quadruple", 35, "quadruple", 31)
     yield Configuration("quadruple", 41, "quadruple", 37)

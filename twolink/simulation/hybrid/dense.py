@@ -98,10 +98,13 @@ class Polynomials:
         return index, moments - self.starts[index]
 
     def until(self, end: float) -> Polynomials:
-        """Return the steps before an earlier end (s), from which on the last state applies."""
+        """Return the steps before an earlier end (s) > 0, from which on the last state applies.
+
+        At a jump there it is the state before it.
+        """
         own = PRECISIONS[self.precision]
         lasts = self.starts.astype(float) < end
-        final = np.concatenate(self.at(np.array([end])))[:, 0]
+        final = np.concatenate(self.at(np.array([end]), "left"))[:, 0]
         row = 0 * self.coefficients[-1:]
         row[0, :, 0] = final
         return Polynomials(

@@ -2,7 +2,9 @@
 
 The second run shares neither round-off nor equations with the first: it uses the next precision,
 the other formulation and a higher order. Their difference is the error of the first run, provided
-that the second is more accurate, which the sequence of precisions and orders ensures.
+that the second is more accurate, which the sequence of precisions and orders ensures. Of two runs
+in the longest precision the second has the lower order: their difference is its error, which is
+the larger one.
 """
 
 from __future__ import annotations

@@ -96,18 +96,22 @@ class HybridRun(MotionRun):
         return at
 
     def until(self, times: Any, end: float) -> HybridRun:
-        """Return the run up to an earlier end (s); `times` (s) are those of its samples."""
-        count = int(np.count_nonzero(times <= end))
+        """Return the run up to an earlier end (s) > 0, before a jump there.
+
+        `times` (s) are those of its samples.
+        """
+        polynomials = self.polynomials.until(end)
+        q, u = polynomials.at(times[times <= end])
         arcs = tuple(arc for arc in self.arcs if arc.start.t < end)
         return replace(
             self,
-            q=self.q[:, :count],
-            u=self.u[:, :count],
+            q=q,
+            u=u,
             arcs=arcs,
-            polynomials=self.polynomials.until(end),
+            polynomials=polynomials,
             since=self.since[: len(arcs)],
-            strikes=tuple(strike for strike in self.strikes if strike.time <= end),
-            doubts=tuple(doubt for doubt in self.doubts if doubt.time <= end),
+            strikes=tuple(strike for strike in self.strikes if strike.time < end),
+            doubts=tuple(doubt for doubt in self.doubts if doubt.time < end),
             reached=end,
         )
 
