@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 
 from tests.simulation.hybrid.test_measure import SCENE, TIMES, judge, run, tampered
+from twolink.chain import Chain
 from twolink.contact.impact_laws import Regime
 from twolink.contact.states import EventKind
+from twolink.effects.gravity import Gravity
+from twolink.effects.surface import Surface
+from twolink.scene import Scene
 from twolink.simulation.hybrid.differences import _inside, _within, differences, impacts_beside
 from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.run import hybrid_run
@@ -134,3 +138,16 @@ def test_bounces_that_a_run_omits_are_those_between_its_last_bounce_and_its_rest
     assert _within(run, times).tolist() == expected
     nothing = replace(run, arcs=(), since=())
     assert not _within(nothing, times).any()
+
+
+def test_a_second_link_without_length_has_contacts_like_any_other():
+    """D is at B: no error is divided by its length."""
+    chain = Chain((1.0, 1.0), (0.5, 0.0), ((0.2, 0.0), (0.1, 0.05)), (0.1, 0.1))
+    floor = Surface((0.0, 0.4), (0.0, -1.0), on=("B",), restitution=0.5)
+    scene = Scene(chain, (0.3, -0.2), (0.0, 0.0), 0.5, (Gravity(), floor))
+    runs = [
+        hybrid_run(scene, TIMES[:6], precision=precision, formulation=formulation)
+        for precision, formulation in (("double", "lagrange"), ("long double", "kane"))
+    ]
+    assert runs[0].impacts
+    assert differences(*runs, TIMES[:6], 1e-9).max() < 1e-12
