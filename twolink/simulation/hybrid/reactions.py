@@ -74,13 +74,13 @@ def _out_of_dents(system: HybridSystem, state: HybridState) -> HybridState:
         return state
     pose = system.pose(state.q)
     for number, (own, gap) in enumerate(zip(state.compliant, state.gaps, strict=True)):
-        inside = number in state.touching or own is None or own.plastic is None
-        if inside or not own.plastic.is_kept:  # type: ignore[union-attr]
+        dent = None if own is None or number in state.touching else own.plastic
+        if dent is None or not dent.is_kept:
             continue
         normal = system.elements[number].normal
         assert normal is not None
         x, y = pose.row(normal)
-        at_edge = abs(gap - own.plastic.residual) <= system.place_of_rounding  # type: ignore[union-attr]
+        at_edge = abs(gap - dent.residual) <= system.place_of_rounding
         if at_edge and approach((-x, -y), state.u, system.rounding):
             state = _cleared(system, state, number)
     return state
