@@ -60,7 +60,12 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """Mark the first test of each module as quick, unless it is slow or needs an engine."""
+    """Mark the cases of a test after its first as slow, and the first test of a module as quick.
+
+    The latter must not be slow or need an engine.
+    """
+    if item.get_closest_marker("slow_but_first") and _is_later_case(item):
+        item.add_marker("slow")
     marked = item.get_closest_marker("slow") or item.get_closest_marker("engines")
     module = item.getparent(pytest.Module)
     if module is not None and not marked and not module.stash.get(_HAS_QUICK, False):
@@ -69,6 +74,19 @@ def pytest_itemcollected(item: pytest.Item) -> None:
 
 
 _HAS_QUICK = pytest.StashKey[bool]()
+
+
+def _is_later_case(item: pytest.Item) -> bool:
+    """Return whether a test was collected before with other parameters."""
+    assert item.parent is not None
+    seen = item.parent.stash.setdefault(_SEEN, set())
+    name = getattr(item, "originalname", item.name)
+    later = name in seen
+    seen.add(name)
+    return later
+
+
+_SEEN = pytest.StashKey[set[str]]()
 
 
 def pytest_report_header() -> str:

@@ -227,6 +227,7 @@ def test_bad_simulations_are_refused(arguments, words):
     assert "Traceback" not in result.stderr
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("scene", "effect"), [("acrobot", "JointDamping"), ("stick_slip", "JointFriction")]
 )

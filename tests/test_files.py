@@ -241,6 +241,7 @@ def test_a_file_that_is_cleaned_up_before_it_is_locked_is_made_again(tmp_path, m
     assert (tmp_path / "a").read_text() == "new"
 
 
+@pytest.mark.slow
 def test_many_writers_of_one_file(tmp_path):
     program = (
         "import sys; from pathlib import Path; from twolink.files import atomic_write\n"

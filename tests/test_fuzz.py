@@ -51,6 +51,7 @@ def warns():
     warnings.warn("a library says so", stacklevel=1)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("function", "arguments", "code", "words"),
     [

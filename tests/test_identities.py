@@ -29,6 +29,7 @@ def slopes(function, x, step=1e-6):
     return np.stack(columns, axis=-1)
 
 
+@pytest.mark.slow
 @both
 @given(chain=chains(), state=states())
 def test_half_u_M_u_is_the_kinetic_energy(formulation, chain, state):
@@ -38,6 +39,7 @@ def test_half_u_M_u_is_the_kinetic_energy(formulation, chain, state):
     assert abs(np.array(state.u) @ M @ state.u / 2 - T) <= 8 * np.finfo(float).eps * size
 
 
+@pytest.mark.slow_but_first
 @both
 @given(chain=chains(), state=states())
 def test_mass_matrix_is_symmetric_and_positive_definite(formulation, chain, state):
@@ -49,6 +51,7 @@ def test_mass_matrix_is_symmetric_and_positive_definite(formulation, chain, stat
     assert formulation.determinant(chain, state.q) > 0
 
 
+@pytest.mark.slow
 @both
 @given(chain=chains(), state=states())
 def test_inverse_and_forward_dynamics_undo_each_other(formulation, chain, state):
@@ -79,6 +82,7 @@ def test_inverse_and_forward_dynamics_undo_each_other(formulation, chain, state)
     assert np.all(np.abs(np.array(du) - state.du) <= allowed)
 
 
+@pytest.mark.slow_but_first
 @both
 @given(chain=ordinary, state=states())
 def test_generalized_gravity_is_the_slope_of_the_potential(formulation, chain, state):
@@ -89,6 +93,7 @@ def test_generalized_gravity_is_the_slope_of_the_potential(formulation, chain, s
     assert slope == pytest.approx(-Q, abs=1e-8 * scale)
 
 
+@pytest.mark.slow_but_first
 @both
 @given(chain=ordinary, state=states())
 def test_jacobians_are_slopes_of_positions(formulation, chain, state):
@@ -101,6 +106,7 @@ def test_jacobians_are_slopes_of_positions(formulation, chain, state):
         assert slope == pytest.approx(columns, abs=1e-8 * (sum(chain.length) * 3))
 
 
+@pytest.mark.slow
 @both
 @given(chain=ordinary, state=states())
 def test_mass_matrix_rate_less_twice_coriolis_is_skew(formulation, chain, state):
@@ -113,6 +119,7 @@ def test_mass_matrix_rate_less_twice_coriolis_is_skew(formulation, chain, state)
     assert C @ u == pytest.approx(np.array(terms), rel=1e-9, abs=1e-12 * np.abs(C).max() * 20)
 
 
+@pytest.mark.slow_but_first
 @both
 @given(chain=ordinary, state=states())
 def test_energy_changes_by_the_power_of_nonconservative_loads(formulation, chain, state):

@@ -114,6 +114,7 @@ def test_rows_and_drifts_are_the_derivatives_of_coordinates(random):
 # Friction.
 
 
+@pytest.mark.slow
 def test_a_joint_stops_after_the_computed_time():
     """3 du/dt = −1.5 from 2 rad/s: at rest after 4 s and 4 rad."""
     t, found = run(scene(JointFriction((1.5, 0.0)), u=(2.0, 0.0), duration=5.0))
@@ -229,6 +230,7 @@ def test_a_free_link_rebounds_with_the_restitution():
     assert np.abs(found.q[0][late] - (1 - 1.6 * (t[late] - 0.5))).max() < 1e-13
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.7])
 def test_bounces_accumulate_and_then_it_rests(restitution):
     """A torque of 3 N m drives 3 kg m² against a stop: with e the bounces last 2 v e/(1 − e)."""
@@ -243,6 +245,7 @@ def test_bounces_accumulate_and_then_it_rests(restitution):
         assert [s.time for s in found.impacts[:5]] == pytest.approx(times, abs=1e-11)
 
 
+@pytest.mark.slow
 def test_the_joint_leaves_its_stop_when_the_torque_changes_sign():
     """A sine pushes into the stop for half a period: it leaves when the sine turns."""
     sine = JointTorque(amplitude=(2.0, 0.0), frequency=(1.0, 0.0))
@@ -254,6 +257,7 @@ def test_the_joint_leaves_its_stop_when_the_torque_changes_sign():
     assert np.abs(found.q[0][t > math.pi] + 2 / 3 * (late - np.sin(late))).max() < 1e-9
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("share", [0.99, 1.01])
 def test_friction_and_a_stop_at_one_joint(share):
     """A push into the stop is borne by both; away from it friction alone holds."""
@@ -301,6 +305,7 @@ def test_the_threshold_of_sticking_on_a_floor(share, sticks, kinetic):
     assert (np.abs(found.u).max() == 0) == sticks
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("restitution", [0.0, 0.6])
 def test_the_chain_comes_to_rest_on_a_floor_and_never_enters_it(restitution):
     start = scene(
@@ -312,6 +317,7 @@ def test_the_chain_comes_to_rest_on_a_floor_and_never_enters_it(restitution):
     assert found.impacts
 
 
+@pytest.mark.slow
 def test_both_points_come_to_rest_on_a_slope():
     """B and D bounce in turn, ever less; in the end both touch, and the chain is at rest."""
     chain = Chain(

@@ -318,8 +318,9 @@ def against_rows(module: str, name: str) -> list[str]:
 
 def violations(module: str, source: str) -> list[str]:
     """Return the imports of a module that break the rules."""
-    own = [name for name in imports(ast.parse(source)) if name.split(".")[0] == "twolink"]
-    foreign = {name.split(".")[0] for name in imports(ast.parse(source))}
+    names = imports(ast.parse(source))
+    own = [name for name in names if name.split(".")[0] == "twolink"]
+    foreign = {name.split(".")[0] for name in names}
     found = [
         f"{module} imports {name}, which stands below it"
         for name in own
@@ -495,6 +496,7 @@ def test_simulate_imports_only_the_effects_of_its_scene():
     assert run.stdout.split() == ["twolink.effects.effect", "twolink.effects.gravity"]
 
 
+@pytest.mark.slow
 def test_a_scene_of_numbers_needs_no_urdf():
     program = (
         "from twolink.data import data_path\n"
@@ -511,6 +513,7 @@ def test_a_scene_of_numbers_needs_no_urdf():
     assert run.stdout.split() == ["twolink.urdf.spatial"]
 
 
+@pytest.mark.slow
 def test_verify_imports_no_more_than_it_needs():
     needed = {"numpy", "pinocchio", "rich", "typer"}
     # Typer itself imports pydantic where it finds it.

@@ -33,6 +33,7 @@ def files_in(home: Path) -> list[Path]:
     return [path for path in home.rglob("*") if path.is_file()]
 
 
+@pytest.mark.slow
 def test_a_simulation_leaves_nothing_in_the_home(tmp_path):
     """And prints nothing."""
     assert python(SIMULATED, tmp_path) == ""
@@ -79,5 +80,6 @@ with ThreadPoolExecutor(8) as threads:
     assert output.strip() == "{(True, False)}"
 
 
+@pytest.mark.slow
 def test_sympy_is_not_imported(tmp_path):
     assert python(f"{SIMULATED}\nimport sys; print('sympy' in sys.modules)", tmp_path) == "False\n"

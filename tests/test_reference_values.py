@@ -95,6 +95,7 @@ def test_error_is_below_the_tolerance(name, formulation, chain, state):
     assert share_of_tolerance(name, formulation, chain, state) <= 1
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_the_tolerance_is_not_generous(name, random):
     """For ordinary chains it is below a thousand times the real loss."""

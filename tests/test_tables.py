@@ -84,6 +84,7 @@ def test_a_column_without_a_name_has_no_empty_heading():
     assert '<thead><tr><td></td><th scope="col">pass</th></tr></thead>' in found
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.lists(st.text(max_size=9), min_size=3, max_size=3), max_size=4), st.integers(5, 90)
 )

@@ -10,15 +10,18 @@ from twolink.testing import assert_conforms
 ONE = ("evaluation",)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("engine", [Arm, Arm()], ids=["class", "object"])
 def test_a_right_engine_passes(engine):
     assert assert_conforms(engine, suites=ONE).sentence == "arm agrees in all 130 tests."
 
 
+@pytest.mark.slow
 def test_an_engine_is_given_by_its_name():
     assert assert_conforms("pinocchio", suites=ONE).engine.name == "Pinocchio"
 
 
+@pytest.mark.slow
 def test_a_wrong_engine_raises_an_assertion_error():
     with pytest.raises(AssertionError) as caught:
         assert_conforms(NoHalf, suites=ONE)
@@ -30,6 +33,7 @@ def test_a_wrong_engine_raises_an_assertion_error():
     assert lines[-1] == "  and 1 more"
 
 
+@pytest.mark.slow
 def test_known_failures(tmp_path):
     file = tmp_path / "twolink-expect.toml"
     file.write_text('[[expect]]\ntest = "evaluation/*/kinetic-energy"\nreason = "known"\n')

@@ -151,6 +151,7 @@ def a_strike(seed):
     )
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("seed", range(3))
 def test_all_motions_of_a_frame_are_in_the_frame_after_the_impact(seed):
     """Motions that start with an error are followed through the impact by the simulator."""

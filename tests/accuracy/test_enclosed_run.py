@@ -65,6 +65,7 @@ def test_impacts_on_stops_contain_an_exact_solution():
     assert found.ended is None
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("by", range(4))
 def test_errors_before_impacts_are_carried_through_them(by, monkeypatch):
     """An error of the approximate motion moves the impacts; the exact ones stay in the bounds."""

@@ -166,6 +166,7 @@ def test_an_enclosure_of_uniform_rotation_contains_the_exact_angles():
     assert all(interval.radius == "0" for interval in found.states[0])
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     "scene",
     [replace(SHORT, effects=()), EVERYTHING, replace(EVERYTHING, effects=())],
@@ -193,6 +194,7 @@ def test_an_effect_of_one_s_own_has_an_enclosure():
     assert found.contains(0, reference(scene, 40).states[0])
 
 
+@pytest.mark.slow
 def test_an_error_of_the_approximate_motion_widens_the_enclosure(monkeypatch):
     """A wrong result of heyoka widens the interval; the exact motion stays in it."""
     scene = replace(SHORT, duration=0.25)
@@ -216,6 +218,7 @@ def test_an_error_of_the_approximate_motion_widens_the_enclosure(monkeypatch):
         enclosure(scene, 5)
 
 
+@pytest.mark.slow
 def test_jumps_between_polynomials_are_added(monkeypatch):
     """Without gravity only the jump, and no defect, shows that a chain is turned as a whole."""
     scene = replace(SHORT, effects=(), u=(3.0, -2.0))
@@ -270,6 +273,7 @@ def test_the_defect_is_bounded_tightly(scene, terms):
         assert terms < 40 or bound <= 4 * seen
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("wide", [1e-3, 1e-9])
 @pytest.mark.parametrize("scene", [SHORT, EVERYTHING], ids=["bars", "everything"])
 def test_the_jacobian_along_a_step_is_bounded(scene, wide):
@@ -342,6 +346,7 @@ def test_the_radius_grows_no_faster_than_ten_times_the_error():
     assert radii[1] / radii[0] < 10 * errors[1] / errors[0]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("scene", "digits", "times", "sentence"),
     [
@@ -368,6 +373,7 @@ def test_without_python_flint_the_message_names_the_package(monkeypatch):
         enclosure(SHORT, 20)
 
 
+@pytest.mark.slow
 def test_the_command_prints_and_writes_intervals(tmp_path):
     arguments = ["reference", str(SCENES / "general.toml"), "--times", "0.25,0.5", "--rigorous"]
     for kind in ("json", "csv"):
@@ -436,6 +442,7 @@ class Third(Effect):
         return (Torque(1, -q[0] / 3.0),)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("effect", [Gravity(9.81, (3.0, 4.0)), Third()], ids=("tilted", "third"))
 def test_an_enclosure_contains_a_reference_with_rounded_inputs_of_no_kind(effect):
     """Components of gravity, or a quotient, in float64 would be outside by 1e-17."""

@@ -24,6 +24,7 @@ def test_a_pure_power_is_found(power):
     assert 8e3 < found.end < 1e4
 
 
+@pytest.mark.slow
 def test_the_uncertainty_of_random_walks_is_that_of_many_repeats(random):
     found = [fit_growth(binned(TIMES, walks(random, 16)), start=10.0) for _ in range(200)]
     exponents = np.array([one.exponent for one in found])

@@ -149,6 +149,7 @@ def test_events_allow_fewer_digits():
         reference(Scene.load(SCENES / "stick_slip.toml"), 60)
 
 
+@pytest.mark.slow
 def test_the_command_writes_the_printed_digits(tmp_path):
     arguments = ["reference", str(SCENES / "general.toml"), "--digits", "30", "--times", "0.5,1"]
     for kind in ("json", "csv"):

@@ -43,6 +43,7 @@ def stepped(steps: int, step) -> np.ndarray:
     return np.array(found).T
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     "name", [name for name, method in NUMERIC_METHODS.items() if method.parameter == "step"]
 )
@@ -57,6 +58,7 @@ def test_a_map_is_the_step_that_python_takes(name):
     assert np.abs(ours - theirs).max() < 4 * ROUNDING * 3 * steps.steps
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("solver", [RK45, DOP853])
 def test_a_map_is_scipys_own_step(solver):
     steps = step_map(SWINGS, scipy_tableau(solver.__name__), H)
@@ -72,6 +74,7 @@ def test_a_map_is_scipys_own_step(solver):
     assert np.abs(ours - theirs).max() < 4 * ROUNDING * steps.steps
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", IMPLICIT)
 def test_the_needed_iterations_are_sufficient_and_half_of_them_are_not(name):
     stages = StageIteration(SWINGS, IMPLICIT[name], H)

@@ -50,6 +50,7 @@ def constant(seconds):
     return MethodConfiguration("theirs", "constant", "", "double", 1, "step", (1.0,), run)
 
 
+@pytest.mark.slow
 def test_the_reference_trajectory_is_the_published_one():
     exact = reference_trajectory(GENERAL, comparison_times(GENERAL))
     kind = heyoka().real128
@@ -175,6 +176,7 @@ def test_a_failed_run_has_a_row_with_its_reason():
     assert fine.error > 1
 
 
+@pytest.mark.slow
 def test_irreproducible_times_are_marked():
     uneven = constant(iter([1e-3] * 3 + [5e-3] * 20))
     (point,) = work_precision(GENERAL, (uneven,), budget=1.0).points
@@ -183,6 +185,7 @@ def test_irreproducible_times_are_marked():
     assert not point.repeatable
 
 
+@pytest.mark.slow
 def test_omissions_by_the_budget_are_reported():
     def slow(setting, asked):
         time.sleep(0.05)

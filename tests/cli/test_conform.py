@@ -39,6 +39,7 @@ def test_the_table_fits_80_columns(agreement):
     assert max(map(len, agreement[0].output.splitlines())) <= 80
 
 
+@pytest.mark.slow
 def test_an_engine_that_disagrees():
     found = run("conform", "tests.conformance.wrong:GravitySign", "--suite", "evaluation")
     assert found.exit_code == 1
@@ -48,6 +49,7 @@ def test_an_engine_that_disagrees():
     assert text.splitlines()[-1].startswith("gravity-sign disagrees in ")
 
 
+@pytest.mark.slow
 def test_printed_warnings_are_reported():
     found = run("conform", "tests.conformance.arm:Muttering", "--suite", "evaluation")
     assert found.exit_code == 0, found.output
@@ -101,6 +103,7 @@ def test_the_convergence_of_motions_is_plotted(tmp_path):
     assert "largest error (rad, rad/s)" in text
 
 
+@pytest.mark.slow
 def test_an_engine_without_motions_has_no_plot(tmp_path):
     file = tmp_path / "motions.svg"
     found = run("conform", "tests.conformance.arm:Arm", "--suite", "motion", "--plot", str(file))

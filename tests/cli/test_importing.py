@@ -77,6 +77,7 @@ def test_a_command_in_another_program_leaves_its_garbage_and_environment(monkeyp
     assert gc.get_freeze_count() == frozen
 
 
+@pytest.mark.slow
 def test_simulate_starts_no_threads_of_blas_and_collects_garbage_when_it_runs():
     program = (
         "import gc, json, os, sys\n"
@@ -97,6 +98,7 @@ def test_simulate_starts_no_threads_of_blas_and_collects_garbage_when_it_runs():
     assert found(program) == [0, True, True, 1]
 
 
+@pytest.mark.slow
 def test_garbage_is_collected_from_the_beginning_of_every_command():
     program = (
         "import gc, json, sys\n"

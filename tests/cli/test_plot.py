@@ -65,6 +65,7 @@ def test_a_saved_trajectory_is_plotted_as_its_scene_is(tmp_path):
     assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_urdf_is_verified(tmp_path):
     urdf = tmp_path / "chain.urdf"
     Chain.uniform_bars((2.0, 1.0), (0.5, 0.7)).to_urdf(urdf)

@@ -319,6 +319,7 @@ def test_an_ignored_signal_stays_ignored():
     assert (run.returncode, run.stdout) == (0, "alive\n")
 
 
+@pytest.mark.slow
 def test_a_command_imports_no_other():
     program = (
         "import sys\n"

@@ -17,6 +17,7 @@ def run(*words):
     return CliRunner().invoke(app, ["scoreboard", *map(str, words)])
 
 
+@pytest.mark.slow
 def test_a_page_and_a_document_are_written(tmp_path):
     files = [verdict_file(tmp_path), verdict_file(tmp_path, "wrong", WRONG)]
     result = run(*files, "--out", tmp_path / "board")
@@ -31,6 +32,7 @@ def test_a_page_and_a_document_are_written(tmp_path):
     assert result.stdout.endswith("index.html\n")
 
 
+@pytest.mark.slow
 def test_a_verdict_written_by_conform_is_read(tmp_path):
     words = ["conform", "tests.conformance.arm:Arm", "--suite", "evaluation", "--json"]
     made = CliRunner().invoke(app, [*words, str(tmp_path / "arm.json")])

@@ -45,6 +45,7 @@ def test_derivatives_are_printed_with_their_errors(file):
     assert "Errors are bounds, measured by runs that differ in precision and equations" in lines[-1]
 
 
+@pytest.mark.slow
 def test_deviations_are_printed_with_the_time_until_which_they_hold(file):
     result = run(file, "--by", "m2", "--deviation", "q1=0.001", "--deviation", "m2=0.01")
     assert result.exit_code == 0, result.output
@@ -54,6 +55,7 @@ def test_deviations_are_printed_with_the_time_until_which_they_hold(file):
     assert sum(line.split()[:1] == ["q1"] for line in result.output.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_exponents_are_printed_with_what_is_known_of_them(file):
     result = run(file, "--lyapunov", 100)
     assert result.exit_code == 0, result.output
@@ -65,6 +67,7 @@ def test_exponents_are_printed_with_what_is_known_of_them(file):
     assert "100 s" in result.output.splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_an_accuracy_that_is_not_met_is_exit_code_1(file):
     result = run(file, "--by", "q1", "--accuracy", "1e-17")
     assert result.exit_code == 1

@@ -37,6 +37,7 @@ def test_titles_are_printed_as_they_are(scene, tmp_path):
         assert "\x1b" not in result.output
 
 
+@pytest.mark.slow
 def test_names_of_surfaces_are_printed_and_drawn_as_they_are(scene, tmp_path):
     floor = f'point = [0.0, 0.5]\nnormal = [0.0, -1.0]\nname = "{HOSTILE}"\n'
     scene.write_text(f"{scene.read_text()}\n[effects.surface]\n{floor}")
@@ -51,6 +52,7 @@ def test_names_of_surfaces_are_printed_and_drawn_as_they_are(scene, tmp_path):
         assert not set("\x1b\x07") & set((tmp_path / out).read_text())
 
 
+@pytest.mark.slow
 def test_titles_in_plots_and_pages(scene, tmp_path):
     out = tmp_path / "all.svg"
     assert run("plot", scene, "--kind", "angles", "--out", out).exit_code == 0
@@ -65,6 +67,7 @@ def test_titles_in_plots_and_pages(scene, tmp_path):
     assert "<b>&amp;</b>" not in page.read_text().split("<script")[0]
 
 
+@pytest.mark.slow
 def test_file_names_that_are_no_text(tmp_path):
     file = tmp_path / b"bad\xff\x1b.toml".decode(errors="surrogateescape")
     file.write_text((data_path("scenes") / "free_fall.toml").read_text())

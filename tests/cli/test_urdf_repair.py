@@ -1,3 +1,4 @@
+import pytest
 from typer.testing import CliRunner
 
 from tests.urdf.robots import edited
@@ -11,6 +12,7 @@ def run(*arguments: str):
     return CliRunner().invoke(app, ["urdf", "repair", *arguments])
 
 
+@pytest.mark.slow
 def test_a_file_is_repaired(tmp_path):
     file, out = tmp_path / "arm.urdf", tmp_path / "sound.urdf"
     file.write_text(FAULTY)

@@ -31,6 +31,7 @@ def test_a_right_adapter_passes(form):
     assert len(checks) == 21
 
 
+@pytest.mark.slow
 def test_an_engine_in_a_child_process_passes():
     served = [sys.executable, "-m", "twolink.engines.serve", "tests.conformance.arm:Arm"]
     assert failed(lambda: ProcessTransport(served), 60.0) == {}

@@ -52,11 +52,13 @@ def test_a_motion_keeps_its_settings_and_errors():
     assert curve.verdict.limit is Limit.TRUTH
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", ["motion/general", "motion/modelica-double-pendulum"])
 def test_the_references_are_right(name):
     assert results(Mover, name)["motion: rk4"].mark is Mark.PASS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("engine", "name"),
     [
@@ -70,6 +72,7 @@ def test_convergence_to_another_model_is_reported(engine, name):
     assert found.said.startswith("converges to another model, order ")
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("engine", "mark", "words"),
     [

@@ -226,6 +226,7 @@ def test_every_law_is_kept_in_every_kind_of_number(number, law, blow):
     assert_lawful(blow, law, number)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("law", PATH_LAWS)
 def test_every_law_is_kept_at_general_values(law, random):
     for _ in range(400):
@@ -412,6 +413,7 @@ def struck(thrown) -> dict[str, Struck]:
     return {law: strike(thrown, law) for law in PATH_LAWS}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", PATH_LAWS)
 def test_impulses_of_chains_are_those_of_a_rough_wall(law, thrown, struck):
     """It pushes, friction is in its cone, nothing ends inside, and a sticking point is at rest."""
@@ -638,6 +640,7 @@ def assert_laws_are_one(blow: Blow) -> None:
 # Impact without collision.
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("law", PATH_LAWS)
 @given(blow=jams())
 def test_friction_that_jams_strikes_without_collision(law, blow):
@@ -658,6 +661,7 @@ def test_friction_that_jams_strikes_without_collision(law, blow):
     assert v_t == pytest.approx(0, abs=rounding * (abs(G.nt) + G.tt * blow.friction))
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("law", PATH_LAWS)
 @given(blow=jams())
 def test_impact_without_collision_is_the_limit_of_collisions(law, blow):
@@ -702,6 +706,7 @@ def guided_in_steps(lever, friction, restitution, law, steps=200_000):
         v, p, tangential = v + dv, p + dp, tangential + s * dp
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("law", PATH_LAWS)
 @pytest.mark.parametrize("lever", [-3.0, -0.4, 0.7, 2.5])
 @pytest.mark.parametrize("restitution", [0.0, 0.6])

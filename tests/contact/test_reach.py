@@ -64,6 +64,7 @@ def test_the_decision_does_not_depend_on_the_numbers_of_the_chain():
     assert is_reachable(symbolic, "D", (0.0, -1.0), (0.0, 10.0))
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("friction", [0.0, 0.4])
 @pytest.mark.parametrize("length", [0.3, 0.7, 1.0])
 def test_a_floor_at_the_lowest_place_of_the_elbow_changes_nothing(length, friction):

@@ -54,6 +54,7 @@ def test_accuracy_is_honoured_through_contact(law, stiffness, loss, friction):
     assert touches.sum() > 10
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("law", ["hertz", "hunt-crossley"])
 @pytest.mark.parametrize("order", [13, 17, 21])
 def test_the_order_is_kept_at_first_touch(law, order):
@@ -92,6 +93,7 @@ def rebound(surface, speed=-1.0, sliding=0.0):
     return J @ w[:, 0]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("law", ["kelvin-voigt", "hertz"])
 def test_a_contact_that_sticks_from_touch_to_release_loses_no_energy(law):
     """D comes in along the normal and sticks, until hardly anything presses it any more."""
@@ -165,6 +167,7 @@ def hunt_crossleys_restitution(av: float) -> float:
     )
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("law", "loss", "restitution", "rate"),
     [
@@ -245,6 +248,7 @@ def test_bad_cushions_are_refused(options, words):
         CompliantSurface(**{**values, **options})
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(("law", "stiffness", "loss"), CASES)
 def test_works_close_the_balance_through_contact(law, stiffness, loss):
     start = scene(Gravity(), floor(law, stiffness, loss, friction=0.3, height=1.2), q=(0.3, -0.2))
@@ -255,6 +259,7 @@ def test_works_close_the_balance_through_contact(law, stiffness, loss):
     assert sum(works.values()) == pytest.approx(T - T[0], abs=allowed)
 
 
+@pytest.mark.slow
 def test_a_surface_that_springs_back_at_once_does_not_shorten_the_flight():
     """Left while sunk in, it is back in 1e-8 s; the flight after it lasts for half a second."""
     surface = floor("kelvin-voigt", 1e9, 0.1, friction=0.3, height=1.2)
@@ -289,6 +294,7 @@ def test_the_shortest_flights_end_where_they_began():
     assert (np.sin(q1) + np.sin(q2)).max() < HEIGHT + 1e-7
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(("stiffness", "drop"), [(1e8, 0.0), (3e9, 0.0), (1e10, 0.0), (1e10, 1e-4)])
 def test_two_points_in_one_place_move_as_one_on_twice_the_stiffness(stiffness, drop):
     """They come out at one instant, dozens of times if they start at rest on the surface."""
@@ -306,6 +312,7 @@ def test_two_points_in_one_place_move_as_one_on_twice_the_stiffness(stiffness, d
     assert len(two.arcs) < 2 * len(one.arcs)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("order", [15, 21])
 @pytest.mark.parametrize("count", [3, 4])
 def test_many_surfaces_in_one_place_act_as_one_of_their_stiffness(count, order):

@@ -148,6 +148,7 @@ class Everything(Effect):
         return (drag, *motor_loads(tau, cos(q[0]) - 0.5))
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("method", ["taylor", "DOP853", "rk4", "gauss-legendre-4", "LSODA"])
 def test_all_functions_of_arithmetic_act_by_every_method(method):
     scene = replace(SCENE, effects=(Gravity(), Everything()), accuracy=1e-6, method=method)

@@ -101,6 +101,7 @@ def dents_of(event) -> list:
     return [dent for dent in event.mode.dents if dent and dent.phase is Phase.DENTED]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("v", [0.01, 0.02, 0.05, 0.3, 1.0, 3.0])
 def test_the_rebound_of_a_point_mass_agrees_with_quadrature(v):
     """Restitution and permanent deformation to 1e-9, from the areas below both curves."""
@@ -190,6 +191,7 @@ def in_one_dimension(v: float, gravity: float, times: np.ndarray) -> tuple[np.nd
     return depths, again
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(("v", "gravity", "duration"), [(0.05, 30.0, 0.04), (0.3, 100.0, 0.0095)])
 def test_a_dent_pressed_again_follows_the_curve_of_its_restitution(v, gravity, duration):
     """Held down by gravity D bounces in its dent: all of it by SciPy in one dimension."""
@@ -306,6 +308,7 @@ def test_accuracy_is_honoured(start, sticking):
         assert ours.mode.kind == theirs.mode.kind
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("order", [13, 17, 21])
 def test_the_order_is_kept_through_all_phases(order):
     """A touch, two yields, a turn and a release cost no digits, at any order.
@@ -368,6 +371,7 @@ def test_energy_is_never_gained_and_friction_keeps_its_cone():
         assert energy[-1] < energy[0]
 
 
+@pytest.mark.slow
 def test_kanes_and_lagranges_equations_give_the_same_motion():
     start = chain_on(floor(1.2, friction=0.3))
     times = np.linspace(0.0, 1.0, 101)

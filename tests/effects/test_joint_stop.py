@@ -150,6 +150,7 @@ def test_a_stop_met_at_no_speed_is_neither_missed_nor_doubled():
     assert trajectory.q[0] == pytest.approx(trajectory.t - trajectory.t**2 / 2, abs=1e-11)
 
 
+@pytest.mark.slow
 def test_works_close_the_balance_across_impacts():
     effects = (
         Gravity(),
@@ -165,6 +166,7 @@ def test_works_close_the_balance_across_impacts():
         assert np.all(np.diff(works[name]) <= 1e-12)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("formulation", ["lagrange", "kane"])
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-11])
 def test_accuracy_is_honoured_across_impacts(formulation, accuracy):

@@ -255,6 +255,7 @@ def test_other_words_are_refused(asked):
         effects_of(parse_planar_urdf(DFKI), asked)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("signs", SIGNS)
 def test_a_simulated_arm_stays_within_its_limits(signs, tmp_path):
     """Falling from the horizontal, both joints come to rest on a limit of the file."""
@@ -274,6 +275,7 @@ def test_a_simulated_arm_stays_within_its_limits(signs, tmp_path):
     assert theta[0, -1] == pytest.approx(0.3 if signs[0] > 0 else -0.4, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_module_is_imported_only_for_scenes_with_urdf_effects(tmp_path):
     (tmp_path / "arm.urdf").write_text(DFKI)
     scene = '[chain]\nurdf = "arm.urdf"\n{}\n[start]\nq = [0.0, 0.0]\n[run]\nduration = 1.0\n'

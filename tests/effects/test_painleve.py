@@ -103,6 +103,7 @@ def test_the_threshold_of_wedging(share):
     assert bool(struck) == (share > 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [1.5, 2.0])
 def test_a_slide_that_slows_down_towards_the_pose_where_it_jams_ends_there(friction):
     """D slides along a floor through the base, the links mirror images of each other.

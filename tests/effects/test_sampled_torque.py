@@ -110,6 +110,7 @@ def test_runge_kutta_keeps_its_order_over_jumps():
     assert math.log2(errors[0] / errors[2]) / 2 == pytest.approx(4, abs=0.2)
 
 
+@pytest.mark.slow
 def test_samples_of_a_sine_come_near_the_sine():
     sine = scene(Gravity(), JointTorque((0.0, 0.0), (2.0, 0.0), (3.0, 0.0)), chain=GENERAL)
     exact = simulate(sine)

@@ -44,6 +44,7 @@ def scene(*effects, chain=GENERAL, q=(0.3, -0.4), u=(1.1, -0.7), duration=3.0) -
     return Scene(chain=chain, q=q, u=u, duration=duration, effects=effects, accuracy=1e-10)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", EFFECTS)
 @pytest.mark.parametrize("formulation", ["momenta", "lagrange", "kane"])
 def test_pinocchio_under_the_same_loads_along_the_trajectory(name, formulation):

@@ -38,6 +38,7 @@ def height_of_D(trajectory, times):
     return kinematics.position(trajectory.chain, tuple(q), trajectory.chain.D)[1]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 0.8])
 @pytest.mark.parametrize("friction", [0.0, 0.2, 0.8])
 def test_the_chain_bounces_to_rest_and_never_enters_the_floor(restitution, friction):
@@ -56,6 +57,7 @@ def test_the_chain_bounces_to_rest_and_never_enters_the_floor(restitution, frict
         assert np.all(trajectory.u[:, late] == 0)
 
 
+@pytest.mark.slow
 def test_long_contact_does_not_drift():
     """Pushed to and fro along the floor for 100 s, D stays on it to 1e-12 in place and speed."""
     effects = (
@@ -109,6 +111,7 @@ def test_static_friction_holds_more_than_kinetic():
     )
 
 
+@pytest.mark.slow
 def test_the_end_leaves_at_the_instant_of_zero_contact_force():
     """Torque of a sine lifts D off: just before, N is small and positive, and 0 at the instant."""
     q = (math.asin(0.6), math.asin(0.6))
@@ -131,6 +134,7 @@ def test_the_end_leaves_at_the_instant_of_zero_contact_force():
     assert kinematics.acceleration(BARS, *state, du, BARS.D)[1] == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("gap", [-1e-9, 1e-9])
 def test_a_graze_is_found_exactly_once(gap):
     """A pendulum's lowest point passes a floor by a nanometre, above or below."""
@@ -159,6 +163,7 @@ def test_the_time_of_rest_does_not_depend_on_the_number_of_resolved_bounces():
     assert times == pytest.approx([times[2]] * 3, abs=1e-11)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("formulation", ["lagrange", "kane"])
 @pytest.mark.parametrize("law", ["newton", "newton-routh", "poisson", "stronge"])
 def test_accuracy_is_honoured_across_impacts(formulation, law):
@@ -195,6 +200,7 @@ def test_elbow_and_tip_at_once_never_gain_energy(random):
         assert {impact.name for impact in first} == {"B on wall", "D on wall"}
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("law", ["newton", "newton-routh", "poisson", "stronge"])
 @pytest.mark.parametrize("friction", [0.2, 1.5])
 def test_the_elbow_is_struck_on_its_circle(law, friction):
@@ -215,6 +221,7 @@ def test_the_elbow_is_struck_on_its_circle(law, friction):
     assert sum(works.values()) == pytest.approx(T - T[0], abs=1e-8)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("formulation", ["lagrange", "kane"])
 def test_a_chain_that_rests_on_two_points_stays_at_rest(formulation):
     """D slides when B is struck, and the rest of its speed is round-off: it does not fly off."""

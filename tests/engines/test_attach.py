@@ -51,6 +51,7 @@ def test_names_that_are_not_known(name, words):
         attach(name)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("in_process", [True, False])
 def test_pinocchio_is_registered(in_process):
     transport = attach("Pinocchio", in_process=in_process)()
@@ -81,6 +82,7 @@ def test_packages_register_engines_by_entry_points(tmp_path, monkeypatch):
     assert transport.ask(Start(), 1.0).engine.name == "arm"
 
 
+@pytest.mark.slow
 def test_a_python_engine_that_is_not_there_does_not_start():
     transport = attach("no_such_module:Engine")()
     with pytest.raises(EngineFault, match="cannot be imported: No module named 'no_such_module'"):

@@ -34,6 +34,7 @@ def test_a_second_line_for_one_message_is_unread():
         assert child.exchanged(b"", LIMIT) == b"second"
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("code", "kind", "ended"),
     [
@@ -80,6 +81,7 @@ def test_a_child_receives_the_last_message():
         assert child.stop(b"stop\n", LIMIT)
 
 
+@pytest.mark.slow
 def test_value_of_returns_the_value_that_a_module_tells(tmp_path, monkeypatch):
     """Its time begins when it is ready, and its standard error is kept."""
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:.")
@@ -132,6 +134,7 @@ def test_a_child_is_ended_with_its_descendants():
     assert all(map(ends, ids))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are looked for in /proc")
 def test_the_child_ends_when_its_caller_is_killed():
     """The caller gets no chance to clean up: the program must not run on."""

@@ -186,6 +186,7 @@ def has_ended(pid):
     return False
 
 
+@pytest.mark.slow
 def test_a_large_question_to_a_child_that_does_not_read():
     """Writing to a full pipe does not block beyond the limit."""
     with program("import time; time.sleep(60)") as transport:

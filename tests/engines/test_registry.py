@@ -238,6 +238,7 @@ def test_names():
     assert len({engine.name for engine in SIMULATORS}) == len(SIMULATORS)
 
 
+@pytest.mark.slow
 def test_the_registry_imports_no_engine():
     program = (
         "import sys\n"

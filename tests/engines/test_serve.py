@@ -25,6 +25,7 @@ def test_an_invalid_request_ends_the_server():
         serve(Arm(), io.StringIO("what?\n"), io.StringIO())
 
 
+@pytest.mark.slow
 def test_an_engine_s_prints_do_not_mix_with_the_messages(tmp_path):
     (tmp_path / "loud.py").write_text(
         "from tests.conformance.arm import Arm\nprint('a banner')\nclass Loud(Arm):\n    pass\n"

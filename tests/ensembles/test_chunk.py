@@ -30,6 +30,7 @@ def joined(parts):
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("refine", [False, True])
 def test_bits_do_not_depend_on_chunks(refine):
     runs = {"accuracy": 1e-8, "duration": 6.0, "refine": refine}
@@ -70,6 +71,7 @@ ALL_SMOOTH = {
 }
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("parameter", SMOOTH)
 def test_run_time_parameters_give_the_motions_of_their_scenes(parameter):
     asked = ensemble(
@@ -119,6 +121,7 @@ def test_equations_without_a_form_for_parameters_are_made_run_by_run():
     assert np.abs(rows.arrays["q"][1] - truth.q[:, -1]).max() <= 2 * truth.error
 
 
+@pytest.mark.slow
 def test_a_run_that_is_refused_is_a_row_with_its_reason():
     asked = ensemble(axes=[axis("chain.mass.1", 1.0, -1.0, 2.0)], keep={"final": True})
     rows = rows_of(asked, 0, 3)
@@ -175,6 +178,7 @@ def test_undecided_and_inaccurate_runs_are_refined_until_they_are_decided():
     assert (apart <= (plain["flip_bound"] + refined["flip_bound"])[both]).all()
 
 
+@pytest.mark.slow
 def test_numbers_that_vary_beyond_the_probes_are_made_run_by_run(monkeypatch):
     asked = ensemble(axes=[axis("chain.mass.1", 1.0, 2.0)], keep={"final": True})
     truth = rows_of(asked, 0, 2).arrays
@@ -187,6 +191,7 @@ def test_numbers_that_vary_beyond_the_probes_are_made_run_by_run(monkeypatch):
     assert np.abs(rows.arrays["q"] - truth["q"]).max() < 1e-8
 
 
+@pytest.mark.slow
 def test_a_run_that_cannot_be_refined_keeps_its_results(monkeypatch):
     runs = {"accuracy": 1e-12, "duration": 2.0}
     plain = rows_of(starts(2, runs=runs), 0, 4)
@@ -200,6 +205,7 @@ def test_a_run_that_cannot_be_refined_keeps_its_results(monkeypatch):
     assert same(rows.arrays, plain.arrays)
 
 
+@pytest.mark.slow
 def test_a_touch_stays_undecided_in_any_precision():
     # q2 = 2 t - t²/2 has its top, 2, on the level.
     level = {"name": "x", "of": "q2", "level": 2.0}
@@ -215,6 +221,7 @@ WATCHED = {"final": True, "first": [{"name": "x", "of": "q1", "level": 9.0}]}
 FOLLOWED = {"final": True, "extremes": True}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("keep", [ENDS, WATCHED, FOLLOWED], ids=["ends", "watched", "followed"])
 def test_the_rounding_of_the_momenta_at_the_start_is_a_part_of_the_error(keep):
     """M⁻¹ of a light link and a point enlarges it, and all runs of one start share it."""

@@ -33,6 +33,7 @@ def test_rates_in_lanes_are_those_of_each_chain(random):
             assert np.array([row[k] for row in pair]) == pytest.approx(exact, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_an_integrator_is_compiled_once_for_all_runs():
     system = System(CHAIN, EFFECTS, (MASS,))
     again = System(Chain.uniform_bars((1.0, 2.0), (0.5, 0.7)), (Gravity(3.7),), (MASS,))

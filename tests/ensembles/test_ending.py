@@ -22,6 +22,7 @@ def at_the_start(q, u, duration=DURATION):
     return Ending.at_the_start(SYSTEM, SYSTEM.lanes(none, q, u, duration), none)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("orders", [(7,), (11,), (15,), (7, 11, 15)])
 def test_the_bound_holds_and_is_not_far_above_the_error(orders, random):
     q, u = random_starts(random, 21)

@@ -38,6 +38,7 @@ class Backwards(Executor):
         return made
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("executor", [None, Backwards(), ThreadPoolExecutor(3)])
 def test_any_executor_makes_all_chunks(task, executor):
     seen = []

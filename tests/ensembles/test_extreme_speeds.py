@@ -75,6 +75,7 @@ def check(arrays, run, scene):
         assert of_time < 1e-2 * scene.duration
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("accuracy", [1e-5, 1e-9])
 def test_extremes_of_falls_in_lanes_are_those_of_dop853(accuracy):
     asked = starts(3, keep=KEEP, runs={"accuracy": accuracy, "duration": 3.0})
@@ -84,6 +85,7 @@ def test_extremes_of_falls_in_lanes_are_those_of_dop853(accuracy):
         check(rows, run, asked.family.scene(asked.values(run, run + 1)[0]))
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-12])
 def test_extremes_of_a_run_by_itself_are_those_of_dop853(accuracy):
     """The direction of gravity is no parameter, so that these runs are not in lanes."""

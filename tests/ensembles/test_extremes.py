@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from tests.ensembles.cases import starts, torques
 from twolink.ensembles.chunk import rows_of
@@ -17,6 +18,7 @@ def test_the_top_of_a_parabola_is_found():
     assert np.abs(rows["smallest"][:, 1] - np.minimum(0, ends)).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_no_sample_of_a_fine_simulation_is_outside_and_one_is_near():
     asked = starts(3, keep=KEEP, runs={"accuracy": 1e-8, "duration": 3.0})
     rows = rows_of(asked, 0, 9).arrays

@@ -110,6 +110,7 @@ def test_the_first_flip_is_the_earlier_one_of_both_links():
     assert np.abs(first - times[2])[decided].max() < 1e-6
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("gravity", "of", "verdict"),
     [({"direction": [0.0, -1.0]}, "q2", HAPPENS), ({"g": -9.81}, "q2", HAPPENS), ({}, "q2", NEVER)],
@@ -126,6 +127,7 @@ def test_upright_is_against_gravity_whatever_its_direction(gravity, of, verdict)
     assert found["flip_verdict"][0] == verdict
 
 
+@pytest.mark.slow
 def test_flips_without_gravity_are_undecided():
     found = rows(
         ensemble(axes=[axis("effects.gravity.g", 0.0, 9.81)], keep={"first": [{"of": "q1"}]})
@@ -289,6 +291,7 @@ def test_bits_of_first_times_do_not_depend_on_chunks():
             assert np.array_equal(part, whole[name][first:last], equal_nan=part.dtype.kind == "f")
 
 
+@pytest.mark.slow
 def test_a_run_of_unknown_error_is_never_without_a_flip():
     # Chaotic motions over a minute, from near the upright poses.
     around = {"first": -1.6, "last": -1.5, "count": 6}

@@ -18,6 +18,7 @@ def followed(q, u, order, scene=FALL, duration=DURATION, growths=None):
     return follower, blocks
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("order", [7, 11, 15])
 def test_the_bound_holds_and_is_not_far_above_the_error(order, random):
     q, u = random_starts(random, LANES)

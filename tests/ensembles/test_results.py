@@ -21,6 +21,7 @@ def found(tmp_path_factory):
     return sweep(asked, tmp_path_factory.mktemp("results") / "a.zarr", workers=1)
 
 
+@pytest.mark.slow
 def test_a_dataset_has_units_and_coordinates(found):
     flat = found.dataset()
     assert flat.sizes == {"run": 24, "link": 2}

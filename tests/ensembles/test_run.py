@@ -41,6 +41,7 @@ def test_bits_are_the_same_for_any_number_of_workers_and_any_chunks(tmp_path):
     assert found[0].runs_done.all()
 
 
+@pytest.mark.slow
 def test_a_rerun_computes_only_the_missing_chunks(tmp_path, monkeypatch):
     asked = starts(5, keep=KEEP, runs=RUNS)
     made = []
@@ -68,6 +69,7 @@ def test_a_rerun_computes_only_the_missing_chunks(tmp_path, monkeypatch):
     assert made == []
 
 
+@pytest.mark.slow
 def test_rows_that_fail_have_reasons_and_the_others_results(tmp_path):
     found = sweep(
         {

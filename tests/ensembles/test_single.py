@@ -14,6 +14,7 @@ from twolink.simulation import simulate
 from twolink.simulation.hybrid import tolerances
 
 
+@pytest.mark.slow
 def test_first_times_and_extremes_through_impacts_are_those_of_the_trajectory():
     asked = ensemble(
         scene="drop",
@@ -85,6 +86,7 @@ def test_errors_that_decay_between_distant_places_are_seen():
         assert (apart <= np.array([1, 1, 2]) * (ours.error + truth.error)).all()
 
 
+@pytest.mark.slow
 def test_errors_of_accurate_runs_have_the_rounding_of_extremes_and_samples():
     """A run in long doubles, whose own error is below the rounding of the values in float64."""
     scene = Scene(Chain.uniform_bars(), (1.0, -2.0), (0.5, 1.0), 1.0, (Gravity(),))

@@ -75,6 +75,7 @@ def by_sympy(chain: Chain, q, u, torque):
     return (-M22 * h1 + M12 * h2) / det, (-M11 * h2 + M12 * h1) / det
 
 
+@pytest.mark.slow
 @given(chain=chains(), state=states())
 def test_accelerations_are_those_of_the_lagrangian(chain, state: State):
     found = exact.accelerations(chain, state.q, state.u, GRAVITY, state.torque)

@@ -165,6 +165,7 @@ def test_any_text_is_a_robot_or_is_refused(text):
         read_or_refused(Chain.from_links, read.links)
 
 
+@pytest.mark.slow
 @settings(max_examples=EXAMPLES // 10)
 @given(scenes(), st.data())
 def test_a_scene_that_is_written_and_broken_is_a_scene_or_is_refused(scene, data):

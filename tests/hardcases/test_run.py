@@ -63,6 +63,7 @@ def work_on_a_busy_machine(check):
     return Result(0.1)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("does", "mark", "said"),
     [
@@ -131,6 +132,7 @@ def test_an_engine_runs_in_a_separate_process():
     assert outcome(case_named("point-masses"), column).mark is Mark.PASS
 
 
+@pytest.mark.slow
 def test_an_engine_that_returns_nan_silently():
     """Pinocchio answers a NaN with NaNs: not refused, but no finite answer either."""
     pinocchio = simulator_named("SciPy over Pinocchio")

@@ -102,6 +102,7 @@ def test_a_case_fails_with_angles_reduced_to_one_turn(formulation, monkeypatch):
     assert mark("angles-of-1e8", formulation) is Mark.SILENT
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("formulation", ["lagrange", "kane"])
 def test_a_case_fails_without_stabilisation(formulation, monkeypatch):
     assert mark("sliding-200-s", formulation) is Mark.PASS

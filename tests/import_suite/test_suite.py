@@ -259,6 +259,7 @@ def texts() -> list[str]:
     return [read_planar_urdf(FOLDER / test["file"]).xml for test in VALID]
 
 
+@pytest.mark.slow
 def test_mutants_are_answered_with_a_sentence(tmp_path):
     assert no_traceback(texts(), np.random.default_rng(7), 100, tmp_path) > 20
 

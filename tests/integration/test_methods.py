@@ -26,6 +26,7 @@ def test_a_misspelt_name_is_refused_with_the_nearest_one():
         method_named("DOP835")
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("name", "library"), [("taylor", "heyoka"), ("DOP853", "scipy.integrate"), ("rk4", None)]
 )

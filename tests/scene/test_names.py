@@ -66,6 +66,7 @@ def test_every_command_takes_names(command, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_scene_of_a_name_is_simulated_and_plotted(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert CliRunner().invoke(app, ["simulate", "free_fall"]).exit_code == 0

@@ -95,12 +95,14 @@ def test_rest_without_effects():
     assert not found.q.any()
 
 
+@pytest.mark.slow
 def test_memory_of_a_run_with_events_is_refused_with_an_estimate():
     scene = replace(DRIVEN, duration=3e5)
     with pytest.raises(TooMuchError, match=r"300000 s would take about .* of memory \(0\..% are"):
         hybrid_run(scene, np.linspace(0, 3e5, 3), limits=Limits(memory=20e6))
 
 
+@pytest.mark.slow
 def test_the_memory_of_a_run_is_estimated_rightly():
     """The estimate of a tenth of the run is near to all that the run has in the end."""
     scene = replace(DRIVEN, duration=100.0)
@@ -177,6 +179,7 @@ def test_force_lifts_the_limits(monkeypatch):
     assert asked == [Limits(), UNLIMITED]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     "bounded",
     [

@@ -10,6 +10,7 @@ from twolink.scene import Scene
 from twolink.simulation import simulate
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("lower", [-3e-14, -1e-12, -1e-10, -1e-6])
 def test_a_dead_point_of_a_nearly_stretched_chain_turns_the_slide_of_its_end(lower):
     """B rests on a stop, so that D stops along x where the chain is straight up to the stop."""

@@ -67,6 +67,7 @@ def turned(trajectory, start, end, moment):
     return (end - start) * float((weights * 6 * x * (1 - x)) @ rate), after - before
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", ["slide_and_stop", "bounce_to_rest", "hertz_bounce"])
 def test_the_floors_force_turns_the_chain(run, name):
     """About A it is the floor and the weights alone that turn the chain."""

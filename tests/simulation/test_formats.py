@@ -104,6 +104,7 @@ print(before, ours, threads())
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="threads are counted by Linux")
 def test_parquet_files_start_no_threads(tmp_path):
     """Threads of pyarrow that still ran at the end of a process have aborted it."""

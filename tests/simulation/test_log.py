@@ -13,6 +13,7 @@ def drop():
     return simulate(Scene.load("drop"))
 
 
+@pytest.mark.slow
 def test_bounces_are_one_entry_with_units(drop):
     free, bounces, slides = drop.log[:3]
     assert free.words == "moves freely"
@@ -38,6 +39,7 @@ def test_every_impact_and_event_is_in_the_log(drop):
     assert every == sorted(every)
 
 
+@pytest.mark.slow
 def test_joint_stops_have_angular_speeds():
     log = simulate(Scene.load("joint_stops"), samples=2).log
     (first,) = [entry for entry in log if "lower" in entry.words][:1]

@@ -84,6 +84,7 @@ def test_the_compiled_code_has_as_many_operations_as_code_by_hand():
     assert operations() == by_hand(gravity=False)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: type(effect).__name__)
 def test_an_absent_effect_adds_no_operations(effect):
     """With it there is more to do; without it, again exactly the operations written by hand."""

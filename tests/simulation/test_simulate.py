@@ -39,6 +39,7 @@ def error_of(run, truth) -> float:
     return float(max(np.abs(run.q - q).max(), np.abs(run.u - u).max()))
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("formulation", EQUATIONS)
 @pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
 def test_taylor_series_are_accurate_to_round_off(formulation, precision, truth):
@@ -267,6 +268,7 @@ def test_the_cost_is_near_that_of_the_cheapest_setting(random):
     assert np.mean(np.array(ratios) <= 4.2) >= 0.75
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("accuracy", [1e-8, 1e-12])
 def test_errors_that_decay_within_a_few_steps_are_seen(accuracy):
     """Strong control: truncation errors decay between the few samples, at which they are small."""

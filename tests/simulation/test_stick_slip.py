@@ -82,6 +82,7 @@ def test_static_friction_holds_more_than_kinetic():
         assert trajectory.events[1].time == pytest.approx(2 * math.asin(start), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_chain_at_rest_stays_exactly_at_rest():
     trajectory = simulate(STICK_SLIP)
     assert directions(trajectory.events[-1]) == (0, 0)
@@ -179,6 +180,7 @@ def test_methods_without_events_are_refused():
         simulate(STICK_SLIP, method="DOP853")
 
 
+@pytest.mark.slow
 def test_kanes_equations_find_the_same_modes():
     ours = simulate(STICK_SLIP, formulation="kane", accuracy=1e-9)
     lagranges = simulate(STICK_SLIP, accuracy=1e-9)

@@ -112,6 +112,7 @@ def test_a_run_inside_the_progress_of_another():
     assert set(expected) == {simulate(replace(scene, q=(0.1, 0.9))).q.tobytes()}
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 @pytest.mark.parametrize(
     ("start", "count"), [("fork", 16), pytest.param("spawn", 4, marks=pytest.mark.slow)]
@@ -194,6 +195,7 @@ def test_no_integrator_is_shared_between_runs(monkeypatch):
     assert len(owners_of_integrators()) == 2
 
 
+@pytest.mark.slow
 def test_no_integrator_is_lent_twice_at_a_time(monkeypatch):
     """And the one from which copies are made has no user at all."""
     lock, held, most = threading.Lock(), Counter(), Counter()

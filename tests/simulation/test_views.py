@@ -26,6 +26,7 @@ def test_the_text_is_short_and_has_the_facts_that_simulate_prints(drop):
     assert [row[1].text for row in drop.summary().rows] == list(drop.facts.values())
 
 
+@pytest.mark.slow
 def test_the_cell_of_a_notebook_has_the_player_the_facts_and_the_log(drop):
     page = drop._repr_html_()
     assert page.startswith('<iframe title="Motion: The drop onto a floor" srcdoc="')
@@ -39,6 +40,7 @@ def test_the_cell_of_a_notebook_has_the_player_the_facts_and_the_log(drop):
     assert f"D hits floor {len(drop.impacts) - 1} times" in rest
 
 
+@pytest.mark.slow
 def test_a_motion_that_cannot_be_filmed_has_its_facts():
     few = simulate(Scene.load("free_fall"), method="DOP853", accuracy=1e-6, samples=2)
     page = few._repr_html_()

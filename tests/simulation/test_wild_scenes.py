@@ -74,6 +74,7 @@ def test_a_joint_breaks_loose_where_gravity_exceeds_its_static_friction_and_the_
     assert u[1, 0] == u[0, 0]
 
 
+@pytest.mark.slow
 def test_friction_of_a_joint_never_has_positive_power():
     name = "joint_friction_drives"
     assert_is_right(name, "direction", "dry friction", "friction drives", "rest", "energy", "work")
@@ -104,6 +105,7 @@ def test_friction_does_not_drive_a_chain_that_starts_stretched_and_at_rest():
     assert work[-1] < 0
 
 
+@pytest.mark.slow
 def test_saturated_friction_opposes_the_speed_that_there_is():
     """A mode in which friction is pressed has no speed there, and a slide has its own sign."""
     name = "pressed_forward_moves_backward"
@@ -188,6 +190,7 @@ def test_a_slide_that_jams_loses_its_energy_in_an_impact():
     assert_is_right("jammed_on_arrival", "jump", "work")
 
 
+@pytest.mark.slow
 def test_an_elbow_that_bounces_to_rest_under_control_meets_its_accuracy():
     name = "elbow_bounces_under_control"
     assert_is_right(name, "penetration", "impulse", "jump", "rest", "work")
@@ -226,6 +229,10 @@ SLOW = (
     "two_points_come_to_rest",
     "missed_impact",
     "dent_beside_sliding_joints",
+    "bounce_beside_a_press_without_force",
+    "bounces_that_slide_near_a_folded_pose",
+    "friction_drives_after_zeno",
+    "two_cushions_and_end_force",
 )
 
 
@@ -311,6 +318,7 @@ def test_a_dent_that_springs_back_beside_a_slide_leaves_the_chain_moving():
     assert u[:, 0] == pytest.approx(run.scene.u, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_ball_turns_in_its_dent_while_both_joints_slide():
     """At a turn the speed of the depth is zero within round-off, and the depth is the largest.
 

@@ -50,6 +50,7 @@ def test_works_of_two_effects_of_one_kind_are_kept_apart():
     assert works["Gravity 2"] == pytest.approx(works["Gravity"] / 9.81, abs=1e-12)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("samples", [2, 11, 501])
 @pytest.mark.parametrize(
     "effects",

@@ -111,6 +111,7 @@ DRAWINGS = {
 }
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("drawing", DRAWINGS)
 def test_real_drawings_agree_with_pinocchio(drawing):
     assert_agrees(arm(**DRAWINGS[drawing]))

@@ -509,6 +509,7 @@ def read(robot: Messy) -> PlanarUrdf:
     return parse_planar_urdf(robot.text, gravity=robot.gravity)
 
 
+@pytest.mark.slow
 @given(robot=messy_robots())
 def test_mass_matrix_and_gravity_agree_with_pinocchio(robot):
     urdf = read(robot)
@@ -538,6 +539,7 @@ def test_mass_matrix_and_gravity_agree_with_pinocchio(robot):
     )
 
 
+@pytest.mark.slow
 @given(robot=messy_robots())
 def test_points_agree_with_pinocchio(robot):
     urdf = read(robot)
@@ -554,6 +556,7 @@ def test_points_agree_with_pinocchio(robot):
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(robot=messy_robots())
 def test_the_tip_agrees_with_yourdfpy(robot):

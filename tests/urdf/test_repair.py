@@ -252,6 +252,7 @@ def test_a_step_that_changes_mechanics_is_caught(monkeypatch):
         repair_urdf(PLAIN)
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(messy=messy_robots())
 def test_messy_robots_keep_their_mechanics(messy: Messy):

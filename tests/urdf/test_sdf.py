@@ -22,6 +22,7 @@ DRIVEN = arm_with_elbow(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(robot=messy_robots())
 def test_inertias_in_space_are_pinocchios(robot: Messy):

@@ -40,6 +40,7 @@ def test_round_trip_to_the_last_bit(first, second):
     assert read.notes == ()
 
 
+@pytest.mark.slow
 @given(first=links, second=links, length=st.just(0.0), centre=st.tuples(signed, signed))
 def test_round_trip_without_a_second_length(first, second, length, centre):
     second = LinkParameters(second.mass, length, centre, second.inertia)

@@ -67,6 +67,7 @@ def test_errors_bound_the_distance_from_motions_in_forty_digits(scene, parameter
     check_against_forty_digits(scene, parameter, accuracy)
 
 
+@pytest.mark.slow
 def test_errors_bound_the_distance_of_a_joint_angle_s_derivative():
     check_against_forty_digits({**RICH, "run": {"duration": 0.5}}, "start.theta.1", 1e-9)
 
@@ -81,6 +82,7 @@ def check_against_forty_digits(scene, parameter, accuracy):
     assert found.errors[0, -1] < 1e-9 * np.abs(truth).max()
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-15])
 @pytest.mark.parametrize(
     "parameter",
@@ -119,6 +121,7 @@ def test_a_run_has_neither_its_precision_nor_its_equations_in_common_with_its_ju
         assert others != equations
 
 
+@pytest.mark.slow
 def test_errors_are_those_so_far_and_shrink_with_the_precision():
     own = family({**GENERAL, "run": {"duration": 5.0}}, "q1", "m2")
     rough, fine = measured(own, 1e-6), measured(own, 1e-15)

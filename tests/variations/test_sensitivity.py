@@ -104,6 +104,7 @@ def test_names_are_those_of_sweep_files_and_symbols():
         by_symbol.of("m2")
 
 
+@pytest.mark.slow
 def test_a_uniform_bar_is_longer_as_a_bar():
     """A bar of explicit numbers keeps its inertia where another mass and length are."""
     bar = replace(Scene.load("free_fall"), duration=1.0)
@@ -114,6 +115,7 @@ def test_a_uniform_bar_is_longer_as_a_bar():
     assert np.abs(sensitivity(explicit, "L2", samples=3).dq).max() == 0.0
 
 
+@pytest.mark.slow
 def test_a_urdf_s_joint_angles():
     scene = {
         "chain": {"urdf": str(data_path("twolink.urdf"))},
@@ -167,6 +169,7 @@ def test_another_method_is_refused():
         sensitivity(replace(Scene.load("general"), method="DOP853"), "q1")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("interpolation", ["hold", "linear", "cubic"])
 def test_neighbours_of_a_motion_through_corners(interpolation):
     torque = {**TORQUES["effects"]["sampled_torque"], "interpolation": interpolation}

@@ -27,6 +27,7 @@ def chaotic():
     return lyapunov(Scene.load("general"), 200.0)
 
 
+@pytest.mark.slow
 def test_exponents_of_a_conservative_motion_sum_to_zero_and_come_in_pairs(chaotic):
     # Liouville's theorem holds for each block; sums of logarithms round.
     assert np.abs(chaotic.blocks.sum(axis=1)).max() < 1e-8
@@ -61,6 +62,7 @@ def test_a_damper_s_exponent_is_the_sum_of_all():
     assert np.abs(found.exponents[:3]).max() < found.resolution
 
 
+@pytest.mark.slow
 def test_a_start_at_an_unstable_equilibrium_keeps_the_sum():
     """Directions are made orthonormal in time, although nothing moves at first."""
     scene = Scene(Chain.point_masses(), (-np.pi / 2, np.pi / 2), (0.0, 0.0), 1.0, (Gravity(),))
@@ -189,6 +191,7 @@ def test_the_published_spectrum_is_that_of_a_natural_start():
     assert level.spread[0] < 0.1
 
 
+@pytest.mark.slow
 def test_damping_makes_volumes_shrink():
     scene = Scene.load("general")
     damped = replace(scene, effects=(*scene.effects, JointDamping((0.01, 0.01))))

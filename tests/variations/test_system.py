@@ -20,6 +20,7 @@ def varied(scene, *parameters, formulation="momenta", precision="double", count=
     return times, varied_motion(made, along, times, formulation, precision, lambda share: None)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("formulation", EQUATIONS)
 def test_an_oscillator_in_every_precision_and_by_all_equations(formulation, precision):
@@ -57,6 +58,7 @@ def test_a_parameter_that_must_be_a_float_is_named():
         check_form(own.scene(own.values), directions(own)[0], "the direction")
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("formulation", EQUATIONS)
 def test_a_held_torque_s_samples_in_closed_form(formulation, precision):

@@ -54,6 +54,7 @@ def test_the_departure_of_a_wide_spread_is_that_of_the_closed_form(found):
     assert f"holds until {got.linear_until:.6g} s" in got.note
 
 
+@pytest.mark.slow
 def test_deviations_are_those_of_many_draws(random):
     names = ("q1", "u2", "m2", "g")
     own = sensitivity(replace(Scene.load("free_fall"), duration=1.0), names, samples=11)

@@ -76,6 +76,7 @@ def failed(verdict) -> set[str]:
 # Agreement
 
 
+@pytest.mark.slow
 def test_the_shipped_urdf_agrees_on_ten_thousand_states():
     verdict = verify_contact(SHIPPED, states=10_000, seed=SEED)
     assert verdict.passed, verdict.sentence
@@ -107,6 +108,7 @@ def test_random_chains_agree_wherever_pinocchio_has_digits_left(chain):
     assert verdict.passed, verdict.sentence
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("seed", range(8))
 def test_drawings_of_every_kind_agree(seed):
     """Axes of either sign and any direction, frames turned and moved."""
@@ -116,6 +118,7 @@ def test_drawings_of_every_kind_agree(seed):
     assert left_out(verdict) == 0
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("first", [1, -1])
 @pytest.mark.parametrize("second", [1, -1])
 def test_axes_of_either_sign_agree(first, second):
@@ -320,6 +323,7 @@ def bent_by(elbow: float):
     return draw
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("power", range(1, 6))
 def test_near_singular_poses_are_compared(power):
     """Stretched and folded to 1e-5 rad: D hardly moves along the arm, and nothing is left out."""
@@ -478,6 +482,7 @@ def test_a_reversed_tangent_is_detected(urdf, engine, monkeypatch):
     assert found == STICKING_IMPACT | {"sticking contact: forces"}
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("factor", [-1, 1 + 1e-9])
 @pytest.mark.parametrize(
     ("text", "jacobian", "other"),

@@ -19,6 +19,7 @@ from twolink.verification.states import random_states
 SHIPPED = read_planar_urdf(data_path("twolink.urdf"))
 
 
+@pytest.mark.slow
 def test_the_largest_is_that_of_the_verdict():
     """Over more than one portion of states, and in the state that the verdict names."""
     found = differences(SHIPPED, states=4500, seed=SEED)

@@ -22,6 +22,7 @@ from twolink.verification.states import random_states
 SHIPPED = read_planar_urdf(data_path("twolink.urdf"))
 
 
+@pytest.mark.slow
 def test_the_shipped_urdf_agrees_on_ten_thousand_states():
     shares = []
     verdict = verify(SHIPPED, states=10_000, seed=SEED, progress=shares.append)
@@ -108,6 +109,7 @@ def test_one_formulation_alone():
     assert {c.source for c in verdict.comparisons} == {"Kane", "twolink's kinematics"}
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_verdict():
     first, second = (verify(SHIPPED, states=50, seed=7) for _ in range(2))
     assert first == second
@@ -136,6 +138,7 @@ def test_states_are_general():
         assert np.all(field[0] != field[1])
 
 
+@pytest.mark.slow
 def test_the_shipped_urdf_is_the_default_and_a_path_will_do(tmp_path):
     by_default = verify(states=50, seed=SEED)
     assert by_default.comparisons == verify(SHIPPED, states=50, seed=SEED).comparisons

@@ -139,6 +139,7 @@ def test_the_printed_slip_is_detected(urdf, engine, monkeypatch):
     assert "disagree" in verdict.sentence
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("factor", [1 + 1e-10, -1, 0.5])
 def test_a_factor_on_the_mass_matrix_is_detected(urdf, engine, monkeypatch, factor):
     right = kane.mass_matrix

@@ -69,6 +69,7 @@ def test_a_missing_browser_is_reported_with_the_package(scratch, monkeypatch):
     assert find_browser() is None
 
 
+@pytest.mark.slow
 def test_a_silent_browser_is_ended_with_its_children(scratch, monkeypatch):
     pretender(scratch, "sleep 1000 & sleep 1000", monkeypatch)
     start = time.monotonic()

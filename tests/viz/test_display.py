@@ -35,6 +35,7 @@ def test_several_trajectories_have_different_names(fall):
     assert "$q_1$, again" in {line.get_label() for line in named.lines}
 
 
+@pytest.mark.slow
 def test_a_page_of_a_long_motion_has_a_bounded_number_of_frames(fall):
     # 10 s at 30 frames per second are 301 frames.
     assert display.page(fall).count("twolink-player") > 0
@@ -43,6 +44,7 @@ def test_a_page_of_a_long_motion_has_a_bounded_number_of_frames(fall):
     assert long.t[-1] >= 10
 
 
+@pytest.mark.slow
 def test_the_player_of_a_cell_is_a_page_of_its_own(fall):
     frame = ET.fromstring(display.player(fall).replace(" allowfullscreen", ""))
     assert frame.tag == "iframe"
@@ -50,6 +52,7 @@ def test_the_player_of_a_cell_is_a_page_of_its_own(fall):
     assert frame.get("srcdoc").startswith("<!DOCTYPE html>")
 
 
+@pytest.mark.slow
 def test_show_opens_a_page_outside_of_notebooks(fall, monkeypatch):
     opened = []
     monkeypatch.setattr(webbrowser, "open", opened.append)
@@ -74,6 +77,7 @@ def test_drawings_are_svg_of_the_start():
         assert drawn.tag.endswith("svg")
 
 
+@pytest.mark.slow
 def test_scenes_and_chains_in_notebooks_have_a_drawing_and_a_table():
     scene = Scene.load("bounce_to_rest")
     for thing, words in ((scene, "Surface(point="), (scene.chain, "mass (kg)")):

@@ -102,6 +102,7 @@ def listening(inode_of_port):
     return found
 
 
+@pytest.mark.slow
 def test_the_server_listens_on_the_local_address_only():
     async def check():
         async with served() as live:
@@ -111,6 +112,7 @@ def test_the_server_listens_on_the_local_address_only():
     assert asyncio.run(check()) == ["0100007F"]
 
 
+@pytest.mark.slow
 def test_the_port_is_free_again_afterwards():
     async def check():
         async with served() as live:
@@ -124,6 +126,7 @@ def test_the_port_is_free_again_afterwards():
         free.bind(("127.0.0.1", port))
 
 
+@pytest.mark.slow
 def test_a_port_that_is_taken_is_refused():
     async def check():
         async with served() as live:
@@ -133,6 +136,7 @@ def test_a_port_that_is_taken_is_refused():
     asyncio.run(check())
 
 
+@pytest.mark.slow
 def test_the_server_serves_the_page_and_its_files():
     async def check():
         client = AsyncHTTPClient(force_instance=True)
@@ -149,6 +153,7 @@ def test_the_server_serves_the_page_and_its_files():
     assert others[2].headers["Content-Type"].startswith("text/javascript")
 
 
+@pytest.mark.slow
 def test_pages_from_elsewhere_are_not_answered():
     """A foreign name that points to this machine, and a socket opened by another's page."""
 
@@ -167,6 +172,7 @@ def test_pages_from_elsewhere_are_not_answered():
     asyncio.run(check())
 
 
+@pytest.mark.slow
 def test_other_machines_need_the_key_in_the_address():
     """Listening to other machines: no page and no stream without the random word in the address."""
 
@@ -218,6 +224,7 @@ def test_only_known_hosts_are_answered(host, known):
     assert LiveView(film_of("drop", 1.0), host="0.0.0.0").knows(host) is known
 
 
+@pytest.mark.slow
 def test_two_pages_see_the_same_motion_and_both_may_steer():
     async def check():
         async with served() as live:

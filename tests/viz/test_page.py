@@ -55,6 +55,7 @@ def test_ten_seconds_are_a_page_of_a_megabyte():
     assert len(player_head().encode()) < 0.35e6
 
 
+@pytest.mark.slow
 def test_the_page_contains_the_film():
     film = film_of("drop", 1.0)
     body = player_body(film)
@@ -73,6 +74,7 @@ def test_a_player_may_have_both_colour_schemes():
     assert dark["recoloured"][LIGHT.links[0]] == DARK.links[0]
 
 
+@pytest.mark.slow
 def test_the_viewer_comes_with_its_licences():
     page = player_page(film_of("drop", 1.0))
     assert "Robin Deits" in page
@@ -86,6 +88,7 @@ def test_equal_films_are_equal_pages():
     assert player_page(film_of("drop", 1.0)) == player_page(film_of("drop", 1.0))
 
 
+@pytest.mark.slow
 def test_titles_cannot_break_out_of_the_page():
     title = "</script><script>alert(1)</script>"
     film = Film((Run("x", simulate(replace(scene_named("drop", 0.2), title=title))),))

@@ -34,6 +34,7 @@ def scratch(monkeypatch):
         yield Path(folder)
 
 
+@pytest.mark.slow
 def test_pages_need_no_browser(tmp_path, monkeypatch):
     monkeypatch.setenv(BROWSER, "/nowhere")
     reports = []

@@ -51,6 +51,7 @@ def test_products_and_matrices_have_the_digits_of_their_numbers(precision):
         assert abs(float(value - number(2**j))) <= 16 * PRECISIONS[precision].rounding * 2**j
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(
     st.floats(0, 1),

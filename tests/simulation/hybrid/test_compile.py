@@ -228,6 +228,7 @@ def test_an_order_whose_last_coefficients_vanish_is_avoided():
     assert safe_order(damped, 19) == 19
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("precision", ["double", "long double"])
 def test_optimised_code_gives_the_same_series(precision):
     """It may fuse multiplications and additions of doubles, and is compiled once as well."""

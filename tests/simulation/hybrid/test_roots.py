@@ -188,6 +188,7 @@ def test_a_double_root_differs_from_two_roots_and_from_none_outside_the_bound():
         assert fall(lifted) == expected
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
 @pytest.mark.parametrize("offset", [0.0, 1e-9, 1e-11, -1e-9, -1e-11])
 def test_a_minimum_close_to_zero_takes_few_halvings(precision, offset, random, monkeypatch):

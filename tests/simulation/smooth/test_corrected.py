@@ -24,6 +24,7 @@ def made(name, order, precision="double", evaluated_in="long double", formulatio
     return raw, errors, corrected_run(raw, TIMES, errors.correction(), errors.evaluated_in)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("formulation", ["momenta", "lagrange"])
 @pytest.mark.parametrize("name", ["reference", "chaotic", "damped"])
 def test_a_correction_leaves_a_twentieth_of_the_error(name, formulation):
@@ -60,6 +61,7 @@ def test_a_correction_of_long_doubles(name):
     assert after[-1] < before[-1] / 20
 
 
+@pytest.mark.slow
 def test_values_between_samples_are_corrected():
     """As accurate as at the samples."""
     times = np.linspace(0, 10, 77)
@@ -103,6 +105,7 @@ def test_a_motion_of_too_many_steps_is_not_corrected(monkeypatch):
         )
 
 
+@pytest.mark.slow
 def test_a_corrected_trajectory_is_saved_and_loaded(tmp_path):
     """Double precision misses the accuracy; its corrected run is returned, and says so."""
     hard = scene((0.3, -0.4), (0.1, 0.2), HARD["reference"].chain)

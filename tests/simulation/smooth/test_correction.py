@@ -51,6 +51,7 @@ def test_the_defect_of_a_step_arises_at_its_end():
     assert found.at(np.array([0.0, 0.5, 1.0]))[0] == pytest.approx([0.0, 2.0**-16, 1.0])
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", ["reference", "chaotic", "one mass is 400 times the other"])
 @pytest.mark.parametrize("order", [11, 15, 21])
 def test_the_error_at_any_time_is_that_of_the_run(name, order):

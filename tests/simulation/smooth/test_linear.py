@@ -36,6 +36,7 @@ def ends(scene, starts):
     return np.array(found).T
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", ["reference", "chaotic", "damped"])
 def test_the_flows_carry_small_deviations(name):
     hard = HARD[name]

@@ -147,6 +147,7 @@ def test_between_them_the_first_run_has_defects():
     assert found.worst <= 1e-11
 
 
+@pytest.mark.slow
 def test_a_correction_takes_the_place_of_a_longer_precision():
     """Without it, the run is in long doubles, whose steps take ten times as long."""
     found, raw = (measured(HARD["reference"], 3e-11, correct=each) for each in (True, False))

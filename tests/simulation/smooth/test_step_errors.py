@@ -84,6 +84,7 @@ def test_a_longer_precision_bounds_the_error_more_closely():
     assert again.at(TIMES) == pytest.approx(directly.at(TIMES))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STIFF)
 def test_steps_over_which_errors_change_much(name):
     stiff = scene((1.0, -2.0), (0.5, 0.0), effects=STIFF[name])

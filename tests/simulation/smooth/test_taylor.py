@@ -31,6 +31,7 @@ def run(scene=SCENE, **options):
     return taylor_run(scene, TIMES, formulation="momenta", **options)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("precision", PRECISIONS)
 def test_a_run_in_parts_is_the_run_as_a_whole(precision, monkeypatch):
     """Only the time of a part's start is rounded, which a scene without clocks does not notice."""
@@ -52,6 +53,7 @@ def test_progress_of_a_run_in_parts(monkeypatch):
     assert 0 < reports[0] < reports[-1] <= 1
 
 
+@pytest.mark.slow
 def test_optimisation_of_a_run_does_not_depend_on_earlier_runs(monkeypatch):
     """Optimised code rounds otherwise, so its use may not depend on the past."""
     check_often(monkeypatch, "double")

@@ -35,6 +35,7 @@ def test_every_method_is_a_line_with_its_name():
     assert list(line.get_ydata()) == [1e-1, 5e-2, 2.5e-2]
 
 
+@pytest.mark.slow
 def test_a_light_plot_with_replaced_colours_is_the_dark_plot():
     light, dark = (
         as_svg(convergence_plot({"general": CURVES}, theme=theme)) for theme in ("light", "dark")
@@ -64,6 +65,7 @@ def test_seventeen_engines_have_as_many_styles():
     assert len({(line.get_color(), line.get_marker()) for line in lines}) == 17
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("error", [math.nan, math.inf, 0.0, 1e30])
 def test_errors_outside_of_logarithmic_axes_are_omitted(error):
     (axes,) = convergence_plot({"general": [curve("one", errors=(1e-1, error, 1e-2))]}).axes

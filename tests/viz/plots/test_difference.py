@@ -10,6 +10,7 @@ from twolink.simulation import simulate
 from twolink.viz.plots.difference import difference
 
 
+@pytest.mark.slow
 def test_the_difference_of_neighbours_grows_from_their_start(run):
     one = run("free_fall")
     two = simulate(replace(one.scene, q=(1e-6, 0.0)), samples=200)

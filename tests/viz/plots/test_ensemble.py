@@ -26,6 +26,7 @@ def found(tmp_path_factory):
     return swept(folder, title="A map", axes=[axis("start.q.0", grid=GRID, name="q1"), masses])
 
 
+@pytest.mark.slow
 def test_a_map_has_a_pixel_of_the_right_kind_for_each_run(found):
     drawn = ensemble_plot(found)
     axes = drawn.axes[0]
@@ -56,6 +57,7 @@ def test_a_picture_says_how_many_motions_miss_the_accuracy(found, monkeypatch, t
     assert ("miss the accuracy 1e-300" in words) == (theirs < 1)
 
 
+@pytest.mark.slow
 def test_other_ensembles_have_a_distribution_of_times(tmp_path):
     angle = {"parameter": "start.q.0", "uniform": {"low": -1.5, "high": 0.0}}
     found = sweep(
@@ -72,12 +74,14 @@ def test_other_ensembles_have_a_distribution_of_times(tmp_path):
     assert x[-1] == 2.0
 
 
+@pytest.mark.slow
 def test_results_without_times_have_no_picture(tmp_path):
     found = swept(tmp_path, keep={"final": True})
     with pytest.raises(PictureError, match=r"must have first times for a picture .*; got none"):
         ensemble_plot(found)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_a_picture_is_the_same_bytes_again(found, theme):
     assert as_svg(ensemble_plot(found, theme)) == as_svg(ensemble_plot(found, theme))

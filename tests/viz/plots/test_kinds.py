@@ -8,6 +8,7 @@ from twolink.viz.plots.kinds import KINDS, OF_SEVERAL, plot_of
 from twolink.viz.plots.style import svg_into
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_draws(run, kind):
     trajectory = run("painleve")

@@ -65,6 +65,7 @@ def test_axes_have_units_and_words_do_not_lie_on_each_other(run, scene, kind):
             assert box.x1 <= made.bbox.x1 + 1 or not text.get_text()
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("scene", ["free_fall", "bounce_to_rest"])
 def test_angles_and_speeds_are_the_trajectorys(run, scene):
     trajectory = run(scene)
@@ -108,6 +109,7 @@ def test_phase_portraits_are_speed_over_angle(run):
         ]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("scene", ["free_fall", "bounce_to_rest", "hertz_bounce"])
 def test_the_path_is_where_kinematics_puts_D(run, scene):
     trajectory = run(scene)
@@ -167,6 +169,7 @@ def test_the_energy_of_a_short_contact_is_resolved(run):
     assert values[during].min() < min(before, after) - 1
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("scene", ["slide_and_stop", "published/kane_levinson_impact"])
 def test_the_balance_of_energy_closes(run, scene):
     trajectory = run(scene)
@@ -199,6 +202,7 @@ def test_the_balance_of_energy_closes(run, scene):
     assert left < 1e-12
 
 
+@pytest.mark.slow
 def test_a_loaded_trajectory_reports_missing_works(run, tmp_path):
     replace(run("slide_and_stop"), recipe=None).save(tmp_path / "slide.npz")
     read = Trajectory.load(tmp_path / "slide.npz")
@@ -225,6 +229,7 @@ def bands(axes):
     ]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("scene", ["slide_and_stop", "bounce_to_rest", "stick_slip"])
 def test_modes_are_shaded_from_event_to_event(run, scene):
     trajectory = run(scene)
@@ -255,6 +260,7 @@ def test_modes_are_shaded_from_event_to_event(run, scene):
         assert named == {state.value for state in states - {ContactState.OPEN}}
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("scene", ["slide_and_stop", "stick_slip", "hertz_bounce"])
 def test_forces_are_the_trajectorys(run, scene):
     trajectory = run(scene)
@@ -345,6 +351,7 @@ def test_a_plot_is_the_same_file_twice(run, tmp_path, kind):
     assert len(one) < 400_000
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("kind", ["phase", "contact"])
 def test_themes_differ(run, kind):
     light, dark = (PLOTS[kind](run("bounce_to_rest"), theme) for theme in THEMES)

@@ -18,6 +18,7 @@ def figure():
     return contact_plot(LIMITS, GIVEN_BACK)
 
 
+@pytest.mark.slow
 def test_lines_are_the_data_and_carry_their_measured_rates(figure):
     above, below = figure.axes
     lines = [line for line in above.lines if not line.get_label().startswith("_")]
@@ -31,6 +32,7 @@ def test_lines_are_the_data_and_carry_their_measured_rates(figure):
     assert np.array_equal(below.lines[1].get_ydata(), GIVEN_BACK.measured)
 
 
+@pytest.mark.slow
 def test_the_theoretical_line_passes_through_the_stiffest_point(figure):
     for limit, line in zip(LIMITS, figure.axes[0].lines[::2], strict=True):
         x, y = line.get_data()
@@ -39,6 +41,7 @@ def test_the_theoretical_line_passes_through_the_stiffest_point(figure):
         assert slope == pytest.approx(-float(limit.expected))
 
 
+@pytest.mark.slow
 def test_axes_carry_units(figure):
     above, below = figure.axes
     assert "(m/s)" in above.get_ylabel()

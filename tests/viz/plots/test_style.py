@@ -111,6 +111,7 @@ def test_lines_differ_without_colour(palette):
     assert len(hues) == len(palette.lines)
 
 
+@pytest.mark.slow_but_first
 @palettes
 @pytest.mark.parametrize("kind", ["svg", "png"])
 def test_a_file_is_the_same_each_time(tmp_path, palette, kind):
@@ -136,6 +137,7 @@ def test_invalid_arguments_are_rejected(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_text_in_svg_is_text_and_a_pdf_is_a_pdf(tmp_path):
     made, (axes,) = figure(PALETTES["light"], "A title to find")
     axes.set_xlabel("time (s)")

@@ -87,6 +87,7 @@ def test_a_disagreement_is_beyond_the_line():
     assert axes.get_xlim()[1] >= 1e4
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_words_keep_clear_of_each_other(theme):
     made = verification(made_up(), theme)

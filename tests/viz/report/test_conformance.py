@@ -28,6 +28,7 @@ def page(tmp_path):
     return scoreboard_page(read_scoreboard(files), "twolink scoreboard a.json b.json")
 
 
+@pytest.mark.slow
 def test_every_link_is_to_a_part_of_the_page(page):
     found = Targets()
     found.feed(page)
@@ -35,6 +36,7 @@ def test_every_link_is_to_a_part_of_the_page(page):
     assert {link.removeprefix("#") for link in found.links} <= found.ids
 
 
+@pytest.mark.slow
 def test_the_page_has_versions_marks_digits_causes_settings_and_the_proof(page):
     for words in (
         "2 engines on the vectors 2026.11",
@@ -52,6 +54,7 @@ def test_the_page_has_versions_marks_digits_causes_settings_and_the_proof(page):
         assert words in page
 
 
+@pytest.mark.slow
 def test_texts_of_engines_are_escaped(page):
     assert "no &lt;b&gt;axis&lt;/b&gt;" in page
     found = Targets()
@@ -59,6 +62,7 @@ def test_texts_of_engines_are_escaped(page):
     assert "b" not in found.tags
 
 
+@pytest.mark.slow
 def test_the_page_needs_no_network(page):
     assert "http" not in page.replace("http://www.w3.org", "")
 

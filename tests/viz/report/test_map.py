@@ -84,6 +84,7 @@ def test_runs_have_their_own_lengths_and_results(found, page):
         assert head["words"][10 + column] == (flip if column in flips else "no flip until 2 s")
 
 
+@pytest.mark.slow
 def test_one_pair_of_lengths_serves_equal_chains(tmp_path):
     speeds = axis("start.u.0", 0.0, 1.0, name="u1")
     made = swept(tmp_path, axes=[axis("start.q.0", grid=GRID, name="q1"), speeds])
@@ -116,6 +117,7 @@ effects = {gravity = {}}
 """
 
 
+@pytest.mark.slow
 def test_the_lengths_of_a_urdf_are_known_wherever_the_store_is(tmp_path):
     """Its name is relative to the folder of the sweep, and it may be gone."""
     for folder in ("sweep", "store"):
@@ -130,6 +132,7 @@ def test_the_lengths_of_a_urdf_are_known_wherever_the_store_is(tmp_path):
     assert numbers_of(map_page(made))[0]["lengths"] == [[chain.L1, chain.L2]]
 
 
+@pytest.mark.slow
 def test_a_start_of_any_size_is_right_but_for_whole_turns(tmp_path):
     """Also one whose number of parts of a turn needs more than 4 bytes."""
     axes = [axis("start.q.0", -1e9, 1e9, name="q1"), axis("start.u.0", 0.0, 1.0, name="u1")]
@@ -164,6 +167,7 @@ def test_titles_are_text(page):
     assert "<h1>&lt;Flips&gt;</h1>" in page
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("keep", "axes", "words"),
     [
