@@ -47,8 +47,17 @@ def test_the_rounding_of_speeds_of_momenta_is_that_of_all_terms(chain):
         np.testing.assert_allclose(sizes[:, k], expected, rtol=1e-9)
 
 
+@pytest.mark.parametrize("chain", [GENERAL, LIGHT_ON_HEAVY])
+def test_the_rounding_of_momenta_is_that_of_all_terms(chain):
+    sizes = EQUATIONS["momenta"].rounded_starts(chain, Q, U)
+    for k, (q, u) in enumerate(zip(Q.T, U.T, strict=True)):
+        mass = np.array(lagrange.mass_matrix(chain, tuple(q)), float)
+        np.testing.assert_allclose(sizes[:, k], np.abs(mass) @ np.abs(u), rtol=1e-12)
+
+
 def test_the_rounding_of_speeds_that_are_variables_is_their_own():
     np.testing.assert_array_equal(EQUATIONS["kane"].rounded_speeds(GENERAL, Q, U), np.abs(U))
+    np.testing.assert_array_equal(EQUATIONS["kane"].rounded_starts(GENERAL, Q, U), 0 * U)
 
 
 @pytest.mark.parametrize("name", EQUATIONS)

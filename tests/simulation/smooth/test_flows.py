@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from twolink.simulation.smooth.flows import accumulated, exponentials, magnus, sizes
-from twolink.simulation.smooth.quadrature import gauss_rule
+from twolink.simulation.smooth.flows import accumulated, exponentials, magnus
+from twolink.simulation.smooth.quadrature import gauss_nodes
 
 
 def test_the_flow_of_a_step_is_of_sixth_order():
@@ -22,7 +22,7 @@ def test_the_flow_of_a_step_is_of_sixth_order():
     def rates(t, x):
         return (slope(t) @ x.reshape(4, 4)).ravel()
 
-    nodes = gauss_rule(3, "double").nodes
+    nodes = gauss_nodes(3)
     missed = []
     for h in (0.4, 0.2):
         exact = solve_ivp(rates, (0, h), np.eye(4).ravel(), method="DOP853", rtol=1e-13, atol=1e-14)
@@ -35,17 +35,35 @@ def test_the_flow_of_a_step_is_of_sixth_order():
 @pytest.mark.parametrize("size", [1e-9, 0.3, 3.0, 40.0])
 def test_exponentials(size, random):
     matrices = size * random.uniform(-1, 1, (5, 4, 4))
-    for matrix, found in zip(matrices, exponentials(matrices), strict=True):
+    for matrix, found in zip(matrices, exponentials(matrices)[0], strict=True):
         assert found == pytest.approx(expm(matrix), rel=1e-2, abs=1e-3 * np.abs(expm(matrix)).max())
 
 
-def test_errors_are_carried_from_step_to_step(random):
-    flows, sources = random.normal(size=(7, 4, 4)), random.normal(size=(7, 4, 3))
-    start = random.normal(size=(4, 3))
-    carried = [start]
-    for flow, source in zip(flows, sources, strict=True):
-        carried.append(flow @ carried[-1] + source)
-    assert accumulated(flows, sources, start) == pytest.approx(np.array(carried))
+@pytest.mark.parametrize("count", [1, 2, 7, 50])
+def test_errors_and_covariances_are_carried_from_step_to_step(count, random):
+    flows, sources = random.normal(size=(count, 4, 4)), random.normal(size=(count, 4))
+    variances, half = random.uniform(0, 1, (count, 4)), random.normal(size=(4, 4))
+    error, covariance = random.normal(size=4), half @ half.T
+    errors, covariances = accumulated(flows, sources, variances, (error, covariance))
+    assert (errors[0] == error).all()
+    assert (covariances[0] == covariance).all()
+    for flow, source, variance, got, spread in zip(
+        flows, sources, variances, errors[1:], covariances[1:], strict=True
+    ):
+        error = flow @ error + source
+        covariance = flow @ covariance @ flow.T + np.diag(variance)
+        assert got == pytest.approx(error, rel=1e-9, abs=1e-9 * np.abs(error).max())
+        assert spread == pytest.approx(covariance, rel=1e-9, abs=1e-9 * covariance.max())
+
+
+def test_a_covariance_is_that_of_random_errors(random):
+    flows, sizes = 0.5 * random.normal(size=(20, 4, 4)), random.uniform(0, 1, (20, 4))
+    draws = np.zeros((4, 40_000))
+    for flow, size in zip(flows, sizes, strict=True):
+        draws = flow @ draws + size[:, None] * random.choice([-1.0, 1.0], draws.shape)
+    _, found = accumulated(flows, 0 * sizes, sizes**2, (np.zeros(4), np.zeros((4, 4))))
+    exact = draws @ draws.T / draws.shape[1]
+    assert found[-1] == pytest.approx(exact, abs=0.03 * exact.max())
 
 
 def test_sizes_are_spectral_radii_from_above(random):
@@ -54,6 +72,6 @@ def test_sizes_are_spectral_radii_from_above(random):
         units = np.diag([1.0, 1.0, scale, scale])
         matrices = units @ random.normal(size=(40, 4, 4)) @ np.linalg.inv(units)
         exact = np.abs(np.linalg.eigvals(matrices)).max(axis=1)
-        found = sizes(matrices)
+        _, found = exponentials(matrices)
         assert np.all(found >= exact * (1 - 1e-12))
         assert np.all(found <= 2.5 * exact)

@@ -10,20 +10,24 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.linear import linearized, values
+from twolink.simulation.smooth.linear import linearized, scaled_polynomials, values
 from twolink.simulation.smooth.rates import jacobians_of, rates_of
 from twolink.simulation.smooth.taylor import taylor_run
 
 NOW = np.zeros(1)
 
 
-def taken(scene, formulation="lagrange"):
+def taken(scene, formulation="lagrange", order=None):
     """Return the steps of a run over two seconds."""
     found = []
     short = Scene(scene.chain, scene.q, scene.u, 2.0, scene.effects)
-    taylor_run(short, [0.0, 2.0], formulation=formulation, observe=found.append)
+    taylor_run(short, [0.0, 2.0], formulation=formulation, order=order, observe=found.append)
     (steps,) = found
     return steps
+
+
+def linear_of(scene, formulation, steps):
+    return linearized(jacobians_of(scene, formulation), steps, scaled_polynomials(steps))
 
 
 def ends(scene, starts):
@@ -40,7 +44,7 @@ def ends(scene, starts):
 @pytest.mark.parametrize("name", ["reference", "chaotic", "damped"])
 def test_the_flows_carry_small_deviations(name):
     hard = HARD[name]
-    linear = linearized(jacobians_of(hard, "lagrange"), taken(hard))
+    linear = linear_of(hard, "lagrange", taken(hard))
     product = np.eye(4)
     for flow in linear.flows:
         product = flow @ product
@@ -55,7 +59,7 @@ def test_the_jacobians_are_those_of_the_rates():
     for formulation in EQUATIONS:
         steps = taken(hard, formulation)
         rates = rates_of(hard, formulation, "double")
-        linear = linearized(jacobians_of(hard, formulation), steps)
+        linear = linear_of(hard, formulation, steps)
         assert linear.jacobians.shape == (3, len(steps.lengths), 4, 4)
         assert linear.scaled[1, 3] == pytest.approx(linear.jacobians[1, 3] * steps.lengths[3])
         # At the middle of a step.
@@ -84,7 +88,7 @@ def test_the_derivative_by_time_is_that_of_the_loads():
         HARD["reference"], effects=(Gravity(), JointTorque((0.0, 0.0), (2.0, 0.0), (7.0, 1.0)))
     )
     steps = taken(pushed, "momenta")
-    linear = linearized(jacobians_of(pushed, "momenta"), steps)
+    linear = linear_of(pushed, "momenta", steps)
     middle = linear.starts + linear.lengths / 2
     exact = np.zeros((len(middle), 4))
     exact[:, 2] = 2.0 * 7.0 * np.cos(7.0 * middle)

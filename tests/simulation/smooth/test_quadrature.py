@@ -1,48 +1,40 @@
-"""Gauss's quadrature in all precisions, against the exact integrals of powers."""
+"""Quadrature on steps, against exact integrals and NumPy's nodes."""
 
 import math
 
 import numpy as np
 import pytest
 
-from twolink.integration.precisions import PRECISIONS
-from twolink.simulation.smooth.quadrature import gauss_rule
+from twolink.simulation.smooth.quadrature import gauss_nodes, residual_rule
 
 
-@pytest.mark.parametrize("precision", PRECISIONS)
-def test_the_rule_integrates_polynomials(precision):
-    own = PRECISIONS[precision]
-    one = own.number(1)
-    for count in (2, 6, 8):
-        rule = gauss_rule(count, precision)
-        for k in range(2 * count):
-            missed = np.add.reduce(rule.weights * rule.nodes**k) - one / (k + 1)
-            assert abs(float(missed)) <= 4 * own.rounding
+@pytest.mark.parametrize("count", [2, 3, 4, 7])
+def test_the_nodes_are_those_of_numpy(count):
+    x, _ = np.polynomial.legendre.leggauss(count)
+    assert gauss_nodes(count) == pytest.approx((x + 1) / 2, abs=1e-15)
 
 
-def test_the_nodes_are_those_of_numpy():
-    x, weights = np.polynomial.legendre.leggauss(7)
-    rule = gauss_rule(7, "double")
-    assert rule.nodes == pytest.approx((x + 1) / 2, abs=1e-15)
-    assert rule.weights == pytest.approx(weights / 2, abs=1e-15)
+@pytest.mark.parametrize("order", [7, 13, 21, 41])
+def test_moments_of_residuals_are_exact(order):
+    """∫ (1 − τ)^k/k! τ^j dτ = j!/(j + k + 1)!, for k = 0 as well."""
+    rule = residual_rule(order)
+    for j in (0, 1, 2, order):
+        exact = [math.factorial(j) / math.factorial(j + k + 1) for k in range(9)]
+        assert rule.nodes**j @ rule.weights == pytest.approx(exact, rel=1e-12)
 
 
-@pytest.mark.parametrize("precision", PRECISIONS)
-def test_moments_weigh_with_the_rest_of_the_interval(precision):
-    """∫ (1 − τ)^k/k! τ^m dτ = m!/(m + k + 1)!."""
-    rule = gauss_rule(8, precision)
-    nodes = PRECISIONS["quadruple"].mixable(rule.nodes).astype(float)
-    for m in range(7):
-        exact = [math.factorial(m) / math.factorial(m + k + 1) for k in range(1, 9)]
-        assert nodes**m @ rule.moments == pytest.approx(exact)
+@pytest.mark.parametrize("order", range(7, 26, 2))
+def test_the_terms_beside_the_largest_are_integrated_well(order):
+    """The third power of the round-off, and the terms of truncation after the first."""
+    rule = residual_rule(order)
+    weights = rule.weights[:, 0]
+    assert abs(1 - 4 * weights @ rule.nodes**3) < 0.1
+    assert abs(1 - (order + 2) * weights @ rule.nodes ** (order + 1)) < 0.03
+    assert abs(1 - (order + 3) * weights @ rule.nodes ** (order + 2)) < 0.07
 
 
-def test_the_error_of_a_rule_with_too_few_nodes_is_known(random):
-    rule = gauss_rule(2, "double")
-    coefficients = random.normal(size=9)
-    slopes = np.polynomial.polynomial.polyval(
-        rule.nodes, np.polynomial.polynomial.polyder(coefficients)
-    )
-    missed = rule.weights @ slopes - coefficients[1:].sum()
-    assert coefficients @ rule.errors_of_slopes(9) == pytest.approx(missed)
-    assert not gauss_rule(8, "double").errors_of_slopes(9).any()
+def test_the_round_off_of_values_is_averaged():
+    for order in (7, 21, 41):
+        rule = residual_rule(order)
+        assert rule.weights[:, 0].sum() == pytest.approx(1.0)
+        assert 0.5 <= rule.noise < 0.6

@@ -15,7 +15,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.effects.pd_control import PdControl
 from twolink.integration.precisions import PRECISIONS, longer_than
 from twolink.scene import Scene
-from twolink.simulation.smooth import defect, step_errors
+from twolink.simulation.smooth import step_errors
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.step_errors import StepErrors
@@ -186,16 +186,20 @@ def test_a_correction_leaves_more_of_a_larger_error():
         assert least <= part <= most
 
 
-def test_the_bound_includes_the_error_of_an_insufficient_quadrature(monkeypatch):
-    """With two nodes Gauss's error is a thousand times the defect, and is in the bound."""
-    hard = HARD["reference"]
-    run, enough = observed(hard, 21)
-    monkeypatch.setattr(defect, "_OF_A_ROUNDING", 1e12)
-    run, errors = observed(hard, 21)
-    assert len(errors._evaluation.rule.nodes) == 2
-    true, bound = missed(hard, run, errors)
-    assert np.all(true <= bound)
-    assert bound[1] > 100 * enough.at(TIMES)[1]
+@pytest.mark.parametrize("evaluated_in", ["double", "long double"])
+def test_the_round_off_of_the_estimate_is_its_standard_deviation(evaluated_in):
+    """The error less its estimate is that of the next precision; 3.5 deviations bound it."""
+    shares = []
+    for name in ("reference", "chaotic", "damped"):
+        hard = HARD[name]
+        for order in (17, 19, 21):
+            _, errors = observed(hard, order, evaluated_in=evaluated_in)
+            finer = errors.again(longer_than(evaluated_in))
+            one, other = (each.correction().at(TIMES)[:2] for each in (errors, finer))
+            apart = np.maximum.accumulate(np.abs(other - one).max(axis=0))[1:]
+            shares.append((apart / errors.round_off_at(TIMES)[1:]).max())
+    assert max(shares) < 2.5
+    assert np.median(shares) > 0.1
 
 
 @pytest.mark.slow

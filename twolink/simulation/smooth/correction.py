@@ -18,7 +18,7 @@ import numpy as np
 
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.linear import Linear
-from twolink.simulation.smooth.quadrature import gauss_rule
+from twolink.simulation.smooth.quadrature import gauss_nodes
 
 # Iterations for the values at the nodes. Each divides their error by some ten.
 _ITERATIONS = 4
@@ -71,7 +71,7 @@ def _within(scaled: Array, first: Array, last: Array) -> Array:
     """
     at_nodes, from_slopes = _basis()
     change = last - first
-    along = change[None] * gauss_rule(3, "double").nodes[:, None, None]
+    along = change[None] * gauss_nodes(3)[:, None, None]
     for _ in range(_ITERATIONS):
         slopes = (scaled @ (first + along)[..., None])[..., 0]
         terms = np.tensordot(from_slopes, slopes, 1)
@@ -84,6 +84,6 @@ def _within(scaled: Array, first: Array, last: Array) -> Array:
 @functools.cache
 def _basis() -> tuple[Array, Array]:
     """Return the first three powers at Gauss's nodes, and coefficients by the slopes there."""
-    nodes = gauss_rule(3, "double").nodes[:, None]
+    nodes = gauss_nodes(3)[:, None]
     k = np.arange(1, 4)
-    return nodes**k, np.linalg.inv(k * nodes ** (k - 1))
+    return nodes**k, np.asarray(np.linalg.inv(k * nodes ** (k - 1)), dtype=float)

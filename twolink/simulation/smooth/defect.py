@@ -1,14 +1,12 @@
 """The defect of the steps of a run by Taylor series, in the precision of the run or a longer one.
 
-On each step the polynomial y(t) leaves a defect, y(0) + ∫ f(y) dt − y(h) with y(h) the start of the
-next step: truncation and round-off together. The integral is Gauss's rule, whose error is far below
-that of the series. Where it should not suffice, its error is seen on the slopes of the polynomials
-themselves, whose integrals are known.
+On each step the polynomial y(t) leaves a defect, y(0) + ∫ f(y) dt − y(h⁺), with y(h⁺) the start of
+the next step: truncation and round-off together. It is the sum of y(h) − y(h⁺) and of the integral
+of the residual f(y) − y′, which is small and has a known form, so that a few nodes serve.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -19,84 +17,74 @@ from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
 from twolink.simulation.series import powers
-from twolink.simulation.smooth import linear
-from twolink.simulation.smooth.quadrature import GaussRule, gauss_rule
+from twolink.simulation.smooth.linear import shortened
+from twolink.simulation.smooth.quadrature import residual_rule
 from twolink.simulation.smooth.rates import Rates, rates_of
 from twolink.simulation.smooth.taylor import Steps
-
-# The ratio of a step to the radius of convergence (heyoka's choice of steps), and the part of a
-# rounding that the error of Gauss's rule may reach. With m nodes it is (ratio / 4)^(2 m).
-_RATIO, _OF_A_ROUNDING = math.exp(-2), 1 / 64
-
-# The same where the defect is evaluated in a longer precision, and round-off hides no part of it.
-_OF_A_ROUNDING_OF_THE_RUN = 1e-4
 
 # The terms of a series that are computed in numbers of a precision; shorter numbers suffice for the
 # others. Each is exp(−2) times the one before: the round-off of the others in float64 is a tenth of
 # that of the first in long doubles, and in long doubles 1e-7 of that of a run in long doubles.
-_LEADING_TERMS: dict[PrecisionName, int] = {"long double": 5, "quadruple": 8}
+_LEADING_TERMS: dict[PrecisionName, int] = {"double": 5, "long double": 5, "quadruple": 8}
 
 
 class Defects(NamedTuple):
     """Defects of n steps, shape (n, 4), their moments, (8, n, 4), and the sizes of h f, (n, 4).
 
     Moment k is that of h f − y′ with (1 − τ)^k/k!, k from 1, where 1 − τ is the rest of the step.
-    `quadrature`, shape (n, 4), is the error of Gauss's rule on the slopes of the polynomials, whose
-    integral is known.
+    `noise` is the round-off of an integral, in that of the rates at the nodes.
     """
 
     defects: Array
     moments: Array
     rates: Array
-    quadrature: Array
+    noise: float
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The evaluation of defects: the rates in a precision, and Gauss's rule."""
+    """The evaluation of defects: the rates in a precision."""
 
     name: PrecisionName
     rates: Rates
-    rule: GaussRule
 
     @property
     def precision(self) -> Precision:
         """The precision of the evaluation."""
         return PRECISIONS[self.name]
 
-    def of(self, steps: Steps) -> Defects:
-        """Return the defects of the polynomials of steps."""
-        longer, rule = self.precision.lengthened, self.rule
-        h, polynomials = longer(steps.lengths), _scaled(steps, self.name)
-        first = polynomials.leading[:, :, 0]
-        starts = steps.starts
+    def of(self, steps: Steps, scaled: Array) -> Defects:
+        """Return the defects of the polynomials of steps.
+
+        `scaled` are the polynomials for the share of the step, in float64: (n, 4, p + 1).
+        """
+        longer, rule = self.precision.lengthened, residual_rule(scaled.shape[2] - 1)
+        polynomials = _polynomials(steps, scaled, self.name)
+        h, starts = longer(steps.lengths), steps.starts
         if starts.dtype != h.dtype:
             starts = longer(starts[:1]) + (np.add.accumulate(h) - h)
-        t = starts[:, None] + h[:, None] * rule.nodes
-        rates = h[:, None] * self.rates(polynomials.at(rule.nodes), t)
-        # The weights' round-off multiplies only the differences from the mean.
-        mean = _dot(rates, longer(np.full(len(rule.nodes), 1 / len(rule.nodes))))
-        integrals = mean + _dot(rates - mean[..., None], rule.weights)
-        following = np.concatenate([first[1:], longer(steps.end)[None]])
-        residuals = rates - polynomials.slopes.at(rule.nodes)
-        moments = residuals.astype(float) @ rule.moments
+        nodes = longer(rule.nodes)
+        states, slopes = polynomials.at(nodes)
+        rates = self.rates(states, starts[:, None] + h[:, None] * nodes)
+        residuals = (h[:, None] * rates - slopes).astype(float)
+        # The integral, and its moments.
+        integrals = (residuals @ rule.weights).transpose(2, 1, 0)
+        change = polynomials.change
+        firsts = polynomials.leading[:, :, 0].astype(change.dtype)
+        following = np.concatenate([firsts[1:], longer(steps.end)[None].astype(change.dtype)])
         return Defects(
-            ((first - following) + integrals.T).astype(float),
-            moments.transpose(2, 1, 0),
-            np.abs(mean.astype(float)).T,
-            np.abs(polynomials.combined(rule.errors_of_slopes(polynomials.length))),
+            ((firsts - following) + change).astype(float) + integrals[0],
+            integrals[1:],
+            np.maximum(np.abs(scaled[:, :, 1]), np.abs(change.astype(float))),
+            rule.noise,
         )
 
 
 def evaluation_of(
-    scene: Scene, formulation: EquationsName, precision: PrecisionName, evaluated_in: PrecisionName
+    scene: Scene, formulation: EquationsName, evaluated_in: PrecisionName
 ) -> Evaluation:
-    """Return the evaluation of the defects of runs in a precision, in the same or a longer one."""
-    share = _OF_A_ROUNDING if evaluated_in == precision else _OF_A_ROUNDING_OF_THE_RUN
-    error = PRECISIONS[precision].rounding * share
-    count = math.ceil(math.log(error, _RATIO / 4) / 2)
-    rates = rates_of(scene, formulation, evaluated_in)
-    return Evaluation(evaluated_in, rates, gauss_rule(count, evaluated_in))
+    """Return the evaluation of the defects of runs in a precision, at least that of the runs."""
+    return Evaluation(evaluated_in, rates_of(scene, formulation, evaluated_in))
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,62 +98,61 @@ class _Polynomials:
     leading: Any
     rest: Any
 
-    @property
-    def length(self) -> int:
-        """The number of coefficients."""
-        return int(self.leading.shape[2] + self.rest.shape[2])
-
-    def at(self, nodes: Any) -> Any:
-        """Return the values at nodes in [0, 1], shape (4, n, nodes)."""
-        if not self.rest.size:
-            return linear.values(self.leading, nodes)
-        rest = linear.values(self.rest, _shortened(nodes, self.rest.dtype))
-        rest = self.precision.lengthened(rest)
-        if self.leading.dtype == np.longdouble:
-            return linear.values(self.leading, nodes) + rest * nodes ** self.leading.shape[2]
+    def at(self, nodes: Any) -> tuple[Any, Any]:
+        """Return the values and the slopes at nodes in [0, 1], each of shape (4, n, nodes)."""
+        count = self.leading.shape[2]
+        rest = _sums(self.rest, shortened(nodes, self.rest.dtype), count)
+        value, slope = (self.precision.lengthened(each) for each in rest)
+        if self.leading.dtype in (np.float64, np.longdouble):
+            first, second = _sums(self.leading, nodes, 0)
+            return first + value, second + slope
+        # NumPy has no products of matrices of quadruple numbers.
+        leading, leading_slope = 0 * value, 0 * slope
         for coefficient in reversed(np.ascontiguousarray(self.leading.transpose(2, 1, 0))):
-            rest = rest * nodes + coefficient[..., None]
-        return rest
+            leading_slope = leading_slope * nodes + leading
+            leading = leading * nodes + coefficient[..., None]
+        return leading + value, leading_slope + slope
 
     @property
-    def slopes(self) -> _Polynomials:
-        """The derivatives of the polynomials."""
-        count = self.leading.shape[2]
-        k = np.arange(1.0, self.length)
-        leading = self.leading[:, :, 1:] * self.precision.lengthened(k[: count - 1])
-        rest = self.rest * k[count - 1 :].astype(self.rest.dtype)
-        return _Polynomials(self.precision, leading, rest)
+    def change(self) -> Any:
+        """The changes over the steps, shape (n, 4), in long doubles or in longer numbers.
 
-    def combined(self, weights: Array) -> Array:
-        """Return the sums of the coefficients times weights, shape (n, 4), in float64."""
-        count = self.leading.shape[2]
-        leading, rest = (_shortened(x, np.float64) for x in (self.leading, self.rest))
-        return np.asarray(leading @ weights[:count] + rest @ weights[count:])
+        Their round-off would be as large as that of the run.
+        """
+        leading = self.leading[:, :, 1:]
+        if leading.dtype == np.float64:
+            leading = leading.astype(np.longdouble)
+        rest = self.rest.sum(axis=2)
+        return np.add.reduce(leading, -1) + self.precision.lengthened(rest).astype(leading.dtype)
 
 
-def _scaled(steps: Steps, precision: PrecisionName) -> _Polynomials:
-    """Return the polynomials of steps as functions of the share of the step."""
-    own, coefficients = PRECISIONS[precision], steps.coefficients
-    length = coefficients.shape[2]
-    count = min(_LEADING_TERMS.get(precision, length), length)
-    leading = own.lengthened(coefficients[:, :, :count])
+def _polynomials(steps: Steps, scaled: Array, precision: PrecisionName) -> _Polynomials:
+    """Return the polynomials of steps as functions of the share of the step.
+
+    `scaled` are these polynomials in float64.
+    """
+    own, length = PRECISIONS[precision], scaled.shape[2]
+    count = min(_LEADING_TERMS[precision], length)
+    if precision == "double":
+        return _Polynomials(own, scaled[:, :, :count], scaled[:, :, count:])
+    leading = own.lengthened(steps.coefficients[:, :, :count])
     leading = leading * powers(own.lengthened(steps.lengths), count)[:, None]
-    kind = np.float64 if precision == "long double" else np.longdouble
-    rest = _shortened(coefficients[:, :, count:], kind)
-    if rest.size:
-        rest = rest * powers(_shortened(steps.lengths, kind), length)[:, None, count:]
-    return _Polynomials(own, leading, rest)
+    if precision == "long double":
+        return _Polynomials(own, leading, scaled[:, :, count:])
+    rest = shortened(steps.coefficients[:, :, count:], np.longdouble)
+    by_power = powers(shortened(steps.lengths, np.longdouble), length)[:, None, count:]
+    return _Polynomials(own, leading, rest * by_power)
 
 
-def _shortened(values: Any, kind: Any) -> Any:
-    """Return numbers of any precision as float64 or long doubles."""
-    if values.dtype in (np.float64, np.longdouble):
-        return values.astype(kind, copy=False)
-    return PRECISIONS["quadruple"].mixable(values).astype(kind, copy=False)
+def _sums(coefficients: Any, nodes: Any, first: int) -> tuple[Any, Any]:
+    """Return the values and slopes at nodes of Σ c_k τ^(k + first), each of shape (4, n, nodes).
 
-
-def _dot(values: Any, vector: Any) -> Any:
-    """Return the sums over the last axis of values times a vector, in numbers of any length."""
-    if values.dtype in (np.float64, np.longdouble):
-        return values.dot(vector)
-    return np.add.reduce(values * vector, -1)
+    The coefficients have shape (n, 4, number of terms).
+    """
+    n, four, length = coefficients.shape
+    # From the highest power, as the sums then have less round-off.
+    k = np.arange(first + length - 1, first - 1, -1.0)[:, None].astype(nodes.dtype)
+    both = np.concatenate([nodes**k, k * nodes ** np.maximum(k - 1, 0)], axis=1)
+    found = coefficients[:, :, ::-1].reshape(n * four, length).dot(both)
+    values, slopes = found.reshape(n, four, 2, len(nodes)).transpose(2, 1, 0, 3)
+    return np.ascontiguousarray(values), np.ascontiguousarray(slopes)

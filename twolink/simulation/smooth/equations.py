@@ -54,6 +54,10 @@ class SpeedEquations:
         """Return the sizes (rad/s) whose relative rounding is that of a speed: u's own."""
         return np.abs(u)
 
+    def rounded_starts(self, chain: Chain, q: Any, u: Any) -> Any:
+        """Return the sizes whose relative rounding is that of `from_speeds`, which is exact."""
+        return np.zeros_like(u)
+
 
 @dataclass(frozen=True)
 class MomentumEquations:
@@ -90,9 +94,14 @@ class MomentumEquations:
         Each term of p = M u is rounded, and M⁻¹ enlarges that where M is ill-conditioned.
         """
         M11, M12, M22, det = (np.abs(x) for x in _mass(chain, q, _ahead_and_across(chain, q)))
-        u1, u2 = np.abs(u)
-        p1, p2 = M11 * u1 + M12 * u2, M12 * u1 + M22 * u2
+        p1, p2 = self.rounded_starts(chain, q, u)
         return np.array([M22 * p1 + M12 * p2, M11 * p2 + M12 * p1]) / det
+
+    def rounded_starts(self, chain: Chain, q: Any, u: Any) -> Any:
+        """Return the sizes (kg m²/s) whose relative rounding is that of `from_speeds`: |M| |u|."""
+        M11, M12, M22, _ = (np.abs(x) for x in _mass(chain, q, _ahead_and_across(chain, q)))
+        u1, u2 = np.abs(u)
+        return np.array([M11 * u1 + M12 * u2, M12 * u1 + M22 * u2])
 
 
 _Mass = tuple[Scalar, Scalar, Scalar, Scalar]

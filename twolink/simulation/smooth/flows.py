@@ -8,8 +8,8 @@ import numpy as np
 
 from twolink.simulation.run import Array
 
-# The norm up to which the sixth power ends the series of an exponential at 1e-8.
-_NORM = 0.25
+# The norm up to which the sixth power ends the series of an exponential at 2e-6.
+_NORM = 0.5
 
 
 def magnus(first: Array, second: Array, third: Array) -> Array:
@@ -25,8 +25,12 @@ def _commutator(one: Array, other: Array) -> Array:
     return one @ other - other @ one
 
 
-def exponentials(matrices: Array) -> Array:
-    """Return the exponentials of matrices of shape (n, 4, 4), by scaling and squaring."""
+def exponentials(matrices: Array) -> tuple[Array, Array]:
+    """Return the exponentials of matrices of shape (n, 4, 4), and the sizes of these, shape (n,).
+
+    The exponentials are made by scaling and squaring. The sizes are estimates of the spectral radii
+    from above: sixth roots of the norms of sixth powers, little larger if columns differ in size.
+    """
     largest = float(np.abs(matrices).sum(axis=2).max())
     halvings = max(0, math.ceil(math.log2(largest / _NORM))) if 0 < largest < math.inf else 0
     # The series to the sixth power, in three products.
@@ -36,45 +40,57 @@ def exponentials(matrices: Array) -> Array:
     found = one + first + second / 2 + third @ (one / 6 + first / 24 + second / 120 + third / 720)
     for _ in range(halvings):
         found = found @ found
-    return found
+    sixth = third @ third
+    sizes = 2**halvings * np.sqrt(np.einsum("ijk,ijk->i", sixth, sixth)) ** (1 / 6)
+    return found, sizes
 
 
-def sizes(matrices: Array) -> Array:
-    """Return estimates of the spectral radii of matrices of shape (n, 4, 4), from above: (n,).
+def accumulated(
+    flows: Array, sources: Array, variances: Array, start: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """Return errors at the ends of n steps, shape (n + 1, 4), and covariances, (n + 1, 4, 4).
 
-    They are sixth roots of the norms of sixth powers, little larger if columns differ in size.
+    The errors are e of e_{i+1} = Φ_i e_i + l_i, and the covariances P of those of independent
+    errors with the variances v_i, shape (n, 4): P_{i+1} = Φ_i P_i Φ_iᵀ + diag v_i. Blocks of steps
+    are followed side by side from zero and from unit vectors, and then joined.
     """
-    second = matrices @ matrices
-    sixth = second @ second @ second
-    return np.asarray(np.sqrt(np.einsum("ijk,ijk->i", sixth, sixth)) ** (1 / 6))
-
-
-def accumulated(flows: Array, sources: Array, start: Array) -> Array:
-    """Return e of e_{i+1} = Φ_i e_i + l_i for several l at once, shape (n + 1, 4, m).
-
-    Blocks of steps are followed side by side from zero and from unit vectors, and then joined.
-    """
-    n, _, m = sources.shape
+    n = len(flows)
     width = math.isqrt(n) + 1
     count = -(-n // width)
-    across, added = np.zeros((width, count, 4, 4)), np.zeros((width, count, 4, m))
-    for place, values in ((across, flows), (added, sources)):
-        columns = values.shape[2]
-        padded = np.zeros((count * width, 4, columns))
-        padded[:n] = values
-        place[:] = padded.reshape(count, width, 4, columns).transpose(1, 0, 2, 3)
-    both = np.zeros((width + 1, count, 4, 4 + m))
+    across = _in_blocks(flows, width, count)
+    along = np.zeros((n, 4, 5))
+    along[:, :, 0] = sources
+    np.einsum("ijj->ij", along[:, :, 1:])[:] = variances
+    added = _in_blocks(along, width, count)
+    # The flow from the start of the block, the error, and the covariance.
+    both = np.zeros((width + 1, count, 4, 9))
     both[0, :, :, :4] = np.eye(4)
-    for k in range(width):
-        np.matmul(across[k], both[k], out=both[k + 1])
-        both[k + 1, :, :, 4:] += added[k]
-    starts = [start]
+    for flow, own, after, new in zip(across, both[:-1], both[1:], added, strict=True):
+        np.matmul(flow, own, out=after)
+        after[:, :, 5:] = after[:, :, 5:] @ flow.transpose(0, 2, 1)
+        after[:, :, 4:] += new
+    starts = [np.concatenate([start[0][:, None], start[1]], axis=1)]
     for end in both[-1]:
-        starts.append(end[:, :4] @ starts[-1] + end[:, 4:])
+        starts.append(_carried(end[:, :4], starts[-1]) + end[:, 4:])
     blocks = both[1:].transpose(1, 0, 2, 3)
-    found = np.empty((1 + count * width, 4, m))
-    found[0] = start
-    ends = found[1:].reshape(count, width, 4, m)
-    np.matmul(blocks[:, :, :, :4], np.array(starts[:-1])[:, None], out=ends)
-    ends += blocks[:, :, :, 4:]
-    return found[: n + 1]
+    ends = _carried(blocks[..., :4], np.array(starts[:-1])[:, None]) + blocks[..., 4:]
+    found = np.concatenate([starts[0][None], ends.reshape(-1, 4, 5)[:n]])
+    return found[:, :, 0], found[:, :, 1:]
+
+
+def _in_blocks(values: Array, width: int, count: int) -> Array:
+    """Return the k-th values of all blocks together: shape (width, count, 4, m), zeros at the end.
+
+    The values have shape (n, 4, m).
+    """
+    n, _, m = values.shape
+    padded = np.zeros((count * width, 4, m))
+    padded[:n] = values
+    return np.ascontiguousarray(padded.reshape(count, width, 4, m).transpose(1, 0, 2, 3))
+
+
+def _carried(flows: Array, both: Array) -> Array:
+    """Return an error and a covariance, shape (…, 4, 5), after flows of shape (…, 4, 4)."""
+    found = flows @ both
+    found[..., 1:] = found[..., 1:] @ np.swapaxes(flows, -1, -2)
+    return found

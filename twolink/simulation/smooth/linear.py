@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.run import Array
 from twolink.simulation.series import powers
-from twolink.simulation.smooth.flows import exponentials, magnus, sizes
-from twolink.simulation.smooth.quadrature import gauss_rule
+from twolink.simulation.smooth.flows import exponentials, magnus
+from twolink.simulation.smooth.quadrature import gauss_nodes
 from twolink.simulation.smooth.rates import Jacobians
 from twolink.simulation.smooth.taylor import Steps
 
@@ -38,22 +39,37 @@ class Linear(NamedTuple):
         return self.jacobians * self.lengths[:, None, None]
 
 
-def linearized(derivatives: Jacobians, steps: Steps) -> Linear:
-    """Return the linearized motion along steps, by the derivatives of their rates."""
-    lengths = steps.lengths.astype(float)
-    coefficients = steps.coefficients.astype(float, copy=False)
-    scaled = coefficients * powers(lengths, coefficients.shape[2])[:, None]
-    jacobians = _jacobians(derivatives, steps.starts, lengths, scaled)
-    logarithms = magnus(*(jacobians * lengths[:, None, None]))
+def scaled_polynomials(steps: Steps) -> Array:
+    """Return the polynomials of steps for the share of the step, in float64: (n, 4, p + 1)."""
+    coefficients = shortened(steps.coefficients, np.float64)
+    lengths = shortened(steps.lengths, np.float64)
+    return np.asarray(coefficients * powers(lengths, coefficients.shape[2])[:, None])
+
+
+def linearized(derivatives: Jacobians, steps: Steps, polynomials: Array) -> Linear:
+    """Return the linearized motion along steps, by the derivatives of their rates.
+
+    `polynomials` are those of `scaled_polynomials`.
+    """
+    lengths = shortened(steps.lengths, np.float64)
+    jacobians = _jacobians(derivatives, steps.starts, lengths, polynomials)
+    flows, exponents = exponentials(magnus(*(jacobians * lengths[:, None, None])))
     return Linear(
         starts=steps.starts,
         lengths=lengths,
-        states=coefficients[:, :, 0],
+        states=polynomials[:, :, 0].copy(),
         jacobians=jacobians,
-        by_time=_by_time(lengths, scaled, jacobians[1]),
-        flows=exponentials(logarithms),
-        exponents=sizes(logarithms),
+        by_time=_by_time(lengths, polynomials, jacobians[1]),
+        flows=flows,
+        exponents=exponents,
     )
+
+
+def shortened(values: Any, kind: Any) -> Any:
+    """Return numbers of any precision as float64 or long doubles."""
+    if values.dtype in (np.float64, np.longdouble):
+        return values.astype(kind, copy=False)
+    return PRECISIONS["quadruple"].mixable(values).astype(kind, copy=False)
 
 
 def _by_time(lengths: Array, scaled: Array, jacobians: Array) -> Array:
@@ -68,7 +84,7 @@ def _by_time(lengths: Array, scaled: Array, jacobians: Array) -> Array:
 
 def _jacobians(derivatives: Jacobians, starts: Array, lengths: Array, scaled: Array) -> Array:
     """Return the derivatives of the rates at three nodes of each step, shape (3, n, 4, 4)."""
-    nodes = gauss_rule(3, "double").nodes
+    nodes = gauss_nodes(3)
     found = derivatives(values(scaled, nodes), starts[:, None] + lengths[:, None] * nodes)
     return np.ascontiguousarray(found.transpose(3, 2, 0, 1))
 
