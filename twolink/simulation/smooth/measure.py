@@ -73,6 +73,11 @@ _EXPLORED = 3e-12
 # The part of the accuracy for the truncation error of a run near round-off.
 _OF_TRUNCATION = 0.2
 
+# The part of the accuracy for the expected round-off of a run above which its defect is evaluated in
+# longer numbers at once: below it, the round-off of its own precision left room in half of the
+# motions, and above in one of five.
+_OF_ESTIMATE = 0.05
+
 # The number of times that steps are shortened for the errors to be carried over them.
 _SHORTENINGS = 4
 
@@ -213,7 +218,7 @@ class _Search:
         while order < own.full_order:
             needed = order_for(_OF_TRUNCATION * self.accuracy / self.growth)
             order = min(max(needed, order + 2), own.full_order)
-            hidden = self.correct and noise > _OF_TRUNCATION * self.accuracy
+            hidden = self.correct and noise > _OF_ESTIMATE * self.accuracy
             evaluated_in = longer_than(precision) if hidden else precision
             kept, errors = self._with_errors(precision, order, evaluated_in)
             self.runs[precision, order] = kept
