@@ -73,10 +73,10 @@ def test_calls_are_judged_by_their_exit_code(function, arguments, code, words, t
 
 
 @pytest.mark.slow
-def test_a_hundred_inputs():
+def test_forty_inputs():
     here = Path.cwd()
-    lines, codes = campaign(100, seed=20261122)
+    lines, codes = campaign(40, seed=20261122)
     assert lines == []
-    assert codes[0] > 10
-    assert codes[2] > 40
+    assert codes[0] > 4
+    assert codes[2] > 16
     assert os.getcwd() == str(here)

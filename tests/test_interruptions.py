@@ -2,6 +2,7 @@
 
 import ctypes
 import errno
+import itertools
 import os
 import re
 import resource
@@ -268,9 +269,17 @@ app(sys.argv[1:])
 """
 
 
+def each_with_a_signal():
+    """Yield each command with one signal, in turn, and the first command with all of them."""
+    first, *others = WRITERS
+    for number in SIGNALS:
+        yield pytest.param(first, number, id=f"{first}-{number.name}")
+    for name, number in zip(others, itertools.cycle(SIGNALS)):
+        yield pytest.param(name, number, id=f"{name}-{number.name}")
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
-@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize(("name", "number"), each_with_a_signal())
 def test_signals_at_the_last_moment_leave_the_target_as_before(name, number, out):
     words, target = WRITERS[name]
     (out / target).parent.mkdir(parents=True, exist_ok=True)

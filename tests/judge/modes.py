@@ -241,6 +241,13 @@ class Instant:
         ]
         return np.linalg.matrix_rank(np.array(rows), tol=1e-9) if rows else 0
 
+    def rows_of_forces(self, index):
+        """Return the rows of the forces of an element: one, or two for a rough contact."""
+        element = self.system.elements[index]
+        if isinstance(element, Contact) and element.tangent is not None:
+            return [self.rows[index], self.along[index][0]]
+        return [self.rows[index]]
+
     def rows_of_holds(self, index):
         """Return the rows along which an element can hold: one, or two for a rough contact."""
         element = self.system.elements[index]
@@ -253,7 +260,7 @@ def rest_margin(system, mode, t, q):
     """Return by how much of all forces the chain could be held better; negative if it is not held.
 
     By linear programming: the largest s such that forces exist that hold the chain and keep their
-    laws with s to spare.
+    laws with s to spare. A point of link 1, whose two rows are parallel, may wedge the link.
     """
     instant = Instant(system, t, q, (0.0, 0.0))
     rows, limits = [], []
@@ -261,7 +268,7 @@ def rest_margin(system, mode, t, q):
         if isinstance(element, Contact) and mode.states[i] is State.OPEN:
             continue
         first = len(rows)
-        rows += instant.rows_of_holds(i)
+        rows += instant.rows_of_forces(i)
         if isinstance(element, Friction):
             size = element.static / instant.force_size
             limits += [({first: 1.0}, size), ({first: -1.0}, size)]

@@ -12,7 +12,7 @@ from twolink.simulation.smooth import defect
 from twolink.simulation.smooth.defect import evaluation_of
 from twolink.simulation.smooth.linear import scaled_polynomials
 from twolink.simulation.smooth.quadrature import ResidualRule
-from twolink.simulation.smooth.taylor import Steps, taylor_run
+from twolink.simulation.smooth.taylor import taylor_run
 
 
 def defects_of(evaluation, steps):
@@ -64,7 +64,7 @@ def test_a_deviation_of_the_next_start_is_found(precision, evaluated_in):
     moved[5, 2, 0] = moved[5, 2, 0] + away
     evaluation = evaluation_of(scene, "momenta", evaluated_in)
     before = defects_of(evaluation, steps).defects
-    changed = Steps(steps.starts, steps.lengths, moved, steps.end)
+    changed = steps._replace(coefficients=moved)
     after = defects_of(evaluation, changed).defects
     change = after - before
     assert change[4, 2] == pytest.approx(-float(away), rel=1e-2)

@@ -41,9 +41,9 @@ def test_exponentials(size, random):
 
 @pytest.mark.parametrize("count", [1, 2, 7, 50])
 def test_errors_and_covariances_are_carried_from_step_to_step(count, random):
-    flows, sources = random.normal(size=(count, 4, 4)), random.normal(size=(count, 4))
+    flows, sources = random.normal(size=(count, 4, 4)), random.normal(size=(count, 4, 3))
     variances, half = random.uniform(0, 1, (count, 4)), random.normal(size=(4, 4))
-    error, covariance = random.normal(size=4), half @ half.T
+    error, covariance = random.normal(size=(4, 3)), half @ half.T
     errors, covariances = accumulated(flows, sources, variances, (error, covariance))
     assert (errors[0] == error).all()
     assert (covariances[0] == covariance).all()
@@ -61,7 +61,8 @@ def test_a_covariance_is_that_of_random_errors(random):
     draws = np.zeros((4, 40_000))
     for flow, size in zip(flows, sizes, strict=True):
         draws = flow @ draws + size[:, None] * random.choice([-1.0, 1.0], draws.shape)
-    _, found = accumulated(flows, 0 * sizes, sizes**2, (np.zeros(4), np.zeros((4, 4))))
+    nothing = np.zeros((20, 4, 1))
+    _, found = accumulated(flows, nothing, sizes**2, (nothing[0], np.zeros((4, 4))))
     exact = draws @ draws.T / draws.shape[1]
     assert found[-1] == pytest.approx(exact, abs=0.03 * exact.max())
 

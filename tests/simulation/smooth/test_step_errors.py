@@ -126,7 +126,9 @@ def parts_of(steps, *cuts):
     for first, last in zip((0, *cuts), (*cuts, None), strict=True):
         cut = slice(first, last)
         end = steps.end if last is None else steps.coefficients[last, :, 0]
-        yield Steps(steps.starts[cut], steps.lengths[cut], steps.coefficients[cut], end)
+        yield Steps(
+            steps.starts[cut], steps.rests[cut], steps.lengths[cut], steps.coefficients[cut], end
+        )
 
 
 def test_steps_that_come_in_parts_give_the_same():

@@ -7,7 +7,9 @@ round-off is decided by the higher derivatives of the motion in that mode.
 
 If the laws admit more than one motion, these rules apply in this order:
 
-0. A chain at rest stays at rest as long as any distribution of forces within the laws holds it.
+0. A chain at rest stays at rest as long as any distribution of forces within the laws holds it. If
+   the laws also admit that it leaves, as where friction wedges link 1 against a surface that the
+   loads would open, the choice is noted.
 1. An element at rest keeps sticking as long as its static limit can hold it with all others in
    their states of the same mode. So it begins to slide only in a mode in which sticking instead
    would exceed its limit. If that leaves no mode, as it may where static limits are larger than
@@ -28,6 +30,7 @@ import functools
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
+from twolink.arithmetic import Pair
 from twolink.contact.states import ContactState
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
@@ -105,12 +108,12 @@ def _selected(problem: Problem, pose: Pose) -> Selection | None:
         holding = {c.states for c in candidates if at_rest and _rests(problem, c.states)}
         resting = [c for c in candidates if c.states in holding]
         taken = _first_confirmed(derivatives, problem, resting)
-        if taken is not None:
-            return taken
         leaving = [c for c in candidates if c.states not in holding]
         every = {c.states: derivatives.confirmed(c) for c in leaving}
         orders |= {states: known for states, known in every.items() if known is not None}
         found = [c for c in candidates if every.get(c.states) is not None]
+        if taken is not None:
+            return taken._replace(others=_departing(problem, moving or found))
         if found and not at_rest:
             return _preferred(problem, found, orders)
         undecided += candidates
@@ -194,18 +197,27 @@ def _preferred(
         slipping = [c for c in found if c.states[overloaded].slips]
         found = slipping or found
     best = min(found, key=lambda candidate: _cost(problem, candidate))
-    size = max(abs(float(x)) for x in best.solution.du)
+    others = _other_motions(problem, found, best.solution.du)
+    return Selection(best.states, others, orders=orders.get(best.states, NO_ORDERS))
+
+
+def _departing(problem: Problem, found: list[Candidate]) -> tuple[States, ...]:
+    """Return the modes in which the chain leaves its rest."""
+    return _other_motions(problem, found, (0.0, 0.0)) if found else ()
+
+
+def _other_motions(problem: Problem, found: list[Candidate], du: Pair) -> tuple[States, ...]:
+    """Return the modes whose acceleration differs from du (rad/s²) by more than round-off."""
     free = cramer(problem.equations.M, problem.equations.r, problem.equations.det)
-    size = max(size, *(abs(float(x)) for x in free))
-    others = [
+    size = max(abs(float(x)) for x in (*du, *free))
+    return tuple(
         c.states
         for c in found
         if any(
             abs(float(x) - float(y)) > tolerances.SAME_MOTION * size
-            for x, y in zip(c.solution.du, best.solution.du, strict=True)
+            for x, y in zip(c.solution.du, du, strict=True)
         )
-    ]
-    return Selection(best.states, tuple(others), orders=orders.get(best.states, NO_ORDERS))
+    )
 
 
 def _cost(problem: Problem, candidate: Candidate) -> tuple[float, ...]:

@@ -23,16 +23,18 @@ from twolink.simulation.smooth.rates import Rates, rates_of
 from twolink.simulation.smooth.taylor import Steps
 
 # The terms of a series that are computed in numbers of a precision; shorter numbers suffice for the
-# others. Each is exp(−2) times the one before: the round-off of the others in float64 is a tenth of
-# that of the first in long doubles, and in long doubles 1e-7 of that of a run in long doubles.
+# others. By heyoka's choice of steps each is some exp(−2) times the one before. So the round-off of
+# the others in float64 is a tenth of that of the first term in long doubles. In an evaluation in
+# quadruple precision, that of the others in long doubles is 1e-7 of that of the run.
 _LEADING_TERMS: dict[PrecisionName, int] = {"double": 5, "long double": 5, "quadruple": 8}
 
 
 class Defects(NamedTuple):
-    """Defects of n steps, shape (n, 4), their moments, (8, n, 4), and the sizes of h f, (n, 4).
+    """Defects of n steps, shape (n, 4), their moments, (MOMENTS, n, 4), and `rates`, (n, 4).
 
     Moment k is that of h f − y′ with (1 − τ)^k/k!, k from 1, where 1 − τ is the rest of the step.
-    `noise` is the round-off of an integral, in that of the rates at the nodes.
+    `rates` are h f: at the start, or the mean over the step where that is larger. `noise` is the
+    standard deviation of an integral, divided by that of one value at a node.
     """
 
     defects: Array
@@ -60,9 +62,8 @@ class Evaluation:
         """
         longer, rule = self.precision.lengthened, residual_rule(scaled.shape[2] - 1)
         polynomials = _polynomials(steps, scaled, self.name)
-        h, starts = longer(steps.lengths), steps.starts
-        if starts.dtype != h.dtype:
-            starts = longer(starts[:1]) + (np.add.accumulate(h) - h)
+        h = longer(steps.lengths)
+        starts = longer(steps.starts) + longer(steps.rests)
         nodes = longer(rule.nodes)
         states, slopes = polynomials.at(nodes)
         rates = self.rates(states, starts[:, None] + h[:, None] * nodes)
@@ -75,9 +76,14 @@ class Evaluation:
         return Defects(
             ((firsts - following) + change).astype(float) + integrals[0],
             integrals[1:],
-            np.maximum(np.abs(scaled[:, :, 1]), np.abs(change.astype(float))),
+            _larger(scaled[:, :, 1], change.astype(float)),
             rule.noise,
         )
+
+
+def _larger(one: Array, other: Array) -> Array:
+    """Return the numbers of larger size, with their signs."""
+    return np.where(np.abs(one) > np.abs(other), one, other)
 
 
 def evaluation_of(

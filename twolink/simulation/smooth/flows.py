@@ -48,34 +48,33 @@ def exponentials(matrices: Array) -> tuple[Array, Array]:
 def accumulated(
     flows: Array, sources: Array, variances: Array, start: tuple[Array, Array]
 ) -> tuple[Array, Array]:
-    """Return errors at the ends of n steps, shape (n + 1, 4), and covariances, (n + 1, 4, 4).
+    """Return errors at the ends of n steps, (n + 1, 4, m), and a covariance, (n + 1, 4, 4).
 
-    The errors are e of e_{i+1} = Φ_i e_i + l_i, and the covariances P of those of independent
-    errors with the variances v_i, shape (n, 4): P_{i+1} = Φ_i P_i Φ_iᵀ + diag v_i. Blocks of steps
-    are followed side by side from zero and from unit vectors, and then joined.
+    The errors are e of e_{i+1} = Φ_i e_i + l_i, for m sources l, shape (n, 4, m). The covariance is
+    that of independent errors with the variances v_i, shape (n, 4): P_{i+1} = Φ_i P_i Φ_iᵀ + diag
+    v_i. Blocks of steps are followed side by side from zero and from unit vectors, and then joined.
     """
-    n = len(flows)
+    n, _, m = sources.shape
     width = math.isqrt(n) + 1
     count = -(-n // width)
     across = _in_blocks(flows, width, count)
-    along = np.zeros((n, 4, 5))
-    along[:, :, 0] = sources
-    np.einsum("ijj->ij", along[:, :, 1:])[:] = variances
+    along = np.concatenate([sources, np.zeros((n, 4, 4))], axis=2)
+    np.einsum("ijj->ij", along[:, :, m:])[:] = variances
     added = _in_blocks(along, width, count)
-    # The flow from the start of the block, the error, and the covariance.
-    both = np.zeros((width + 1, count, 4, 9))
+    # The flow from the start of the block, the errors, and the covariance.
+    both = np.zeros((width + 1, count, 4, 8 + m))
     both[0, :, :, :4] = np.eye(4)
     for flow, own, after, new in zip(across, both[:-1], both[1:], added, strict=True):
         np.matmul(flow, own, out=after)
-        after[:, :, 5:] = after[:, :, 5:] @ flow.transpose(0, 2, 1)
+        after[:, :, -4:] = after[:, :, -4:] @ flow.transpose(0, 2, 1)
         after[:, :, 4:] += new
-    starts = [np.concatenate([start[0][:, None], start[1]], axis=1)]
+    starts = [np.concatenate(start, axis=1)]
     for end in both[-1]:
         starts.append(_carried(end[:, :4], starts[-1]) + end[:, 4:])
     blocks = both[1:].transpose(1, 0, 2, 3)
     ends = _carried(blocks[..., :4], np.array(starts[:-1])[:, None]) + blocks[..., 4:]
-    found = np.concatenate([starts[0][None], ends.reshape(-1, 4, 5)[:n]])
-    return found[:, :, 0], found[:, :, 1:]
+    found = np.concatenate([starts[0][None], ends.reshape(-1, 4, m + 4)[:n]])
+    return found[:, :, :m], found[:, :, m:]
 
 
 def _in_blocks(values: Array, width: int, count: int) -> Array:
@@ -90,7 +89,7 @@ def _in_blocks(values: Array, width: int, count: int) -> Array:
 
 
 def _carried(flows: Array, both: Array) -> Array:
-    """Return an error and a covariance, shape (…, 4, 5), after flows of shape (…, 4, 4)."""
+    """Return errors and a covariance, shape (…, 4, m + 4), after flows of shape (…, 4, 4)."""
     found = flows @ both
-    found[..., 1:] = found[..., 1:] @ np.swapaxes(flows, -1, -2)
+    found[..., -4:] = found[..., -4:] @ np.swapaxes(flows, -1, -2)
     return found

@@ -73,8 +73,8 @@ _EXPLORED = 3e-12
 # The part of the accuracy for the truncation error of a run near round-off.
 _OF_TRUNCATION = 0.2
 
-# The part of the accuracy for the expected round-off of a run above which its defect is evaluated in
-# longer numbers at once: below it, the round-off of its own precision left room in half of the
+# The part of the accuracy for the expected round-off of a run above which its defect is evaluated
+# in longer numbers at once: below it, the round-off of its own precision left room in half of the
 # motions, and above in one of five.
 _OF_ESTIMATE = 0.05
 

@@ -7,8 +7,11 @@ and Ros, The Magnus expansion and some of its applications, 2009, section 5.4): 
 error of Φ would grow like an instability.
 
 The rates f have round-off too, of the size that a rounding of the state, of the time and of f
-itself gives. It is taken for independent errors of each variable on each step, whose covariance the
-linearized motion carries: P_{i+1} = Φ_i P_i Φ_iᵀ + diag v_i. That of the estimate follows from it.
+itself gives. Most of it is independent on each step and for each variable: the linearized motion
+carries its covariance, P_{i+1} = Φ_i P_i Φ_iᵀ + diag v_i. The round-off of the constants of the
+chain and of its loads is the same on all steps. An evaluation in the precision of the run has the
+same constants, and does not see it; it is bounded by errors of a rounding of each rate, in the
+direction of the rate, which are carried like the defect.
 
 An error that is known can be subtracted. A correction leaves the round-off of the estimate and a
 small part of the error itself.
@@ -31,7 +34,7 @@ from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.flows import accumulated
 from twolink.simulation.smooth.linear import Linear, linearized, scaled_polynomials
 from twolink.simulation.smooth.quadrature import MOMENTS
-from twolink.simulation.smooth.rates import jacobians_of
+from twolink.simulation.smooth.rates import jacobians_of, loads_of
 from twolink.simulation.smooth.taylor import Steps
 
 # The factor on the standard deviation of the round-off of the estimate.
@@ -99,12 +102,13 @@ class StepErrors:
         self.evaluated_in = evaluated_in or precision
         self._evaluation = evaluation_of(scene, formulation, self.evaluated_in)
         self._derivatives = jacobians_of(scene, formulation)
+        self._loads = loads_of(scene, formulation)
         self._begin()
 
     def _begin(self) -> None:
         self._bounds: list[_Bounds] = []
         self._parts: list[_Part] = []
-        self._carried = np.zeros(4), np.zeros((4, 4))
+        self._carried = np.zeros((4, 5)), np.zeros((4, 4))
         self._count = 0
         self.longest_step = math.inf
 
@@ -175,7 +179,7 @@ class StepErrors:
         return found
 
     def _start(self, steps: Steps) -> tuple[Array, Array]:
-        """Return the error of the start, and its covariance by the round-off of its exact value.
+        """Return the errors of the start, and their covariance by the round-off of its exact value.
 
         Momenta are rounded.
         """
@@ -185,17 +189,22 @@ class StepErrors:
         exact = np.array([*q, *equations.from_speeds(chain.convert(own.number), q, u)])
         missed = (exact - own.lengthened(steps.coefficients[0, :, 0])).astype(float)
         sizes = equations.rounded_starts(chain, np.array(given.q), np.array(given.u))
-        return missed, np.diag((own.rounding * np.array([0.0, 0.0, *sizes])) ** 2)
+        errors = np.concatenate([missed[:, None], np.zeros((4, 4))], axis=1)
+        return errors, np.diag((own.rounding * np.array([0.0, 0.0, *sizes])) ** 2)
 
     def _add(self, steps: Steps, polynomials: Array, linear: Linear) -> None:
         """Add steps, and the linearized motion along them."""
         found = self._evaluation.of(steps, polynomials)
         mean = linear.jacobians[1] * linear.lengths[:, None, None]
         added = _added(found, mean, linear.exponents)
-        variances = self._variances(found, mean, linear)
-        errors, covariances = accumulated(linear.flows, added, variances, self._carried)
+        rates = self._rounded_rates(found, linear)
+        variances = self._variances(np.abs(rates), found.noise, mean, linear)
+        # Those of the constants are alike on all steps, one for each variable.
+        alike = PRECISIONS[self.evaluated_in].rounding * rates[:, None] * np.eye(4)
+        sources = np.concatenate([added[:, :, None], alike], axis=2)
+        errors, covariances = accumulated(linear.flows, sources, variances, self._carried)
         self._carried = errors[-1], covariances[-1]
-        fastest = float((found.rates[:, :2] / linear.lengths[:, None]).max())
+        fastest = float((np.abs(found.rates[:, :2]) / linear.lengths[:, None]).max())
         rounded = _VALUES * PRECISIONS[self._precision].rounding
         values = _of_values(linear, rounded * np.abs(linear.states))
         # A defect that is constant over a step has twice its first moment.
@@ -207,15 +216,27 @@ class StepErrors:
             self.longest_step = min(self.longest_step, float(shorter.min()))
         self._count += len(linear.lengths)
         if self.is_kept:
-            self._parts.append(_Part(steps, linear, added, errors.copy()))
+            self._parts.append(_Part(steps, linear, added, errors[:, :, 0].copy()))
         else:
             self._parts = []
 
-    def _variances(self, found: Defects, mean: Array, linear: Linear) -> Array:
-        """Return the variances of defects by round-off, (n, 4), by `mean` h J, (n, 4, 4)."""
+    def _rounded_rates(self, found: Defects, linear: Linear) -> Array:
+        """Return the terms of h f, shape (n, 4), whose roundings are those of the rates.
+
+        Where the loads of effects nearly cancel, they are larger than the sum.
+        """
+        loads = self._loads(np.ascontiguousarray(linear.states.T), linear.starts)
+        of_loads = linear.lengths[:, None] * loads.T
+        return np.where(of_loads > np.abs(found.rates), of_loads, found.rates)
+
+    def _variances(self, rates: Array, noise: float, mean: Array, linear: Linear) -> Array:
+        """Return the variances of defects by round-off, (n, 4), by `mean` h J, (n, 4, 4).
+
+        `noise` is that of an integral, in that of the rates at the nodes.
+        """
         of_states = (np.abs(mean) @ np.abs(linear.states)[:, :, None])[:, :, 0]
         # The rates and the slopes of the polynomials are rounded, independently.
-        of_values = found.noise * (of_states + math.sqrt(2) * found.rates)
+        of_values = noise * (of_states + math.sqrt(2) * rates)
         # The start of a step has one rounding of time for all of its nodes.
         of_time = np.abs(linear.by_time) * (linear.lengths * linear.starts)[:, None]
         rounding = PRECISIONS[self.evaluated_in].rounding
@@ -262,7 +283,9 @@ def _moments(exponents: Array) -> int:
 def _bounds(
     linear: Linear, carried: tuple[Array, Array], fastest: float, values: Array, within: Array
 ) -> _Bounds:
-    """Return bounds from errors of q and x, shape (n + 1, 4), and covariances, (n + 1, 4, 4).
+    """Return bounds from errors of q and x, (n + 1, 4, 5), and covariances, (n + 1, 4, 4).
+
+    The first of the errors is the estimate; the sizes of the others are a part of its bound.
 
     `fastest` (rad/s) is the largest speed. `values` are the round-off of a value and `within` the
     errors within steps that are not at their ends, both of shape (n,).
@@ -270,14 +293,15 @@ def _bounds(
     errors, covariances = carried
     # The rates of q are u, whose error may have its peak within a step.
     rows = linear.jacobians[[0, 2], :, :2]
-    speeds = (rows @ np.stack([errors[:-1], errors[1:]])[..., None])[..., 0]
+    speeds = rows @ np.stack([errors[:-1], errors[1:]])
     spread = rows @ np.stack([covariances[:-1], covariances[1:]])
     of_speeds = np.einsum("ijkl,ijkl->ikj", spread, rows).reshape(4, -1)
     of_angles = np.einsum("ijj->ji", covariances[1:, :2, :2])
-    estimated = np.abs(np.concatenate([errors[1:, :2].T, speeds.transpose(0, 2, 1).reshape(4, -1)]))
+    every = np.abs(np.concatenate([errors[1:, :2], *speeds], axis=1).transpose(2, 1, 0))
     # Round-off may leave a variance of zero below zero.
     noise = np.sqrt(np.maximum(np.concatenate([of_angles, of_speeds]), 0.0))
-    errors = _MARGIN * estimated + _DEVIATIONS * noise
+    estimated, unseen = every[0], every[1:].sum(axis=0) + _DEVIATIONS * noise
+    errors = _MARGIN * estimated + unseen
     seen, deviation = estimated.max(axis=0), noise.max(axis=0)
     left = seen * (_LEFT + (_MARGIN - 1) * _part_of_range(_MARGIN * estimated, fastest))
     small = _part_of_range(errors, fastest) <= 1
@@ -285,7 +309,7 @@ def _bounds(
     return _Bounds(
         ends=linear.starts + linear.lengths,
         errors=np.where(small, errors.max(axis=0) + within, np.inf),
-        corrected=np.where(small, left + within + _DEVIATIONS * deviation + values, np.inf),
+        corrected=np.where(small, left + within + unseen.max(axis=0) + values, np.inf),
         left=left + within,
         noise=deviation,
         estimates=seen,

@@ -143,11 +143,12 @@ def taylor_run(
 class Steps(NamedTuple):
     """Consecutive steps: starts and lengths (s), coefficients (n, 4, p + 1), and the last state.
 
-    The starts are in float64, all other numbers in the precision of the run. The variables are
-    those of the equations, q and u or q and p.
+    The starts are sums of two numbers in float64, `starts` and the small `rests`; all other numbers
+    are in the precision of the run. The variables are those of the equations, q and u or q and p.
     """
 
     starts: Any
+    rests: Any
     lengths: Any
     coefficients: Any
     end: Any
@@ -278,7 +279,7 @@ class _Recorder:
         self._begin()
 
     def _begin(self) -> None:
-        self._from = float(self._integrator.time)
+        self._from = self._integrator.time
         self._lengths: list[Any] = []
         self._taken: list[bytes] = []
 
@@ -292,12 +293,16 @@ class _Recorder:
         """Return the steps since the last call."""
         end = self._integrator.state.copy()
         lengths = np.array(self._lengths, end.dtype)
-        # A sum in float64 would miss the times of loads by a rounding for each step.
-        ends = np.cumsum(PRECISIONS["quadruple"].mixable(lengths), dtype=np.longdouble)
-        starts = (self._from + np.concatenate([[0.0], ends])[:-1]).astype(float)
+        # Equal steps are rounded alike: the sum of thousands in long doubles misses the times of
+        # loads by more than a rounding of float64.
+        longest = PRECISIONS["quadruple"]
+        begin = longest.lengthened(np.array([self._from], end.dtype))
+        exact = np.add.accumulate(np.concatenate([begin, longest.lengthened(lengths)]))[:-1]
+        starts = exact.astype(float)
+        rests = (exact - starts.astype(exact.dtype)).astype(float)
         shape = len(lengths), *self._coefficients.shape
         coefficients: Any = np.ndarray(shape, end.dtype, b"".join(self._taken))
-        found = Steps(starts, lengths, coefficients, end)
+        found = Steps(starts, rests, lengths, coefficients, end)
         self._begin()
         return found
 
