@@ -407,3 +407,14 @@ def test_kane_and_levinsons_impact_sticks_in_the_cone():
     assert rough_impulse(-2.0, 0.1, (1.0, 0.0, 1.0), contact) == (3.0, -0.1, 1.0, 0.0)
     fast = rough_impulse(-2.0, 2.0, (1.0, 0.0, 1.0), contact)
     assert fast == pytest.approx((3.0, -1.2, 1.0, 0.8))
+
+
+@pytest.mark.parametrize(("friction", "rests"), [(0.1, True), (0.04, False)])
+def test_friction_wedges_a_link_against_a_wall_that_it_would_leave(friction, rests):
+    """B leaves the wall by 0.05 of its way; friction above tan 0.05 holds link 1 at rest."""
+    wall = Surface((1.0, 0.0), (-np.cos(0.05), np.sin(0.05)), on=("B",), friction=friction)
+    effects = (Gravity(), JointFriction((0.1, 0.5)), wall)
+    scene = Scene(Chain.uniform_bars(), (0.0, np.pi / 2), (0.0, 0.0), 0.2, effects)
+    run = judge(scene, np.linspace(0, 0.2, 3))
+    assert bool(run.u[0, -1] == 0) is rests
+    assert bool(run.u[0, -1] > 0.5) is not rests

@@ -360,3 +360,27 @@ def test_both_joints_break_loose_where_neither_can_hold_while_the_other_slides(
     du = np.linalg.solve([[M11, M12], [M12, M22]], [at_A - at_B, at_B])
     assert senses[0] * du[0] > 0
     assert senses[1] * (du[1] - du[0]) > 0
+
+
+@pytest.mark.parametrize(("friction", "wedged"), [(0.1, True), (0.04, False)])
+def test_a_link_that_its_weight_would_lift_off_is_wedged_and_may_leave(friction, wedged):
+    """B moves along a wall, away from it by 0.05: friction above tan 0.05 wedges link 1.
+
+    Its weight would open the contact, so the laws admit rest and departure.
+    """
+    wall = Surface(
+        (1.0, 0.0), (-math.cos(0.05), math.sin(0.05)), on=("B",), friction=friction, name="wall"
+    )
+    system = system_of(Gravity(), JointFriction((0.1, 0.5)), wall, chain=BARS)
+    found = selected(system, state_of(system, (0.0, math.pi / 2), (0.0, 0.0)))
+    at_wall = system.names.index("B on wall")
+    assert (found.states[at_wall] is S.OPEN) is not wedged
+    assert bool(found.others) is wedged
+    for states in found.others:
+        assert states[at_wall] is S.OPEN
+        assert states[0] is S.FORWARD
+
+
+def test_a_chain_whose_rest_is_its_only_motion_has_no_choice():
+    system = system_of(Gravity(), JointFriction((40.0, 40.0)), chain=BARS)
+    assert selected(system, state_of(system, (0.3, 0.4), (0.0, 0.0))).others == ()

@@ -1,6 +1,7 @@
 """The error that the defects of a run's steps give, against more precise runs."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.effects.pd_control import PdControl
 from twolink.integration.precisions import PRECISIONS, longer_than
 from twolink.scene import Scene
-from twolink.simulation.smooth import step_errors
+from twolink.simulation.smooth import step_errors, taylor
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.step_errors import StepErrors
@@ -220,6 +221,71 @@ def test_the_round_off_of_the_time_is_in_the_bound():
         output = OUTPUT * 2**-52 * np.abs(np.concatenate([run.q, run.u])).max()
         assert np.all(true_errors(run, exact) <= errors.at(times) + output)
         assert np.all(true_errors(found, exact) <= errors.corrected_at(times) + output)
+
+
+def shares(scene, times, order, precision="double", evaluated_in="double", longest_step=None):
+    """Return the true error over its bound, of a run and of the corrected one."""
+    errors = StepErrors(scene, "momenta", precision, evaluated_in)
+    run = taylor_run(
+        scene, times, formulation="momenta", precision=precision, order=order,
+        longest_step=longest_step, observe=errors,
+    )  # fmt: skip
+    found = corrected_run(run, times, errors.correction(), evaluated_in)
+    exact = taylor_run(scene, times, formulation="kane", precision="quadruple")
+    sizes = np.abs(np.concatenate([run.q, run.u]).astype(float)).max()
+    output = OUTPUT * PRECISIONS[run.precision].rounding * sizes
+    return tuple(
+        float((true_errors(each, exact) / (bound + output)).max())
+        for each, bound in ((run, errors.at(times)), (found, errors.corrected_at(times)))
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("precision", ["double", "long double"])
+def test_round_off_that_is_the_same_on_all_steps_is_in_the_bound(precision):
+    """The constants of a chain are rounded once: over 4500 steps their errors add up."""
+    swing = Scene(
+        Chain.uniform_bars(), (0.01, -0.02), (0.0, 0.0), 30.0, (JointSpring((300.0, 500.0)),)
+    )
+    times = np.linspace(0, 30, 101)
+    assert max(shares(swing, times, 19, precision, precision)) < 1
+
+
+TORQUES = JointTorque((0.0, 0.0), (2.0, 3.0), (14.3, 9.0), (1.5, -2.9))
+PUSHED = Scene(
+    Chain.uniform_bars(), (0.1, 0.2), (0.0, 0.0), 28.0,
+    (Gravity(), JointDamping((0.5, 0.5)), TORQUES),
+)  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("precision", "order", "steps"), [("double", 21, 19_000), ("long double", 23, 7901)]
+)
+def test_equal_steps_have_exact_times(precision, order, steps):
+    """Sums of equal steps in long doubles would miss the times of torques by 1e-15 s."""
+    times = np.linspace(0, 28, 57)
+    assert max(shares(PUSHED, times, order, precision, "long double", 28 / steps)) < 1
+
+
+def test_a_part_of_a_run_starts_at_its_exact_time(monkeypatch):
+    """Rounded to float64, the start of a part would be 1e-16 s off: the torques' error is 1e-14."""
+    fewer = replace(PRECISIONS["long double"], steps_at_once=50)
+    monkeypatch.setattr(taylor, "PRECISIONS", {**PRECISIONS, "long double": fewer})
+    times = np.linspace(0, 3, 13)
+    short = Scene(PUSHED.chain, PUSHED.q, PUSHED.u, 3.0, PUSHED.effects)
+    assert max(shares(short, times, 23, "long double", "quadruple")) < 1
+
+
+def test_loads_that_nearly_cancel_have_their_own_round_off():
+    """Springs of 1000 N m/rad that torques balance: the sum of loads is a millionth of them."""
+    balanced = Scene(
+        Chain.uniform_bars(), (1e-6, -1e-6), (0.0, 0.0), 10.0,
+        (JointSpring((1e3, 1e3), (1.1, 0.7)), JointTorque((-1100.0, -700.0))),
+    )  # fmt: skip
+    times = np.linspace(0, 10, 41)
+    for evaluated_in in ("double", "long double"):
+        assert max(shares(balanced, times, 21, evaluated_in=evaluated_in)) < 1
 
 
 @pytest.mark.slow
