@@ -279,7 +279,7 @@ def each_with_a_signal():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "number"), each_with_a_signal())
+@pytest.mark.parametrize(("name", "number"), list(each_with_a_signal()))
 def test_signals_at_the_last_moment_leave_the_target_as_before(name, number, out):
     words, target = WRITERS[name]
     (out / target).parent.mkdir(parents=True, exist_ok=True)
