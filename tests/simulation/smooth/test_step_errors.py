@@ -355,7 +355,7 @@ def test_a_strongly_damped_motion_has_its_accuracy(accuracy):
     assert found.kept.precision != "quadruple"
 
 
-@pytest.mark.parametrize(("exponent", "count"), [(1e-6, 0), (0.1, 2), (0.5, 4), (2.5, 8)])
+@pytest.mark.parametrize(("exponent", "count"), [(0.0, 1), (1e-6, 1), (0.1, 2), (0.5, 4), (2.5, 8)])
 def test_moments_that_are_left_out_are_a_thousandth_of_the_defect(exponent, count):
     assert step_errors._moments(np.array([0.0, exponent])) == count
     # The first one that is left out: x^k/k!, k = count + 1.

@@ -272,12 +272,13 @@ class _Bounds(NamedTuple):
 def _moments(exponents: Array) -> int:
     """Return the number of moments of a defect that count on steps, by the sizes of h J.
 
-    Moment k is multiplied by (h J)^k, and is at most 1/k! of the defect.
+    Moment k is multiplied by (h J)^k, and is at most 1/k! of the defect. The first one always
+    counts: a size of h J is that of its eigenvalues, which are zero where nothing acts on a chain.
     """
-    k = np.arange(1.0, MOMENTS + 1)
+    k = np.arange(2.0, MOMENTS + 1)
     terms = float(exponents.max()) ** k / np.cumprod(k)
     counting = np.flatnonzero(terms > _OF_MOMENTS)
-    return int(counting[-1]) + 1 if len(counting) else 0
+    return int(counting[-1]) + 2 if len(counting) else 1
 
 
 def _bounds(
