@@ -60,9 +60,9 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """Mark the cases of a test after its first as slow, and the first test of a module as quick.
+    """Mark later cases of a test that is slow but for the first, and the first test of a module.
 
-    The latter must not be slow or need an engine.
+    The former are slow. The latter is quick, unless it is slow or needs an engine.
     """
     if item.get_closest_marker("slow_but_first") and _is_later_case(item):
         item.add_marker("slow")

@@ -33,6 +33,17 @@ def test_the_terms_beside_the_largest_are_integrated_well(order):
     assert abs(1 - (order + 3) * weights @ rule.nodes ** (order + 2)) < 0.07
 
 
+@pytest.mark.parametrize("order", range(7, 34, 2))
+def test_the_margin_of_the_estimate_serves_for_residuals_of_another_form(order):
+    """The estimate has a margin of a quarter: all powers are integrated to a fifth.
+
+    That includes those of a step that is too long, where the terms after τ^p do not decay.
+    """
+    rule = residual_rule(order)
+    for power in range(order + 6):
+        assert abs(1 - (power + 1) * rule.weights[:, 0] @ rule.nodes**power) < 0.2
+
+
 def test_the_round_off_of_values_is_averaged():
     for order in (7, 21, 41):
         rule = residual_rule(order)

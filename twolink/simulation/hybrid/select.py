@@ -113,7 +113,8 @@ def _selected(problem: Problem, pose: Pose) -> Selection | None:
         orders |= {states: known for states, known in every.items() if known is not None}
         found = [c for c in candidates if every.get(c.states) is not None]
         if taken is not None:
-            return taken._replace(others=_departing(problem, moving or found))
+            # The laws may admit that the chain leaves its rest as well.
+            return taken._replace(others=_other_motions(problem, moving or found, (0.0, 0.0)))
         if found and not at_rest:
             return _preferred(problem, found, orders)
         undecided += candidates
@@ -199,11 +200,6 @@ def _preferred(
     best = min(found, key=lambda candidate: _cost(problem, candidate))
     others = _other_motions(problem, found, best.solution.du)
     return Selection(best.states, others, orders=orders.get(best.states, NO_ORDERS))
-
-
-def _departing(problem: Problem, found: list[Candidate]) -> tuple[States, ...]:
-    """Return the modes in which the chain leaves its rest."""
-    return _other_motions(problem, found, (0.0, 0.0)) if found else ()
 
 
 def _other_motions(problem: Problem, found: list[Candidate], du: Pair) -> tuple[States, ...]:

@@ -18,7 +18,10 @@ _INNER = (0.08858795951270395, 0.4094668644407347, 0.7876594617608471)
 
 
 class ResidualRule(NamedTuple):
-    """Four nodes in [0, 1], and weights of integrals with (1 − τ)^k/k!, k from 0: (4, 9)."""
+    """Nodes in [0, 1], shape (4,), and weights of integrals with (1 − τ)^k/k!, k from 0 to MOMENTS.
+
+    The weights have shape (4, MOMENTS + 1).
+    """
 
     nodes: Array
     weights: Array

@@ -199,7 +199,7 @@ class StepErrors:
         added = _added(found, mean, linear.exponents)
         rates = self._rounded_rates(found, linear)
         variances = self._variances(np.abs(rates), found.noise, mean, linear)
-        # Those of the constants are alike on all steps, one for each variable.
+        # The round-off of constants is alike on all steps: one source for each variable.
         alike = PRECISIONS[self.evaluated_in].rounding * rates[:, None] * np.eye(4)
         sources = np.concatenate([added[:, :, None], alike], axis=2)
         errors, covariances = accumulated(linear.flows, sources, variances, self._carried)
@@ -221,18 +221,19 @@ class StepErrors:
             self._parts = []
 
     def _rounded_rates(self, found: Defects, linear: Linear) -> Array:
-        """Return the terms of h f, shape (n, 4), whose roundings are those of the rates.
+        """Return numbers, shape (n, 4), that have the round-off of h f: h f itself, with its sign.
 
-        Where the loads of effects nearly cancel, they are larger than the sum.
+        Where the loads of effects nearly cancel, it is the sum of their sizes.
         """
         loads = self._loads(np.ascontiguousarray(linear.states.T), linear.starts)
         of_loads = linear.lengths[:, None] * loads.T
         return np.where(of_loads > np.abs(found.rates), of_loads, found.rates)
 
     def _variances(self, rates: Array, noise: float, mean: Array, linear: Linear) -> Array:
-        """Return the variances of defects by round-off, (n, 4), by `mean` h J, (n, 4, 4).
+        """Return the variances of defects by round-off, shape (n, 4).
 
-        `noise` is that of an integral, in that of the rates at the nodes.
+        `rates` have the round-off of h f, and `mean` is h J at the middle of a step, (n, 4, 4).
+        `noise` is the standard deviation of an integral, divided by that of a value at a node.
         """
         of_states = (np.abs(mean) @ np.abs(linear.states)[:, :, None])[:, :, 0]
         # The rates and the slopes of the polynomials are rounded, independently.
@@ -246,7 +247,7 @@ class StepErrors:
 def _added(found: Defects, mean: Array, exponents: Array) -> Array:
     """Return the errors that steps add, shape (n, 4): defects are carried over the rest of them.
 
-    `mean` h J has shape (n, 4, 4), and its sizes, the `exponents`, (n,).
+    `mean` is h J at the middle of a step, (n, 4, 4), and the `exponents` its sizes, (n,).
     """
     carried = np.zeros_like(found.moments[0])[..., None]
     for moment in found.moments[: _moments(exponents)][::-1]:
@@ -287,7 +288,6 @@ def _bounds(
     """Return bounds from errors of q and x, (n + 1, 4, 5), and covariances, (n + 1, 4, 4).
 
     The first of the errors is the estimate; the sizes of the others are a part of its bound.
-
     `fastest` (rad/s) is the largest speed. `values` are the round-off of a value and `within` the
     errors within steps that are not at their ends, both of shape (n,).
     """
