@@ -44,6 +44,8 @@ def test_an_evaluation_in_a_longer_precision_finds_the_same_defects(precision):
     size = np.abs(own.defects).max()
     assert size > 1e3 * PRECISIONS[precision].rounding
     assert other.defects == pytest.approx(own.defects, rel=1e-3, abs=1e-3 * size)
+    assert other.truncated == pytest.approx(own.truncated, rel=1e-3, abs=1e-3 * size)
+    assert other.firsts == pytest.approx(own.firsts, rel=1e-3, abs=1e-3 * size)
     assert other.moments == pytest.approx(own.moments, rel=1e-3, abs=1e-3 * size)
     assert other.rates == pytest.approx(own.rates)
 
@@ -96,9 +98,16 @@ def test_four_nodes_give_the_truncation_of_a_step(order, monkeypatch):
     x, weights = np.polynomial.legendre.leggauss(10)
     nodes, k = (x + 1) / 2, np.arange(9)
     factors = (1 - nodes[:, None]) ** k / np.array([math.factorial(each) for each in k])
-    many = ResidualRule(nodes, weights[:, None] / 2 * factors)
+    all_of_it = weights[:, None] / 2 * factors
+    # All of the integral is truncation, and the first moment is not divided.
+    integral, firsts = all_of_it[:, [0, 0]], np.repeat(all_of_it[:, 1:2] / 3, 3, axis=1)
+    many = ResidualRule(nodes, integral, firsts, all_of_it[:, 2:])
     monkeypatch.setattr(defect, "residual_rule", lambda order: many)
     enough = defects_of(evaluation, steps)
     assert np.abs(few.defects - enough.defects).max() < 1e-2 * np.abs(enough.defects).max()
-    for one, other in zip(few.moments[:3], enough.moments[:3], strict=True):
+    # The integral has round-off as well.
+    apart = np.abs(few.truncated - enough.truncated).max()
+    assert apart < 5e-2 * np.abs(enough.truncated).max() + 2**-51
+    first, exact = few.firsts.sum(axis=0), enough.firsts.sum(axis=0)
+    for one, other in ((first, exact), *zip(few.moments[:2], enough.moments[:2], strict=True)):
         assert np.abs(one - other).max() < 5e-2 * np.abs(other).max()

@@ -16,7 +16,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.effects.pd_control import PdControl
 from twolink.integration.precisions import PRECISIONS, longer_than
 from twolink.scene import Scene
-from twolink.simulation.smooth import step_errors, taylor
+from twolink.simulation.smooth import linear, step_errors, taylor
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.step_errors import StepErrors
@@ -182,8 +182,11 @@ def test_an_error_that_is_not_small_has_no_bound():
 
 
 def test_a_correction_leaves_more_of_a_larger_error():
-    """A twentieth of a small error, and up to three tenths where the linear motion ends."""
-    for order, least, most in ((17, 0.05, 0.051), (13, 0.06, 0.3)):
+    """A hundredth of round-off, a twentieth of truncation, and up to three tenths of large errors.
+
+    The linear motion ends there.
+    """
+    for order, least, most in ((21, 0.005, 0.012), (17, 0.03, 0.061), (13, 0.06, 0.3)):
         _, errors = observed(HARD["reference"], order)
         part = errors.left_at(TIMES)[-1] / errors.estimate_at(TIMES)[-1]
         assert least <= part <= most
@@ -355,9 +358,68 @@ def test_a_strongly_damped_motion_has_its_accuracy(accuracy):
     assert found.kept.precision != "quadruple"
 
 
+FREE = Scene(Chain.uniform_bars(), (0.0, 0.5), (3.0, 3.1), 40.0, ())
+
+
+def test_flows_whose_errors_add_up_lead_to_shorter_steps(monkeypatch):
+    """A run whose flows are wrong by more than the limit in all has to have shorter steps."""
+    times = np.linspace(0.0, 40.0, 41)
+    errors = StepErrors(FREE, "momenta", "double")
+    run = taylor_run(FREE, times, formulation="momenta", order=21, observe=errors)
+    assert np.isinf(errors.longest_step)
+    unsure = sum(each.unsure.sum() for each in errors._bounds)
+    monkeypatch.setattr(step_errors, "_MOST_UNSURE", unsure / 3)
+    longest = np.diff(run.step_times()).max()
+    assert 0.3 * longest < errors.longest_step < longest
+    again = StepErrors(FREE, "momenta", "double")
+    taylor_run(
+        FREE, times, formulation="momenta", order=21, longest_step=errors.longest_step,
+        observe=again,
+    )  # fmt: skip
+    assert np.isinf(again.longest_step)
+
+
+def test_flows_that_are_wrong_by_as_much_as_an_error_give_no_bound(monkeypatch):
+    magnus = linear.magnus
+
+    def unsure(*nodes):
+        logarithm, difference = magnus(*nodes)
+        return logarithm, difference + 1e-3 * np.eye(4)
+
+    monkeypatch.setattr(linear, "magnus", unsure)
+    times = np.linspace(0.0, 40.0, 81)
+    errors = StepErrors(FREE, "momenta", "double")
+    run = taylor_run(FREE, times, formulation="momenta", order=21, observe=errors)
+    bounds = errors.at(times)
+    assert run.steps > 1000
+    assert np.isfinite(bounds[times < 20]).all()
+    assert np.isinf(bounds[-1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("q", "u", "duration", "accuracy"),
+    [
+        ((0.0, 0.5), (3.0, 3.1), 1000.0, 2e-9),
+        ((0.0, 0.1), (3.0, 2.9), 3000.0, 1e-8),
+        ((0.0, 0.1), (3.0, 2.9), 8000.0, 1e-6),
+    ],
+)
+def test_a_free_spin_of_very_many_turns(q, u, duration, accuracy):
+    """Errors of flows of 1e-6 add up over 24,000 steps, and hid half of the error."""
+    spin = replace(FREE, q=q, u=u, duration=duration)
+    times = np.linspace(0.0, duration, 21)
+    exact = taylor_run(spin, times, formulation="momenta", precision="long double")
+    found = measured_run(
+        spin, times, accuracy, "momenta", lambda name: lambda share: None, correct=True
+    )
+    assert found.worst <= accuracy
+    assert np.all(true_errors(found.kept, exact) <= found.errors)
+
+
 @pytest.mark.parametrize(("exponent", "count"), [(0.0, 1), (1e-6, 1), (0.1, 2), (0.5, 4), (2.5, 8)])
 def test_moments_that_are_left_out_are_a_thousandth_of_the_defect(exponent, count):
-    assert step_errors._moments(np.array([0.0, exponent])) == count
+    assert 1 + step_errors._moments(np.array([0.0, exponent])) == count
     # The first one that is left out: x^k/k!, k = count + 1.
     left_out = exponent ** (count + 1) / math.factorial(count + 1)
     assert left_out <= 1e-3 or count == step_errors.MOMENTS

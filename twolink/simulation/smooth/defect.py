@@ -30,14 +30,18 @@ _LEADING_TERMS: dict[PrecisionName, int] = {"double": 5, "long double": 5, "quad
 
 
 class Defects(NamedTuple):
-    """Defects of n steps, shape (n, 4), their moments, (MOMENTS, n, 4), and `rates`, (n, 4).
+    """Defects of n steps, shape (n, 4), the part that is `truncated`, and `rates`, both (n, 4).
 
-    Moment k is that of h f − y′ with (1 − τ)^k/k!, k from 1, where 1 − τ is the rest of the step.
-    `rates` are h f: at the start, or the mean over the step where that is larger. `noise` is the
-    standard deviation of an integral, divided by that of one value at a node.
+    Moment k is that of the residual h f − y′ with (1 − τ)^k/k!, where 1 − τ is the rest of the
+    step: `moments`, shape (MOMENTS − 1, n, 4), k from 2. `firsts`, shape (3, n, 4), are the parts
+    of the first moment at Gauss's nodes (`ResidualRule`). `rates` are h f: at the start, or the
+    mean over the step where that is larger. `noise` is the standard deviation of an integral,
+    divided by that of one value at a node.
     """
 
     defects: Array
+    truncated: Array
+    firsts: Array
     moments: Array
     rates: Array
     noise: float
@@ -68,14 +72,16 @@ class Evaluation:
         states, slopes = polynomials.at(nodes)
         rates = self.rates(states, starts[:, None] + h[:, None] * nodes)
         residuals = (h[:, None] * rates - slopes).astype(float)
-        # The integral, and its moments.
-        integrals = (residuals @ rule.weights).transpose(2, 1, 0)
+        weights = np.concatenate([rule.integral, rule.firsts, rule.moments], axis=1)
+        integrals = (residuals @ weights).transpose(2, 1, 0)
         change = polynomials.change
         firsts = polynomials.leading[:, :, 0].astype(change.dtype)
         following = np.concatenate([firsts[1:], longer(steps.end)[None].astype(change.dtype)])
         return Defects(
             ((firsts - following) + change).astype(float) + integrals[0],
-            integrals[1:],
+            integrals[1],
+            integrals[2:5],
+            integrals[5:],
             _larger(scaled[:, :, 1], change.astype(float)),
             rule.noise,
         )

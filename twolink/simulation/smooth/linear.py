@@ -9,7 +9,7 @@ import numpy as np
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.run import Array
 from twolink.simulation.series import powers
-from twolink.simulation.smooth.flows import exponentials, magnus
+from twolink.simulation.smooth.flows import exponentials, magnus, sizes
 from twolink.simulation.smooth.quadrature import gauss_nodes
 from twolink.simulation.smooth.rates import Jacobians
 from twolink.simulation.smooth.taylor import Steps
@@ -22,7 +22,7 @@ class Linear(NamedTuple):
     `jacobians` of the rates at Gauss's three nodes shape (3, n, 4, 4); `by_time`, shape (n, 4), are
     the derivatives of the rates by t at the middle of each step. The `flows`, shape (n, 4, 4),
     carry a small deviation over each step; `exponents`, shape (n,), are the sizes of their
-    logarithms.
+    logarithms, and `unsure`, shape (n,), bounds on their relative errors.
     """
 
     starts: Array
@@ -32,6 +32,7 @@ class Linear(NamedTuple):
     by_time: Array
     flows: Array
     exponents: Array
+    unsure: Array
 
     @property
     def scaled(self) -> Array:
@@ -53,7 +54,8 @@ def linearized(derivatives: Jacobians, steps: Steps, polynomials: Array) -> Line
     """
     lengths = shortened(steps.lengths, np.float64)
     jacobians = _jacobians(derivatives, steps.starts, lengths, polynomials)
-    flows, exponents = exponentials(magnus(*(jacobians * lengths[:, None, None])))
+    logarithms, differences = magnus(*(jacobians * lengths[:, None, None]))
+    flows, exponents = exponentials(logarithms)
     return Linear(
         starts=steps.starts,
         lengths=lengths,
@@ -62,6 +64,7 @@ def linearized(derivatives: Jacobians, steps: Steps, polynomials: Array) -> Line
         by_time=_by_time(lengths, polynomials, jacobians[1]),
         flows=flows,
         exponents=exponents,
+        unsure=sizes(differences),
     )
 
 

@@ -82,9 +82,9 @@ _OF_ESTIMATE = 0.05
 _SHORTENINGS = 4
 
 # The expected round-off, in accuracies, of a run for which a correction is tried: it leaves a
-# twentieth. A run in quadruple precision costs fifty times one in long doubles, and that six to ten
+# hundredth. A run in quadruple precision costs fifty times one in long doubles, and that six to ten
 # times one in double precision.
-_OF_ROUND_OFF: dict[PrecisionName, float] = {"double": 20.0, "long double": 50.0}
+_OF_ROUND_OFF: dict[PrecisionName, float] = {"double": 100.0, "long double": 200.0}
 
 # The error that round-off leaves, in roundings times the growth, of motions where it is small (the
 # median is 0.4).

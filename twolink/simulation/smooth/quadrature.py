@@ -18,18 +18,23 @@ _INNER = (0.08858795951270395, 0.4094668644407347, 0.7876594617608471)
 
 
 class ResidualRule(NamedTuple):
-    """Nodes in [0, 1], shape (4,), and weights of integrals with (1 − τ)^k/k!, k from 0 to MOMENTS.
+    """Nodes in [0, 1], shape (4,), and weights of the integrals of a residual r, by columns.
 
-    The weights have shape (4, MOMENTS + 1).
+    `integral`, shape (4, 2), has ∫ r dτ and the part of it that is the term τ^p. `firsts`, shape
+    (4, 3), have ∫ ℓ_j R dτ, where R is the integral of r from 0 and ℓ_j is Lagrange's polynomial
+    that is 1 at the j-th of Gauss's three nodes; their sum is the first moment. `moments`, shape
+    (4, MOMENTS − 1), have ∫ r (1 − τ)^k/k! dτ, k from 2.
     """
 
     nodes: Array
-    weights: Array
+    integral: Array
+    firsts: Array
+    moments: Array
 
     @property
     def noise(self) -> float:
         """The standard deviation of the integral, divided by that of one value at a node."""
-        return float(np.linalg.norm(self.weights[:, 0]))
+        return float(np.linalg.norm(self.integral[:, 0]))
 
 
 @functools.cache
@@ -43,11 +48,18 @@ def residual_rule(order: int) -> ResidualRule:
     """
     nodes = np.array([*_INNER, (order + 1) / (order + 2)])
     powers = np.array([*range(len(_INNER)), order])
+    lagrange = np.linalg.inv(gauss_nodes(3)[:, None] ** np.arange(3))
     exact = [
-        [math.factorial(j) / math.factorial(j + k + 1) for k in range(MOMENTS + 1)]
+        [
+            1 / (j + 1),
+            1 / (j + 1) if j == order else 0.0,
+            *(1 / ((j + 1) * (j + 2 + np.arange(3))) @ lagrange),
+            *(math.factorial(j) / math.factorial(j + k + 1) for k in range(2, MOMENTS + 1)),
+        ]
         for j in powers.tolist()
     ]
-    return ResidualRule(nodes, np.linalg.solve(nodes ** powers[:, None], np.array(exact)))
+    weights = np.linalg.solve(nodes ** powers[:, None], np.array(exact))
+    return ResidualRule(nodes, weights[:, :2], weights[:, 2:5], weights[:, 5:])
 
 
 @functools.cache

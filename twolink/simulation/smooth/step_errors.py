@@ -50,9 +50,11 @@ _LINEAR = 1e-5
 # Moments whose terms in a sum are below this part of the defect are left out.
 _OF_MOMENTS = 1e-3
 
-# The part of the error that a correction leaves: that of the linearized motion, and of its values
-# within steps. The linearization itself leaves a part that is proportional to the error.
-_LEFT = 0.05
+# The parts of the error that a correction leaves beside those by errors of flows, which add up. Of
+# round-off: 1e-3 was the most in random motions. Of truncation: its form on a step is known to some
+# hundredths. Of values within a step, in x⁴ for h J of size x. The linearization itself leaves a
+# part that is proportional to the error.
+_LEFT, _LEFT_OF_TRUNCATION, _LEFT_WITHIN = 0.005, 0.05, 0.02
 
 # The round-off of a corrected value, in that of the values of a run: where a step ends, the error
 # changes by a rounding of the next start.
@@ -61,6 +63,12 @@ _VALUES = 4
 # The largest size of the logarithm of a step's flow, h J, for which the series in it serve; and the
 # part of it for which shorter steps are made.
 _LARGEST_EXPONENT, _AIM = 2.5, 0.9
+
+# The sum of the relative errors of flows above which shorter steps are made.
+_MOST_UNSURE = 0.25
+
+# Factors on the longest step, from which one is chosen.
+_SHORTER = 2.0 ** (-np.arange(1, 13) / 4)
 
 # The most steps that are kept for a correction: 2 kB each.
 MOST_KEPT = 50_000
@@ -82,8 +90,8 @@ class _Part(NamedTuple):
 class StepErrors:
     """The estimated error of a run at the ends of its steps, from the steps as they are taken.
 
-    Errors are not carried over steps in which they decay too far: these have no bound, and
-    `longest_step` (s) is that of a run whose errors are carried; it is infinite if this run's are.
+    Errors are not carried over steps in which they decay too far, nor over so many that the errors
+    of their flows add up to one: these have no bound.
     """
 
     def __init__(
@@ -108,9 +116,9 @@ class StepErrors:
     def _begin(self) -> None:
         self._bounds: list[_Bounds] = []
         self._parts: list[_Part] = []
-        self._carried = np.zeros((4, 5)), np.zeros((4, 4))
+        self._carried = np.zeros((4, 6)), np.zeros((4, 4))
+        self._unsure = 0.0
         self._count = 0
-        self.longest_step = math.inf
 
     def __call__(self, steps: Steps) -> None:
         """Add steps that continue those before; steps from 0 s begin anew."""
@@ -135,6 +143,22 @@ class StepErrors:
             for part in self._parts:
                 found._add(part.steps, scaled_polynomials(part.steps), part.linear)
         return found
+
+    @property
+    def longest_step(self) -> float:
+        """The longest step (s) of a run whose errors are carried; infinite if this run's are."""
+        longest = min(each.longest_step for each in self._bounds)
+        if not _MOST_UNSURE < self._unsure < math.inf:
+            return longest
+        lengths, unsure = (
+            np.concatenate([getattr(each, name) for each in self._bounds])
+            for name in ("lengths", "unsure")
+        )
+        # The difference between fourth and sixth order, per time.
+        caps = lengths.max() * _SHORTER
+        sums = [float(unsure @ np.minimum(1.0, cap / lengths) ** 4) for cap in caps]
+        enough = np.flatnonzero(np.array(sums) <= _MOST_UNSURE)
+        return min(longest, float(caps[enough[0] if len(enough) else -1]))
 
     @property
     def is_kept(self) -> bool:
@@ -189,31 +213,28 @@ class StepErrors:
         exact = np.array([*q, *equations.from_speeds(chain.convert(own.number), q, u)])
         missed = (exact - own.lengthened(steps.coefficients[0, :, 0])).astype(float)
         sizes = equations.rounded_starts(chain, np.array(given.q), np.array(given.u))
-        errors = np.concatenate([missed[:, None], np.zeros((4, 4))], axis=1)
+        errors = np.concatenate([missed[:, None], np.zeros((4, 5))], axis=1)
         return errors, np.diag((own.rounding * np.array([0.0, 0.0, *sizes])) ** 2)
 
     def _add(self, steps: Steps, polynomials: Array, linear: Linear) -> None:
         """Add steps, and the linearized motion along them."""
         found = self._evaluation.of(steps, polynomials)
-        mean = linear.jacobians[1] * linear.lengths[:, None, None]
-        added = _added(found, mean, linear.exponents)
+        added = _added(found, linear)
         rates = self._rounded_rates(found, linear)
-        variances = self._variances(np.abs(rates), found.noise, mean, linear)
+        variances = self._variances(np.abs(rates), found.noise, linear)
         # The round-off of constants is alike on all steps: one source for each variable.
         alike = PRECISIONS[self.evaluated_in].rounding * rates[:, None] * np.eye(4)
-        sources = np.concatenate([added[:, :, None], alike], axis=2)
+        sources = np.concatenate([added[..., None], alike, found.truncated[..., None]], axis=2)
         errors, covariances = accumulated(linear.flows, sources, variances, self._carried)
         self._carried = errors[-1], covariances[-1]
         fastest = float((np.abs(found.rates[:, :2]) / linear.lengths[:, None]).max())
         rounded = _VALUES * PRECISIONS[self._precision].rounding
         values = _of_values(linear, rounded * np.abs(linear.states))
         # A defect that is constant over a step has twice its first moment.
-        within = _of_values(linear, 2 * np.abs(found.moments[0]))
-        self._bounds.append(_bounds(linear, (errors, covariances), fastest, values, within))
-        far = linear.exponents > _LARGEST_EXPONENT
-        if far.any():
-            shorter = _AIM * _LARGEST_EXPONENT * (linear.lengths / linear.exponents)[far]
-            self.longest_step = min(self.longest_step, float(shorter.min()))
+        within = _of_values(linear, 2 * np.abs(found.firsts.sum(axis=0)))
+        unsure = self._unsure + np.cumsum(linear.unsure)
+        self._unsure = float(unsure[-1])
+        self._bounds.append(_bounds(linear, (errors, covariances), fastest, values, within, unsure))
         self._count += len(linear.lengths)
         if self.is_kept:
             self._parts.append(_Part(steps, linear, added, errors[:, :, 0].copy()))
@@ -229,13 +250,13 @@ class StepErrors:
         of_loads = linear.lengths[:, None] * loads.T
         return np.where(of_loads > np.abs(found.rates), of_loads, found.rates)
 
-    def _variances(self, rates: Array, noise: float, mean: Array, linear: Linear) -> Array:
+    def _variances(self, rates: Array, noise: float, linear: Linear) -> Array:
         """Return the variances of defects by round-off, shape (n, 4).
 
-        `rates` have the round-off of h f, and `mean` is h J at the middle of a step, (n, 4, 4).
-        `noise` is the standard deviation of an integral, divided by that of a value at a node.
+        `rates` have the round-off of h f. `noise` is the standard deviation of an integral, divided
+        by that of a value at a node.
         """
-        of_states = (np.abs(mean) @ np.abs(linear.states)[:, :, None])[:, :, 0]
+        of_states = (np.abs(linear.scaled[1]) @ np.abs(linear.states)[:, :, None])[:, :, 0]
         # The rates and the slopes of the polynomials are rounded, independently.
         of_values = noise * (of_states + math.sqrt(2) * rates)
         # The start of a step has one rounding of time for all of its nodes.
@@ -244,15 +265,18 @@ class StepErrors:
         return np.asarray(rounding**2 * (of_values**2 + of_time**2))
 
 
-def _added(found: Defects, mean: Array, exponents: Array) -> Array:
+def _added(found: Defects, linear: Linear) -> Array:
     """Return the errors that steps add, shape (n, 4): defects are carried over the rest of them.
 
-    `mean` is h J at the middle of a step, (n, 4, 4), and the `exponents` its sizes, (n,).
+    The first power of h J varies over the step, and the others have their values at its middle.
     """
-    carried = np.zeros_like(found.moments[0])[..., None]
-    for moment in found.moments[: _moments(exponents)][::-1]:
-        carried = mean @ (moment[..., None] + carried)
-    return np.asarray(found.defects + carried[..., 0])
+    scaled = linear.scaled
+    carried = np.zeros_like(found.defects)[..., None]
+    for moment in found.moments[: _moments(linear.exponents)][::-1]:
+        carried = scaled[1] @ (moment[..., None] + carried)
+    firsts = found.firsts[..., None].copy()
+    firsts[1] += carried
+    return np.asarray(found.defects + (scaled @ firsts).sum(axis=0)[..., 0])
 
 
 class _Bounds(NamedTuple):
@@ -260,6 +284,8 @@ class _Bounds(NamedTuple):
 
     Of the error, of the error after a correction, of the part of the latter that is not round-off
     of the estimate, and the standard deviation of that round-off; and the estimated error itself.
+    Beside them the `lengths` of the steps (s) and the relative errors `unsure` of their flows, and
+    the `longest_step` (s) over which errors are carried, which is infinite if all are.
     """
 
     ends: Array
@@ -268,10 +294,13 @@ class _Bounds(NamedTuple):
     left: Array
     noise: Array
     estimates: Array
+    lengths: Array
+    unsure: Array
+    longest_step: float
 
 
 def _moments(exponents: Array) -> int:
-    """Return the number of moments of a defect that count on steps, by the sizes of h J.
+    """Return the number of moments, from the second on, that count on steps, by the sizes of h J.
 
     Moment k is multiplied by (h J)^k, and is at most 1/k! of the defect. The first one always
     counts: a size of h J is that of its eigenvalues, which are zero where nothing acts on a chain.
@@ -279,17 +308,23 @@ def _moments(exponents: Array) -> int:
     k = np.arange(2.0, MOMENTS + 1)
     terms = float(exponents.max()) ** k / np.cumprod(k)
     counting = np.flatnonzero(terms > _OF_MOMENTS)
-    return int(counting[-1]) + 2 if len(counting) else 1
+    return int(counting[-1]) + 1 if len(counting) else 0
 
 
 def _bounds(
-    linear: Linear, carried: tuple[Array, Array], fastest: float, values: Array, within: Array
+    linear: Linear,
+    carried: tuple[Array, Array],
+    fastest: float,
+    values: Array,
+    within: Array,
+    unsure: Array,
 ) -> _Bounds:
-    """Return bounds from errors of q and x, (n + 1, 4, 5), and covariances, (n + 1, 4, 4).
+    """Return bounds from errors of q and x, (n + 1, 4, 6), and covariances, (n + 1, 4, 4).
 
-    The first of the errors is the estimate; the sizes of the others are a part of its bound.
-    `fastest` (rad/s) is the largest speed. `values` are the round-off of a value and `within` the
-    errors within steps that are not at their ends, both of shape (n,).
+    The first of the errors is the estimate, the last the part of it by truncation, and the sizes of
+    the others are a part of its bound. `fastest` (rad/s) is the largest speed. `values` are the
+    round-off of a value, `within` the errors within steps that are not at their ends, and `unsure`
+    the sums of the relative errors of flows, all of shape (n,).
     """
     errors, covariances = carried
     # The rates of q are u, whose error may have its peak within a step.
@@ -301,12 +336,16 @@ def _bounds(
     every = np.abs(np.concatenate([errors[1:, :2], *speeds], axis=1).transpose(2, 1, 0))
     # Round-off may leave a variance of zero below zero.
     noise = np.sqrt(np.maximum(np.concatenate([of_angles, of_speeds]), 0.0))
-    estimated, unseen = every[0], every[1:].sum(axis=0) + _DEVIATIONS * noise
-    errors = _MARGIN * estimated + unseen
+    estimated, truncated = every[0], every[5].max(axis=0)
+    unseen = every[1:5].sum(axis=0) + _DEVIATIONS * noise
+    errors = (_MARGIN + unsure) * estimated + unseen
     seen, deviation = estimated.max(axis=0), noise.max(axis=0)
-    left = seen * (_LEFT + (_MARGIN - 1) * _part_of_range(_MARGIN * estimated, fastest))
-    small = _part_of_range(errors, fastest) <= 1
-    small &= linear.exponents <= _LARGEST_EXPONENT
+    lost = _LEFT + unsure + _LEFT_WITHIN * linear.exponents**4
+    lost += (_MARGIN - 1) * _part_of_range(_MARGIN * estimated, fastest)
+    left = seen * lost + _LEFT_OF_TRUNCATION * truncated
+    far = linear.exponents > _LARGEST_EXPONENT
+    small = (_part_of_range(errors, fastest) <= 1) & ~far & (unsure < 1)
+    shorter = _AIM * _LARGEST_EXPONENT * (linear.lengths / linear.exponents)[far]
     return _Bounds(
         ends=linear.starts + linear.lengths,
         errors=np.where(small, errors.max(axis=0) + within, np.inf),
@@ -314,6 +353,9 @@ def _bounds(
         left=left + within,
         noise=deviation,
         estimates=seen,
+        lengths=linear.lengths,
+        unsure=linear.unsure,
+        longest_step=float(shorter.min(initial=math.inf)),
     )
 
 
