@@ -130,6 +130,7 @@ ROWS = {
         "system",
         "complementarity event_functions impact",
         "compile confirm doubts impact_log resolution",
+        "impact_order",
         "collision start_of_arc",
         "certificate singular_pose zeno",
         "painleve",

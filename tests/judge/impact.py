@@ -43,13 +43,21 @@ class _Blow:
 
 
 def strike_all(system, t, q, u):
-    """Return u after all impacts at this instant, and the strikes: the fastest approach first."""
+    """Return u after all impacts at this instant, and the strikes.
+
+    The one with the most energy of approach is the first, and of equal ones that with the least
+    restitution, and then the first by name.
+    """
     strikes = []
     for _ in range(MOST_STRIKES):
         approaching = _approaching(system, q, u)
         if not approaching:
             return u, strikes
-        index = min(approaching, key=approaching.get)
+        energies = {i: energy_of_approach(system, i, q, v) for i, v in approaching.items()}
+        equal = [
+            i for i, energy in energies.items() if energy > (1 - 1e-9) * max(energies.values())
+        ]
+        index = min(equal, key=lambda i: (system.elements[i].restitution, system.names[i]))
         after = tuple(map(float, struck(system, index, q, u)))
         strikes.append(Strike(t, system.names[index], u, after))
         u = after
@@ -68,6 +76,12 @@ def _approaching(system, q, u):
             if sign_of_speed(row, u) < 0:
                 found[index] = dot(row, u)
     return found
+
+
+def energy_of_approach(system, index, q, speed):
+    """Return v²/(2 G) for a normal speed v and its change G by a unit of normal impulse."""
+    n = system.elements[index].direction.row(q)
+    return speed * speed / (2 * dot(n, solve_mass(system.mass_matrix(q), n)))
 
 
 def struck(system, index, q, u):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 from twolink.arithmetic import Pair
 from twolink.integration.precisions import PRECISIONS
@@ -16,6 +17,8 @@ from twolink.simulation.hybrid.impact import (
     placed,
     speed_along,
 )
+from twolink.simulation.hybrid.impact_order import choices, rivals
+from twolink.simulation.hybrid.mode import Doubt, Remark
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import resolve
 from twolink.simulation.hybrid.state import HybridState, put
@@ -37,17 +40,29 @@ def touched_names(system: HybridSystem, state: HybridState) -> str:
     return ", ".join(system.names[i] for i in sorted(state.touching)) or "none"
 
 
-def collide(
-    system: HybridSystem, state: HybridState, pose: Pose
-) -> tuple[HybridState, Pose, Sequence[Strike]]:
+class Collision(NamedTuple):
+    """The state and its pose after impacts, the impacts, and what their order left open."""
+
+    state: HybridState
+    pose: Pose
+    strikes: tuple[Strike, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
+    notes: tuple[Remark, ...] = ()
+
+
+def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
     """Return the state after the impacts of all approached contacts, and the impacts."""
     near = nearby(system, state)
     if not _any_approached(system, state, pose, near):
-        return state, pose, ()
+        return Collision(state, pose)
     for index in near:
         pose = place(system, pose, index, state)
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     found = resolve(impacts, state.u, near, state.touching)
+    others = rivals(system, state, pose, near) if len(system.near) > 1 else ()
+    open_choices: tuple[Any, ...] = ((), ())
+    if len(others) > 1:
+        open_choices = choices(system, state, impacts, near, others, found)
     touching, gaps = found.resting, state.gaps
     if state.touching:
         touching |= {i for i in state.touching if not system.elements[i].rigid}
@@ -59,7 +74,7 @@ def collide(
     state = HybridState(state.t, pose.q, found.u, gaps, touching, sliding, state.compliant)
     if any(state.compliant):
         state = surfaces_after(system, state, pose)
-    return state, pose, found.strikes
+    return Collision(state, pose, found.strikes, *open_choices)
 
 
 def _any_approached(

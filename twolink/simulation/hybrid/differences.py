@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.contact.impact_laws import Regime
+from twolink.integration.precisions import PRECISIONS
+from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.run import HybridRun
 from twolink.times import merged
 
@@ -26,6 +28,9 @@ _SLACK = 4
 # Places of each step at which runs are compared; its polynomial is least accurate near its end.
 _PLACES = (0.25, 0.5, 0.75, 0.99)
 
+# The part of the difference of two runs that is the error of the judge (`measure`).
+_OF_JUDGE = 0.1
+
 # Number of steps above which runs are compared only in the middle of steps.
 _MANY_STEPS = 20_000
 
@@ -36,7 +41,7 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     They are compared at the times, at several times within every step, and after each event.
     Between the two instants of the same impact speeds are not compared; the difference of the
     instants is used instead. A choice that `second` leaves undecided adds the difference that it
-    could cause.
+    could cause, one that depends on its error only where that may be as large.
     """
     end = min(first.reached, second.reached)
     moments = _moments(first, second, times, end)
@@ -50,8 +55,13 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     for begin, after, size in zip(begins.tolist(), afters.tolist(), apart.tolist(), strict=True):
         found[begin:after] = np.minimum(found[begin:after], size)
     np.maximum.at(least, afters, apart)
-    for doubt in second.doubts:
+    finest = tolerances.CONTACT_GAP * PRECISIONS[second.precision].rounding
+    for doubt in sorted(second.doubts, key=lambda doubt: doubt.within > 0):
         since = np.searchsorted(moments, doubt.time)
+        if doubt.within:
+            before = np.maximum(found[:since], least[:since]).max(initial=0.0)
+            if doubt.within > _OF_JUDGE * before + finest:
+                continue
         least[since] = max(least[since], doubt.change)
     so_far = np.maximum.accumulate(np.maximum(found, least[:-1]))
     asked = times[times <= first.reached]

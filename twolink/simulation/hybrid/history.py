@@ -228,7 +228,7 @@ class History:
                 self._tired |= {strike.number}
             self._last[strike.number] = strike.time
         self.doubts += following.doubts
-        self.exhausted = self.exhausted or bool(following.doubts)
+        self.exhausted = self.exhausted or following.endless
         self.notes += following.notes
 
     def _relaxed(self) -> Any:

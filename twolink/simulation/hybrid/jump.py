@@ -36,7 +36,8 @@ class Jump(NamedTuple):
     """The state and mode after a jump, its impacts, and sentences on choices that the laws leave.
 
     `delay` (s) is the duration of omitted bounces. `orders` has the numbers of leading coefficients
-    of event functions that are zero by the selection.
+    of event functions that are zero by the selection. It is `endless` if bounces without an end
+    were omitted.
     """
 
     state: HybridState
@@ -46,6 +47,7 @@ class Jump(NamedTuple):
     delay: float = 0.0
     orders: Orders = NO_ORDERS
     doubts: tuple[Doubt, ...] = ()
+    endless: bool = False
 
 
 def jump(
@@ -81,14 +83,16 @@ def settle(
     struck: list[Strike] = []
     notes: list[Remark] = []
     doubts: list[Doubt] = []
-    delay = 0.0
+    delay, endless = 0.0, False
     if before:
         state = surfaces_after(system, state, system.pose(state.q))
     for _ in range(_MOST_ROUNDS):
         pose = system.pose(state.q)
-        state, pose, found = collide(system, state, pose)
+        state, pose, found, open_doubts, open_notes = collide(system, state, pose)
         struck += found
         strikes += found
+        doubts += open_doubts
+        notes += open_notes
         restricted = known and not strikes
         selection = select(system, state, pose, known if restricted else {})
         if selection is None and restricted:
@@ -104,13 +108,14 @@ def settle(
                     notes.append(_note(system, state, mode, selection))
                 return Jump(
                     _tidied(system, state, mode), mode, (*before, *strikes), tuple(notes), delay,
-                    selection.orders, tuple(doubts),
+                    selection.orders, tuple(doubts), endless,
                 )  # fmt: skip
             ended, struck = rest, []
         state = surfaces_after(system, ended.state, pose)
         strikes, delay = [*strikes, *ended.strikes], max(delay, ended.delay)
         notes += ended.notes
         doubts += ended.doubts
+        endless = endless or bool(ended.doubts)
     raise IntegrationError(
         f"at {float(state.t):.9g} s the laws of impact and friction lead from one impact to the "
         f"next without end; elements in contact: {touched_names(system, state)}"

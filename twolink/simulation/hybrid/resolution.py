@@ -17,6 +17,7 @@ from twolink.simulation.hybrid.impact import (
     at_rest,
     is_left_over,
     largest,
+    speed_along,
     stopped,
 )
 from twolink.simulation.hybrid.tolerances import MOST_ENERGY, MOST_IMPACTS, NO_REBOUND, UNDECIDED
@@ -33,13 +34,18 @@ class Resolution(NamedTuple):
 
 
 def resolve(
-    impacts: Impacts, u: Pair, contacts: Collection[int], resting: Collection[int]
+    impacts: Impacts,
+    u: Pair,
+    contacts: Collection[int],
+    resting: Collection[int],
+    first: int | None = None,
 ) -> Resolution:
     """Return the speeds after the impacts of all approached contacts.
 
-    Impacts are sequential, the fastest approach first, until no contact is approached any more:
-    each takes no energy or gives none, so neither do they all. `resting` has those contacts whose
-    normal speed is zero exactly. Raises `IntegrationError` where a law is out of its range.
+    Impacts are sequential, that with the most energy of approach first, until no contact is
+    approached any more: each takes no energy or gives none, so neither do they all. `resting` has
+    those contacts whose normal speed is zero exactly; `first` is an approached contact that is
+    struck first instead. Raises `IntegrationError` where a law is out of its range.
     """
     rounding = impacts.rounding
     strikes: list[Strike] = []
@@ -58,13 +64,13 @@ def resolve(
                 strikes += ended(impacts, sorted(still), u)
             normals = [impacts.contact(i).normal for i in sorted(still)]
             u = stopped(impacts.pose, normals, u, rounding)
-        approached: list[tuple[float, int]] = []
-        for index, row in rows.items():
-            if index not in still and (speed := approach(row, u, rounding)):
-                approached.append((float(speed), index))
+        approached: list[int] = []
+        for number, row in rows.items():
+            if number not in still and approach(row, u, rounding):
+                approached.append(number)
         if not approached:
             return Resolution(u, tuple(strikes), frozenset(still))
-        _, index = min(approached)
+        index = _strongest(impacts, approached, u) if first is None or strikes else first
         strike = impacts.impact(index, u)
         _refuse_energy(impacts, strike)
         strikes.append(strike)
@@ -78,6 +84,26 @@ def resolve(
     u = strikes[-1].u[1]
     still = {i for i in contacts if is_left_over(rows[i], u, before, rounding)}
     return Resolution(u, tuple(strikes), frozenset(still))
+
+
+def _strongest(impacts: Impacts, approached: Sequence[int], u: Pair) -> int:
+    """Return the contact with the most energy of approach v²/(2 G).
+
+    G is the change of the normal speed v by a unit of normal impulse. Unlike speeds, energies of
+    joint stops and of surfaces have one unit. Of equal ones that with the least restitution is
+    taken, and then the first by name, so that the order of the effects does not count.
+    """
+    if len(approached) == 1:
+        return approached[0]
+    energies: dict[int, float] = {}
+    for index in approached:
+        row = impacts.row(index)
+        speed = speed_along(row, u)
+        energies[index] = float(speed * speed / impacts.pose.response(row, row))
+    least = (1 - UNDECIDED * impacts.rounding) * max(energies.values())
+    equal = [impacts.contact(index) for index, energy in energies.items() if energy >= least]
+    taken = min(equal, key=lambda contact: (contact.restitution, contact.name))
+    return next(index for index in energies if impacts.contact(index) is taken)
 
 
 def ended(

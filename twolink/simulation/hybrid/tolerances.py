@@ -12,8 +12,12 @@ TRUNCATION = 2.0**-8
 NO_FORCE = 1e-9
 
 # Roundings of a position (relative to max(1 m or rad, |bound|)). A start, given in float64, is on a
-# contact if its gap is smaller. Read by start and system.
+# contact if its gap is smaller. Read by differences, start and system.
 CONTACT_GAP = 64
+
+# Gap (relative to the length of the chain, or 1 m or rad) of a contact that may have been struck
+# before another one: as large as the coarsest accuracy. Read by impact_order.
+CLOSING = 1e-3
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
 # smaller is zero within the precision, and the next derivatives decide. The factor
@@ -26,7 +30,7 @@ UNDECIDED = 2.0**20
 AT_REST = 64
 
 # Roundings of the speeds before an impact. A smaller speed after it is round-off of zero. Read
-# by impact and painleve.
+# by impact, impact_order and painleve.
 LEFT_OVER = 64
 
 # Roundings of the approach speed. A slower rebound counts as zero. Read by

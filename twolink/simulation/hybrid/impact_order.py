@@ -1,0 +1,119 @@
+"""The order of simultaneous impacts, which the laws of impact do not determine.
+
+If another order leads to other speeds, the choice is noted. Contacts that close one after the other
+within the error of a run may have closed in the other order: that is a doubt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import NamedTuple
+
+from twolink.arithmetic import Pair
+from twolink.contact.states import EventKind
+from twolink.errors import IntegrationError
+from twolink.simulation.hybrid import tolerances
+from twolink.simulation.hybrid.impact import Impacts, approach, largest
+from twolink.simulation.hybrid.mode import Doubt, Remark, Trigger
+from twolink.simulation.hybrid.pose import Pose
+from twolink.simulation.hybrid.resolution import Resolution, resolve
+from twolink.simulation.hybrid.state import HybridState
+from twolink.simulation.hybrid.system import HybridSystem
+
+
+class Rival(NamedTuple):
+    """A contact that may have been struck first: its number, its speed, and its gap.
+
+    The speed (rad/s or m/s) is that of its approach before the impacts, and the gap (rad or m) is 0
+    for one that takes part in them.
+    """
+
+    number: int
+    speed: float
+    gap: float
+
+
+def rivals(
+    system: HybridSystem, state: HybridState, pose: Pose, near: Collection[int]
+) -> Sequence[Rival]:
+    """Return the contacts that are approached and closed, or that close very soon.
+
+    `near` are those whose gap is zero within round-off.
+    """
+    limit = tolerances.CLOSING * system.scale
+    found: list[Rival] = []
+    for index, _ in system.near:
+        gap, normal = state.gaps[index], system.elements[index].normal
+        if gap is None or normal is None or gap > limit or index in state.touching:
+            continue
+        speed = approach(pose.row(normal), state.u, system.rounding)
+        if speed:
+            found.append(Rival(index, float(speed), 0.0 if index in near else float(gap)))
+    return found
+
+
+def choices(
+    system: HybridSystem,
+    state: HybridState,
+    impacts: Impacts,
+    near: Collection[int],
+    others: Sequence[Rival],
+    found: Resolution,
+) -> tuple[tuple[Doubt, ...], tuple[Remark, ...]]:
+    """Return the doubts and the remarks on the order of the impacts that were `found`.
+
+    `others` are at least two contacts of which each may have been the first.
+    """
+    first = found.strikes[0].number
+    rows = {rival.number: impacts.row(rival.number) for rival in others}
+    own = next(rival for rival in others if rival.number == first)
+    doubts: list[Doubt] = []
+    remarks: list[Remark] = []
+    for rival in others:
+        if rival.number == first:
+            continue
+        change = _change(impacts, state, near, first, rival.number)
+        if not change > tolerances.LEFT_OVER * system.rounding * float(largest(state.u)):
+            continue
+        if rival.number in near:
+            remarks.append(_remark(system, state, own, rival, change))
+            continue
+        # The error of an angle (rad) by which the gaps close in the other order.
+        share = abs(rival.speed / own.speed)
+        within = rival.gap / float(largest(rows[rival.number]) + share * largest(rows[first]))
+        trigger = Trigger(EventKind.HITS, rival.number)
+        doubts.append(Doubt(float(state.t), trigger, abs(rival.speed), change, within))
+    return tuple(doubts), tuple(remarks)
+
+
+def _change(
+    impacts: Impacts, state: HybridState, near: Collection[int], first: int, other: int
+) -> float:
+    """Return the change of u (rad/s) if another contact is struck first.
+
+    It is infinite if a law of impact is out of its range then.
+    """
+    contacts = [*near] if other in near else [*near, other]
+    ends: list[Pair] = []
+    for number in (first, other):
+        try:
+            ends.append(resolve(impacts, state.u, contacts, state.touching, number).u)
+        except IntegrationError:
+            return float("inf")
+    (one, two), (three, four) = ends
+    return float(largest((one - three, two - four)))
+
+
+def _remark(
+    system: HybridSystem, state: HybridState, own: Rival, rival: Rival, change: float
+) -> Remark:
+    """Return the remark on two simultaneous impacts."""
+    first, second = system.names[own.number], system.names[rival.number]
+    choice = f"the order of simultaneous impacts ({first}, {second})"
+    now = float(state.t)
+    return Remark(
+        choice,
+        now,
+        f"At {now:.9g} s the laws of impact do not determine {choice}: {first} is struck first; "
+        f"the other order changes u by {change:.3g} rad/s.",
+    )
