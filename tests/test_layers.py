@@ -112,6 +112,7 @@ ROWS = {
     ],
     "twolink.simulation.smooth": [
         "equations",
+        "balance",
         "longest_step pieces",
         "flows quadrature rates",
         "numeric taylor",

@@ -111,6 +111,11 @@ NORMAL = {"parameter": "start.q.1", "normal": {"mean": 0.0, "deviation": 1.0}}
         ({"axes": [Q], "runs": {"draws": 3}}, "runs.draws must be of a sweep with a uniform or n"),
         ({"axes": [{**Q, "name": "a b"}]}, "axes.0.name must be letters, digits and underscores"),
         ({"axes": [{**Q, "name": "error"}]}, "the names of axes must not be those of results"),
+        ({"axes": [{**Q, "name": "draw"}]}, "the names of axes must not be those of results"),
+        (
+            {"axes": [{**Q, "name": "link"}], "keep": {"final": True}},
+            "the names of axes must not be those of results",
+        ),
         ({"axes": [{**Q, "name": "q"}], "keep": {"final": True}}, "must be different; got 'q' tw"),
         ({"keep": {"finl": True}}, r"a key of keep must be one of .*; got 'finl' \(did you mean"),
         ({"keep": {"samples": 1}}, "keep.samples must be a whole number of 2 or more; got 1"),

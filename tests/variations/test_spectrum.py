@@ -1,5 +1,6 @@
 import csv
 import io
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -205,3 +206,22 @@ def test_correlated_blocks_have_the_error_of_merged_ones(random):
     assert found.spread == pytest.approx(draws.std(axis=0, ddof=1) / np.sqrt(5))
     few = Spectrum(Scene.load("general"), 100.0, draws, 0.01)
     assert few.spread == pytest.approx(draws.std(axis=0, ddof=1) / np.sqrt(5))
+
+
+@pytest.mark.parametrize(("pose", "unstable"), [(0.0, True), (math.pi, False)])
+def test_a_chain_at_rest_is_not_chaotic(pose, unstable):
+    """Gravity along −x: at q = 0 the chain stands exactly upright, and does not move."""
+    upright = Scene(
+        Chain.uniform_bars(), (pose, pose), (0.0, 0.0), 10.0, (Gravity(9.81, (-1.0, 0.0)),)
+    )
+    found = lyapunov(upright, 100.0)
+    assert (found.exponents[0] > 5) == unstable
+    assert found.chaotic is False
+    if unstable:
+        assert found.at_rest
+        assert found.verdict.startswith("The chain is at rest; of small deviations from it")
+
+
+def test_a_chain_that_hardly_moves_is_not_at_rest():
+    scene = Scene(Chain.uniform_bars(), (1.5707, 1.5707), (0.0, 0.0), 10.0, (Gravity(9.81),))
+    assert not lyapunov(scene, 100.0).at_rest

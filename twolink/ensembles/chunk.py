@@ -24,6 +24,7 @@ from twolink.errors import SimulationError, TwolinkError
 from twolink.integration.precisions import PRECISIONS
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.simulation.motion import has_events
+from twolink.simulation.smooth.balance import rates_of_balance
 from twolink.simulation.smooth.measure import GROWTH, MARGIN_OF_ORDERS, MORE_ORDERS, order_for
 
 Array = NDArray[np.float64]
@@ -177,7 +178,9 @@ def _same(one: float, other: float) -> bool:
 
 def _in_lanes(ensemble: Ensemble, template: _Template, values: Array, rows: Rows) -> list[int]:
     """Make runs in lanes, and return the places of those that are to be made by themselves."""
-    prepared, alone = _prepared(ensemble, template, values, rows)
+    prepared, alone = _without_balance(
+        ensemble, template.system, *_prepared(ensemble, template, values, rows)
+    )
     needs_state = any(quantity.of_state for quantity in ensemble.kept) or not ensemble.kept
     for first in range(0, len(prepared.places), _AT_ONCE):
         part = prepared.of(slice(first, first + _AT_ONCE))
@@ -197,6 +200,25 @@ def _in_lanes(ensemble: Ensemble, template: _Template, values: Array, rows: Rows
         if ensemble.refine:
             alone += part.places[left].tolist()
     return sorted(alone)
+
+
+def _without_balance(
+    ensemble: Ensemble, system: System, prepared: Prepared, alone: list[int]
+) -> tuple[Prepared, list[int]]:
+    """Return the runs without those that start in balance, which are added to those `alone`.
+
+    They grow from round-off, which two runs in lanes share.
+    """
+    places, numbers, q, u = prepared
+    chain, effects, *_ = system.lanes(numbers, q, u, ensemble.duration)
+    balanced = rates_of_balance(chain, effects, tuple(q), tuple(u), ensemble.duration) > 0
+    if not balanced.any():
+        return prepared, alone
+    left = np.flatnonzero(~balanced)
+    return (
+        Prepared(places[left], numbers[:, left], q[:, left], u[:, left]),
+        alone + places[balanced].tolist(),
+    )
 
 
 def _orders(accuracy: float) -> list[int]:

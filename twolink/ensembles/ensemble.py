@@ -47,10 +47,16 @@ class Ensemble:
                 "the names of axes and kept quantities must be different; got"
                 f" {quoted(twice)} twice"
             )
-        taken = next((name for name in known if name in RESERVED), None)
+        self._check_names(known)
+
+    def _check_names(self, known: list[str]) -> None:
+        """Raise `ParameterError` if an axis has the name of another array or dimension."""
+        dimensions = {place.name for own in self.variables for place in own.dimensions}
+        reserved = (*RESERVED, *sorted(dimensions))
+        taken = next((name for name in known if name in reserved), None)
         if taken is not None:
             raise ParameterError(
-                f"the names of axes must not be those of results ({', '.join(RESERVED)}); got"
+                f"the names of axes must not be those of results ({', '.join(reserved)}); got"
                 f" {quoted(taken)}"
             )
 
@@ -78,5 +84,5 @@ _OF_EVERY_RUN = (
     Variable("precision", "precision of the run", flags=PRECISIONS_OF_RUNS, dtype="u1"),
 )
 
-RESERVED = (*(variable.name for variable in _OF_EVERY_RUN), "reason", "done", "run")
-"""Names of arrays in results that no axis may have."""
+RESERVED = (*(variable.name for variable in _OF_EVERY_RUN), "reason", "done", "run", "draw")
+"""Names of arrays and dimensions in results that no axis may have."""

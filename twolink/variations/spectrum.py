@@ -56,6 +56,9 @@ _FEWEST = 5
 # Long runs are worth the half second of optimization.
 _CODE = Code(compact=True, level=3)
 
+# Change of an angle (rad), or of its momentum in these units, of a chain that does not move.
+_STILL = 1e-9
+
 _UNVARIED = tuple(Direction((), (0.0, 0.0), (0.0, 0.0)) for _ in range(4))
 
 
@@ -65,13 +68,15 @@ class Spectrum:
 
     `blocks`, shape (blocks, 4), are the exponents over successive parts of the run, of which
     `exponents` is the mean. `resolution` (1/s) is the apparent exponent of a separation that grows
-    linearly with time: smaller exponents cannot be distinguished from zero.
+    linearly with time: smaller exponents cannot be distinguished from zero. If the chain does not
+    move, the exponents are those of an equilibrium, `at_rest`, which is not chaotic.
     """
 
     scene: Scene
     seconds: float
     blocks: Array
     resolution: float
+    at_rest: bool = False
 
     @property
     def exponents(self) -> Array:
@@ -104,6 +109,8 @@ class Spectrum:
         """Whether the largest exponent is positive; None if the run is too short to tell."""
         largest, known = float(self.exponents[0]), _SIGMAS * float(self.spread[0])
         zero = 2 * self.resolution
+        if self.at_rest:
+            return False
         if largest > known + zero:
             return True
         return False if largest < zero and known < zero else None
@@ -113,6 +120,8 @@ class Spectrum:
         """A sentence on the sign of the largest exponent, and on how far it is known."""
         largest, spread = self.exponents[0], self.spread[0]
         known = f"the largest exponent is {largest:.4g} ± {spread:.1g} 1/s, over {self.seconds:g} s"
+        if self.at_rest:
+            return f"The chain is at rest; of small deviations from it {known}."
         if self.chaotic:
             return f"The motion is chaotic: {known}."
         apart = f"a separation linear in time gives {self.resolution:.2g} 1/s"
@@ -200,6 +209,7 @@ def lyapunov(
         seconds=seconds,
         blocks=sums[:, order] / (seconds / blocks),
         resolution=math.log1p(seconds / scale) / seconds,
+        at_rest=following.at_rest,
     )
 
 
@@ -215,6 +225,7 @@ class _Following:
         self._steps = 0
         self._interval = self._cap
         integrator.state[:] = system.start(scene, _UNVARIED)
+        self._start, self.at_rest = integrator.state[:4].copy(), True
         integrator.time = 0.0
         self._measure_in(self._cap)
         integrator.state[system.places] = self._units * np.eye(4)
@@ -239,10 +250,16 @@ class _Following:
             integrator.state[places] = self._units * directions
             found += np.log(sizes)
             self._steps += steps
+            self._look()
             if sizes.max() < math.sqrt(_MOST_STRETCH) * sizes.min():
                 self._interval *= 2
             self._report(integrator.time / last)
         return found
+
+    def _look(self) -> None:
+        """Note whether the chain has moved."""
+        changes = np.abs(self._integrator.state[:4] - self._start)
+        self.at_rest = self.at_rest and bool((changes < _STILL * self._units[:, 0]).all())
 
     def settle(self) -> float:
         """Return the time scale (s) of the motion so far, and measure stretches in it from now.

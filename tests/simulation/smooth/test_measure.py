@@ -175,7 +175,7 @@ def test_the_round_off_that_two_runs_share_is_in_the_error(monkeypatch):
 
 def test_the_growth_bounds_round_off_that_two_runs_share(monkeypatch):
     """The growth is that of a lower order: two runs that are equal say nothing."""
-    search = measure._Search(HARD["reference"], TIMES, 1e-8, "momenta", quiet, True, 1.0)
+    search = measure._Search(HARD["reference"], TIMES, 1e-8, "momenta", quiet, True, 1.0, False)
     next(search._judged_by_order("double"))
     monkeypatch.setattr(measure, "difference", lambda first, second: np.zeros(len(TIMES)))
     equal = search._judged(search._run("double", 15), search._run("double", 19), 2.0)

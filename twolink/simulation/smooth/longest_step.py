@@ -11,6 +11,7 @@ from twolink.chain import Chain
 from twolink.effects import Effect, discontinuities
 from twolink.errors import SimulationError
 from twolink.scene import Scene
+from twolink.simulation.smooth.balance import rates_of_balance
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.times import merged
 
@@ -52,7 +53,8 @@ def longest_steps(
 
     The series of a chain that turns through a radian in a time τ does not converge much beyond τ.
     A longer step results from last coefficients that vanish by symmetry: a torque that begins as
-    t³, for example, moves a chain at rest by t⁵ and then by t¹⁵.
+    t³, for example, moves a chain at rest by t⁵ and then by t¹⁵. A chain in balance does not turn,
+    and its deviation grows by e in a time τ.
 
     q (rad), u (rad/s) and the numbers of chain and effects may be those of runs side by side,
     shape (lanes,). The cap is NaN where accelerations at the start are not finite.
@@ -71,4 +73,6 @@ def longest_steps(
     with np.errstate(invalid="ignore"):
         fastest = np.maximum(np.maximum(speeds, np.sqrt(strongest)), 1e-300)
         cap = np.minimum(duration, 1 / fastest)
+    growth = rates_of_balance(chain, effects, q, u, duration)
+    cap = np.minimum(cap, 1 / np.maximum(growth, 1 / duration))
     return np.where(np.isfinite(strongest), cap, np.nan)

@@ -38,6 +38,7 @@ from twolink.integration.precisions import PRECISIONS, PrecisionName, longer_tha
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array, MotionRun
+from twolink.simulation.smooth.balance import is_balanced
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.longest_step import default_longest_step
@@ -129,8 +130,8 @@ def measured_run(
     a run to a function that receives its completed share. Raises `SimulationError` if the scene
     cannot be integrated to the last time.
     """
-    longest = default_longest_step(scene)
-    search = _Search(scene, times, accuracy, formulation, progress, correct, longest)
+    longest, balanced = default_longest_step(scene), is_balanced(scene)
+    search = _Search(scene, times, accuracy, formulation, progress, correct, longest, balanced)
     for found in search.attempts():
         if found.worst <= accuracy:
             break
@@ -141,7 +142,8 @@ def measured_run(
 class _Search:
     """The runs of a scene so far, and the `grown` error of a unit of truncation at each time.
 
-    `runs` are those that may judge others; `made` are all, in their order.
+    `runs` are those that may judge others; `made` are all, in their order. A motion that is
+    `balanced` at the start grows from round-off, which runs of one precision share.
     """
 
     scene: Scene
@@ -151,6 +153,7 @@ class _Search:
     progress: Callable[[str], Callable[[float], None]]
     correct: bool
     longest_step: float
+    balanced: bool
     grown: Array | None = None
     runs: dict[tuple[PrecisionName, int], TaylorRun] = field(default_factory=dict)
     made: list[TaylorRun] = field(default_factory=list)
@@ -173,7 +176,8 @@ class _Search:
     @property
     def _begins_with_a_pair(self) -> bool:
         """Whether the first two runs judge each other, or measure the growth of errors."""
-        return self.accuracy >= _PAIRED or self.accuracy < _EXPLORED
+        served = self.accuracy >= _PAIRED or self.accuracy < _EXPLORED
+        return served and not self.balanced
 
     @property
     def growth(self) -> float:
