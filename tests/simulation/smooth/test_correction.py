@@ -25,6 +25,7 @@ def linear_of(matrix, lengths):
         np.zeros((len(lengths), 4)),
         flows,
         np.zeros(len(lengths)),
+        np.zeros((len(lengths), 4, 4)),
         np.zeros(len(lengths)),
     )
 

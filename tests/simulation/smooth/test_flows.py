@@ -7,7 +7,13 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from twolink.simulation.smooth.flows import accumulated, exponentials, magnus, sizes
+from twolink.simulation.smooth.flows import (
+    accumulated,
+    carried,
+    exponentials,
+    magnus,
+    sizes,
+)
 from twolink.simulation.smooth.quadrature import gauss_nodes
 
 
@@ -66,6 +72,16 @@ def test_errors_and_covariances_are_carried_from_step_to_step(count, random):
         covariance = flow @ covariance @ flow.T + np.diag(variance)
         assert got == pytest.approx(error, rel=1e-9, abs=1e-9 * np.abs(error).max())
         assert spread == pytest.approx(covariance, rel=1e-9, abs=1e-9 * covariance.max())
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 50])
+def test_errors_alone_are_carried_alike(count, random):
+    flows, sources = random.normal(size=(count, 4, 4)), random.normal(size=(count, 4))
+    start = random.normal(size=4)
+    both = accumulated(
+        flows, sources[:, :, None], np.zeros((count, 4)), (start[:, None], np.zeros((4, 4)))
+    )
+    assert carried(flows, sources, start) == pytest.approx(both[0][:, :, 0])
 
 
 def test_a_covariance_is_that_of_random_errors(random):

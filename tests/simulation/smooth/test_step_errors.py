@@ -436,3 +436,43 @@ def test_moments_that_are_left_out_do_not_change_the_estimate(monkeypatch):
     every(steps)
     apart = np.abs(some.estimate_at(TIMES) - every.estimate_at(TIMES))
     assert apart.max() <= 1e-3 * every.estimate_at(TIMES).max()
+
+
+# Torques accelerate the chain to 480 rad/s; then the error shrinks, while that of its direction
+# does not.
+ACCELERATED = Scene(
+    Chain(
+        (0.34910030884858356, 2.8958851230861513),
+        (0.34224314698112474, 0.39068239455909487),
+        (
+            (0.09598646402224775, -0.014837721208942133),
+            (0.29948950243128314, -0.08827439442305621),
+        ),
+        (0.0015086915775990568, 0.018033189170039685),
+    ),
+    (2.193777707115606, -0.705430928743068),
+    (0.0, 0.0),
+    20.0,
+    (
+        JointTorque(
+            (-0.6686943162417298, -0.9851101730977172),
+            (4.774953034354372, 5.007923348104755),
+            (3.987912752699197, 0.5308528775120086),
+        ),
+    ),
+)
+
+
+@pytest.mark.slow
+def test_errors_of_flows_grow_in_their_own_directions():
+    """A correction left a third of the error here, where flows are wrong by one percent in all."""
+    times = np.linspace(0.0, 20.0, 401)
+    exact = taylor_run(ACCELERATED, times, formulation="kane", precision="long double")
+    errors = StepErrors(ACCELERATED, "momenta", "double", "long double")
+    run = taylor_run(ACCELERATED, times, formulation="momenta", order=21, observe=errors)
+    found = corrected_run(run, times, errors.correction(), "long double")
+    true = true_errors(found, exact)
+    assert true[-1] > 0.2 * errors.estimate_at(times)[-1]
+    output = OUTPUT * 2**-52 * np.maximum.accumulate(np.abs(run.u).max(axis=0))
+    assert np.all(true <= errors.corrected_at(times) + output)
+    assert np.all(true_errors(run, exact) <= errors.at(times) + output)

@@ -15,8 +15,8 @@ _NORM = 0.5
 def magnus(first: Array, second: Array, third: Array) -> tuple[Array, Array]:
     """Return Ω, whose exponential is the flow of steps, from h J at Gauss's three nodes.
 
-    Ω is of sixth order. The second array is its difference from that of fourth order, whose size
-    bounds the relative error of the flow.
+    Ω is of sixth order. The second array is its difference from that of fourth order, which is far
+    larger than its own error.
     """
     slope = math.sqrt(15) / 3 * (third - first)
     bend = 10 / 3 * (third - 2 * second + first)
@@ -91,6 +91,29 @@ def accumulated(
     ends = _carried(blocks[..., :4], np.array(starts[:-1])[:, None]) + blocks[..., 4:]
     found = np.concatenate([starts[0][None], ends.reshape(-1, 4, m + 4)[:n]])
     return found[:, :, :m], found[:, :, m:]
+
+
+def carried(flows: Array, sources: Array, start: Array) -> Array:
+    """Return errors at the ends of n steps, shape (n + 1, 4), as `accumulated` does.
+
+    The sources have shape (n, 4), and the error at the start shape (4,).
+    """
+    n = len(flows)
+    width = math.isqrt(n) + 1
+    count = -(-n // width)
+    across = _in_blocks(flows, width, count)
+    added = _in_blocks(sources[:, :, None], width, count)
+    both = np.zeros((width + 1, count, 4, 5))
+    both[0, :, :, :4] = np.eye(4)
+    for flow, own, after, new in zip(across, both[:-1], both[1:], added, strict=True):
+        np.matmul(flow, own, out=after)
+        after[:, :, 4:] += new
+    starts = [start[:, None]]
+    for end in both[-1]:
+        starts.append(end[:, :4] @ starts[-1] + end[:, 4:])
+    blocks = both[1:].transpose(1, 0, 2, 3)
+    ends = blocks[..., :4] @ np.array(starts[:-1])[:, None] + blocks[..., 4:]
+    return np.concatenate([start[None], ends.reshape(-1, 4)[:n]])
 
 
 def _in_blocks(values: Array, width: int, count: int) -> Array:

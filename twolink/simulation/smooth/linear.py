@@ -22,7 +22,8 @@ class Linear(NamedTuple):
     `jacobians` of the rates at Gauss's three nodes shape (3, n, 4, 4); `by_time`, shape (n, 4), are
     the derivatives of the rates by t at the middle of each step. The `flows`, shape (n, 4, 4),
     carry a small deviation over each step; `exponents`, shape (n,), are the sizes of their
-    logarithms, and `unsure`, shape (n,), bounds on their relative errors.
+    logarithms. The `differences`, shape (n, 4, 4), are those of the logarithms from others of lower
+    order, of the sizes `unsure`, shape (n,).
     """
 
     starts: Array
@@ -32,6 +33,7 @@ class Linear(NamedTuple):
     by_time: Array
     flows: Array
     exponents: Array
+    differences: Array
     unsure: Array
 
     @property
@@ -64,6 +66,7 @@ def linearized(derivatives: Jacobians, steps: Steps, polynomials: Array) -> Line
         by_time=_by_time(lengths, polynomials, jacobians[1]),
         flows=flows,
         exponents=exponents,
+        differences=differences,
         unsure=sizes(differences),
     )
 

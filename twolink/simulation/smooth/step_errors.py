@@ -31,7 +31,7 @@ from twolink.simulation.run import Array
 from twolink.simulation.smooth.correction import Correction, correction_of
 from twolink.simulation.smooth.defect import Defects, evaluation_of
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.flows import accumulated
+from twolink.simulation.smooth.flows import accumulated, carried
 from twolink.simulation.smooth.linear import Linear, linearized, scaled_polynomials
 from twolink.simulation.smooth.quadrature import MOMENTS
 from twolink.simulation.smooth.rates import jacobians_of, loads_of
@@ -50,11 +50,14 @@ _LINEAR = 1e-5
 # Moments whose terms in a sum are below this part of the defect are left out.
 _OF_MOMENTS = 1e-3
 
-# The parts of the error that a correction leaves beside those by errors of flows, which add up. Of
-# round-off: 1e-3 was the most in random motions. Of truncation: its form on a step is known to some
-# hundredths. Of values within a step, in x⁴ for h J of size x. The linearization itself leaves a
-# part that is proportional to the error.
+# The parts of the error that a correction leaves. Of round-off: 1e-3 was the most in random runs.
+# Of truncation: its form on a step is known to some hundredths. Of values within a step, in x⁴ for
+# h J of size x. The linearization itself leaves a part that is proportional to the error.
 _LEFT, _LEFT_OF_TRUNCATION, _LEFT_WITHIN = 0.005, 0.05, 0.02
+
+# The part of the difference of errors that are carried by flows of fourth and of sixth order: the
+# latter were wrong by at most a sixth of it, and by a fiftieth in most random motions.
+_OF_FLOWS = 0.3
 
 # The round-off of a corrected value, in that of the values of a run: where a step ends, the error
 # changes by a rounding of the next start.
@@ -116,7 +119,7 @@ class StepErrors:
     def _begin(self) -> None:
         self._bounds: list[_Bounds] = []
         self._parts: list[_Part] = []
-        self._carried = np.zeros((4, 6)), np.zeros((4, 4))
+        self._carried = np.zeros((4, 7)), np.zeros((4, 4))
         self._unsure = 0.0
         self._count = 0
 
@@ -213,7 +216,7 @@ class StepErrors:
         exact = np.array([*q, *equations.from_speeds(chain.convert(own.number), q, u)])
         missed = (exact - own.lengthened(steps.coefficients[0, :, 0])).astype(float)
         sizes = equations.rounded_starts(chain, np.array(given.q), np.array(given.u))
-        errors = np.concatenate([missed[:, None], np.zeros((4, 5))], axis=1)
+        errors = np.concatenate([missed[:, None], np.zeros((4, 6))], axis=1)
         return errors, np.diag((own.rounding * np.array([0.0, 0.0, *sizes])) ** 2)
 
     def _add(self, steps: Steps, polynomials: Array, linear: Linear) -> None:
@@ -225,7 +228,14 @@ class StepErrors:
         # The round-off of constants is alike on all steps: one source for each variable.
         alike = PRECISIONS[self.evaluated_in].rounding * rates[:, None] * np.eye(4)
         sources = np.concatenate([added[..., None], alike, found.truncated[..., None]], axis=2)
-        errors, covariances = accumulated(linear.flows, sources, variances, self._carried)
+        known, covariance = self._carried
+        errors, covariances = accumulated(
+            linear.flows, sources, variances, (known[:, :6], covariance)
+        )
+        # Flows of a lower order carry other errors.
+        apart = (linear.differences @ errors[1:, :, :1])[..., 0]
+        lower = carried(linear.flows, apart, known[:, 6])
+        errors = np.concatenate([errors, lower[..., None]], axis=2)
         self._carried = errors[-1], covariances[-1]
         fastest = float((np.abs(found.rates[:, :2]) / linear.lengths[:, None]).max())
         rounded = _VALUES * PRECISIONS[self._precision].rounding
@@ -319,10 +329,11 @@ def _bounds(
     within: Array,
     unsure: Array,
 ) -> _Bounds:
-    """Return bounds from errors of q and x, (n + 1, 4, 6), and covariances, (n + 1, 4, 4).
+    """Return bounds from errors of q and x, (n + 1, 4, 7), and covariances, (n + 1, 4, 4).
 
-    The first of the errors is the estimate, the last the part of it by truncation, and the sizes of
-    the others are a part of its bound. `fastest` (rad/s) is the largest speed. `values` are the
+    The first of the errors is the estimate, and the last two are the part of it by truncation and
+    its difference from that by flows of a lower order. The sizes of the others are a part of its
+    bound. `fastest` (rad/s) is the largest speed. `values` are the
     round-off of a value, `within` the errors within steps that are not at their ends, and `unsure`
     the sums of the relative errors of flows, all of shape (n,).
     """
@@ -336,13 +347,13 @@ def _bounds(
     every = np.abs(np.concatenate([errors[1:, :2], *speeds], axis=1).transpose(2, 1, 0))
     # Round-off may leave a variance of zero below zero.
     noise = np.sqrt(np.maximum(np.concatenate([of_angles, of_speeds]), 0.0))
-    estimated, truncated = every[0], every[5].max(axis=0)
+    estimated, truncated, of_flows = every[0], every[5].max(axis=0), _OF_FLOWS * every[6]
     unseen = every[1:5].sum(axis=0) + _DEVIATIONS * noise
-    errors = (_MARGIN + unsure) * estimated + unseen
+    errors = _MARGIN * estimated + of_flows + unseen
     seen, deviation = estimated.max(axis=0), noise.max(axis=0)
-    lost = _LEFT + unsure + _LEFT_WITHIN * linear.exponents**4
+    lost = _LEFT + _LEFT_WITHIN * linear.exponents**4
     lost += (_MARGIN - 1) * _part_of_range(_MARGIN * estimated, fastest)
-    left = seen * lost + _LEFT_OF_TRUNCATION * truncated
+    left = seen * lost + _LEFT_OF_TRUNCATION * truncated + of_flows.max(axis=0)
     far = linear.exponents > _LARGEST_EXPONENT
     small = (_part_of_range(errors, fastest) <= 1) & ~far & (unsure < 1)
     shorter = _AIM * _LARGEST_EXPONENT * (linear.lengths / linear.exponents)[far]
