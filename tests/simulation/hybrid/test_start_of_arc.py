@@ -84,6 +84,15 @@ def test_a_gap_in_powers_of_time_is_known_within_round_off():
     assert order([0.0] * 6, clock=None) is None
 
 
+@pytest.mark.parametrize(("speed", "expected"), [(1e-13, 1), (0.0, 2), (-1e-13, 2)])
+def test_a_gap_that_opens_slowly_under_a_large_force_grows_from_its_first_coefficient(
+    speed, expected
+):
+    """Beside a change of 0.5 m in the step the round-off of the gap hides 1e-13 m."""
+    gap = [0.0, 1e-13, -0.5, 0.0, 0.0, 0.0]
+    assert order(gap, clock=None, state=moving(speed)) == expected
+
+
 def test_a_gap_of_zero_stays_zero_only_where_the_contact_touches():
     state = state_of(SYSTEM, (-0.3, -0.2))
     compiled = CompiledMode(

@@ -55,7 +55,7 @@ class StartOfArc:
         if self._compiled.clock is None:
             pace = float(block.lengths[0]) / self._system.longest_step
         if trigger.kind is _HITS:
-            return self._order_of_gap(polynomial, pace)
+            return self._order_of_gap(trigger, polynomial, pace)
         is_speed = trigger.kind in _SPEEDS
         noise = self._noise(trigger, polynomial, block)
         if polynomial[0] > noise:
@@ -71,10 +71,11 @@ class StartOfArc:
             least += self._root_of_rounding(trigger, block)
         return _leading_zeros(polynomial, noise, noise, pace, least)
 
-    def _order_of_gap(self, polynomial: list[Any], pace: float) -> int | None:
+    def _order_of_gap(self, trigger: Trigger, polynomial: list[Any], pace: float) -> int | None:
         """Return how many leading coefficients of a gap are zero, None if all are.
 
-        A gap is a variable of its own, and is zero only after a jump has set it to zero.
+        A gap is a variable of its own, and is zero only after a jump has set it to zero. Its first
+        derivative is the speed of the state, which is known relative to u, however slow that is.
         """
         noise = self._system.place_of_rounding
         if polynomial[0] > noise:
@@ -82,7 +83,10 @@ class StartOfArc:
         if polynomial[0] > 0:
             return _order_of_small(polynomial, noise * pace)
         least = LEADING_SHARE * self._system.rounding * _size(polynomial)
-        return _leading_zeros(polynomial, 0.0, noise, pace, least)
+        order = _leading_zeros(polynomial, 0.0, noise, pace, least)
+        if order != 1 and polynomial[0] == 0 < polynomial[1] and self._opens(trigger):
+            return 1
+        return order
 
     def _known_order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
         """Return the order determined by the mode selection or by a speed, or None.
