@@ -1,10 +1,12 @@
 """Which pair of runs is expected to suffice, for errors that grow by known laws."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from tests.simulation.hybrid import system_of
 from twolink.simulation.hybrid.configurations import Configuration, Seen, configurations
 
 TIMES = np.linspace(0.0, 4.0, 401)
@@ -36,6 +38,14 @@ def test_the_pairs_become_more_precise_and_judges_do_not_share_orders():
         True,
         True,
     ]
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-9, 1e-11, 1e-13])
+def test_the_states_of_a_judge_in_long_doubles_are_known_to_round_off(accuracy):
+    for each in configurations(accuracy):
+        if each.judge == "long double":
+            system = replace(system_of(precision=each.judge), order=each.judging_order)
+            assert system.resolution == system.rounding
 
 
 @pytest.mark.parametrize(("accuracy", "first"), [(1e-3, 15), (1e-11, 19), (1e-13, 21)])

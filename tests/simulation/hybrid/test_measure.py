@@ -13,6 +13,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
+from twolink.effects.surface import Surface
 from twolink.errors import TooMuchError
 from twolink.limits import DEFAULT_LIMITS
 from twolink.scene import Scene
@@ -305,7 +306,7 @@ def test_pairs_that_are_not_expected_to_suffice_are_not_made(monkeypatch):
     tried = configurations_tried(
         monkeypatch, lambda run: 1e-15 if run.precision == "quadruple" else 1e-6
     )
-    assert tried[0] == ("double", 15, 19)
+    assert tried[0] == ("double", 15, 21)
     assert ("long double", 23, 25) not in tried
     assert ("quadruple", 31, 25) in tried
 
@@ -319,3 +320,22 @@ def test_a_judge_that_is_known_to_fail_judges_no_other_run(monkeypatch):
     assert ("long double", 23, 25) in tried
     assert ("quadruple", 31, 25) not in tried
     assert tried[-1] == ("quadruple", 35, 31)
+
+
+@pytest.mark.slow
+def test_a_run_that_takes_a_small_speed_for_zero_is_judged_by_one_that_does_not():
+    """D slides at 1e-18 m/s in a folded pose, which is a speed in long doubles only."""
+    heavy = Chain((1.0, 2304.94), (1.0, 1.64019), ((0.5, 0.0), (0.820095, 0.0)), (1 / 12, 516.7))
+    floor = Surface(
+        (-0.64019, 2.0086534334934972e-16), (0.0, -1.0), ("D",), 0.0, "poisson", 0.2, 0.3
+    )
+    torque = JointTorque((0.0, 0.0), (77806.2, 102240.0), (12.3969, 2.0), (0.0, 0.0))
+    scene = Scene(
+        heavy, (0.0, np.pi), (-0.00853822981648667, -0.005205634601166127), 0.1,
+        (Gravity(direction=(0.0, 1.0)), floor, torque),
+    )  # fmt: skip
+    times = np.linspace(0.0, 0.1, 101)
+    found = measured_run(scene, times, 1e-9, "lagrange", lambda name: None)
+    exact = hybrid_run(scene, times, formulation="kane", precision="quadruple", order=31)
+    true = [abs(a - b).max() for a, b in ((found.kept.q, exact.q), (found.kept.u, exact.u))]
+    assert max(true) <= found.errors[-1]

@@ -25,6 +25,11 @@ _LOWEST_ORDER = 15
 # The order without truncation error in double precision.
 BEST_ORDER = 21
 
+# The least order of a judge in long doubles: its states at events are known to round-off. With a
+# lower one the speeds that count as zero are nearly those that the run in double takes for zero,
+# and both runs may take the same small speed for none.
+_JUDGING_ORDER = 21
+
 # Assumed growth of the errors of a step over a run, before a pair has shown it.
 _GROWTH = 1e3
 
@@ -105,7 +110,8 @@ def configurations(accuracy: float) -> Iterator[Configuration]:
     wanted = -math.log(accuracy / _GROWTH) / 2 - 1
     order = max(_LOWEST_ORDER, 2 * math.ceil((wanted - 1) / 2) + 3)
     if order <= 19:
-        yield Configuration("double", order, "long double", min(order + 4, 23))
+        judging = min(max(order + 4, _JUDGING_ORDER), 23)
+        yield Configuration("double", order, "long double", judging)
     if order <= BEST_ORDER:
         yield Configuration("double", BEST_ORDER, "long double", 23)
     # The truncation of order 25, 3e-23 of a step, is far below a rounding of long doubles.
