@@ -1,5 +1,7 @@
 """Jumps, one kind of event after the other: states and modes that are known by hand."""
 
+import math
+
 import pytest
 
 from tests.simulation.hybrid import (
@@ -12,11 +14,13 @@ from tests.simulation.hybrid import (
     stopped_chain,
     system_of,
 )
+from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
+from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.jump import jump, settle
 
@@ -57,3 +61,35 @@ def test_impacts_without_end_are_an_error(monkeypatch):
     system = stopped_chain()
     with pytest.raises(IntegrationError, match="from one impact to the next without end"):
         settle(system, hitting(system, -2.0), {})
+
+
+def between_floor_and_ceiling(precision):
+    """Return a system whose D slides and jams on a floor while B is below a ceiling, and a pose."""
+    chain = Chain((1.0, 1.71764), (1.0, 0.398342), ((0.5, 0.0), (0.0, 0.0)), (0.0496, 0.0196))
+    q = -math.asin(0.2), math.asin(0.484)
+    floor = Surface(
+        (0.0, 0.398342 * 0.484 - 0.2), (0.0, -1.0), ("D",), 0.4, "poisson", friction=10.0,
+        static=40.0, name="floor",
+    )  # fmt: skip
+    ceiling = Surface(
+        (0.0, -0.2), (0.0, 1.0), ("B",), 0.0, "poisson", friction=10.0, name="ceiling"
+    )
+    loads = Gravity(direction=(0.0, 1.0)), JointTorque((-76.3, 10.6))
+    return system_of(*loads, floor, ceiling, chain=chain, precision=precision), q
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_impacts_and_impacts_without_collision_that_answer_each_other_end_at_rest(precision):
+    system, q = between_floor_and_ceiling(precision)
+    # So slow that all further bounces fit into the Zeno time.
+    after = settle(system, state_of(system, q, (0.0, 50 * system.zeno_time)), {})
+    assert after.state.u == (0, 0)
+    assert after.state.touching == {0, 1}
+    assert len(after.strikes) > 10
+
+
+def test_impacts_without_end_are_named(monkeypatch):
+    monkeypatch.setattr("twolink.simulation.hybrid.jump._MOST_ROUNDS", 2)
+    system, q = between_floor_and_ceiling("double")
+    with pytest.raises(IntegrationError, match="the impacts are on: D on floor, B on ceiling"):
+        settle(system, state_of(system, q, (0.0, 7e-7)), {})

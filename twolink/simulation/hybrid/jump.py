@@ -11,13 +11,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from twolink.arithmetic import Scalar
 from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState
 from twolink.errors import IntegrationError
-from twolink.simulation.hybrid.collision import collide, surfaces_after, touched_names
+from twolink.simulation.hybrid.collision import collide, surfaces_after
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
 from twolink.simulation.hybrid.dynamics import is_fixed
-from twolink.simulation.hybrid.impact import Strike
+from twolink.simulation.hybrid.impact import Strike, largest
 from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
 from twolink.simulation.hybrid.painleve import jammed, strike_without_collision
 from twolink.simulation.hybrid.pose import Pose
@@ -26,10 +27,12 @@ from twolink.simulation.hybrid.select import Selection, select
 from twolink.simulation.hybrid.singular_pose import pinned
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.tolerances import LEFT_OVER, MOST_IMPACTS_OF_A_BURST
 from twolink.simulation.hybrid.zeno import NO_PAST, LeftOut, Past, accumulated, left_out
 
-# Largest number of impacts without collision and Zeno limits at one instant before failure.
-_MOST_ROUNDS = 40
+# Largest number of impacts without collision and Zeno limits at one instant before failure: a burst
+# of impacts ends before.
+_MOST_ROUNDS = 2 * MOST_IMPACTS_OF_A_BURST
 
 
 class Jump(NamedTuple):
@@ -84,6 +87,7 @@ def settle(
     notes: list[Remark] = []
     doubts: list[Doubt] = []
     delay, endless = 0.0, False
+    fast = largest(before[0].u[0] if before else state.u)
     if before:
         state = surfaces_after(system, state, system.pose(state.q))
     for _ in range(_MOST_ROUNDS):
@@ -98,7 +102,7 @@ def settle(
         if selection is None and restricted:
             selection = select(system, state, pose, {})
         if selection is None:
-            ended = _without_mode(system, state, pose, past, strikes)
+            ended = _without_mode(system, state, pose, past, strikes, fast)
             struck = list(ended.strikes)
         else:
             mode = system.mode(selection.states, _dents(state))
@@ -116,19 +120,31 @@ def settle(
         notes += ended.notes
         doubts += ended.doubts
         endless = endless or bool(ended.doubts)
+    names = ", ".join(system.names[i] for i in sorted({strike.number for strike in strikes}))
     raise IntegrationError(
         f"at {float(state.t):.9g} s the laws of impact and friction lead from one impact to the "
-        f"next without end; elements in contact: {touched_names(system, state)}"
+        f"next without end; the impacts are on: {names}"
     )
 
 
 def _without_mode(
-    system: HybridSystem, state: HybridState, pose: Pose, past: Past, strikes: list[Strike]
+    system: HybridSystem,
+    state: HybridState,
+    pose: Pose,
+    past: Past,
+    strikes: list[Strike],
+    fast: Scalar,
 ) -> LeftOut:
     """Return the state after the impacts that end a state from which the laws admit no motion.
 
-    They are those of a jammed slide, or the last ones of a burst.
+    They are those of a jammed slide, or the last ones of a burst. Impacts without collision and
+    other impacts may answer each other, ever more weakly: in the limit, from speeds on that are
+    round-off of the largest one before the jump, `fast` (rad/s), all contacts rest.
     """
+    if 0 < largest(state.u) <= LEFT_OVER * system.rounding * fast:
+        rest = accumulated(system, state, pose, past, strikes)
+        if rest is not None and not any(rest.state.u):
+            return rest
     if not jammed(system, state, pose):
         at_rest = strikes and strikes[-1].impulse.regime is Regime.BOUNCES_DIE_AWAY
         rest = None if at_rest else accumulated(system, state, pose, past, strikes)

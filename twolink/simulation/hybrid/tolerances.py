@@ -30,7 +30,7 @@ UNDECIDED = 2.0**20
 AT_REST = 64
 
 # Roundings of the speeds before an impact. A smaller speed after it is round-off of zero. Read
-# by impact, impact_order and painleve.
+# by impact, impact_order, jump and painleve.
 LEFT_OVER = 64
 
 # Roundings of the approach speed. A slower rebound counts as zero. Read by
@@ -99,7 +99,7 @@ STANDING_CLOCK = 1e-6
 MANY_JUMPS = 1_000
 
 # Impacts within the Zeno time (below) before all contacts that took part come to rest together.
-# Read by zeno.
+# Read by jump and zeno.
 MOST_IMPACTS_OF_A_BURST = 60
 
 # Impacts within the Zeno time of contacts that come to rest together if the laws admit no other
