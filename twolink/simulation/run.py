@@ -18,6 +18,9 @@ from twolink.simulation.hybrid.mode import Event, Impact
 
 Array = NDArray[np.float64]
 
+ENDS_EARLY = "the run that measures it ends early"
+"""Why the error of a run is unknown from a time on, if nothing else is said."""
+
 
 @dataclass(frozen=True)
 class Statistics:

@@ -29,7 +29,7 @@ from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.motion import has_events, has_modes
 from twolink.simulation.options import RunOptions
-from twolink.simulation.run import Array, MotionRun, Statistics
+from twolink.simulation.run import ENDS_EARLY, Array, MotionRun, Statistics
 from twolink.simulation.smooth.longest_step import intervals_to_check
 from twolink.simulation.smooth.measure import (
     MARGIN_OF_LIKE_PRECISIONS,
@@ -167,7 +167,8 @@ def _through_events(asked: _Asked) -> Trajectory:
         asked.options.limits,
     )
     kept = found.kept
-    made = _trajectory(asked, kept, found.errors + rounding(kept), found.runs)
+    errors = found.errors + rounding(kept)
+    made = _trajectory(asked, kept, errors, found.runs, found.why_unknown)
     if not kept.failure:
         return made
     note = f"{kept.failure[0].upper()}{kept.failure[1:]}; the trajectory ends there."
@@ -214,6 +215,7 @@ def _trajectory(
     kept: MotionRun,
     errors: Array,
     runs: Sequence[MotionRun],
+    why_unknown: str = ENDS_EARLY,
 ) -> Trajectory:
     statistics = Statistics(
         steps=kept.steps,
@@ -223,8 +225,9 @@ def _trajectory(
         run_seconds=sum(run.run_seconds for run in runs),
     )
     made = _made(
-        asked, kept.q, kept.u, errors, "taylor", kept.precision, statistics, dense=kept.dense
-    )
+        asked, kept.q, kept.u, errors, "taylor", kept.precision, statistics, dense=kept.dense,
+        why_unknown=why_unknown,
+    )  # fmt: skip
     return replace(
         made,
         events=kept.events,
@@ -245,6 +248,7 @@ def _made(
     precision: PrecisionName,
     statistics: Statistics,
     dense: Callable[[], Any] | None = None,
+    why_unknown: str = ENDS_EARLY,
 ) -> Trajectory:
     q, u = np.array(q, dtype=float), np.array(u, dtype=float)
     times = asked.times[: q.shape[1]]
@@ -254,7 +258,7 @@ def _made(
     if not met.all():
         rest = f"at {times[-1]:.6g} s the error is {errors[-1]:.1e}"
         if not np.isfinite(errors[-1]):
-            rest = "the error after that is unknown, as the run that measures it ends early"
+            rest = f"the error after that is unknown, as {why_unknown}"
         notes.append(f"The accuracy {asked.accuracy:.1e} holds until {holds_until:.6g} s; {rest}.")
     return Trajectory(
         scene=asked.scene,

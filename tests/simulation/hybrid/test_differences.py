@@ -65,7 +65,7 @@ def test_an_impact_that_only_one_run_has_counts_as_its_jump(run, judge):
 
 def test_an_undecided_impact_counts_as_an_error_from_its_time_on(run, judge):
     """A touch that may have been an impact of 1e-4 rad/s: twice that, and a tenth more."""
-    doubt = Doubt(1.25, Trigger(EventKind.HITS, 0), 1e-4, 2e-4)
+    doubt = Doubt(1.25, Trigger(EventKind.HITS, 0), 1e-4, 2e-4, 1.25)
     errors = differences(run, replace(judge, doubts=(doubt,)), TIMES, 1e-9)
     assert errors[TIMES < 1.2].max() < 1e-12
     assert errors[-1] == pytest.approx(2e-4)

@@ -1,23 +1,26 @@
 """Doubts of touches and of shallow falls, on steps whose polynomials are written by hand."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tests.simulation.hybrid import BARS, mode_of, state_of, system_of
+from tests.simulation.hybrid import BALANCED, BARS, mode_of, state_of, system_of
 from tests.simulation.hybrid.test_certificate import HITS, SYSTEM, block_of, certificate_of, first
 from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
 from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate
 from twolink.simulation.hybrid.compile import CompiledMode, Watched
-from twolink.simulation.hybrid.doubts import remarks_of
+from twolink.simulation.hybrid.doubts import remarks_of, undecided_at
 from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.pool import IntegratorPool
@@ -38,7 +41,8 @@ def test_a_doubt_beside_a_clock_has_the_time_and_the_speed_of_the_motion():
     found = certificate_of(HITS, clock=1, span=9.0, state=state)
     _, (doubt,) = found.first_event(block_of(steps, (0.5, 0.5)), False)
     _, (in_time,) = first(HITS, (1 / 16, -1 / 2, 1))
-    assert doubt.time == pytest.approx(2.75, rel=1e-15)
+    assert doubt.time == pytest.approx(3.75, rel=1e-6)
+    assert doubt.time < doubt.until == pytest.approx(3.75, rel=1e-12)
     assert doubt.speed == pytest.approx(in_time.speed / 4, rel=1e-6)
 
 
@@ -54,7 +58,49 @@ def test_a_limit_that_is_touched_leaves_the_motion_open_if_static_friction_is_hi
     touching = (1 / 16, -1 / 2, 1)
     _, (doubt,) = first(Trigger(E.BREAKS, 1, 1), touching)
     assert doubt.speed == math.inf
+    assert doubt.time < doubt.until
+    assert (doubt.time, doubt.until) == pytest.approx((0.25, 0.25), abs=1e-6)
     assert first(Trigger(E.BREAKS, 2, 1), touching) == (None, ())
+
+
+def ramp(after):
+    """Return a scene whose torque reaches the static limit of A at 1 s, and is `after` at 2 s."""
+    torque = SampledTorque((0.0, 1.0, 2.0), (0.0, 1.5, after), (0.0, 0.0, 0.0), "linear")
+    friction = JointFriction((1.0, 0.0), (1.5, 0.0))
+    return Scene(BALANCED, (0.0, 0.0), (0.0, 0.0), 2.0, (torque, friction))
+
+
+def test_a_limit_that_is_reached_where_the_torque_has_a_corner_is_decided_there():
+    """Beyond the corner the torque exceeds the limit: A breaks loose at 1 s."""
+    found = simulate(ramp(3.0))
+    assert found.met
+    assert found.notes == ()
+    assert [event.time for event in found.events] == [0.0, 1.0]
+
+
+def test_a_limit_that_a_torque_touches_where_it_turns_back_leaves_the_motion_open_from_there_on():
+    """Coulomb's law admits that A sticks and that it slips."""
+    found = simulate(ramp(0.0))
+    assert found.holds_until == found.t[found.t < 1.0][-1]
+    assert found.error == math.inf
+    assert found.notes[0].endswith(
+        "the error after that is unknown, as round-off decides at 1 s whether a static friction "
+        "limit is reached (A)."
+    )
+    assert found.notes[1].startswith("At 1 s the error of the run decides")
+
+
+def test_a_limit_that_is_reached_at_the_end_of_a_motion_leaves_no_doubt():
+    found = simulate(replace(ramp(3.0), duration=1.0))
+    assert found.met
+    assert found.notes == ()
+
+
+def test_only_doubts_on_a_limit_that_last_until_the_end_are_decided_there():
+    breaks = Trigger(E.BREAKS, 1, 1)
+    lasts, ends = (Doubt(0.5, breaks, math.inf, math.inf, until) for until in (1.0, 0.6))
+    hits = Doubt(0.5, HITS, 1e-9, 2.0, 1.0)
+    assert undecided_at((lasts, ends, hits), 1.0) == ([ends, hits], [lasts])
 
 
 @pytest.mark.parametrize(("least", "doubted"), [(1e-14, True), (1e-9, False)])
@@ -105,8 +151,8 @@ def test_a_bounce_below_the_round_off_of_the_gap_leaves_no_doubt():
 
 
 def test_a_doubt_that_changes_the_motion_is_noted():
-    large = Doubt(0.5, Trigger(E.HITS, 1), 1e-9, 2.0)
-    small = Doubt(0.6, HITS, 1e-9, 1e-8)
+    large = Doubt(0.5, Trigger(E.HITS, 1), 1e-9, 2.0, 0.5)
+    small = Doubt(0.6, HITS, 1e-9, 1e-8, 0.6)
     (remark,) = remarks_of([small, large], ("A", "B on floor"))
     assert remark.time == 0.5
     assert remark.sentence == (

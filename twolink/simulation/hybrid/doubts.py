@@ -70,22 +70,39 @@ def doubt_of(
 ) -> Doubt | None:
     """Return the doubt caused by a touch, or None if the motion does not depend on it.
 
-    `bound` is that on the error of the event function, or its depth.
+    `bound` is that on the error of the event function, or its depth. The doubt begins where the
+    event function comes within it.
     """
     element, x = step.system.elements[trigger.index], float(search.touch or 0.0)
     speed = change = math.inf
+    slope, bend = (abs(derivative) for derivative in _derivatives(polynomial, x))
+    before = max(x - _width(slope, bend, bound), 0.0)
     if trigger.kind is EventKind.HITS and not search.unsure:
-        bend = abs(_second_derivative(polynomial, x))
         pace = step.time(x)[1]
         if x > 0 and pace <= STANDING_CLOCK * step.time(0.0)[1]:
             # The press ends here, and beyond it the polynomials go back in time.
             return None
         speed = math.sqrt(2 * bend * bound) / pace if pace > 0 else math.inf
-        before = max(x - math.sqrt(2 * bound / bend), 0.0) if bend > 0 else 0.0
         change = step.change(before, trigger.index, speed)
     elif not search.unsure and not (element.hysteretic and trigger.kind in _BREAKAWAY):
         return None
-    return Doubt(step.time(0.0)[0], trigger, speed, change)
+    until = 1.0 if float(sum(polynomial)) <= bound else x
+    return Doubt(step.time(before)[0], trigger, speed, change, step.time(until)[0])
+
+
+def undecided_at(doubts: Iterable[Doubt], end: float) -> tuple[list[Doubt], list[Doubt]]:
+    """Return the doubts of an arc before its end (s), and those that last until there.
+
+    The latter are those on a friction limit: a mode that is selected at the end decides them.
+    """
+    before: list[Doubt] = []
+    last: list[Doubt] = []
+    for doubt in doubts:
+        # A step is as long as a rounded difference of times.
+        lasts = math.nextafter(doubt.until, math.inf) >= end
+        limit = doubt.trigger.kind is EventKind.BREAKS
+        (last if limit and lasts else before).append(doubt)
+    return before, last
 
 
 def remarks_of(doubts: Iterable[Doubt], names: Sequence[str]) -> Iterator[Remark]:
@@ -111,6 +128,17 @@ def with_dip(
     return (search._replace(touch=place), depth) if depth < grazing else (search, bound)
 
 
-def _second_derivative(polynomial: Sequence[Any], x: float) -> float:
-    """Return the second derivative of a polynomial, in float64."""
-    return sum(k * (k - 1) * float(c) * x ** (k - 2) for k, c in enumerate(polynomial) if k > 1)
+def _width(slope: float, bend: float, bound: float) -> float:
+    """Return how far before zero a falling polynomial is at a bound, infinity for a constant.
+
+    `slope` and `bend` are the sizes of its derivatives.
+    """
+    steepness = slope + math.sqrt(slope * slope + 2 * bend * bound)
+    return 2 * bound / steepness if steepness > 0 else math.inf
+
+
+def _derivatives(polynomial: Sequence[Any], x: float) -> tuple[float, float]:
+    """Return the first and the second derivative of a polynomial, in float64."""
+    coefficients = [float(c) for c in polynomial]
+    first = sum(k * c * x ** (k - 1) for k, c in enumerate(coefficients) if k)
+    return first, sum(k * (k - 1) * c * x ** (k - 2) for k, c in enumerate(coefficients) if k > 1)

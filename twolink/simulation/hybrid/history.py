@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from twolink.contact.states import ContactState
@@ -17,7 +17,7 @@ from twolink.names import FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.compile import CompiledMode, safe_order
-from twolink.simulation.hybrid.doubts import remarks_of
+from twolink.simulation.hybrid.doubts import remarks_of, undecided_at
 from twolink.simulation.hybrid.flow import Arc, flow
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.jump import Jump, jump, settle
@@ -122,13 +122,7 @@ class History:
             )  # fmt: skip
             advanced = arc.end.t > self.state.t
             self.state = arc.end
-            self.arcs.append(arc)
-            self._last_arcs[arc.compiled] = arc
-            self.compile_seconds += arc.compile_seconds
-            self.since.append(float(arc.start.t) + following.delay)
-            if arc.doubts:
-                self.doubts += arc.doubts
-                self.notes += remarks_of(arc.doubts, self.system.names)
+            undecided = self._add(arc, following.delay)
             at_once = 0 if advanced else at_once + 1
             if at_once > tolerances.MOST_JUMPS_AT_ONCE:
                 raise IntegrationError(
@@ -140,8 +134,32 @@ class History:
                 reported = self._steps
                 reached(float(arc.end.t), 0)
             self._check_effort(arc)
+            selects = arc.event is None and self._at_break()
             following = self._jump(arc, until)
+            if self.state.t < self.end and (following.notes or not selects):
+                self._doubt(undecided)
             self._keep(following)
+
+    def _add(self, arc: Arc, delay: float) -> Sequence[Doubt]:
+        """Add an arc whose mode begins after a delay (s), and its doubts.
+
+        Those are returned that the selection of a mode at its end would decide.
+        """
+        self.arcs.append(arc)
+        self._last_arcs[arc.compiled] = arc
+        self.compile_seconds += arc.compile_seconds
+        self.since.append(float(arc.start.t) + delay)
+        if not arc.doubts:
+            return ()
+        before, undecided = undecided_at(arc.doubts, float(arc.end.t))
+        self._doubt(before)
+        return undecided
+
+    def _doubt(self, doubts: Sequence[Doubt]) -> None:
+        """Keep doubts, and remarks on those that change the motion."""
+        if doubts:
+            self.doubts += doubts
+            self.notes += remarks_of(doubts, self.system.names)
 
     def _spend(self, arc: Arc) -> None:
         """Add the steps of an arc, and their memory, to those of the run."""
@@ -205,11 +223,15 @@ class History:
             recent = self._strikes_since(float(state.t) - self.system.zeno_time)
             past = Past(recent, self._last, self._tired, float(self.end - state.t))
             return jump(self.system, state, arc.mode, arc.event, past)
-        if self._breaks and state.t >= self._breaks[0]:
+        if self._at_break():
             begins = float(self._breaks.pop(0))
             self.system = self.system.with_effects(pieces_at(self.scene.effects, begins))
             return jump(self.system, state, arc.mode, None)
         return Jump(state, arc.mode)
+
+    def _at_break(self) -> bool:
+        """Return whether the effects have a discontinuity now."""
+        return bool(self._breaks) and bool(self.state.t >= self._breaks[0])
 
     def _strikes_since(self, begins: float) -> list[Strike]:
         """Return the last impacts from a time on (s), in their order."""

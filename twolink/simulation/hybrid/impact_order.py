@@ -82,7 +82,8 @@ def choices(
         share = abs(rival.speed / own.speed)
         within = rival.gap / float(largest(rows[rival.number]) + share * largest(rows[first]))
         trigger = Trigger(EventKind.HITS, rival.number)
-        doubts.append(Doubt(float(state.t), trigger, abs(rival.speed), change, within))
+        now = float(state.t)
+        doubts.append(Doubt(now, trigger, abs(rival.speed), change, now, within))
     return tuple(doubts), tuple(remarks)
 
 

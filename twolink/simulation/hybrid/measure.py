@@ -25,9 +25,11 @@ from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.configurations import BEST_ORDER, Configuration, Seen, configurations
 from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS, differences
+from twolink.simulation.hybrid.doubts import remarks_of
 from twolink.simulation.hybrid.history import Effort
 from twolink.simulation.hybrid.run import HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import BEYOND, MOST_JUMPS, PATIENCE
+from twolink.simulation.run import ENDS_EARLY
 from twolink.simulation.smooth.equations import EQUATIONS
 
 Array = NDArray[np.float64]
@@ -69,6 +71,14 @@ class Measured:
     errors: Array
     judge: HybridRun
     runs: tuple[HybridRun, ...]
+
+    @property
+    def why_unknown(self) -> str:
+        """Why the error is infinite from a time on, where it is: a doubt, or the judge's end."""
+        endless = [doubt for doubt in self.judge.doubts if doubt.change == math.inf]
+        for remark in remarks_of(endless[:1], self.judge.arcs[0].mode.names):
+            return f"round-off decides at {remark.time:.9g} s {remark.kind}"
+        return ENDS_EARLY
 
 
 def measured_run(

@@ -99,14 +99,16 @@ class Doubt(NamedTuple):
 
     An event function has touched zero without falling, or has fallen by no more than the error of a
     run, or bounces were omitted. `speed` (rad/s or m/s) is that of the impacts that may have been
-    missed, or infinity, and `change` (rad/s) what they would change u by. It counts only if the
-    error of an angle may be `within` (rad).
+    missed, or infinity, and `change` (rad/s) what they would change u by. The event function stays
+    within its error `until` a time (s). A doubt counts only if the error of an angle may be
+    `within` (rad).
     """
 
     time: float
     trigger: Trigger
     speed: float
     change: float
+    until: float
     within: float = 0.0
 
 

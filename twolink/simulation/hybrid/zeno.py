@@ -265,9 +265,10 @@ def _given_up(
     now = float(state.t)
     found = _clamped(system, state, pose, sorted(flights), 0.0, flights)
     impacts = Impacts(pose, system.elements, now, system.rounding)
+    changes = [impacts.largest_change(i, f.lands, state.u) for i, f in flights.items()]
     doubts = tuple(
-        Doubt(now, Trigger(EventKind.HITS, i), f.lands, impacts.largest_change(i, f.lands, state.u))
-        for i, f in flights.items()
+        Doubt(now, Trigger(EventKind.HITS, i), f.lands, change, now)
+        for (i, f), change in zip(flights.items(), changes, strict=True)
     )
     notes = tuple(
         Remark(
