@@ -5,15 +5,19 @@ import math
 import numpy as np
 import pytest
 
-from tests.simulation.hybrid import BALANCED, state_of, system_of
+from tests.simulation.hybrid import BALANCED, BARS, state_of, system_of
 from twolink.contact.force_laws import Phase
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.end_force import EndForce
+from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.surface import Surface
 from twolink.errors import SimulationError
+from twolink.scene import Scene
+from twolink.simulation import simulate
 from twolink.simulation.hybrid.jump import settle
+from twolink.simulation.hybrid.start import change_of_start
 
 Q = (0.3, 1.2)
 HEIGHT = math.sin(0.3) + math.sin(1.2)
@@ -277,3 +281,54 @@ def test_a_start_in_a_yielding_surface_that_moves_out_is_on_the_curve_of_restitu
         assert own.deepest == pytest.approx(1e-4, rel=1e-9)
         after = settle(system, state, {}).state
         assert after.u == pytest.approx(u, rel=1e-9)
+
+
+NEARLY_STRAIGHT = (math.pi / 2 - 1e-4, math.pi / 2 + 1e-4)
+LOWEST = math.sin(NEARLY_STRAIGHT[0]) + math.sin(NEARLY_STRAIGHT[1])
+
+
+def above(gap, normal=(0.0, -1.0)):
+    """Return a floor that D is above by a gap (m) where it is nearly at its lowest place."""
+    return Surface((0.0, LOWEST + gap), normal, restitution=0.5)
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_a_gap_that_roundings_of_the_pose_do_not_close_is_open(precision):
+    """Its closing would move the pose by 7e-11 rad."""
+    system = system_of(above(1.3e-14), precision=precision)
+    state = state_of(system, NEARLY_STRAIGHT)
+    assert [float(x) for x in state.q] == list(NEARLY_STRAIGHT)
+    assert not state.touching
+    assert float(state.gaps[0]) == pytest.approx(1.3e-14, rel=0.1)
+    # Far from the singular pose it is a rounding of the pose.
+    assert start(floor(-1.3e-14)).touching == {0}
+
+
+@pytest.mark.parametrize("gap", [0.0, 4e-16, -4e-16, -1.3e-14])
+def test_a_gap_of_the_rounding_of_a_place_is_closed_in_every_pose(gap):
+    state = start(above(gap), q=NEARLY_STRAIGHT)
+    assert state.touching == {0}
+    assert state.gaps == (0,)
+
+
+@pytest.mark.slow
+def test_the_change_of_a_start_is_part_of_the_error_from_the_start_on():
+    """All runs share it, as all start on the contact."""
+    for gap in (1.3e-14, -1.3e-14):
+        scene = Scene(BARS, NEARLY_STRAIGHT, (0.0, 0.0), 0.1, (Gravity(), above(gap)), 1e-9)
+        found = simulate(scene)
+        changed = np.abs(found.q[:, 0] - NEARLY_STRAIGHT).max()
+        assert (changed > 1e-11) == (gap < 0)
+        assert changed <= found.error < 1e-9
+        assert found.met
+
+
+def test_the_change_of_a_start_is_zero_within_the_rounding_of_a_scene():
+    scene = Scene(BARS, (0.3, 1.2), (0.5, 0.0), 1.0)
+    state = start(q=scene.q, u=scene.u)
+    assert change_of_start(scene, state) == 0
+    assert change_of_start(scene, state._replace(q=(0.3, 1.2 + 1e-16))) == 0
+    assert change_of_start(scene, state._replace(q=(0.3, 1.2 + 1e-12))) == pytest.approx(
+        1e-12, 1e-3
+    )
+    assert change_of_start(scene, state._replace(u=(0.5, 1e-13))) == 1e-13

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from twolink.contact.states import ContactState
+from twolink.contact.states import ContactState, EventKind
 from twolink.effects import contact_elements, discontinuities, pieces_at
 from twolink.errors import IntegrationError
 from twolink.formulations import FORMULATIONS
@@ -21,8 +21,8 @@ from twolink.simulation.hybrid.doubts import remarks_of, undecided_at
 from twolink.simulation.hybrid.flow import Arc, flow
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.jump import Jump, jump, settle
-from twolink.simulation.hybrid.mode import Doubt, Remark
-from twolink.simulation.hybrid.start import start_state
+from twolink.simulation.hybrid.mode import Doubt, Remark, Trigger
+from twolink.simulation.hybrid.start import change_of_start, start_state
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.zeno import Past
@@ -100,6 +100,11 @@ class History:
         self.compile_seconds = 0.0
         self.exhausted = False
         self.state: HybridState = start_state(self.system, scene)
+        # All runs share this change, so that their difference does not show it.
+        change = change_of_start(scene, self.state)
+        if change:
+            index = next(i for i, gap in enumerate(self.state.gaps) if gap == 0)
+            self.doubts.append(Doubt(0.0, Trigger(EventKind.HITS, index), 0.0, change, 0.0))
 
     def follow(self, progress: Callable[[float], None]) -> None:
         """Integrate the motion to its end: flow and jump in turn."""

@@ -36,12 +36,13 @@ def start_state(system: HybridSystem, scene: Scene) -> HybridState:
 
     A start is given in float64, and lies on a contact within round-off of it. In every precision it
     is the state exactly on all contacts that are touched; depths and gaps are those of this state.
+    `change_of_start` says how far it is from the scene.
     Raises `SimulationError` if a point starts inside a rigid contact.
     """
     number = system.number
     u = number(scene.u[0]), number(scene.u[1])
     given = system.pose((number(scene.q[0]), number(scene.q[1])))
-    near = _touching(system, given.q)
+    near = _touching(system, given)
     pose = _placed(system, given, near)
     # Near a singular pose this closes rigid contacts that are open by little more than round-off.
     near += [i for i, e in enumerate(system.elements) if e.rigid and _closed(system, e, pose.q)]
@@ -65,22 +66,43 @@ def start_state(system: HybridSystem, scene: Scene) -> HybridState:
     return _at_rest_on_contacts(system, state, pose)
 
 
-def _touching(system: HybridSystem, q: Any) -> list[int]:
+def change_of_start(scene: Scene, state: HybridState) -> float:
+    """Return the largest change of q (rad) and u (rad/s) from a scene to its initial state.
+
+    It is zero within the round-off of float64, in which the scene is given.
+    """
+    change = 0.0
+    for given, own in ((scene.q, state.q), (scene.u, state.u)):
+        moved = float(largest((own[0] - given[0], own[1] - given[1])))
+        if moved > _ROUNDING * max(map(abs, given)):
+            change = max(change, moved)
+    return change
+
+
+def _touching(system: HybridSystem, pose: Pose) -> list[int]:
     """Return the contacts that a pose given in float64 touches."""
     found = []
     for index, element in enumerate(system.elements):
-        gap = _gap(system, element, q)
+        gap = _gap(system, element, pose.q)
         if gap is None:
             continue
-        near = tolerances.CONTACT_GAP * _ROUNDING * max(1.0, abs(float(element.bound)))
-        if abs(gap) <= near:
-            found.append(index)
+        rounding = _ROUNDING * max(1.0, abs(float(element.bound)))
+        if abs(gap) <= tolerances.CONTACT_GAP * rounding:
+            if gap <= tolerances.ROUNDED_PLACE * rounding or _closes(pose, element, gap):
+                found.append(index)
         elif gap < 0 and element.rigid:
             raise SimulationError(
                 f"{element.name}: the scene must start outside or in contact; got a start"
                 f" {-float(gap):.6g} inside"
             )
     return found
+
+
+def _closes(pose: Pose, element: ContactElement, gap: Any) -> bool:
+    """Return whether a change of q (rad) by roundings of float64 closes a gap (rad or m)."""
+    row = pose.row(element.normal)  # type: ignore[arg-type]
+    most = tolerances.CONTACT_GAP * _ROUNDING * max(1, largest(pose.q))
+    return bool(gap * largest(row) < most * (row[0] * row[0] + row[1] * row[1]))
 
 
 def _closed(system: HybridSystem, element: ContactElement, q: Any) -> bool:

@@ -19,6 +19,11 @@ CONTACT_GAP = 64
 # before another one: as large as the coarsest accuracy. Read by impact_order.
 CLOSING = 1e-3
 
+# Roundings of a position. The place of a point that is computed from a scene in float64 is known
+# within this. A start with a larger gap is open if only a change of q by more than CONTACT_GAP
+# roundings closes it, near a singular pose. Read by start.
+ROUNDED_PLACE = 8
+
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
 # smaller is zero within the precision, and the next derivatives decide. The factor
 # covers the solution of two equations in a pose near a singular one. Read by complementarity,
