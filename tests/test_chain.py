@@ -1,12 +1,14 @@
+import copy
 import dataclasses
 import math
+import pickle
 from fractions import Fraction
 
 import mpmath
 import numpy as np
 import pytest
 
-from twolink.chain import Chain, Point
+from twolink.chain import Chain, Point, Rotor
 from twolink.errors import ParameterError
 
 GOOD = {
@@ -55,6 +57,37 @@ def test_conversion_keeps_floats_exactly_and_bars_as_rationals():
         # A given inertia is the float that it is, not the rational it may stand for.
         given = Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (0.5, 0.0)), (1 / 12, 1 / 12))
         assert mpmath.mpf(1) / 12 != given.convert(mpmath.mpf).I_C2
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"inertia": (0.5, 0.7)},
+        {"inertia": (1 / 12, math.nextafter(1 / 12, 1.0))},
+        {"mass": (1.0, 2.0)},
+        {"length": (1.0, 2.0)},
+    ],
+)
+def test_a_changed_bar_has_the_inertia_that_it_states(change):
+    changed = dataclasses.replace(Chain.uniform_bars(), **change)
+    assert changed.convert(Fraction).inertia == tuple(map(Fraction, changed.inertia))
+
+
+@pytest.mark.parametrize(
+    "copied",
+    [
+        copy.copy,
+        copy.deepcopy,
+        lambda chain: pickle.loads(pickle.dumps(chain)),
+        lambda chain: dataclasses.replace(chain, centre=((0.4, 0.0), (0.5, 0.1))),
+        lambda chain: dataclasses.replace(chain, rotors=(Rotor(0.1, (1.0, 0.0)),)),
+        lambda chain: dataclasses.replace(chain, inertia=chain.inertia),
+    ],
+)
+def test_a_copied_bar_keeps_its_exact_inertia(copied):
+    bars = Chain.uniform_bars((0.1, 1.0), (0.3, 1.0))
+    assert copied(bars).convert(Fraction).inertia == bars.convert(Fraction).inertia
+    assert Fraction(1, 12) == bars.convert(Fraction).I_C2
 
 
 @pytest.mark.parametrize(

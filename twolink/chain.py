@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
+from itertools import starmap
 from numbers import Real
 from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
@@ -66,7 +67,8 @@ class Chain:
     centre: tuple[Pair, Pair]
     inertia: Pair
     rotors: tuple[Rotor, ...] = ()
-    # A uniform bar's mL²/12 is not a float64 number. The exact value is kept for `convert`.
+    # A uniform bar's mL²/12 is not a float64 number. The exact value is kept for `convert`, as long
+    # as the mass, the length and the inertia are those of the bar.
     _exact_inertia: Pair | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -81,6 +83,15 @@ class Chain:
         _positive(1, "length", self.length[0], "m")
         _not_negative(2, "length", self.length[1], "m")
         _check_positive_definite(self)
+        if not self._is_of_bars():
+            object.__setattr__(self, "_exact_inertia", None)
+
+    def _is_of_bars(self) -> bool:
+        """Return whether exact inertias are given that are those of the present parameters."""
+        if self._exact_inertia is None:
+            return False
+        parameters = zip(self._exact_inertia, self.inertia, self.mass, self.length, strict=True)
+        return all(starmap(_is_of_bar, parameters))
 
     def _repr_html_(self) -> str:
         """Return the drawing and a table of the parameters, for notebooks."""
@@ -99,7 +110,7 @@ class Chain:
         The mass centres are at mid-length and I_C = mL²/12 (section 6.1).
         """
         mass, length = _rods(mass, length)
-        first, second = (_exact(m) * _exact(L) ** 2 / 12 for m, L in zip(mass, length, strict=True))
+        first, second = map(_inertia_of_bar, mass, length)
         return cls(
             mass=mass,
             length=length,
@@ -320,6 +331,19 @@ def _in_floats(pair: Pair) -> Pair:
 def _exact(value: Any) -> Any:
     """Return a float as an exact rational, and any other type unchanged."""
     return Fraction(value) if isinstance(value, (int, float)) else value
+
+
+def _inertia_of_bar(mass: Any, length: Any) -> Any:
+    """Return mL²/12 (kg m²) of a thin uniform bar, exact for real numbers."""
+    return _exact(mass) * _exact(length) ** 2 / 12
+
+
+def _is_of_bar(exact: Any, inertia: Any, mass: Any, length: Any) -> bool:
+    """Return whether an exact inertia is that of a bar, and rounds to an inertia (kg m²)."""
+    bar = _inertia_of_bar(mass, length)
+    if not isinstance(exact, Fraction) or not isinstance(bar, Fraction):
+        return exact is inertia
+    return exact == bar and nearest_float(exact) == inertia
 
 
 def _rounded(value: Any) -> Any:
