@@ -1,13 +1,15 @@
 import math
+from fractions import Fraction
 
 import flint
+import heyoka
 import mpmath
 import numpy as np
 import pytest
 import sympy as sp
 
 from twolink import kane, kinematics, lagrange
-from twolink.arithmetic import cos, exp, sign, sin, sine_and_cosine, sqrt
+from twolink.arithmetic import cos, exactly, exp, fraction_in, sign, sin, sine_and_cosine, sqrt
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 
@@ -76,6 +78,45 @@ def test_balls_have_their_functions_as_methods():
         assert abs(float(found) - getattr(math, function.__name__)(2)) < 1e-15
     with pytest.raises(AttributeError):
         sign(ball)
+
+
+LONG = Fraction(10**80 + 1, 3 * 10**80)
+
+
+@pytest.mark.parametrize(
+    ("number", "digits"),
+    [
+        (float, 16),
+        (np.longdouble, 19),
+        (heyoka.real128, 34),
+        (lambda x: heyoka.real(x, 200), 59),
+        (mpmath.mpf, 14),
+        (flint.arb, 14),
+    ],
+)
+def test_a_fraction_has_the_digits_of_a_type(number, digits):
+    for found in (exactly(LONG, number), fraction_in(LONG, 0 * number(1))):
+        assert type(found) is type(number(1))
+        left = abs(found * number(3 * 10**15) - number(10**15)) / number(10**15)
+        assert float(left) < 2 * 10.0**-digits
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.longdouble])
+def test_a_fraction_in_arrays_has_their_type_and_shape(kind):
+    found = fraction_in(LONG, np.zeros((2, 3), kind))
+    assert found.dtype == kind
+    assert found.shape == (2, 3)
+    assert np.all(found == kind(1) / kind(3))
+
+
+def test_a_fraction_is_exact_among_fractions_and_symbols():
+    assert fraction_in(LONG, Fraction(0)) == LONG
+    assert fraction_in(LONG, sp.Integer(0)) == sp.Rational(LONG.numerator, LONG.denominator)
+    assert str(fraction_in(Fraction(1, 4), heyoka.expression(0.0))) == "0.25000000000000000"
+
+
+def test_functions_of_fractions_are_those_of_floats():
+    assert sqrt(Fraction(1, 2)) == math.sqrt(0.5)
 
 
 @pytest.mark.parametrize("x", [-2.5, 0.0, 3.0, math.inf, -math.inf])

@@ -7,6 +7,7 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
+import sympy
 
 from twolink.chain import Chain, Point, Rotor
 from twolink.errors import ParameterError
@@ -200,6 +201,25 @@ def test_a_unit_vector_has_the_digits_of_the_chain(scale):
     x, y = Chain.uniform_bars().unit((3 * factor, -4 * factor))
     assert (x, y) == (0.6, -0.8)
     assert isinstance(x, float)
+
+
+def test_a_unit_vector_of_fractions_has_the_digits_of_the_chain():
+    with mpmath.workdps(60):
+        chain = Chain.uniform_bars().convert(mpmath.mpf)
+        x, y = chain.unit((Fraction(3, 7), Fraction(-4, 7)))
+        assert abs(x - mpmath.mpf(3) / 5) + abs(y + mpmath.mpf(4) / 5) < mpmath.mpf(10) ** -58
+    assert Chain.uniform_bars().unit((Fraction(3, 7), Fraction(-4, 7))) == pytest.approx(
+        (0.6, -0.8)
+    )
+
+
+def test_real_numbers_get_the_type_of_the_chain_and_others_are_unchanged():
+    bars, symbol = Chain.uniform_bars(), sympy.Symbol("k")
+    assert bars.scalars((Fraction(1, 3), 2)) == (1 / 3, 2.0)
+    assert bars.scalar(symbol) is symbol
+    found = bars.convert(np.longdouble).scalars((Fraction(1, 3), 0.1))
+    assert found == (np.longdouble(1) / 3, np.longdouble(0.1))
+    assert [type(number) for number in found] == [np.longdouble] * 2
 
 
 @pytest.mark.parametrize("vector", [(0.0, -2.5), (-1e-200, 0.0)])

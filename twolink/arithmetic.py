@@ -11,6 +11,8 @@ import cmath
 import math
 import sys
 from collections.abc import Callable
+from fractions import Fraction
+from numbers import Integral, Rational, Real
 from types import ModuleType
 from typing import Any
 
@@ -38,7 +40,7 @@ _COSINES: dict[type, Callable[[Scalar], Scalar]] = {}
 
 
 def _find_library(kind: type) -> ModuleType:
-    if issubclass(kind, (float, int)):
+    if issubclass(kind, (float, int, Fraction)):
         return math
     if issubclass(kind, complex):
         return cmath
@@ -68,6 +70,49 @@ def _functions_of(kind: type) -> ModuleType:
     for name in _METHODS:
         setattr(module, name, getattr(kind, name))
     return module
+
+
+def exactly(value: Any, number: Callable[[Any], Scalar]) -> Scalar:
+    """Return a real number of Python or NumPy in numbers of a type, and other numbers as they are.
+
+    `number` makes numbers of that type of floats and whole numbers; float64 is rounded to nearest.
+    A long double is the sum of two float64 numbers.
+    """
+    if not isinstance(value, Real):
+        return value
+    if number is float:
+        return float(value)
+    if isinstance(value, Integral):
+        return number(int(value))
+    if isinstance(value, Rational):
+        return number(value.numerator) / number(value.denominator)
+    first = float(value)
+    rest: Any = value - first if math.isfinite(first) else 0.0
+    return number(first) + number(float(rest)) if rest else number(first)
+
+
+def fraction_in(value: Fraction, zero: Scalar) -> Scalar:
+    """Return a fraction in the type and the shape of a zero, with the digits of that type."""
+    if isinstance(zero, (int, Fraction)):
+        return value
+    # Arrays, and numbers of NumPy and JAX, do not take whole numbers of any size.
+    kind: Any = zero.dtype.type if hasattr(zero, "dtype") else type(zero)
+    if kind.__name__ == "longdouble":
+        return zero + kind(value.numerator) / kind(value.denominator)
+    if _has_own_digits(kind):
+        return (zero + value.numerator) / (zero + value.denominator)
+    return zero + float(value)
+
+
+def _has_own_digits(kind: type) -> bool:
+    """Return whether numbers of a kind divide with more digits than those of float64.
+
+    Expressions of heyoka do not: they divide by a number as they multiply by its reciprocal.
+    """
+    package = kind.__module__.partition(".")[0]
+    if package == "heyoka":
+        return kind.__name__.startswith("real")
+    return package not in ("builtins", "numpy", "jax", "jaxlib")
 
 
 def sin(x: Scalar) -> Scalar:

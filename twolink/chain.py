@@ -20,7 +20,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from twolink import optional
-from twolink.arithmetic import Pair, Scalar, sqrt
+from twolink.arithmetic import Pair, Scalar, exactly, fraction_in, sqrt
 from twolink.errors import ParameterError
 from twolink.files import atomic_write
 from twolink.inputs import as_path, as_scalar, as_tuple, nearest_float, refuse
@@ -188,18 +188,27 @@ class Chain:
         return text
 
     def scalar(self, value: Scalar) -> Scalar:
-        """Return a number in the scalar type of the parameters.
+        """Return a real number in the scalar type of the parameters, and other numbers unchanged.
 
-        Sums and products of numbers of effects have the precision of the chain if they begin with
-        one: two float64 torques of 0.1 and 0.2 N m would add up to a rounded sum.
+        Effects begin with it. Sums and products of their numbers then have the precision of the
+        chain: two float64 torques of 0.1 and 0.2 N m would add up to a rounded sum, and fractions
+        do not compute with every type.
         """
-        return value + 0 * self.L1
+        if type(value) is type(self._zero):
+            return value
+        if isinstance(value, Fraction):
+            return fraction_in(value, self._zero)
+        return value + self._zero if isinstance(value, Real) else value
+
+    def scalars(self, pair: Pair) -> Pair:
+        """Return a pair of real numbers in the scalar type of the parameters."""
+        return self.scalar(pair[0]), self.scalar(pair[1])
 
     def unit(self, vector: tuple[float, float]) -> Pair:
         """Return a vector in unit length, in the scalar type of the parameters."""
         # Exact, so that no square overflows or vanishes.
         exponent = -math.frexp(max(map(abs, vector)))[1]
-        x, y = (self.scalar(math.ldexp(value, exponent)) for value in vector)
+        x, y = (self.scalar(_multiplied(value, exponent)) for value in vector)
         size = sqrt(x * x + y * y)
         return x / size, y / size
 
@@ -214,9 +223,7 @@ class Chain:
             return self
 
         def converted(value: Any) -> Scalar:
-            if isinstance(value, Fraction) and number is not float:
-                return number(value.numerator) / number(value.denominator)
-            return number(value)
+            return exactly(value, number) if isinstance(value, Fraction) else number(value)
 
         def pair(values: Pair) -> Pair:
             return converted(values[0]), converted(values[1])
@@ -228,6 +235,11 @@ class Chain:
             inertia=pair(self._exact_inertia or self.inertia),
             rotors=tuple(Rotor(converted(j), pair(turning)) for j, turning in self.rotors),
         )
+
+    @cached_property
+    def _zero(self) -> Scalar:
+        """Zero in the scalar type of the parameters."""
+        return 0 * self.L1
 
     @cached_property
     def _is_of_floats(self) -> bool:
@@ -344,6 +356,15 @@ def _is_of_bar(exact: Any, inertia: Any, mass: Any, length: Any) -> bool:
     if not isinstance(exact, Fraction) or not isinstance(bar, Fraction):
         return exact is inertia
     return exact == bar and nearest_float(exact) == inertia
+
+
+def _multiplied(value: Any, exponent: int) -> Any:
+    """Return a real number times a power of two, exactly."""
+    if isinstance(value, (int, Fraction)):
+        return value * Fraction(2) ** exponent
+    # Two factors, as the power may be beyond the range of float64.
+    half = exponent // 2
+    return value * math.ldexp(1.0, half) * math.ldexp(1.0, exponent - half)
 
 
 def _rounded(value: Any) -> Any:

@@ -74,12 +74,13 @@ def generalized_active_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
     for load in loads:
         if isinstance(load, Force):
             v = partial_velocities(chain, q, load.point)
-            Q1 = Q1 + _dot(v.u1, load.components)
-            Q2 = Q2 + _dot(v.u2, load.components)
+            components = chain.scalars(load.components)
+            Q1 = Q1 + _dot(v.u1, components)
+            Q2 = Q2 + _dot(v.u2, components)
         else:
-            omega = PARTIAL_ANGULAR_VELOCITY[load.link]
-            Q1 = Q1 + omega[0] * load.moment
-            Q2 = Q2 + omega[1] * load.moment
+            omega, moment = PARTIAL_ANGULAR_VELOCITY[load.link], chain.scalar(load.moment)
+            Q1 = Q1 + omega[0] * moment
+            Q2 = Q2 + omega[1] * moment
     return Q1, Q2
 
 

@@ -104,13 +104,13 @@ def generalized_active_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
     for load in loads:
         if isinstance(load, Force):
             (x1, y1), (x2, y2) = position_gradients(chain, q, load.point)
-            Fx, Fy = load.components
+            Fx, Fy = chain.scalars(load.components)
             Q1 = Q1 + (x1 * Fx + y1 * Fy)
             Q2 = Q2 + (x2 * Fx + y2 * Fy)
         elif load.link == 1:
-            Q1 = Q1 + load.moment
+            Q1 = Q1 + chain.scalar(load.moment)
         else:
-            Q2 = Q2 + load.moment
+            Q2 = Q2 + chain.scalar(load.moment)
     return Q1, Q2
 
 

@@ -1,3 +1,5 @@
+from fractions import Fraction
+
 import mpmath
 import numpy as np
 import pytest
@@ -50,3 +52,11 @@ def test_gravity_along_an_axis_is_its_size():
     first, second = Gravity(9.81, (0.0, -3.0)).loads(GENERAL, (0, 0), (0, 0))
     assert first.components == (0, -9.81 * GENERAL.m1)
     assert second.components == (0, -9.81 * GENERAL.m2)
+
+
+@pytest.mark.parametrize("direction", [(0.0, 0.3), (-0.7, 0.0)])
+def test_gravity_along_an_axis_is_exact_as_a_fraction(direction):
+    exact = Gravity(Fraction(981, 100), direction)
+    first, _ = exact.loads(GENERAL.convert(Fraction), (0, 0), (0, 0))
+    weight = Fraction(GENERAL.m1) * Fraction(981, 100)
+    assert first.components == ((0, weight) if direction[1] else (-weight, 0))

@@ -2,7 +2,10 @@
 
 import math
 from dataclasses import replace
+from fractions import Fraction
 
+import heyoka
+import mpmath
 import numpy as np
 import pytest
 
@@ -38,6 +41,38 @@ EFFECTS = {
     "PD control": PdControl((0.4, 0.8), (20.0, 10.0), (2.0, 1.0)),
     "end drag": EndDrag(0.6),
 }
+
+
+FRACTIONS = {
+    "gravity": lambda x: Gravity(x[0]),
+    "gravity aslant": lambda x: Gravity(x[0], (x[1], -x[2])),
+    "end force": lambda x: EndForce(normal=-x[0], friction=x[1], sliding=1),
+    "sinusoidal torque": lambda x: JointTorque(x[:2], x[1:3], x[2:4], (x[3], -x[0])),
+    "joint damping": lambda x: JointDamping(x[:2]),
+    "joint spring": lambda x: JointSpring(x[:2], x[2:]),
+    "PD control": lambda x: PdControl(x[:2], x[1:3], x[2:]),
+    "end drag": lambda x: EndDrag(x[0]),
+}
+
+
+@pytest.mark.parametrize("name", FRACTIONS)
+@pytest.mark.parametrize("number", [np.longdouble, lambda x: heyoka.real(x, 200)])
+def test_fractions_have_the_digits_of_the_chain(name, number):
+    """Thirds and sevenths against the same numbers in fifty digits."""
+    fractions = (Fraction(2, 3), Fraction(3, 7), Fraction(5, 7), Fraction(4, 3))
+    with mpmath.workdps(50):
+        exact = tuple(mpmath.mpf(x.numerator) / x.denominator for x in fractions)
+        true = generalized_force(FRACTIONS[name](exact), mpmath.mpf)
+        found = generalized_force(FRACTIONS[name](fractions), number)
+        left = max(abs(mpmath.mpf(str(x)) - y) for x, y in zip(found, true, strict=True))
+        assert left < (1e-17 if number is np.longdouble else 1e-47)
+
+
+def generalized_force(effect, number):
+    """Return Q1 and Q2 (N m) in a state of float64, in numbers of a type."""
+    chain = GENERAL.convert(number)
+    q, u, t = ((number(x), number(y)) for x, y in ((0.3, -0.4), (1.1, -0.7), (0.5, 0.0)))
+    return kane.generalized_active_force(chain, q, effect.loads(chain, q, u, t[0]))
 
 
 def scene(*effects, chain=GENERAL, q=(0.3, -0.4), u=(1.1, -0.7), duration=3.0) -> Scene:

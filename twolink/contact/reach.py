@@ -9,6 +9,7 @@ the chain around.
 from __future__ import annotations
 
 from fractions import Fraction
+from numbers import Rational
 from typing import Any
 
 from twolink.chain import Chain
@@ -42,5 +43,5 @@ def is_reachable(
 
 
 def _exactly(number: Any) -> Fraction:
-    """Return the exact value of a number that is one of float64, whatever its type."""
-    return Fraction(float(number))
+    """Return the exact value of a fraction, or of a number of float64 in any type."""
+    return Fraction(number) if isinstance(number, Rational) else Fraction(float(number))

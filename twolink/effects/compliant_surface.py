@@ -150,34 +150,34 @@ class CompliantSurface(ContactEffect):
 
     def contact_elements(self, chain: Chain) -> tuple[CompliantContact, ...]:
         """Return a compliant contact for each point, rough if there is friction."""
-        x, y = chain.unit(self.normal)
+        (x, y), (X, Y) = chain.unit(self.normal), chain.scalars(self.point)
         static = self.friction if self.static is None else self.static
-        law, memory = self._law
+        law, memory = self._law(chain)
         return tuple(
             CompliantContact(
                 name=f"{point} on {self.name}",
                 normal=PointCoordinate(point, (x, y)),
-                bound=x * self.point[0] + y * self.point[1],
+                bound=x * X + y * Y,
                 law=law,
                 tangent=PointCoordinate(point, (-y, x)) if static else None,
-                kinetic=self.friction,
-                static=static,
+                kinetic=chain.scalar(self.friction),
+                static=chain.scalar(static),
                 memory=memory,
                 reachable=is_reachable(chain, point, self.normal, self.point),
             )
             for point in self.on
         )
 
-    @property
-    def _law(self) -> tuple[ContactLaw, Hysteresis | None]:
-        """The law of the undamaged surface, and its history dependence."""
+    def _law(self, chain: Chain) -> tuple[ContactLaw, Hysteresis | None]:
+        """Return the law of the undamaged surface, and its history dependence."""
+        stiffness, loss = chain.scalars((self._stiffness, self.loss))
         if self.law == "kelvin-voigt":
-            return KelvinVoigt(self._stiffness, self.loss), None
+            return KelvinVoigt(stiffness, loss), None
         if self.law == "hunt-crossley":
-            law = HuntCrossley(self._stiffness, self.loss)
+            law = HuntCrossley(stiffness, loss)
             return law, NoPull(law) if self.loss else None
         memory = ElastoPlastic(self._material) if self.law == "elasto-plastic" else None
-        return Hertz(self._stiffness), memory
+        return Hertz(stiffness), memory
 
     def smooth_loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return no load: all forces depend on the mode."""

@@ -1,6 +1,7 @@
 """Linear drag on the end point D, as in a very viscous fluid."""
 
 from dataclasses import dataclass
+from numbers import Real
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
@@ -21,10 +22,11 @@ class EndDrag(Effect):
         """Require c ≥ 0."""
         take_fields(self, "end drag")
         c = self.coefficient
-        if isinstance(c, (int, float)) and not 0 <= c < float("inf"):
+        if isinstance(c, Real) and not 0 <= c < float("inf"):
             raise ParameterError(f"end drag must be zero or positive and finite; got {c!r} N s/m")
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the force against the velocity of D."""
         vx, vy = velocity(chain, q, u, chain.D)
-        return (Force(chain.D, (-self.coefficient * vx, -self.coefficient * vy)),)
+        c = chain.scalar(self.coefficient)
+        return (Force(chain.D, (-c * vx, -c * vy)),)

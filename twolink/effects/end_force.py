@@ -7,6 +7,7 @@ would drive the sliding. Friction opposes sliding on either side of the surface,
 """
 
 from dataclasses import dataclass
+from numbers import Real
 
 from twolink.arithmetic import Pair, Scalar, sign
 from twolink.chain import Chain
@@ -62,22 +63,24 @@ class EndForce(ContactEffect):
         if static == 0 or self.sliding is not None:
             return ()
         size = abs(chain.scalar(self.normal))
+        kinetic, static = chain.scalars((self.friction, static))
         along_x = PointCoordinate("D", (1.0, 0.0))
-        return (DryFriction("D", along_x, self.friction * size, static * size),)
+        return (DryFriction("D", along_x, kinetic * size, static * size),)
 
     def smooth_loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return P without the friction that is a contact element."""
         if self.contact_elements(chain):
-            return (Force(chain.D, (0, self.normal)),)
+            return (Force(chain.D, (0, chain.scalar(self.normal))),)
         return self.loads(chain, q, u, t)
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return P at D. Raises `ParameterError` if D does not slide and μ is not zero."""
-        if isinstance(self.friction, (int, float)) and self.friction == 0:
-            return (Force(chain.D, (0, self.normal)),)
+        normal = chain.scalar(self.normal)
+        if isinstance(self.friction, Real) and self.friction == 0:
+            return (Force(chain.D, (0, normal)),)
         direction = self.sliding if self.sliding is not None else self._sliding(chain, q, u)
-        most = chain.scalar(self.friction) * abs(self.normal)
-        return (Force(chain.D, (-direction * most, self.normal)),)
+        most = chain.scalar(self.friction) * abs(normal)
+        return (Force(chain.D, (-direction * most, normal)),)
 
     def _sliding(self, chain: Chain, q: Pair, u: Pair) -> Scalar:
         vx, _ = velocity(chain, q, u, chain.D)

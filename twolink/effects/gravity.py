@@ -39,11 +39,12 @@ class Gravity(ConservativeEffect):
 
     def _acceleration(self, chain: Chain) -> Pair:
         """Return the components of g along x and y (m/s²), in the numbers of a chain."""
-        x, y = self.direction
+        (x, y), g = self.direction, chain.scalar(self.g)
         if not (x and y):
-            return x / abs(x) * self.g if x else 0, y / abs(y) * self.g if y else 0
+            # Along an axis g is exact, also as a fraction.
+            return (g if x > 0 else -g) if x else 0, (g if y > 0 else -g) if y else 0
         x, y = chain.unit(self.direction)
-        return x * self.g, y * self.g
+        return x * g, y * g
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the weight of each link, at its mass centre."""

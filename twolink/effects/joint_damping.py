@@ -1,6 +1,7 @@
 """Viscous damping in the joints A and B: a torque against each joint's speed."""
 
 from dataclasses import dataclass
+from numbers import Real
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
@@ -20,7 +21,7 @@ class JointDamping(Effect):
         """Require non-negative coefficients."""
         take_fields(self, "joint damping")
         for joint, value in zip("AB", self.coefficient, strict=True):
-            if isinstance(value, (int, float)) and not 0 <= value < float("inf"):
+            if isinstance(value, Real) and not 0 <= value < float("inf"):
                 raise ParameterError(
                     f"joint damping at {joint} must be zero or positive and finite; got {value!r}"
                     " N m s/rad"
@@ -28,6 +29,6 @@ class JointDamping(Effect):
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the torques against u1, and against u2 − u1."""
-        c1, c2 = self.coefficient
+        c1, c2 = chain.scalars(self.coefficient)
         u1, u2 = u
         return motor_loads(-c1 * u1, -c2 * (u2 - u1))

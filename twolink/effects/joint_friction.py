@@ -48,7 +48,7 @@ class JointFriction(ContactEffect):
         limits = zip(self.kinetic, self.holding, strict=True)
         joints = (JointCoordinate("A"), JointCoordinate("B"))
         return tuple(
-            DryFriction(joint.joint, joint, kinetic, static)
+            DryFriction(joint.joint, joint, chain.scalar(kinetic), chain.scalar(static))
             for joint, (kinetic, static) in zip(joints, limits, strict=True)
             if static != 0
         )
@@ -62,5 +62,5 @@ class JointFriction(ContactEffect):
 
         At rest friction does no work, and the equations of motion determine its torque.
         """
-        (k1, k2), (u1, u2) = self.kinetic, u
+        (k1, k2), (u1, u2) = chain.scalars(self.kinetic), u
         return motor_loads(-k1 * sign(u1), -k2 * sign(u2 - u1))

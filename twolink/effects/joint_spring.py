@@ -27,14 +27,14 @@ class JointSpring(ConservativeEffect):
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the torques towards rest."""
-        (k1, k2), (x1, x2) = self.stiffness, self._stretch(q)
+        (k1, k2), (x1, x2) = chain.scalars(self.stiffness), self._stretch(chain, q)
         return motor_loads(-k1 * x1, -k2 * x2)
 
     def potential_energy(self, chain: Chain, q: Pair) -> Scalar:
         """Return V (J), zero at rest."""
-        (k1, k2), (x1, x2) = self.stiffness, self._stretch(q)
+        (k1, k2), (x1, x2) = chain.scalars(self.stiffness), self._stretch(chain, q)
         return (k1 * x1 * x1 + k2 * x2 * x2) / 2
 
-    def _stretch(self, q: Pair) -> Pair:
-        q1, q2 = q
-        return q1 - self.rest[0], q2 - q1 - self.rest[1]
+    def _stretch(self, chain: Chain, q: Pair) -> Pair:
+        (q1, q2), (rest1, rest2) = q, chain.scalars(self.rest)
+        return q1 - rest1, q2 - q1 - rest2

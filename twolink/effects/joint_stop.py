@@ -54,12 +54,13 @@ class JointStop(ContactEffect):
 
     def contact_elements(self, chain: Chain) -> tuple[RigidContact, ...]:
         """Return the given stops, as bounds of the angle of the joint."""
-        found = []
+        found, restitution = [], chain.scalar(self.restitution)
         for name, angle, sense in (("lower", self.lower, 1), ("upper", self.upper, -1)):
             if angle is not None:
                 direction = JointCoordinate(self.joint, sense)
                 words = f"{self.joint} on its {name} stop"
-                found.append(RigidContact(words, direction, sense * angle, self.restitution))
+                bound = chain.scalar(sense * angle)
+                found.append(RigidContact(words, direction, bound, restitution))
         return tuple(found)
 
     def smooth_loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:

@@ -1,6 +1,7 @@
 """Torques of motors at the joints A and B: constant, sinusoidal, or both."""
 
 from dataclasses import dataclass
+from numbers import Real
 
 from twolink.arithmetic import Pair, Scalar, sin
 from twolink.chain import Chain
@@ -29,10 +30,11 @@ class JointTorque(Effect):
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the torques on link 1 and on link 2."""
-        return motor_loads(self._of_joint(0, t), self._of_joint(1, t))
+        return motor_loads(self._of_joint(chain, 0, t), self._of_joint(chain, 1, t))
 
-    def _of_joint(self, joint: int, t: Scalar) -> Scalar:
-        amplitude = self.amplitude[joint]
-        if isinstance(amplitude, (int, float)) and amplitude == 0:
-            return self.torque[joint]
-        return self.torque[joint] + amplitude * sin(self.frequency[joint] * t + self.phase[joint])
+    def _of_joint(self, chain: Chain, joint: int, t: Scalar) -> Scalar:
+        torque, amplitude = chain.scalar(self.torque[joint]), self.amplitude[joint]
+        if isinstance(amplitude, Real) and amplitude == 0:
+            return torque
+        frequency, phase = chain.scalar(self.frequency[joint]), chain.scalar(self.phase[joint])
+        return torque + chain.scalar(amplitude) * sin(frequency * t + phase)

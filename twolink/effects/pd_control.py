@@ -29,8 +29,9 @@ class PdControl(Effect):
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the torques kp (target − θ) − kd dθ/dt of both motors."""
         (q1, q2), (u1, u2) = q, u
-        (p1, p2), (d1, d2) = self.proportional, self.derivative
+        (p1, p2), (d1, d2) = chain.scalars(self.proportional), chain.scalars(self.derivative)
+        target1, target2 = chain.scalars(self.target)
         return motor_loads(
-            p1 * (self.target[0] - q1) - d1 * u1,
-            p2 * (self.target[1] - (q2 - q1)) - d2 * (u2 - u1),
+            p1 * (target1 - q1) - d1 * u1,
+            p2 * (target2 - (q2 - q1)) - d2 * (u2 - u1),
         )

@@ -85,17 +85,17 @@ class Surface(ContactEffect):
 
         The tangent is a quarter turn from the normal: along x on a floor, whose normal is −y.
         """
-        x, y = chain.unit(self.normal)
+        (x, y), (X, Y) = chain.unit(self.normal), chain.scalars(self.point)
         static = self.friction if self.static is None else self.static
         return tuple(
             RigidContact(
                 name=f"{point} on {self.name}",
                 normal=PointCoordinate(point, (x, y)),
-                bound=x * self.point[0] + y * self.point[1],
-                restitution=self.restitution,
+                bound=x * X + y * Y,
+                restitution=chain.scalar(self.restitution),
                 tangent=PointCoordinate(point, (-y, x)) if static else None,
-                kinetic=self.friction,
-                static=static,
+                kinetic=chain.scalar(self.friction),
+                static=chain.scalar(static),
                 law=self.law,
                 reachable=is_reachable(chain, point, self.normal, self.point),
             )

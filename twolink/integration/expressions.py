@@ -7,11 +7,10 @@ here convert numbers to the precision of the run before an operation.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from numbers import Integral, Rational, Real
 from typing import Any
 
+from twolink.arithmetic import exactly
 from twolink.optional import heyoka
 
 
@@ -35,7 +34,7 @@ class Precise:
         if isinstance(other, Precise):
             return other.expression
         kind = heyoka().expression
-        return other if isinstance(other, kind) else kind(_exactly(other, self.number))
+        return other if isinstance(other, kind) else kind(exactly(other, self.number))
 
     def __add__(self, other: Any) -> Precise:
         return self._of(self.expression + self._operand(other))
@@ -70,22 +69,6 @@ class Precise:
 
     def __pos__(self) -> Precise:
         return self
-
-
-def _exactly(value: Any, number: Callable[[Any], Any]) -> Any:
-    """Return a real number of Python or NumPy in numbers of a type, and other numbers as they are.
-
-    A long double is the sum of two float64 numbers.
-    """
-    if isinstance(value, Integral):
-        return number(int(value))
-    if isinstance(value, Rational):
-        return number(value.numerator) / number(value.denominator)
-    if not isinstance(value, Real):
-        return value
-    first = float(value)
-    rest: Any = value - first if math.isfinite(first) else 0.0
-    return number(first) + number(float(rest)) if rest else number(first)
 
 
 def precise(expression: Any, number: Any) -> Any:

@@ -107,8 +107,8 @@ class Trajectory(Views):
 
     @property
     def chain(self) -> Chain:
-        """The chain that moved."""
-        return self.scene.moving_chain
+        """The chain that moved, in float64."""
+        return self.scene.moving_chain.convert(float)
 
     @property
     def theta(self) -> Array | None:

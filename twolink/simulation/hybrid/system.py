@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from twolink.arithmetic import Pair
+from twolink.arithmetic import Pair, exactly
 from twolink.chain import Chain
 from twolink.contact.coordinates import ConstraintCoordinate
 from twolink.contact.elements import ContactElement
@@ -108,7 +108,7 @@ class HybridSystem:
     def effect_numbers(self) -> tuple[Any, ...]:
         """The numbers of effects that differ from piece to piece, as parameters of integrators."""
         varying = (e for e in self.effects if isinstance(e, ParametricEffect))
-        return tuple(self.number(n) for effect in varying for n in effect.numbers)
+        return tuple(exactly(n, self.number) for effect in varying for n in effect.numbers)
 
     @cached_property
     def cap(self) -> Any:

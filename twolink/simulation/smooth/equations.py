@@ -144,9 +144,9 @@ def _gathered_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
     for load in loads:
         link = load.link if isinstance(load, Torque) else load.point.link
         if isinstance(load, Torque):
-            moment[link - 1] = moment[link - 1] + load.moment
+            moment[link - 1] = moment[link - 1] + chain.scalar(load.moment)
             continue
-        X, Y = load.components
+        X, Y = chain.scalars(load.components)
         _, a, b = load.point
         points = [(0, a, b)] if link == 1 else [(0, chain.L1, 0), (1, a, b)]
         for k, a_k, b_k in points:
