@@ -112,6 +112,31 @@ def test_the_drop_agrees_with_the_reference_in_113_bits():
             assert distance <= Fraction(interval.radius) + Fraction(1, 10**digits)
 
 
+def ball_of(interval):
+    """Return a ball of python-flint with the numbers of an interval."""
+    return flint.arb(interval.centre) + flint.arb(0, interval.radius)
+
+
+@pytest.mark.slow_but_first
+@pytest.mark.parametrize("number", [float, lambda x: Fraction(x).limit_denominator(100)])
+def test_the_gap_of_an_inclined_surface_is_zero_at_an_impact(number):
+    """The normal has an irrational length, so that a unit vector of float64 is another normal."""
+    point, normal = tuple(map(number, (0.1, 1.3))), tuple(map(number, (0.3, -1.0)))
+    surface = Surface(point, normal, restitution=number(0.5), friction=number(0.2))
+    scene = Scene(Chain.uniform_bars(), (0.0, 0.3), (0.0, 0.0), 0.6, (Gravity(), surface))
+    found, other = enclosure(scene, 18, (0.6,)), reference(scene, 22, (0.6,))
+    (impact,) = found.impacts
+    with flint.ctx.workprec(200):
+        (q1, q2), exact = map(ball_of, impact.q), [Fraction(x) for x in (*point, *normal)]
+        X, Y, n_x, n_y = (flint.arb(x.numerator) / x.denominator for x in exact)
+        gap = n_x * (q1.cos() + q2.cos() - X) + n_y * (q1.sin() + q2.sin() - Y)
+        assert gap.contains(0)
+        assert gap.rad() < 1e-18
+    for interval, true in zip(found.states[0], other.states[0], strict=True):
+        last = Fraction(1, 10 ** other.digits[0])
+        assert abs(Fraction(true) - Fraction(interval.centre)) <= Fraction(interval.radius) + last
+
+
 def agrees(scene, digits=12):
     """Compare a proof with a simulation until bounces die away; return the number of impacts."""
     found, run = enclosure(scene, digits), simulate(scene)

@@ -213,7 +213,8 @@ def proven_run(
     with balls(library, motion.bits + _MORE_BITS, terms):
         arb = library.arb
         chain = scene.moving_chain.convert(arb)
-        contacts: Any = contact_elements(scene.effects, scene.moving_chain)
+        # Unit normals and bounds are balls too: rounded ones would be those of another surface.
+        contacts: Any = contact_elements(scene.effects, chain)
         # Errors along a gap are as much smaller than others as the last flights are short.
         coarse = COARSE_BITS - (math.floor(math.log2(least)) if contacts else 0)
         course = _Course(library, scene, chain, contacts, motion, terms, least, coarse)

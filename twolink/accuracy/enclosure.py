@@ -13,10 +13,10 @@ Impacts on rigid contacts are enclosed as well (`twolink.accuracy.enclosed_run`)
 be the only one in a short bracket of time, and its law takes the same branch for all motions there.
 
 The proof relies on the inclusion property of python-flint's balls (Arb's outward rounding) and on
-Python's integers. The equations are the Lagrange formulation with the exact float64 parameters of
-the scene, as effects provide them (for example, the float64 unit vector of gravity). The tests
-show symbolically that inverse and forward dynamics are the same equations. The proof does not
-rely on heyoka or its rounding.
+Python's integers. The equations are the Lagrange formulation with the exact values of the scene's
+numbers. What follows from them is computed in balls: unit vectors of gravity and of surfaces, and
+the bounds of contacts. The tests show symbolically that inverse and forward dynamics are the same
+equations. The proof does not rely on heyoka or its rounding.
 """
 
 from __future__ import annotations
