@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import starmap
@@ -70,6 +70,8 @@ class Chain:
     # A uniform bar's mL²/12 is not a float64 number. The exact value is kept for `convert`, as long
     # as the mass, the length and the inertia are those of the bar.
     _exact_inertia: Pair | None = field(default=None, repr=False, compare=False)
+    # The same for a rotor on link 1 with a gear ratio n: it turns with 1 − n times u1.
+    _exact_rotors: tuple[Rotor, ...] | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Check every parameter that is a real number, and keep tuples of them."""
@@ -85,6 +87,8 @@ class Chain:
         _check_positive_definite(self)
         if not self._is_of_bars():
             object.__setattr__(self, "_exact_inertia", None)
+        if not _are_rounded(self._exact_rotors or (), self.rotors):
+            object.__setattr__(self, "_exact_rotors", None)
 
     def _is_of_bars(self) -> bool:
         """Return whether exact inertias are given that are those of the present parameters."""
@@ -187,6 +191,15 @@ class Chain:
                 file.write_text(text, encoding="utf-8")
         return text
 
+    def with_rotors(self, rotors: tuple[Rotor, ...]) -> Chain:
+        """Return the chain with more rotors; fractions in `turning` are rounded to float64.
+
+        `convert` converts the fractions themselves.
+        """
+        rounded = tuple(Rotor(J, (_rounded(w1), _rounded(w2))) for J, (w1, w2) in rotors)
+        exact = (*(self._exact_rotors or self.rotors), *rotors)
+        return replace(self, rotors=(*self.rotors, *rounded), _exact_rotors=exact)
+
     def scalar(self, value: Scalar) -> Scalar:
         """Return a real number in the scalar type of the parameters, and other numbers unchanged.
 
@@ -228,12 +241,13 @@ class Chain:
         def pair(values: Pair) -> Pair:
             return converted(values[0]), converted(values[1])
 
+        rotors = self._exact_rotors or self.rotors
         return Chain(
             mass=pair(self.mass),
             length=pair(self.length),
             centre=(pair(self.centre[0]), pair(self.centre[1])),
             inertia=pair(self._exact_inertia or self.inertia),
-            rotors=tuple(Rotor(converted(j), pair(turning)) for j, turning in self.rotors),
+            rotors=tuple(Rotor(converted(j), pair(turning)) for j, turning in rotors),
         )
 
     @cached_property
@@ -356,6 +370,12 @@ def _is_of_bar(exact: Any, inertia: Any, mass: Any, length: Any) -> bool:
     if not isinstance(exact, Fraction) or not isinstance(bar, Fraction):
         return exact is inertia
     return exact == bar and nearest_float(exact) == inertia
+
+
+def _are_rounded(exact: tuple[Rotor, ...], rotors: tuple[Rotor, ...]) -> bool:
+    """Return whether rotors are exact ones with angular velocities rounded to float64."""
+    rounded = (Rotor(J, (_rounded(w1), _rounded(w2))) for J, (w1, w2) in exact)
+    return tuple(rounded) == rotors
 
 
 def _multiplied(value: Any, exponent: int) -> Any:

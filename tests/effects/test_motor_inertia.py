@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pinocchio
@@ -145,6 +146,28 @@ def test_dfkis_mass_matrix():
     S = np.array([[1.0, 0.0], [1.0, 1.0]])
     M = S.T @ np.array(lagrange.mass_matrix(chain, (0.3, 0.3 + elbow))) @ S
     np.testing.assert_allclose(M, expected, rtol=1e-13)
+
+
+@pytest.mark.parametrize("ratio", [(1.0, -7.3), (Fraction(1, 3), Fraction(1, 7)), (2, 5)])
+def test_a_carried_rotor_turns_with_exactly_one_less_than_its_gear_ratio(ratio):
+    """1 + 7.3 is rounded in float64; a reference has it with all its digits."""
+    bars = Chain.uniform_bars()
+    chain = MotorInertia((0.1, 0.2), ratio).with_rotors(bars)
+    first, second = map(Fraction, ratio)
+    exact = (Rotor(Fraction(0.1), (first, 0)), Rotor(Fraction(0.2), (1 - second, second)))
+    assert chain.convert(Fraction).rotors == exact
+    assert chain.convert(Fraction).inertia == (Fraction(1, 12),) * 2
+    (_, (_, (own, _))) = chain.rotors
+    assert (type(own), own) == (float, float(1 - second))
+    twice = MotorInertia((0.3, 0.0), (0.7, 1.0)).with_rotors(chain).convert(Fraction)
+    assert twice.rotors == (*exact, Rotor(Fraction(0.3), (Fraction(0.7), 0)))
+
+
+def test_other_rotors_are_the_floats_that_they_are():
+    chain = MotorInertia((0.1, 0.2), (1.0, -7.3)).with_rotors(Chain.uniform_bars())
+    other = replace(chain, rotors=(Rotor(0.1, (1.0 + 7.4, -7.4)),))
+    assert other.convert(Fraction).rotors[0].turning == (Fraction(1.0 + 7.4), Fraction(-7.4))
+    assert replace(chain, rotors=()).convert(Fraction).rotors == ()
 
 
 def test_rotors_without_inertia_are_omitted_and_others_are_refused_for_urdfs():

@@ -1,5 +1,6 @@
 import math
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
+from twolink.effects.motor_inertia import MotorInertia
 from twolink.effects.pd_control import PdControl
 from twolink.errors import SimulationError
 from twolink.integration.methods import METHODS, NUMERIC_METHODS
@@ -280,3 +282,24 @@ def test_errors_that_decay_within_a_few_steps_are_seen(accuracy):
     q, u = found.at(times)
     assert abs(q.astype(exact.q.dtype) - exact.q).max() <= found.error
     assert abs(u.astype(exact.q.dtype) - exact.u).max() <= found.error
+
+
+@pytest.mark.parametrize("method", ["taylor", "DOP853"])
+def test_a_chain_of_fractions_moves_as_that_of_their_values(method):
+    """Quarters and eighths are float64 numbers as well."""
+    bars = Chain((1.25, 0.5), (0.75, 0.5), ((0.25, 0.125), (0.25, 0.0)), (0.125, 0.0625))
+    fields = ("mass", "length", "centre", "inertia")
+    exact = Chain(*(as_fractions(getattr(bars, name)) for name in fields))
+    motors = MotorInertia((0.25, 0.5), (1.5, 0.25))
+    exact_motors = MotorInertia(as_fractions(motors.inertia), as_fractions(motors.ratio))
+    plain = replace(SHORT, chain=bars, effects=(Gravity(), motors), accuracy=1e-6, method=method)
+    found = simulate(replace(plain, chain=exact, effects=(Gravity(), exact_motors)))
+    expected = simulate(plain)
+    np.testing.assert_array_equal(found.q, expected.q)
+    np.testing.assert_array_equal(found.energy, expected.energy)
+    assert found.energy.dtype == float
+
+
+def as_fractions(numbers):
+    """Return nested tuples of floats as fractions."""
+    return tuple(as_fractions(x) if isinstance(x, tuple) else Fraction(x) for x in numbers)

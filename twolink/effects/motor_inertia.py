@@ -1,6 +1,7 @@
 """Inertia of the motors' rotors, which turn faster than the joints they drive."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from fractions import Fraction
 
 from twolink.chain import Chain, Rotor
 from twolink.effects.effect import RotorEffect
@@ -37,6 +38,8 @@ class MotorInertia(RotorEffect):
     def with_rotors(self, chain: Chain) -> Chain:
         """Return the chain with the rotors of non-zero inertia."""
         n1, n2 = self.ratio
-        turning = (n1, 0.0), ((1.0 - n2) if self.carried else -n2, n2)
+        # A fraction, as 1 − n is rounded in float64.
+        own = 1 - (Fraction(n2) if isinstance(n2, (int, float)) else n2)
+        turning = (n1, 0.0), (own if self.carried else -n2, n2)
         rotors = tuple(Rotor(J, w) for J, w in zip(self.inertia, turning, strict=True) if J)
-        return replace(chain, rotors=chain.rotors + rotors)
+        return chain.with_rotors(rotors)

@@ -88,7 +88,8 @@ def _once(scene: Scene, kept: Sequence[Quantity], accuracy: float, limits: Limit
     """Return the kept quantities of a run at one accuracy."""
     run = (_with_events if has_events(scene) else _smooth)(scene, accuracy, limits)
     q, u = (np.array(pair, dtype=float)[:, None] for pair in (scene.q, scene.u))
-    lanes = Lanes(scene.moving_chain, scene.effects, q, u, scene.duration)
+    chain = scene.moving_chain.convert(float)
+    lanes = Lanes(chain, scene.effects, q, u, scene.duration)
     accumulators: list[Accumulator] = [quantity.accumulator(lanes) for quantity in kept]
     for block in run.blocks():
         for each in accumulators:

@@ -24,7 +24,7 @@ _LOOKS = 33
 
 def default_longest_step(scene: Scene) -> float:
     """Return the cap of the step (s) of a scene, as `longest_steps` does."""
-    chain, effects, duration = scene.moving_chain, scene.effects, scene.duration
+    chain, effects, duration = scene.moving_chain.convert(float), scene.effects, scene.duration
     try:
         cap = float(longest_steps(chain, effects, scene.q, scene.u, duration))
     except (ArithmeticError, ValueError):

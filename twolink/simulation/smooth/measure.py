@@ -363,7 +363,7 @@ def _rounding(run: TaylorRun) -> Array:
 def _roundings(run: TaylorRun) -> Array:
     """Return the round-off (rad, rad/s) of q and u at each time, shape (4, n)."""
     q, u = run.q.astype(float), run.u.astype(float)
-    speeds = EQUATIONS[run.formulation].rounded_speeds(run.scene.moving_chain, q, u)
+    speeds = EQUATIONS[run.formulation].rounded_speeds(run.scene.moving_chain.convert(float), q, u)
     return np.asarray(PRECISIONS[run.precision].rounding * np.concatenate([np.abs(q), speeds]))
 
 

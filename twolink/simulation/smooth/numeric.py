@@ -54,7 +54,7 @@ def numeric_run(
     `setting` is the value of the method's parameter: a tolerance, or a step (s). Raises
     `SimulationError` if the method fails.
     """
-    equations, chain = EQUATIONS[formulation], scene.moving_chain
+    equations, chain = EQUATIONS[formulation], scene.moving_chain.convert(float)
     chosen = NUMERIC_METHODS[method]
     variables = np.array([*scene.q, *equations.from_speeds(chain, scene.q, scene.u)], dtype=float)
     found, steps, evaluations, seconds = [variables[:, None]], 0, 0, 0.0

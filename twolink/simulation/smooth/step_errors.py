@@ -215,7 +215,8 @@ class StepErrors:
         q, u = (tuple(map(own.number, pair)) for pair in (given.q, given.u))
         exact = np.array([*q, *equations.from_speeds(chain.convert(own.number), q, u)])
         missed = (exact - own.lengthened(steps.coefficients[0, :, 0])).astype(float)
-        sizes = equations.rounded_starts(chain, np.array(given.q), np.array(given.u))
+        rounded = chain.convert(float), np.array(given.q), np.array(given.u)
+        sizes = equations.rounded_starts(*rounded)
         errors = np.concatenate([missed[:, None], np.zeros((4, 6))], axis=1)
         return errors, np.diag((own.rounding * np.array([0.0, 0.0, *sizes])) ** 2)
 
