@@ -2,12 +2,17 @@
 
 import math
 from dataclasses import replace
+from fractions import Fraction
+from itertools import pairwise
 
+import heyoka
+import mpmath
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
 from tests.verification.chains import GENERAL
+from twolink.accuracy.reference import reference
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
@@ -69,6 +74,78 @@ def test_slopes_of_a_piece_are_the_torques_of_the_slopes_of_samples(interpolatio
         ).piece_at(t)  # fmt: skip
         assert slopes[0] == 0.0
         assert np.add(piece.numbers, slopes) == pytest.approx(moved.numbers, abs=1e-13)
+
+
+def polynomial(piece, joint):
+    """Return the start and the exact coefficients of a piece for the joint A (0) or B (1)."""
+    start, *rest = map(Fraction, piece.numbers)
+    half = len(rest) // 2
+    return start, rest[:half] if joint == 0 else rest[half:]
+
+
+@pytest.mark.parametrize("joint", [0, 1])
+def test_a_line_passes_through_its_samples_exactly(joint):
+    effect, samples = SampledTorque(TIMES, A, B, "linear"), list(map(Fraction, (A, B)[joint]))
+    for k, (begins, ends) in enumerate(pairwise(map(Fraction, TIMES))):
+        start, (value, slope) = polynomial(effect.piece_at(TIMES[k]), joint)
+        assert (start, value) == (begins, samples[k])
+        assert value + slope * (ends - start) == samples[k + 1]
+
+
+# A spline with steps of 2 s and of 1 ms.
+GRADED = (0.0, 0.1, 0.101, 0.3, 2.3, 2.301, 2.7)
+
+
+@pytest.mark.parametrize("joint", [0, 1])
+def test_a_spline_is_smooth_to_seventy_digits(joint):
+    """Values and two derivatives meet at each sample, and the third at the second and last but one.
+
+    These are all its conditions.
+    """
+    samples = ((0.3, -1.0, 2.0, 0.7, 0.1, 0.4, 1.3), (-0.2, 0.4, 0.0, 1.1, -0.6, 1.7, 0.9))
+    effect = SampledTorque(GRADED, *samples, "cubic")
+    rows = [polynomial(effect.piece_at(t), joint)[1] for t in GRADED[:-1]]
+    scale = max(abs(c) for row in rows for c in row)
+    for k, (begins, ends) in enumerate(pairwise(map(Fraction, GRADED))):
+        h, (a, b, c, d) = ends - begins, rows[k]
+        assert a == Fraction(samples[joint][k])
+        left = [a + b * h + c * h**2 + d * h**3, b + 2 * c * h + 3 * d * h**2, 2 * (c + 3 * d * h)]
+        if k + 2 == len(GRADED):
+            right = [Fraction(samples[joint][-1])]
+        else:
+            a, b, c, third = rows[k + 1]
+            right = [a, b, 2 * c]
+            if k in (0, len(GRADED) - 3):
+                left, right = [*left, d], [*right, third]
+        for one, other in zip(left, right, strict=False):
+            assert abs(one - other) < scale / Fraction(10) ** 70
+
+
+def test_pieces_have_the_digits_of_a_run():
+    effect = SampledTorque((0.0, 0.3, 0.7), (0.1, 0.7, -0.9), (0.2, 0.1, 0.3), "linear")
+    piece, t = effect.piece_at(0.4), 0.4
+    loads = piece.loads(GENERAL.convert(heyoka.real128), None, None, heyoka.real128(t))
+    (moment,) = (load.moment for load in loads if load.link == 2)
+    with mpmath.workdps(40):
+        share = (mpmath.mpf(t) - mpmath.mpf(0.3)) / (mpmath.mpf(0.7) - mpmath.mpf(0.3))
+        exact = mpmath.mpf(0.1) + share * (mpmath.mpf(0.3) - mpmath.mpf(0.1))
+        assert abs(mpmath.mpf(str(moment)) - exact) < 1e-33
+    assert [type(c) for row in piece.coefficients for c in row] == [float] * 4
+
+
+@pytest.mark.slow_but_first
+@pytest.mark.parametrize("interpolation", ["linear", "cubic"])
+def test_a_reference_integrates_the_interpolation_of_the_samples(interpolation):
+    """3 du/dt = τ: the speed is the integral of a polynomial with rational coefficients."""
+    effect = SampledTorque(TIMES, A, (0.0,) * 5, interpolation)
+    found = reference(scene(effect, duration=2.5), 25)
+    speed = Fraction(TIMES[0]) * Fraction(A[0])
+    for begins, ends in pairwise((*TIMES, 2.5)):
+        start, row = polynomial(effect.piece_at(begins), 0)
+        h = Fraction(ends) - start
+        speed += sum(c * h ** (k + 1) / (k + 1) for k, c in enumerate(row))
+    assert abs(Fraction(found.states[0][2]) - speed / 3) <= Fraction(1, 10 ** found.digits[0])
+    assert found.digits[0] == 25
 
 
 def test_a_held_torque_gives_parabolas_to_rounding():

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from decimal import Context, Decimal, localcontext
+from fractions import Fraction
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -14,10 +17,17 @@ from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
 from twolink.effects.effect import ParametricEffect, PiecewiseEffect
 from twolink.errors import ParameterError
-from twolink.inputs import take_fields
+from twolink.inputs import nearest_float, take_fields
 from twolink.loads import Loads, motor_loads
 
 _FEWEST = {"hold": 1, "linear": 2, "cubic": 4}
+
+# Digits of the coefficients of a spline. Runs with discontinuities have at most 34, and steeply
+# graded times lose some.
+_DIGITS = 80
+
+Rows = tuple[tuple[Scalar, ...], tuple[Scalar, ...]]
+Column = list[Decimal]
 
 
 @dataclass(frozen=True)
@@ -25,12 +35,19 @@ class PolynomialTorque(ParametricEffect):
     """Torques that are polynomials in t − `start` (s): `coefficients` of A and of B (N m/sᵏ)."""
 
     start: Scalar
-    coefficients: tuple[tuple[Scalar, ...], tuple[Scalar, ...]]
+    coefficients: Rows
+    # Those of samples are rational numbers, of which `coefficients` are the nearest floats.
+    _exact: Rows | None = field(default=None, repr=False, compare=False)
 
     @property
     def numbers(self) -> tuple[Scalar, ...]:
         """The start and all coefficients, in a fixed order; pieces differ only in these numbers."""
-        return (self.start, *self.coefficients[0], *self.coefficients[1])
+        A, B = self._rows
+        return (self.start, *A, *B)
+
+    @property
+    def _rows(self) -> Rows:
+        return self._exact or self.coefficients
 
     def with_numbers(self, numbers: tuple[Scalar, ...]) -> PolynomialTorque:
         """Return the polynomial of the same degree with these numbers."""
@@ -40,8 +57,9 @@ class PolynomialTorque(ParametricEffect):
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the torques on link 1 and on link 2, by Horner's scheme."""
-        since = t - self.start
-        return motor_loads(*(_horner(row, since) for row in self.coefficients))
+        since = t - chain.scalar(self.start)
+        A, B = (tuple(map(chain.scalar, row)) for row in self._rows)
+        return motor_loads(_horner(A, since), _horner(B, since))
 
 
 def _horner(coefficients: tuple[Scalar, ...], x: Scalar) -> Scalar:
@@ -59,6 +77,9 @@ class SampledTorque(PiecewiseEffect):
     straight lines, `cubic` a spline that is twice differentiable (not-a-knot at its ends). Before
     the first sample and after the last they are constant. The motion is integrated from sample to
     sample, so no step crosses a kink or a jump.
+
+    Times become float64. Slopes and coefficients of splines follow exactly from times and samples,
+    up to 80 digits, and are rounded in the precision of a run. `loads` are in float64.
     """
 
     times: tuple[float, ...]
@@ -92,6 +113,7 @@ class SampledTorque(PiecewiseEffect):
                 raise ParameterError(
                     f"sampled torque: {name} must be finite numbers; got {wrong!r}"
                 )
+        object.__setattr__(self, "times", tuple(map(nearest_float, self.times)))
         for earlier, later in pairwise(self.times):
             if not earlier < later:
                 raise ParameterError(
@@ -109,8 +131,29 @@ class SampledTorque(PiecewiseEffect):
         """Return the torques of the piece that contains a time (s), or begins there."""
         piece = int(np.searchsorted(self.times, t, side="right"))
         start = self.times[max(piece - 1, 0)]
-        A, B = (tuple(rows[piece].tolist()) for rows in self._pieces)
-        return PolynomialTorque(start, (A, B))
+        exact = self._exact_row(self.A, 0, piece), self._exact_row(self.B, 1, piece)
+        A, B = (tuple(map(float, row)) for row in exact)
+        return PolynomialTorque(start, (A, B), exact)
+
+    def _exact_row(
+        self, samples: tuple[float, ...], joint: int, piece: int
+    ) -> tuple[Fraction, ...]:
+        """Return the coefficients of a piece, lowest first: 0 is before the samples."""
+        last = len(samples)
+        value = Fraction(samples[max(piece - 1, 0)])
+        if self.interpolation == "hold":
+            return (value,)
+        if piece in (0, last):
+            return (value, *[Fraction(0)] * (3 if self.interpolation == "cubic" else 1))
+        if self.interpolation == "cubic":
+            return (value, *map(Fraction, self._splines[joint][piece - 1]))
+        rise = Fraction(samples[piece]) - value
+        return value, rise / (Fraction(self.times[piece]) - Fraction(self.times[piece - 1]))
+
+    @cached_property
+    def _splines(self) -> tuple[list[Column], list[Column]]:
+        """The coefficients of powers 1, 2, 3 between the samples of A and of B."""
+        return _spline(self.times, self.A), _spline(self.times, self.B)
 
     def slopes_of(self, slopes: tuple[float, ...]) -> Callable[[float], tuple[float, ...]]:
         """Return the slopes of the numbers of pieces, where samples have slopes and times none.
@@ -119,7 +162,12 @@ class SampledTorque(PiecewiseEffect):
         """
         count = len(self.times)
         along = replace(self, A=slopes[count : 2 * count], B=slopes[2 * count :])
-        return lambda t: (0.0, *along.piece_at(t).numbers[1:])
+
+        def slopes_at(t: float) -> tuple[float, ...]:
+            A, B = along.piece_at(t).coefficients
+            return (0.0, *A, *B)
+
+        return slopes_at
 
     def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the torques on link 1 and on link 2 at a time, or at an array of times (s)."""
@@ -130,7 +178,10 @@ class SampledTorque(PiecewiseEffect):
 
 
 def _coefficients(sampled: SampledTorque, values: tuple[float, ...]) -> NDArray[np.float64]:
-    """Return the coefficients of each piece, lowest first: before the samples, between, after."""
+    """Return the coefficients of each piece, lowest first: before the samples, between, after.
+
+    They are in float64, for many times at once.
+    """
     times, samples = np.array(sampled.times, dtype=float), np.array(values, dtype=float)
     if sampled.interpolation == "hold":
         return np.concatenate([samples[:1], samples])[:, None]
@@ -143,3 +194,52 @@ def _coefficients(sampled: SampledTorque, values: tuple[float, ...]) -> NDArray[
     ends = np.zeros((2, inside.shape[1]))
     ends[:, 0] = samples[0], samples[-1]
     return np.concatenate([ends[:1], inside, ends[1:]])
+
+
+def _spline(times: tuple[float, ...], samples: tuple[float, ...]) -> list[Column]:
+    """Return the coefficients of powers 1, 2, 3 of a not-a-knot spline on each interval.
+
+    They are accurate to about `_DIGITS` digits. C. de Boor, A Practical Guide to Splines (1978),
+    chapter IV.
+    """
+    with localcontext(Context(prec=_DIGITS)):
+        x, y = ([_decimal(value) for value in row] for row in (times, samples))
+        h = [after - before for before, after in pairwise(x)]
+        rise = [(after - before) / d for (before, after), d in zip(pairwise(y), h, strict=True)]
+        slopes = _solved(*_knots(h, rise))
+        found = []
+        for (first, last), mean, d in zip(pairwise(slopes), rise, h, strict=True):
+            bend = (first + last - 2 * mean) / d
+            found.append([first, (mean - first) / d - bend, bend / d])
+        return found
+
+
+def _decimal(value: Any) -> Decimal:
+    exact = Fraction(value)
+    return Decimal(exact.numerator) / Decimal(exact.denominator)
+
+
+def _knots(h: Column, rise: Column) -> tuple[Column, Column, Column, Column]:
+    """Return the tridiagonal system of the slopes at the samples: three diagonals, right side."""
+    first, last = h[0] + h[1], h[-1] + h[-2]
+    inner = list(zip(pairwise(h), pairwise(rise), strict=True))
+    below = [Decimal(0), *(after for (_, after), _ in inner), last]
+    diagonal = [h[1], *(2 * (before + after) for (before, after), _ in inner), h[-2]]
+    above = [first, *(before for (before, _), _ in inner), Decimal(0)]
+    right = [3 * (after * r + before * s) for (before, after), (r, s) in inner]
+    start = ((h[0] + 2 * first) * h[1] * rise[0] + h[0] ** 2 * rise[1]) / first
+    end = ((h[-1] + 2 * last) * h[-2] * rise[-1] + h[-1] ** 2 * rise[-2]) / last
+    return below, diagonal, above, [start, *right, end]
+
+
+def _solved(below: Column, diagonal: Column, above: Column, right: Column) -> Column:
+    """Return the solution of a tridiagonal system, by elimination."""
+    diagonal, right = diagonal[:], right[:]
+    for k in range(1, len(diagonal)):
+        factor = below[k] / diagonal[k - 1]
+        diagonal[k] -= factor * above[k - 1]
+        right[k] -= factor * right[k - 1]
+    found = [right[-1] / diagonal[-1]]
+    for d, a, r in list(zip(diagonal, above, right, strict=True))[-2::-1]:
+        found.append((r - a * found[-1]) / d)
+    return found[::-1]
