@@ -16,6 +16,8 @@ from numbers import Integral, Rational, Real
 from types import ModuleType
 from typing import Any
 
+from twolink.errors import SimulationError
+
 # Any scalar type. It is not narrower, since no protocol covers both SymPy and NumPy.
 Scalar = Any
 Pair = tuple[Scalar, Scalar]
@@ -139,6 +141,21 @@ def sqrt(x: Scalar) -> Scalar:
 def exp(x: Scalar) -> Scalar:
     """Return e to the power of x, in the type of x."""
     return _library_of(x).exp(x)
+
+
+def whole_power(x: Scalar, exponent: Any) -> Scalar:
+    """Return x to a whole power, by products, for types that have no power of their own.
+
+    Raises `SimulationError` for other exponents.
+    """
+    if not isinstance(exponent, Integral):
+        raise SimulationError(f"the exponent of a power must be a whole number; got {exponent!r}")
+    if exponent < 0:
+        return 1 / whole_power(x, -exponent)
+    if exponent < 2:
+        return x if exponent else x * 0 + 1
+    half = whole_power(x, exponent // 2)
+    return half * half * x if exponent % 2 else half * half
 
 
 def sign(x: Scalar) -> Scalar:

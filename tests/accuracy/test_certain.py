@@ -2,6 +2,7 @@
 
 import math
 import operator
+from fractions import Fraction
 
 import pytest
 from flint import arb
@@ -36,6 +37,7 @@ def test_a_comparison_of_overlapping_balls_is_refused(order, pair):
         lambda x, y: 3 - x / y + 2 / x,
         lambda x, y: (1 + x) * (y * 2) / 4 - (-y),
         lambda x, y: abs(x - y) + arithmetic.sin(x) * arithmetic.cos(y),
+        lambda x, y: x**3 - (+y) ** -1 + x * Fraction(1, 3) - Fraction(1, 3) / y,
         lambda x, y: arithmetic.sqrt(x) + arithmetic.exp(y),
     ],
 )

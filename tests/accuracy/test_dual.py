@@ -19,6 +19,7 @@ RULES = [
     (lambda a, b: 3 + a - (2 - b)),
     (lambda a, b: 5 / (a * 2) / 7 - (-b)),
     (lambda a, b: arithmetic.sin(a) * arithmetic.cos(b)),
+    (lambda a, b: a**3 - (+b) ** -2 + a**0 * b**1),
     (lambda a, b: arithmetic.exp(b) + arithmetic.sqrt(a)),
 ]
 

@@ -194,6 +194,22 @@ def test_an_effect_of_one_s_own_has_an_enclosure():
     assert found.contains(0, reference(scene, 40).states[0])
 
 
+@dataclass(frozen=True)
+class Cubic(Effect):
+    """A spring with powers of the state, as a user may write them."""
+
+    stiffness: float
+
+    def loads(self, chain, q, u, t):
+        return (Torque(1, self.stiffness - self.stiffness * q[0] ** 3 + (+u[0]) ** 2 / 4),)
+
+
+@pytest.mark.parametrize("stiffness", [0.1, Fraction(1, 3)])
+def test_an_effect_with_powers_has_an_enclosure(stiffness):
+    scene = replace(SHORT, duration=0.25, effects=(Gravity(), Cubic(stiffness)))
+    assert enclosure(scene, 15).contains(0, reference(scene, 40).states[0])
+
+
 @pytest.mark.slow
 def test_an_error_of_the_approximate_motion_widens_the_enclosure(monkeypatch):
     """A wrong result of heyoka widens the interval; the exact motion stays in it."""

@@ -1,6 +1,7 @@
 import json
 from dataclasses import replace
 from decimal import Decimal, localcontext
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -10,9 +11,26 @@ from tests.accuracy.test_study import END
 from tests.simulation.smooth.test_taylor import KINKED
 from twolink.accuracy.multiprecision import precise_motion
 from twolink.accuracy.reference import MOST_DIGITS_WITH_EVENTS, reference
+from twolink.chain import Chain
 from twolink.cli import app
 from twolink.data import data_path
-from twolink.effects import pieces_at
+from twolink.effects import (
+    EFFECTS,
+    CompliantSurface,
+    EndDrag,
+    EndForce,
+    Gravity,
+    JointDamping,
+    JointFriction,
+    JointSpring,
+    JointStop,
+    JointTorque,
+    MotorInertia,
+    PdControl,
+    SampledTorque,
+    Surface,
+    pieces_at,
+)
 from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -242,3 +260,47 @@ def test_scenes_of_one_name_are_refused_where_their_files_would_be_one(tmp_path)
     assert result.exit_code == 2
     assert "the scenes must have different names; got 'free_fall' twice" in result.stderr
     assert not (tmp_path / "a").exists()
+
+
+FRACTIONS = {
+    "gravity": lambda n: Gravity(n(9.75), (n(0.5), n(1.25))),
+    "joint_torque": lambda n: JointTorque(*((n(0.5), n(k)) for k in (0.25, 0.75, 3.0, 1.0))),
+    "joint_damping": lambda n: JointDamping((n(0.5), n(0.25))),
+    "joint_spring": lambda n: JointSpring((n(1.5), n(0.5)), (n(0.25), n(0.5))),
+    "pd_control": lambda n: PdControl((n(0.5), n(1.5)), (n(1.25), n(0.75)), (n(0.5), n(0.25))),
+    "end_drag": lambda n: EndDrag(n(0.5)),
+    "end_force": lambda n: EndForce(n(0.5), n(0.25), static=n(0.375)),
+    "motor_inertia": lambda n: MotorInertia((n(0.5), n(0.25)), (n(1.5), n(-2.75))),
+    "joint_friction": lambda n: JointFriction((n(0.5), n(0.25)), (n(0.75), n(0.5))),
+    "joint_stop": lambda n: JointStop("B", n(-0.5), n(0.625), n(0.5)),
+    "surface": lambda n: Surface(
+        (n(0.25), n(1.25)), (n(0.25), n(-1)), restitution=n(0.5), friction=n(0.25)
+    ),
+    "compliant_surface": lambda n: CompliantSurface(
+        (n(0.25), n(1.25)), (n(0.25), n(-1)), "kelvin-voigt", n(2048.5), n(3.5), friction=n(0.25)
+    ),
+    "sampled_torque": lambda n: SampledTorque(
+        tuple(map(n, (0.0, 0.125, 0.25, 0.375))),
+        tuple(map(n, (0.5, 0.0, 0.25, 1.0))),
+        tuple(map(n, (0.0, 0.0, 0.25, 1.0))),
+        "cubic",
+    ),
+}
+
+
+def test_fractions_are_tested_in_every_effect():
+    assert set(FRACTIONS) == set(EFFECTS)
+
+
+@pytest.mark.slow_but_first
+@pytest.mark.parametrize("name", FRACTIONS)
+def test_fractions_in_effects_are_their_values(name):
+    """Dyadic fractions are float64 numbers as well, and so are the references the same."""
+    weight = () if name == "gravity" else (Gravity(),)
+    plain = Scene(Chain.uniform_bars(), (0.0, 0.3), (0.5, 0.0), 0.5)
+    found, expected = (
+        reference(replace(plain, effects=(*weight, FRACTIONS[name](number))), 22)
+        for number in (Fraction, float)
+    )
+    assert found.states == expected.states
+    assert found.digits == expected.digits

@@ -1,5 +1,7 @@
 """Bounds of series against mpmath's 50 digits."""
 
+from fractions import Fraction
+
 import flint
 import mpmath
 import pytest
@@ -7,6 +9,7 @@ from flint import arb, arb_series
 
 from twolink.accuracy.series import Series
 from twolink.arithmetic import cos, exp, sin, sqrt
+from twolink.errors import SimulationError
 
 RADIUS, TERMS = 0.5, 12
 
@@ -20,6 +23,7 @@ TEXTS = {
     "reciprocal": lambda x, y: 1 / (y + 4),
     "exponential": lambda x, y: exp(x - 2 * y),
     "root": lambda x, y: sqrt(x * y + 4),
+    "power": lambda x, y: x**5 - (y + 4) ** -3 + x**0,
     "difference": lambda x, y: 1.5 - sin(y) * 4,
 }
 X, Y = [0.3, -1.25, 0.5, 2.0], [1.0, 0.75, -0.125]
@@ -81,6 +85,24 @@ def test_a_root_that_may_vanish_on_the_disc_has_no_bound():
     found = sqrt(series([1.0, -4.0]))
     assert not found.norm.is_finite()
     assert float(found.terms[1]) == -2.0
+
+
+def test_fractions_are_exact():
+    x, third = series(X), Fraction(1, 3)
+    for found, exact in (
+        (x + third, X[0] + arb(1) / 3),
+        (third - x, arb(1) / 3 - X[0]),
+        (third * x, X[0] * arb(1) / 3),
+        (x / third, X[0] * arb(3)),
+        (third / x, arb(1) / 3 / X[0]),
+    ):
+        assert found.terms[0].overlaps(exact)
+        assert found.terms[0].rad() < 1e-30
+
+
+def test_other_powers_are_refused_in_one_sentence():
+    with pytest.raises(SimulationError, match=r"exponent of a power must be a whole number; got 0"):
+        series(X) ** 0.5
 
 
 @pytest.mark.parametrize("first", [arb(0), arb(0, 1), arb(0.5, 1)])

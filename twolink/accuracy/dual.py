@@ -52,6 +52,13 @@ class Dual:
             return Dual(quotient, (self.slope - quotient * other.slope) / other.value)
         return Dual(self.value / other, self.slope / other)
 
+    def __pow__(self, exponent: Any) -> Dual:
+        found: Dual = arithmetic.whole_power(self, exponent)
+        return found
+
+    def __pos__(self) -> Dual:
+        return self
+
     def __abs__(self) -> Dual:
         return self if self.value >= 0 else -self
 

@@ -14,7 +14,10 @@ terms (x, 1) the second term of the result is the derivative.
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
+
+from twolink.arithmetic import exactly, whole_power
 
 
 class Series:
@@ -28,7 +31,7 @@ class Series:
         self._sine_and_cosine: tuple[Series, Series] | None = None
 
     def __add__(self, other: Any) -> Series:
-        terms, norm = _parts(other)
+        terms, norm = self._parts(other)
         return Series(self.terms + terms, self.norm + norm)
 
     __radd__ = __add__
@@ -37,14 +40,14 @@ class Series:
         return Series(-self.terms, self.norm)
 
     def __sub__(self, other: Any) -> Series:
-        terms, norm = _parts(other)
+        terms, norm = self._parts(other)
         return Series(self.terms - terms, self.norm + norm)
 
     def __rsub__(self, other: Any) -> Series:
         return -self + other
 
     def __mul__(self, other: Any) -> Series:
-        terms, norm = _parts(other)
+        terms, norm = self._parts(other)
         return Series(self.terms * terms, self.norm * norm)
 
     __rmul__ = __mul__
@@ -55,7 +58,8 @@ class Series:
         All coefficients are NaN where b_0 may be zero.
         """
         if not isinstance(other, Series):
-            return Series(self.terms / other, self.norm / abs(other))
+            number, size = self._parts(other)
+            return Series(self.terms / number, self.norm / size)
         first = other.terms[0]
         if first.contains(0):
             return _unknown(other)
@@ -64,7 +68,15 @@ class Series:
         return Series(self.terms / other.terms, norm)
 
     def __rtruediv__(self, other: Any) -> Series:
-        return Series(self.terms * 0 + other, abs(other)) / self
+        number, size = self._parts(other)
+        return Series(self.terms * 0 + number, size) / self
+
+    def __pow__(self, exponent: Any) -> Series:
+        found: Series = whole_power(self, exponent)
+        return found
+
+    def __pos__(self) -> Series:
+        return self
 
     def sine_and_cosine(self) -> tuple[Series, Series]:
         """Return sine and cosine, computed together and cached."""
@@ -86,6 +98,13 @@ class Series:
         ratio = self._beyond_the_first() / _least(first)
         norm = first.sqrt() * (2 - (1 - ratio).sqrt())
         return Series(self.terms.sqrt(), norm if ratio < 1 else type(first).pos_inf())
+
+    def _parts(self, other: Any) -> tuple[Any, Any]:
+        """Return the terms and the norm of a series, or of a number as a series of one term."""
+        if isinstance(other, Series):
+            return other.terms, other.norm
+        number = exactly(other, type(self.norm)) if isinstance(other, Fraction) else other
+        return number, abs(number)
 
     def _beyond_the_first(self) -> Any:
         """Return an upper bound on ‖a − a_0‖."""
@@ -110,11 +129,6 @@ def exp(x: Series) -> Series:
 def sqrt(x: Series) -> Series:
     """Return the square root of a series."""
     return x.sqrt()
-
-
-def _parts(other: Any) -> tuple[Any, Any]:
-    """Return the terms and the norm of a series, or of a number as a series of one term."""
-    return (other.terms, other.norm) if isinstance(other, Series) else (other, abs(other))
 
 
 def _unknown(like: Series) -> Series:
