@@ -273,11 +273,12 @@ def take_fields(owner: Any, where: str, *, real: bool = False) -> None:
     """Set the fields of a frozen data class to the values of its arguments.
 
     The annotations give the type of each: a number, a pair or a tuple of numbers, a truth value, a
-    string, or a tuple of strings. With `real`, numbers must be real, as those that are compared.
-    Raises `ParameterError` for anything else.
+    string, or a tuple of strings. Long doubles that float64 does not hold become fractions, which
+    compute with numbers of every type. With `real`, numbers must be real, as those that are
+    compared. Raises `ParameterError` for anything else.
     """
     kind: Any = type(owner)
-    number = _as_ordered if real else as_number
+    number = _as_ordered if real else _as_field
     for name, annotation in _annotations(kind).items():
         value = _taken(f"{where}: {name}", getattr(owner, name), annotation, number)
         object.__setattr__(owner, name, value)
@@ -291,10 +292,20 @@ def _annotations(kind: type) -> dict[str, Any]:
 
 def _as_ordered(name: str, value: Any) -> Any:
     """Return a real number, which may be infinite or NaN."""
-    number = as_number(name, value)
+    number = _as_field(name, value)
     if not isinstance(number, Real):
         refuse(name, value, "a real number")
     return number
+
+
+def _as_field(name: str, value: Any) -> Any:
+    """Return a number; a long double as a float, or as the fraction that it is."""
+    number = as_number(name, value)
+    if not isinstance(number, np.longdouble):
+        return number
+    if float(number) == number or np.isnan(number):
+        return float(number)
+    return as_number(name, Fraction(*number.as_integer_ratio()))
 
 
 def _taken(name: str, value: Any, annotation: Any, as_number: Callable[[str, Any], Any]) -> Any:

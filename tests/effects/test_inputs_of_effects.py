@@ -1,6 +1,7 @@
 """Effects hold immutable values, and name the fault of their input."""
 
 import itertools
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -122,6 +123,15 @@ def test_later_changes_to_the_arguments_do_not_change_the_effect():
 def test_sentences(make, words):
     with pytest.raises(ParameterError, match=words):
         make()
+
+
+def test_long_doubles_become_the_fractions_that_they_are():
+    third = np.longdouble(1) / 3
+    found = JointDamping((third, np.longdouble(0.5))).coefficient
+    assert [type(number) for number in found] == [Fraction, float]
+    assert np.longdouble(found[0].numerator) / np.longdouble(found[0].denominator) == third
+    with pytest.raises(ParameterError, match=r"joint damping at A must be .*; got inf"):
+        JointDamping((np.longdouble(np.inf), 0.0))
 
 
 def test_a_generator_of_a_thousand_numbers_is_no_pair():

@@ -140,14 +140,14 @@ class SampledTorque(PiecewiseEffect):
     ) -> tuple[Fraction, ...]:
         """Return the coefficients of a piece, lowest first: 0 is before the samples."""
         last = len(samples)
-        value = Fraction(samples[max(piece - 1, 0)])
+        value = _fraction(samples[max(piece - 1, 0)])
         if self.interpolation == "hold":
             return (value,)
         if piece in (0, last):
             return (value, *[Fraction(0)] * (3 if self.interpolation == "cubic" else 1))
         if self.interpolation == "cubic":
             return (value, *map(Fraction, self._splines[joint][piece - 1]))
-        rise = Fraction(samples[piece]) - value
+        rise = _fraction(samples[piece]) - value
         return value, rise / (Fraction(self.times[piece]) - Fraction(self.times[piece - 1]))
 
     @cached_property
@@ -214,8 +214,13 @@ def _spline(times: tuple[float, ...], samples: tuple[float, ...]) -> list[Column
         return found
 
 
+def _fraction(value: Any) -> Fraction:
+    """Return a number exactly, and one of mpmath or SymPy in float64, as scenes have none."""
+    return Fraction(value) if isinstance(value, (int, float, Fraction)) else Fraction(float(value))
+
+
 def _decimal(value: Any) -> Decimal:
-    exact = Fraction(value)
+    exact = _fraction(value)
     return Decimal(exact.numerator) / Decimal(exact.denominator)
 
 
