@@ -26,7 +26,7 @@ _CHANGE = 1e-6
 
 def is_balanced(scene: Scene) -> bool:
     """Return whether a scene starts in the balance of an unstable pose."""
-    chain, effects = scene.moving_chain, scene.effects
+    chain, effects = scene.moving_chain.convert(float), scene.effects
     try:
         rate = rates_of_balance(chain, effects, scene.q, scene.u, scene.duration)
     except (ArithmeticError, ValueError):
