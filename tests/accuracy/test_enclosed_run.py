@@ -53,13 +53,21 @@ def exact_turning(scene, until):
         times.append(now)
 
 
-def test_impacts_on_stops_contain_an_exact_solution():
-    """Links that turn evenly between stops: all times and speeds are rational numbers."""
-    found = enclosure(TURNING, 40, (0.5, 3.0))
+@pytest.mark.parametrize("restitution", [0.75, 0.4, Fraction(5, 7)])
+def test_impacts_on_stops_contain_an_exact_solution(restitution):
+    """Links that turn evenly between stops: all times and speeds are rational numbers.
+
+    1 + 0.4 is rounded in float64.
+    """
+    stop = replace(TURNING.effects[0], restitution=restitution)
+    scene = replace(TURNING, effects=(stop,))
+    found, other = enclosure(scene, 40, (0.5, 3.0)), reference(scene, 28, (0.5, 3.0))
     for index, until in enumerate((Fraction(1, 2), Fraction(3))):
-        times, state = exact_turning(TURNING, until)
+        times, state = exact_turning(scene, until)
         assert found.contains(index, state)
-    assert len(found.impacts) == len(times) == 3
+        for true, number in zip(state, other.states[index], strict=True):
+            assert abs(Fraction(number) - true) <= Fraction(1, 10 ** other.digits[index])
+    assert len(found.impacts) == len(times) > 1
     assert all(time in impact.time for time, impact in zip(times, found.impacts, strict=True))
     assert found.radius < 1e-40
     assert found.ended is None
