@@ -53,9 +53,9 @@ def rates_of_balance(
     with np.errstate(all="ignore"):
         given = (places[0], places[1]), (places[2], places[3])
         _, rates = EQUATIONS["lagrange"].rates(chain, effects, *given, 0.0)
-    found = np.array([np.broadcast_to(rate, (9, *lanes)) for rate in rates], dtype=float)
-    found = found.reshape(2, 9, -1)
-    slopes = (found[:, 1:5] - found[:, 5:]).transpose(2, 0, 1) / (2 * _CHANGE)
+        found = np.array([np.broadcast_to(rate, (9, *lanes)) for rate in rates], dtype=float)
+        found = found.reshape(2, 9, -1)
+        slopes = (found[:, 1:5] - found[:, 5:]).transpose(2, 0, 1) / (2 * _CHANGE)
     paces = np.maximum(np.abs(moved[2:, 0]).max(axis=0), np.sqrt(np.abs(found[:, 0]).max(axis=0)))
     growth = _growth(slopes, paces)
     balanced = (paces < _SLOW * growth) & (growth * duration > 1)
