@@ -58,6 +58,10 @@ class SpeedEquations:
         """Return the sizes whose relative rounding is that of `from_speeds`, which is exact."""
         return np.zeros_like(u)
 
+    def by_forces(self, chain: Chain, q: Any, forces: Any) -> Any:
+        """Return the part of du/dt (rad/s²) by generalized forces (N m)."""
+        return _speeds(_mass(chain, q, _ahead_and_across(chain, q)), forces)
+
 
 @dataclass(frozen=True)
 class MomentumEquations:
@@ -77,7 +81,7 @@ class MomentumEquations:
         ahead_and_across = _ahead_and_across(chain, q)
         u1, u2 = _speeds(_mass(chain, q, ahead_and_across), p)
         slope = ahead_and_across[1] * (u1 * u2)
-        Q1, Q2 = _gathered_force(chain, q, smooth_loads(effects, chain, q, (u1, u2), t))
+        Q1, Q2 = gathered_force(chain, q, smooth_loads(effects, chain, q, (u1, u2), t))
         return (u1, u2), (Q1 + slope, Q2 - slope)
 
     def from_speeds(self, chain: Chain, q: Pair, u: Pair) -> Pair:
@@ -102,6 +106,10 @@ class MomentumEquations:
         M11, M12, M22, _ = (np.abs(x) for x in _mass(chain, q, _ahead_and_across(chain, q)))
         u1, u2 = np.abs(u)
         return np.array([M11 * u1 + M12 * u2, M12 * u1 + M22 * u2])
+
+    def by_forces(self, chain: Chain, q: Any, forces: Any) -> Any:
+        """Return the part of dp/dt (N m) by generalized forces: themselves."""
+        return forces
 
 
 _Mass = tuple[Scalar, Scalar, Scalar, Scalar]
@@ -133,7 +141,7 @@ def _ahead_and_across(chain: Chain, q: Pair) -> Pair:
     return first * a * c - first * b * s, first * a * s + first * b * c
 
 
-def _gathered_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
+def gathered_force(chain: Chain, q: Pair, loads: Loads) -> Pair:
     """Return Q_1 and Q_2 (N m), each with one sine and one cosine for all forces.
 
     A force (X, Y) at (a, b) of a link gives cos(q) (a Y − b X) − sin(q) (a X + b Y); one on link 2

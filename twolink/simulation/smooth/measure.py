@@ -41,6 +41,7 @@ from twolink.simulation.run import Array, MotionRun
 from twolink.simulation.smooth.balance import is_balanced
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.load_sizes import load_sizes
 from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import Observer, TaylorRun, taylor_run
@@ -305,7 +306,10 @@ class _Search:
 
     def _judged(self, kept: TaylorRun, judge: TaylorRun, margin: float) -> Array:
         """Return the error that the difference of a run from a judge of like precision bounds."""
-        errors = margin * difference(kept, judge) + _sums(kept, self.times)
+        apart = difference(kept, judge)
+        errors = margin * apart + _sums(kept, self.times)
+        grown = apart / truncation(min(kept.order, judge.order))
+        errors = errors + _of_loads(kept, self.times, grown)
         if self.grown is not None:
             errors = errors + MOST_ROUND_OFF * PRECISIONS[kept.precision].rounding * self.grown
         return np.asarray(errors)
@@ -353,6 +357,34 @@ def _sums(run: TaylorRun, times: Array) -> Array:
     return np.asarray(
         _conversions(run) + _rounding(run) * count + _roundings(run)[2:, 0].max() * times
     )
+
+
+def _of_loads(run: TaylorRun, times: Array, grown: Array) -> Array:
+    """Return the round-off (rad, rad/s) of the terms of loads that cancel, up to each time (s).
+
+    It acts like an acceleration, and grows like truncation errors of its size on each step. `grown`
+    is the error of a unit of truncation, which is relative to the state, or to 1 if that is larger.
+    """
+    own = PRECISIONS[run.precision].rounding
+    in_speeds, size = _beyond(run, EQUATIONS[run.formulation].in_speeds, times)
+    per_time = in_speeds * size * run.steps / float(times[-1])
+    moved = np.concatenate([[0.0], np.cumsum(np.diff(times) * (per_time[1:] + per_time[:-1]) / 2)])
+    roundings, _ = _beyond(run, run.formulation, times)
+    carried = MOST_ROUND_OFF * grown * np.maximum.accumulate(roundings)
+    return np.asarray(own * (np.maximum(1.0, times) * moved + carried))
+
+
+def _beyond(run: TaylorRun, formulation: EquationsName, times: Array) -> tuple[Array, float]:
+    """Return the roundings of the state, beyond one, that loads add on a step at times (s): (n,).
+
+    One is in other terms. The second number is the size of the state of a formulation, at least 1.
+    """
+    scene, q, u = run.scene, run.q.astype(float), run.u.astype(float)
+    x = EQUATIONS[formulation].from_speeds(scene.moving_chain, q, u)
+    size = max(1.0, float(np.abs(np.concatenate([q, x])).max()))
+    sizes = load_sizes(scene, formulation, q, u, times)
+    roundings = float(times[-1]) / run.steps * (sizes.excess + sizes.spread).max(axis=0) / size
+    return np.maximum(roundings - 1.0, 0.0), size
 
 
 def _rounding(run: TaylorRun) -> Array:

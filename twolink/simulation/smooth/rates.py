@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from twolink.chain import Chain
-from twolink.effects import Effect
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.names import EquationsName
 from twolink.optional import heyoka
@@ -20,9 +18,6 @@ from twolink.values import Content
 # Levels of optimisation. For quadruple numbers the highest level takes 10 ms more to compile, and
 # halves the time of a call. In float64 it takes as much, and saves 0.02 ms of a call.
 _LEVELS: dict[PrecisionName, int] = {"double": 0, "long double": 1, "quadruple": 3}
-
-# The number of rates, and of their derivatives.
-_RATES_AND_JACOBIAN = 20
 
 Rates = Callable[[Any, Any], Any]
 """A function of states, shape (4, …), and of times (s), shape (…): the rates, shape (4, …)."""
@@ -44,25 +39,7 @@ def jacobians_of(scene: Scene, formulation: EquationsName) -> Jacobians:
     function = _compiled(
         Content((scene.moving_chain,)), Content(scene.effects), formulation, "double"
     )
-    return lambda states, t: _at(function, states, t)[4:_RATES_AND_JACOBIAN].reshape(
-        4, *states.shape
-    )
-
-
-def loads_of(scene: Scene, formulation: EquationsName) -> Rates:
-    """Return the sizes of the rates that single effects give, summed up, as a function in float64.
-
-    The loads of several effects may nearly cancel.
-    """
-    function = _compiled(
-        Content((scene.moving_chain,)), Content(scene.effects), formulation, "double"
-    )
-
-    def sizes(states: Any, t: Any) -> Any:
-        single = _at(function, states, t)[_RATES_AND_JACOBIAN:].reshape(-1, *states.shape)
-        return np.abs(single).sum(axis=0)
-
-    return sizes
+    return lambda states, t: _at(function, states, t)[4:].reshape(4, *states.shape)
 
 
 def _at(function: Any, states: Any, t: Any) -> Any:
@@ -78,8 +55,8 @@ def _compiled(
 ) -> Any:
     """Return code for the rates, cached for scenes that differ only in their start.
 
-    In double precision it computes their derivatives as well, and what each of several effects adds
-    to them: one compilation takes half as long as two.
+    In double precision it computes their derivatives as well: one compilation takes half as long as
+    two.
     """
     hy, number = heyoka(), PRECISIONS[precision].number
     (given,) = chain.objects
@@ -89,20 +66,7 @@ def _compiled(
     if precision == "double":
         tensors = hy.diff_tensors(every, diff_args=list(variables), diff_order=1)
         every += tensors.jacobian.ravel().tolist()
-        every += _single(formulation, given, effects.objects)
     return hy.cfunc(every, variables, fp_type=number, opt_level=_LEVELS[precision])
-
-
-def _single(formulation: EquationsName, chain: Chain, effects: tuple[Effect, ...]) -> list[Any]:
-    """Return what each of several effects adds to the rates; nothing for a single one."""
-    if len(effects) < 2:
-        return []
-    without = expressions_of(formulation, chain, (), float)
-    found: list[Any] = []
-    for effect in effects:
-        with_it = expressions_of(formulation, chain, (effect,), float)
-        found += [a - b for (_, a), (_, b) in zip(with_it, without, strict=True)]
-    return found
 
 
 def _of_differences(q1: Any, q2: Any) -> dict[Any, Any]:

@@ -33,8 +33,9 @@ from twolink.simulation.smooth.defect import Defects, evaluation_of
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.flows import accumulated, carried
 from twolink.simulation.smooth.linear import Linear, linearized, scaled_polynomials
+from twolink.simulation.smooth.load_sizes import LoadSizes, load_sizes
 from twolink.simulation.smooth.quadrature import MOMENTS
-from twolink.simulation.smooth.rates import jacobians_of, loads_of
+from twolink.simulation.smooth.rates import jacobians_of
 from twolink.simulation.smooth.taylor import Steps
 
 # The factor on the standard deviation of the round-off of the estimate.
@@ -113,7 +114,6 @@ class StepErrors:
         self.evaluated_in = evaluated_in or precision
         self._evaluation = evaluation_of(scene, formulation, self.evaluated_in)
         self._derivatives = jacobians_of(scene, formulation)
-        self._loads = loads_of(scene, formulation)
         self._begin()
 
     def _begin(self) -> None:
@@ -224,8 +224,9 @@ class StepErrors:
         """Add steps, and the linearized motion along them."""
         found = self._evaluation.of(steps, polynomials)
         added = _added(found, linear)
-        rates = self._rounded_rates(found, linear)
-        variances = self._variances(np.abs(rates), found.noise, linear)
+        loads = self._of_loads(linear)
+        rates = _rounded_rates(found, linear, loads.errors)
+        variances = self._variances(np.abs(rates), found.noise, linear, loads.spread)
         # The round-off of constants is alike on all steps: one source for each variable.
         alike = PRECISIONS[self.evaluated_in].rounding * rates[:, None] * np.eye(4)
         sources = np.concatenate([added[..., None], alike, found.truncated[..., None]], axis=2)
@@ -252,28 +253,42 @@ class StepErrors:
         else:
             self._parts = []
 
-    def _rounded_rates(self, found: Defects, linear: Linear) -> Array:
-        """Return numbers, shape (n, 4), that have the round-off of h f: h f itself, with its sign.
+    def _of_loads(self, linear: Linear) -> LoadSizes:
+        """Return the round-off of the loads at the starts of steps."""
+        q, x = linear.states.T[:2], linear.states.T[2:]
+        chain = self._scene.moving_chain
+        u = np.array(EQUATIONS[self._formulation].to_speeds(chain, q, x))
+        return load_sizes(self._scene, self._formulation, q, u, linear.starts)
 
-        Where the loads of effects nearly cancel, it is the sum of their sizes.
-        """
-        loads = self._loads(np.ascontiguousarray(linear.states.T), linear.starts)
-        of_loads = linear.lengths[:, None] * loads.T
-        return np.where(of_loads > np.abs(found.rates), of_loads, found.rates)
-
-    def _variances(self, rates: Array, noise: float, linear: Linear) -> Array:
+    def _variances(self, rates: Array, noise: float, linear: Linear, spread: Array) -> Array:
         """Return the variances of defects by round-off, shape (n, 4).
 
         `rates` have the round-off of h f. `noise` is the standard deviation of an integral, divided
-        by that of a value at a node.
+        by that of a value at a node. `spread`, shape (2, n), is the round-off of loads that differs
+        between nodes.
         """
         of_states = (np.abs(linear.scaled[1]) @ np.abs(linear.states)[:, :, None])[:, :, 0]
         # The rates and the slopes of the polynomials are rounded, independently.
         of_values = noise * (of_states + math.sqrt(2) * rates)
         # The start of a step has one rounding of time for all of its nodes.
         of_time = np.abs(linear.by_time) * (linear.lengths * linear.starts)[:, None]
+        of_arguments = noise * linear.lengths[:, None] * _second_pair(spread)
         rounding = PRECISIONS[self.evaluated_in].rounding
-        return np.asarray(rounding**2 * (of_values**2 + of_time**2))
+        return np.asarray(rounding**2 * (of_values**2 + of_time**2 + of_arguments**2))
+
+
+def _rounded_rates(found: Defects, linear: Linear, loads: Array) -> Array:
+    """Return numbers, shape (n, 4), that have the round-off of h f: h f itself, with its sign.
+
+    Where terms of the loads nearly cancel, it is their size, `loads` of shape (2, n).
+    """
+    of_loads = linear.lengths[:, None] * _second_pair(loads)
+    return np.where(of_loads > np.abs(found.rates), of_loads, found.rates)
+
+
+def _second_pair(values: Array) -> Array:
+    """Return values of the second pair of variables, shape (2, n), for all four: (n, 4)."""
+    return np.concatenate([np.zeros_like(values), values]).T
 
 
 def _added(found: Defects, linear: Linear) -> Array:

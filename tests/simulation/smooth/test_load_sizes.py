@@ -1,0 +1,80 @@
+"""The size of the round-off of loads, of all formulations."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from tests.simulation.smooth.test_measure import GENERAL, measured, scene, true_errors
+from twolink.chain import Chain
+from twolink.effects import Effect
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_torque import JointTorque
+from twolink.loads import motor_loads
+from twolink.scene import Scene
+from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.load_sizes import load_sizes
+from twolink.simulation.smooth.taylor import taylor_run
+
+STATE = np.array([[0.3, 1.0], [-0.4, 2.0]]), np.array([[0.1, -1.0], [0.2, 0.7]]), np.zeros(2)
+THREE = np.linspace(0.0, 3.0, 61)
+
+
+@dataclass(frozen=True)
+class Rounded(Effect):
+    """A torque a t², written as a difference of large squares."""
+
+    a: float
+    shift: float
+
+    def loads(self, chain, q, u, t=0.0):
+        x = t + self.shift
+        return motor_loads(self.a * (x * x - 2 * x * self.shift + self.shift * self.shift), 0.0)
+
+
+def rising(size, frequency):
+    return JointTorque((size, 0.0), (size, 0.0), (frequency, 0.0), (-math.pi / 2, 0.0))
+
+
+LOADS = {
+    "torques within one effect": rising(1e8, 1e-4),
+    "smaller ones": rising(1e6, 1e-3),
+    "an effect of a user": Rounded(3.0, 1e5),
+    "a phase": JointTorque((0.0, 0.0), (5.0, 0.0), (3.0, 0.0), (1e9, 0.0)),
+}
+
+
+@pytest.mark.parametrize("formulation", EQUATIONS)
+def test_gravity_has_little_more_than_its_own_rounding(formulation):
+    sizes = load_sizes(scene((0, 0), (0, 0)), formulation, *STATE)
+    rates = []
+    for effects in ((Gravity(),), ()):
+        q, u, t = STATE
+        x = EQUATIONS[formulation].from_speeds(GENERAL, q, u)
+        rates.append(np.array(EQUATIONS[formulation].rates(GENERAL, effects, q, x, t)[1]))
+    assert np.all(sizes.errors >= (1 - 1e-12) * np.abs(rates[0] - rates[1]))
+    assert np.all(sizes.excess <= 0.7 * np.abs(rates[0] - rates[1]).max())
+    assert np.all(sizes.spread == 0)
+
+
+@pytest.mark.parametrize("formulation", EQUATIONS)
+def test_terms_of_one_effect_that_cancel_count_by_their_sizes(formulation):
+    acting = Scene(GENERAL, (0.3, -0.4), (0.1, 0.2), 3.0, (rising(1e8, 1e-4),))
+    sizes = load_sizes(acting, formulation, *STATE)
+    one = load_sizes(
+        Scene(GENERAL, (0, 0), (0, 0), 1.0, (JointTorque((1.0, 0.0)),)), formulation, *STATE
+    )
+    assert sizes.errors == pytest.approx(1e8 * one.errors, rel=0.01)
+
+
+@pytest.mark.parametrize("name", LOADS)
+def test_the_error_is_bounded_where_terms_cancel(name):
+    """At 1e-8 a pair of runs in double precision served, and both had the same round-off."""
+    bars = Chain.uniform_bars()
+    acting = Scene(bars, (0.1, 0.3), (0.0, 0.0), 3.0, (LOADS[name],))
+    exact = taylor_run(acting, THREE, formulation="kane", precision="quadruple")
+    for accuracy in (1e-8, 1e-9, 1e-11):
+        found = measured(acting, accuracy, THREE)
+        assert found.worst <= accuracy
+        assert np.all(true_errors(found.kept, exact) <= found.errors)
