@@ -118,6 +118,21 @@ def test_objects_that_are_no_effects_are_refused(effect):
         replace(SCENE, effects=(effect,))
 
 
+@pytest.mark.parametrize("time", [0.0, -1e-3, math.nan, "1 ms", None])
+def test_a_declared_shortest_time_is_a_positive_number(time):
+    @dataclass(frozen=True)
+    class Quick(Effect):
+        @property
+        def shortest_time(self):
+            return time
+
+        def loads(self, chain, q, u, t=0.0):
+            return motor_loads(1.0, 0.0)
+
+    with pytest.raises(ParameterError, match="effect Quick: shortest_time must be"):
+        Scene(Chain.uniform_bars(), (0.0, 0.0), (0.0, 0.0), 1.0, (Quick(),))
+
+
 def test_effects_that_cannot_be_copied_or_compared_are_refused():
     locked = Acting(lambda *_: ())
     locked.lock = threading.Lock()

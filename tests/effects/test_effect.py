@@ -82,6 +82,7 @@ def test_the_loads_of_an_effect_are_smooth_by_default():
             return motor_loads(1.0, 0.0)
 
     assert smooth_loads((Motor(),), BARS, Q, U) == motor_loads(1.0, 0.0)
+    assert Motor().shortest_time == float("inf")
     assert contact_elements((Motor(),), BARS) == ()
 
 

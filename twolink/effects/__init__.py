@@ -64,6 +64,7 @@ __all__ = [
     "contact_elements",
     "discontinuities",
     "effect_class",
+    "is_built_in",
     "names_of",
     "pieces_at",
     "potential_energy",
@@ -108,7 +109,13 @@ def is_registered(effect: Any) -> bool:
     return (type(effect).__module__, type(effect).__name__) in _HOMES
 
 
+def is_built_in(effect: Any) -> bool:
+    """Return whether the formulas of an effect, or of a piece of one, are of this library."""
+    return type(effect).__module__ in _MODULES
+
+
 _HOMES = frozenset(EFFECTS.values())
+_MODULES = frozenset(home for home, _ in EFFECTS.values())
 
 
 def effect_class(name: str) -> Any:

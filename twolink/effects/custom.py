@@ -22,7 +22,7 @@ from twolink.effects.effect import (
     PiecewiseEffect,
 )
 from twolink.errors import ParameterError
-from twolink.inputs import as_number, as_tuple
+from twolink.inputs import as_number, as_tuple, refuse
 from twolink.loads import Force, Torque
 from twolink.text import quoted
 from twolink.values import is_value
@@ -40,8 +40,8 @@ class _NotSymbolicError(Exception):
 def checked(effect: Any, chain: Chain) -> Any:
     """Return a validated user-defined effect, or a copy of a mutable one.
 
-    Raises `ParameterError` for an object that is not an effect, cannot be copied or compared, or
-    has loads that cannot be compiled.
+    Raises `ParameterError` for an object that is not an effect, cannot be copied or compared, has
+    loads that cannot be compiled, or declares a time that is not positive.
     """
     name = type(effect).__name__
     if not isinstance(effect, Effect):
@@ -49,6 +49,8 @@ def checked(effect: Any, chain: Chain) -> Any:
             "effects must be a sequence of instances of twolink.effects.Effect; got "
             f"{quoted(effect)} in it"
         )
+    if not as_number(f"effect {name}: shortest_time", effect.shortest_time) > 0:
+        refuse(f"effect {name}: shortest_time", effect.shortest_time, "a positive time in s")
     kept = effect if is_value(effect) else _copy(effect, name)
     _try(kept, name, chain)
     return kept

@@ -7,6 +7,7 @@ that names it; a class that lacks one of the methods cannot be instantiated.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Self
@@ -30,6 +31,15 @@ class Effect(ABC):
     def smooth_loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the loads that are smooth functions of the state: all, unless overridden."""
         return self.loads(chain, q, u, t)
+
+    @property
+    def shortest_time(self) -> float:
+        """The shortest time (s) in which the loads change at a fixed pose; infinite if unknown.
+
+        No step of a simulation is longer. A load that an effect does not declare is looked for on a
+        grid of times: see `docs/write_an_effect.md`.
+        """
+        return math.inf
 
     @property
     def label(self) -> str:

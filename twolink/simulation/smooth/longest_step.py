@@ -12,11 +12,12 @@ from twolink.effects import Effect, discontinuities
 from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.simulation.smooth.balance import rates_of_balance
+from twolink.simulation.smooth.changes import MOST_STEPS, longest_for_loads
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.times import merged
 
-# Intervals in each time in which a motion changes, and the most in all.
-_IN_A_CHANGE, _MOST = 4, 200_000
+# Intervals in each time in which a motion changes.
+_IN_A_CHANGE = 4
 
 # Number of times between start and end at which loads are evaluated.
 _LOOKS = 33
@@ -43,7 +44,7 @@ def intervals_to_check(scene: Scene) -> int:
 
     There are some for each time in which the motion changes: errors may decay within a few steps.
     """
-    return math.ceil(min(_IN_A_CHANGE * scene.duration / default_longest_step(scene), _MOST))
+    return math.ceil(min(_IN_A_CHANGE * scene.duration / default_longest_step(scene), MOST_STEPS))
 
 
 def longest_steps(
@@ -54,7 +55,8 @@ def longest_steps(
     The series of a chain that turns through a radian in a time τ does not converge much beyond τ.
     A longer step results from last coefficients that vanish by symmetry: a torque that begins as
     t³, for example, moves a chain at rest by t⁵ and then by t¹⁵. A chain in balance does not turn,
-    and its deviation grows by e in a time τ.
+    and its deviation grows by e in a time τ. Nor is a step longer than the shortest time in which
+    loads change.
 
     q (rad), u (rad/s) and the numbers of chain and effects may be those of runs side by side,
     shape (lanes,). The cap is NaN where accelerations at the start are not finite.
@@ -75,4 +77,5 @@ def longest_steps(
         cap = np.minimum(duration, 1 / fastest)
     growth = rates_of_balance(chain, effects, q, u, duration)
     cap = np.minimum(cap, 1 / np.maximum(growth, 1 / duration))
+    cap = np.minimum(cap, longest_for_loads(chain, effects, q, u, duration))
     return np.where(np.isfinite(strongest), cap, np.nan)

@@ -43,8 +43,9 @@ from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.load_sizes import load_sizes
 from twolink.simulation.smooth.longest_step import default_longest_step
+from twolink.simulation.smooth.residuals import residuals_of
 from twolink.simulation.smooth.step_errors import StepErrors
-from twolink.simulation.smooth.taylor import Observer, TaylorRun, taylor_run
+from twolink.simulation.smooth.taylor import Observer, Steps, TaylorRun, taylor_run
 
 _LOWEST_ORDER = 7
 
@@ -82,6 +83,9 @@ _OF_ESTIMATE = 0.05
 
 # The number of times that steps are shortened for the errors to be carried over them.
 _SHORTENINGS = 4
+
+# The number of times that a run is made, with shorter steps where it passed a change of loads.
+_REPETITIONS = 6
 
 # The expected round-off, in accuracies, of a run for which a correction is tried: it leaves a
 # hundredth. A run in quadruple precision costs fifty times one in long doubles, and that six to ten
@@ -134,7 +138,7 @@ def measured_run(
     longest, balanced = default_longest_step(scene), is_balanced(scene)
     search = _Search(scene, times, accuracy, formulation, progress, correct, longest, balanced)
     for found in search.attempts():
-        if found.worst <= accuracy:
+        if found.worst <= accuracy or search.has_passed:
             break
     return found
 
@@ -144,7 +148,8 @@ class _Search:
     """The runs of a scene so far, and the `grown` error of a unit of truncation at each time.
 
     `runs` are those that may judge others; `made` are all, in their order. A motion that is
-    `balanced` at the start grows from round-off, which runs of one precision share.
+    `balanced` at the start grows from round-off, which runs of one precision share. If the steps of
+    a run have passed a change of the loads, it `has_passed`, and no error is known.
     """
 
     scene: Scene
@@ -156,6 +161,7 @@ class _Search:
     longest_step: float
     balanced: bool
     grown: Array | None = None
+    has_passed: bool = False
     runs: dict[tuple[PrecisionName, int], TaylorRun] = field(default_factory=dict)
     made: list[TaylorRun] = field(default_factory=list)
 
@@ -264,6 +270,8 @@ class _Search:
 
     def _of(self, kept: MotionRun, errors: Array) -> Measured:
         """Return a run with its errors, those of values in float64 included, beside all runs."""
+        if self.has_passed:
+            errors = np.full_like(errors, math.inf)
         return Measured(kept, errors + rounding(kept), tuple(self.made))
 
     def _is_vain(self, precision: PrecisionName, noise: float) -> bool:
@@ -285,18 +293,24 @@ class _Search:
     def _taylor(
         self, precision: PrecisionName, order: int, observe: Observer | None = None
     ) -> TaylorRun:
-        """Return a new run of a precision and an order."""
-        found = taylor_run(
-            self.scene,
-            self.times,
-            formulation=self.formulation,
-            precision=precision,
-            order=order,
-            longest_step=self.longest_step,
-            progress=self.progress(f"order {order}, {precision}"),
-            observe=observe,
-        )
-        self.made.append(found)
+        """Return a new run of a precision and an order, with steps that pass no change of loads."""
+        residuals = residuals_of(self.scene, self.formulation)
+        for _ in range(_REPETITIONS):
+            found = taylor_run(
+                self.scene,
+                self.times,
+                formulation=self.formulation,
+                precision=precision,
+                order=order,
+                longest_step=self.longest_step,
+                progress=self.progress(f"order {order}, {precision}"),
+                observe=_both(observe, residuals),
+            )
+            self.made.append(found)
+            if residuals is None or residuals.longest_step >= self.longest_step:
+                return found
+            self.longest_step = residuals.longest_step
+        self.has_passed = True
         return found
 
     def _learn(self, grown: Array) -> None:
@@ -313,6 +327,17 @@ class _Search:
         if self.grown is not None:
             errors = errors + MOST_ROUND_OFF * PRECISIONS[kept.precision].rounding * self.grown
         return np.asarray(errors)
+
+
+def _both(*observers: Observer | None) -> Observer | None:
+    """Return an observer that passes steps on to others, if there are any."""
+    own = [each for each in observers if each is not None]
+
+    def observe(steps: Steps) -> None:
+        for each in own:
+            each(steps)
+
+    return observe if own else None
 
 
 def rounding(run: Any) -> Array:
