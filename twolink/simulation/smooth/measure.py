@@ -30,7 +30,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -83,6 +83,9 @@ _OF_ESTIMATE = 0.05
 
 # The number of times that steps are shortened for the errors to be carried over them.
 _SHORTENINGS = 4
+
+# The number of times at which the round-off of loads is looked at.
+_LOOKS = 65
 
 # The number of times that a run is made, with shorter steps where it passed a change of loads.
 _REPETITIONS = 6
@@ -162,6 +165,7 @@ class _Search:
     balanced: bool
     grown: Array | None = None
     has_passed: bool = False
+    loads: _Loads | None = None
     runs: dict[tuple[PrecisionName, int], TaylorRun] = field(default_factory=dict)
     made: list[TaylorRun] = field(default_factory=list)
 
@@ -323,7 +327,10 @@ class _Search:
         apart = difference(kept, judge)
         errors = margin * apart + _sums(kept, self.times)
         grown = apart / truncation(min(kept.order, judge.order))
-        errors = errors + _of_loads(kept, self.times, grown)
+        if self.loads is None:
+            # The motion is nearly the same in all runs.
+            self.loads = _Loads.along(kept, self.times)
+        errors = errors + self.loads.errors(kept, self.times, grown)
         if self.grown is not None:
             errors = errors + MOST_ROUND_OFF * PRECISIONS[kept.precision].rounding * self.grown
         return np.asarray(errors)
@@ -384,32 +391,56 @@ def _sums(run: TaylorRun, times: Array) -> Array:
     )
 
 
-def _of_loads(run: TaylorRun, times: Array, grown: Array) -> Array:
-    """Return the round-off (rad, rad/s) of the terms of loads that cancel, up to each time (s).
+class _Loads(NamedTuple):
+    """The round-off that loads give to the rates along a motion, at some times (s), shape (n,).
 
-    It acts like an acceleration, and grows like truncation errors of its size on each step. `grown`
-    is the error of a unit of truncation, which is relative to the state, or to 1 if that is larger.
+    In roundings of the state per time (1/s): of speeds, whose size is `size`, at least 1, and of
+    the variables of the run.
     """
-    own = PRECISIONS[run.precision].rounding
-    in_speeds, size = _beyond(run, EQUATIONS[run.formulation].in_speeds, times)
-    per_time = in_speeds * size * run.steps / float(times[-1])
-    moved = np.concatenate([[0.0], np.cumsum(np.diff(times) * (per_time[1:] + per_time[:-1]) / 2)])
-    roundings, _ = _beyond(run, run.formulation, times)
-    carried = MOST_ROUND_OFF * grown * np.maximum.accumulate(roundings)
-    return np.asarray(own * (np.maximum(1.0, times) * moved + carried))
+
+    times: Array
+    of_speeds: Array
+    size: float
+    of_run: Array
+
+    @classmethod
+    def along(cls, run: TaylorRun, times: Array) -> _Loads:
+        """Return the round-off along a run with values at times (s)."""
+        some = np.unique(np.linspace(0, len(times) - 1, _LOOKS).astype(int))
+        q, u = run.q[:, some].astype(float), run.u[:, some].astype(float)
+        rates = [
+            _rates_of_loads(run.scene, formulation, q, u, times[some])
+            for formulation in (EQUATIONS[run.formulation].in_speeds, run.formulation)
+        ]
+        (of_speeds, size), (of_run, _) = rates
+        return cls(times[some], of_speeds, size, of_run)
+
+    def errors(self, run: TaylorRun, times: Array, grown: Array) -> Array:
+        """Return the round-off (rad, rad/s) of terms of loads that cancel, up to each time (s).
+
+        It counts beyond a rounding of the state on each step, which is in other terms. It acts like
+        an acceleration, and grows like truncation errors of its size on each step. `grown` is the
+        error of a unit of truncation, which is relative to the state, or to 1 if that is larger.
+        """
+        step = float(times[-1]) / run.steps
+        beyond = np.maximum(step * self.of_speeds - 1.0, 0.0) * self.size / step
+        between = np.diff(self.times) * (beyond[1:] + beyond[:-1]) / 2
+        moved = np.concatenate([[0.0], np.cumsum(between)])
+        roundings = np.maximum.accumulate(np.maximum(step * self.of_run - 1.0, 0.0))
+        place = np.searchsorted(self.times, times)
+        carried = MOST_ROUND_OFF * grown * roundings[place]
+        own = PRECISIONS[run.precision].rounding
+        return np.asarray(own * (np.maximum(1.0, times) * moved[place] + carried))
 
 
-def _beyond(run: TaylorRun, formulation: EquationsName, times: Array) -> tuple[Array, float]:
-    """Return the roundings of the state, beyond one, that loads add on a step at times (s): (n,).
-
-    One is in other terms. The second number is the size of the state of a formulation, at least 1.
-    """
-    scene, q, u = run.scene, run.q.astype(float), run.u.astype(float)
-    x = EQUATIONS[formulation].from_speeds(scene.moving_chain, q, u)
+def _rates_of_loads(
+    scene: Scene, formulation: EquationsName, q: Array, u: Array, times: Array
+) -> tuple[Array, float]:
+    """Return the roundings of the state per time (1/s) by loads, (n,), and its size, at least 1."""
+    x = EQUATIONS[formulation].from_speeds(scene.moving_chain.convert(float), tuple(q), tuple(u))
     size = max(1.0, float(np.abs(np.concatenate([q, x])).max()))
     sizes = load_sizes(scene, formulation, q, u, times)
-    roundings = float(times[-1]) / run.steps * (sizes.excess + sizes.spread).max(axis=0) / size
-    return np.maximum(roundings - 1.0, 0.0), size
+    return (sizes.excess + sizes.spread).max(axis=0) / size, size
 
 
 def _rounding(run: TaylorRun) -> Array:
