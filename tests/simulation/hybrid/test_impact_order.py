@@ -4,12 +4,16 @@ from dataclasses import replace
 
 import pytest
 
+from tests.simulation.hybrid import BALANCED
+from tests.simulation.hybrid.test_impact import AT_A, AT_B, impacts_of, stop
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.surface import Surface
 from twolink.scene import Scene
 from twolink.simulation import simulate
+from twolink.simulation.hybrid import impact_order
+from twolink.simulation.hybrid.differences import differences
 from twolink.simulation.hybrid.run import hybrid_run
 
 # The mass centre of link 2 is at B, so that it keeps its direction: link 2 lands flat.
@@ -67,8 +71,6 @@ def test_a_tilt_decides_the_order(tilt, first):
 
 def test_gaps_within_the_error_of_the_judge_are_a_doubt():
     """A tilt of 1e-10 rad is a doubt for an error of 1e-8, and none for one of 1e-12."""
-    from twolink.simulation.hybrid.differences import differences
-
     times = [0.0, 0.5]
     run = hybrid_run(landing(tilt=1e-10), times, order=21)
     (doubt,) = (doubt for doubt in run.doubts if doubt.time < 0.5)
@@ -81,3 +83,14 @@ def test_gaps_within_the_error_of_the_judge_are_a_doubt():
         assert found[0] <= 1.1 * error
         at_end = differences(other, run, other.polynomials.starts[-1:].astype(float), 1e-6)
         assert (at_end[0] > 1) == counts
+
+
+def test_only_the_first_impacts_of_two_orders_are_compared(monkeypatch):
+    """Impacts between nearly parallel walls answer each other hundreds of times."""
+    impacts, made = impacts_of(stop(AT_A), stop(AT_B), chain=BALANCED), []
+    monkeypatch.setattr(impact_order, "approach", lambda *given: -1.0)
+    impact = impacts.impact
+    monkeypatch.setattr(impacts, "impact", lambda *given: made.append(given) or impact(*given))
+    for first in (0, 1):
+        impact_order._speeds_after(impacts, (0, 1), (-2.0, -1.0), first)
+    assert len(made) == 2 * impact_order._IMPACTS

@@ -6,19 +6,22 @@ within the error of a run may have closed in the other order: that is a doubt.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 from twolink.arithmetic import Pair
 from twolink.contact.states import EventKind
-from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.impact import Impacts, approach, largest
 from twolink.simulation.hybrid.mode import Doubt, Remark, Trigger
 from twolink.simulation.hybrid.pose import Pose
-from twolink.simulation.hybrid.resolution import Resolution, resolve
+from twolink.simulation.hybrid.resolution import Resolution, strongest
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
+
+# Impacts of a sequence by which another order is compared.
+_IMPACTS = 4
 
 
 class Rival(NamedTuple):
@@ -75,10 +78,11 @@ def choices(
         change = _change(impacts, state, near, first, rival.number)
         if not change > tolerances.LEFT_OVER * system.rounding * float(largest(state.u)):
             continue
-        if rival.number in near:
+        if rival.number in near and change > tolerances.SATURATED:
             remarks.append(_remark(system, state, own, rival, change))
             continue
-        # The error of an angle (rad) by which the gaps close in the other order.
+        # The error of an angle (rad) by which the gaps close in the other order; a small change by
+        # simultaneous impacts is an error in any case.
         share = abs(rival.speed / own.speed)
         within = rival.gap / float(largest(rows[rival.number]) + share * largest(rows[first]))
         trigger = Trigger(EventKind.HITS, rival.number)
@@ -90,19 +94,28 @@ def choices(
 def _change(
     impacts: Impacts, state: HybridState, near: Collection[int], first: int, other: int
 ) -> float:
-    """Return the change of u (rad/s) if another contact is struck first.
+    """Return the change of u (rad/s) if another contact is struck first; it may be infinite."""
+    contacts = [i for i in {*near, other} if i not in state.touching]
+    (one, two), (three, four) = (
+        _speeds_after(impacts, contacts, state.u, number) for number in (first, other)
+    )
+    change = float(largest((one - three, two - four)))
+    return change if math.isfinite(change) else math.inf
 
-    It is infinite if a law of impact is out of its range then.
+
+def _speeds_after(impacts: Impacts, contacts: Collection[int], u: Pair, first: int) -> Pair:
+    """Return u (rad/s) after the first impacts of a sequence that begins with a contact.
+
+    Later ones are weaker, and would take longer than the motion itself where bounces die away.
     """
-    contacts = [*near] if other in near else [*near, other]
-    ends: list[Pair] = []
-    for number in (first, other):
-        try:
-            ends.append(resolve(impacts, state.u, contacts, state.touching, number).u)
-        except IntegrationError:
-            return float("inf")
-    (one, two), (three, four) = ends
-    return float(largest((one - three, two - four)))
+    approached: list[int] = [first]
+    for _ in range(_IMPACTS):
+        index = strongest(impacts, approached, u)
+        u = impacts.impact(index, u).u[1]
+        approached = [i for i in contacts if approach(impacts.row(i), u, impacts.rounding)]
+        if not approached:
+            break
+    return u
 
 
 def _remark(

@@ -38,14 +38,13 @@ def resolve(
     u: Pair,
     contacts: Collection[int],
     resting: Collection[int],
-    first: int | None = None,
 ) -> Resolution:
     """Return the speeds after the impacts of all approached contacts.
 
     Impacts are sequential, that with the most energy of approach first, until no contact is
     approached any more: each takes no energy or gives none, so neither do they all. `resting` has
-    those contacts whose normal speed is zero exactly; `first` is an approached contact that is
-    struck first instead. Raises `IntegrationError` where a law is out of its range.
+    those contacts whose normal speed is zero exactly. Raises `IntegrationError` where a law is out
+    of its range.
     """
     rounding = impacts.rounding
     strikes: list[Strike] = []
@@ -70,7 +69,7 @@ def resolve(
                 approached.append(number)
         if not approached:
             return Resolution(u, tuple(strikes), frozenset(still))
-        index = _strongest(impacts, approached, u) if first is None or strikes else first
+        index = strongest(impacts, approached, u)
         strike = impacts.impact(index, u)
         _refuse_energy(impacts, strike)
         strikes.append(strike)
@@ -86,7 +85,7 @@ def resolve(
     return Resolution(u, tuple(strikes), frozenset(still))
 
 
-def _strongest(impacts: Impacts, approached: Sequence[int], u: Pair) -> int:
+def strongest(impacts: Impacts, approached: Sequence[int], u: Pair) -> int:
     """Return the contact with the most energy of approach v²/(2 G).
 
     G is the change of the normal speed v by a unit of normal impulse. Unlike speeds, energies of

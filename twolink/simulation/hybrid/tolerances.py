@@ -88,7 +88,7 @@ BEYOND = 0.01
 
 # Difference of two runs (rad or rad/s) above which they follow different motions, and do not show
 # any more how errors grow. A note names the event whose doubt changes the motion by more. Read by
-# configurations and doubts.
+# configurations, doubts and impact_order.
 SATURATED = 1e-3
 
 # Least share of the duration from which the growth of errors is extrapolated. Read by
