@@ -123,9 +123,10 @@ def test_every_contact_of_an_accumulation_point_is_found():
     name = "missed_impact"
     assert_is_right(name, "penetration", "passed through a cushion", "impulse", "restitution")
     assert_is_right(name, "jump", "rest", "work")
+    # Which of the contacts carry the chain at rest is not determined by the laws.
     last = trajectory(name).events[-1].mode
-    assert last["B on its lower stop"].name == "CLOSED"
     assert last["D on s0"].name != "OPEN"
+    assert not trajectory(name).u[:, -1].any()
     for element in ("B on its lower stop", "D on s0"):
         assert abs(gap(name, element)[-1]) <= trajectory(name).accuracy
 

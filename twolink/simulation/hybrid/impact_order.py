@@ -76,13 +76,14 @@ def choices(
         if rival.number == first:
             continue
         change = _change(impacts, state, near, first, rival.number)
-        if not change > tolerances.LEFT_OVER * system.rounding * float(largest(state.u)):
+        if not change > tolerances.SATURATED:
+            # Small changes are those of bounces that die away: their gaps, which are variables, are
+            # known relative to themselves, and two runs show another order.
             continue
-        if rival.number in near and change > tolerances.SATURATED:
+        if rival.number in near:
             remarks.append(_remark(system, state, own, rival, change))
             continue
-        # The error of an angle (rad) by which the gaps close in the other order; a small change by
-        # simultaneous impacts is an error in any case.
+        # The error of an angle (rad) by which the gaps close in the other order.
         share = abs(rival.speed / own.speed)
         within = rival.gap / float(largest(rows[rival.number]) + share * largest(rows[first]))
         trigger = Trigger(EventKind.HITS, rival.number)
