@@ -26,7 +26,6 @@ def linear_of(matrix, lengths):
         flows,
         np.zeros(len(lengths)),
         np.zeros((len(lengths), 4, 4)),
-        np.zeros(len(lengths)),
     )
 
 

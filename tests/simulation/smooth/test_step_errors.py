@@ -16,7 +16,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.effects.pd_control import PdControl
 from twolink.integration.precisions import PRECISIONS, longer_than
 from twolink.scene import Scene
-from twolink.simulation.smooth import linear, step_errors, taylor
+from twolink.simulation.smooth import step_errors, taylor
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.step_errors import StepErrors
@@ -359,41 +359,6 @@ def test_a_strongly_damped_motion_has_its_accuracy(accuracy):
 
 
 FREE = Scene(Chain.uniform_bars(), (0.0, 0.5), (3.0, 3.1), 40.0, ())
-
-
-def test_flows_whose_errors_add_up_lead_to_shorter_steps(monkeypatch):
-    """A run whose flows are wrong by more than the limit in all has to have shorter steps."""
-    times = np.linspace(0.0, 40.0, 41)
-    errors = StepErrors(FREE, "momenta", "double")
-    run = taylor_run(FREE, times, formulation="momenta", order=21, observe=errors)
-    assert np.isinf(errors.longest_step)
-    unsure = sum(each.unsure.sum() for each in errors._bounds)
-    monkeypatch.setattr(step_errors, "_MOST_UNSURE", unsure / 3)
-    longest = np.diff(run.step_times()).max()
-    assert 0.3 * longest < errors.longest_step < longest
-    again = StepErrors(FREE, "momenta", "double")
-    taylor_run(
-        FREE, times, formulation="momenta", order=21, longest_step=errors.longest_step,
-        observe=again,
-    )  # fmt: skip
-    assert np.isinf(again.longest_step)
-
-
-def test_flows_that_are_wrong_by_as_much_as_an_error_give_no_bound(monkeypatch):
-    magnus = linear.magnus
-
-    def unsure(*nodes):
-        logarithm, difference = magnus(*nodes)
-        return logarithm, difference + 1e-3 * np.eye(4)
-
-    monkeypatch.setattr(linear, "magnus", unsure)
-    times = np.linspace(0.0, 40.0, 81)
-    errors = StepErrors(FREE, "momenta", "double")
-    run = taylor_run(FREE, times, formulation="momenta", order=21, observe=errors)
-    bounds = errors.at(times)
-    assert run.steps > 1000
-    assert np.isfinite(bounds[times < 20]).all()
-    assert np.isinf(bounds[-1])
 
 
 @pytest.mark.slow

@@ -33,7 +33,8 @@ def _commutator(one: Array, other: Array) -> Array:
 def exponentials(matrices: Array) -> tuple[Array, Array]:
     """Return the exponentials of matrices of shape (n, 4, 4), and the sizes of these, shape (n,).
 
-    The exponentials are made by scaling and squaring; the sizes are those of `sizes`.
+    The exponentials are made by scaling and squaring. The sizes are estimates of the spectral radii
+    from above: sixth roots of the norms of sixth powers, little larger if columns differ in size.
     """
     largest = float(np.abs(matrices).sum(axis=2).max())
     halvings = max(0, math.ceil(math.log2(largest / _NORM))) if 0 < largest < math.inf else 0
@@ -44,21 +45,9 @@ def exponentials(matrices: Array) -> tuple[Array, Array]:
     found = one + first + second / 2 + third @ (one / 6 + first / 24 + second / 120 + third / 720)
     for _ in range(halvings):
         found = found @ found
-    return found, 2**halvings * _size_by_cube(third)
-
-
-def sizes(matrices: Array) -> Array:
-    """Return estimates from above of the spectral radii of matrices (n, 4, 4), shape (n,).
-
-    They are sixth roots of the norms of sixth powers, little larger if columns differ in size, as
-    they do in other units.
-    """
-    return _size_by_cube(matrices @ matrices @ matrices)
-
-
-def _size_by_cube(cubes: Array) -> Array:
-    sixth = cubes @ cubes
-    return np.asarray(np.sqrt(np.einsum("ijk,ijk->i", sixth, sixth)) ** (1 / 6))
+    sixth = third @ third
+    sizes = 2**halvings * np.sqrt(np.einsum("ijk,ijk->i", sixth, sixth)) ** (1 / 6)
+    return found, sizes
 
 
 def accumulated(

@@ -9,7 +9,7 @@ import numpy as np
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.run import Array
 from twolink.simulation.series import powers
-from twolink.simulation.smooth.flows import exponentials, magnus, sizes
+from twolink.simulation.smooth.flows import exponentials, magnus
 from twolink.simulation.smooth.quadrature import gauss_nodes
 from twolink.simulation.smooth.rates import Jacobians
 from twolink.simulation.smooth.taylor import Steps
@@ -23,7 +23,7 @@ class Linear(NamedTuple):
     the derivatives of the rates by t at the middle of each step. The `flows`, shape (n, 4, 4),
     carry a small deviation over each step; `exponents`, shape (n,), are the sizes of their
     logarithms. The `differences`, shape (n, 4, 4), are those of the logarithms from others of lower
-    order, of the sizes `unsure`, shape (n,).
+    order.
     """
 
     starts: Array
@@ -34,7 +34,6 @@ class Linear(NamedTuple):
     flows: Array
     exponents: Array
     differences: Array
-    unsure: Array
 
     @property
     def scaled(self) -> Array:
@@ -67,7 +66,6 @@ def linearized(derivatives: Jacobians, steps: Steps, polynomials: Array) -> Line
         flows=flows,
         exponents=exponents,
         differences=differences,
-        unsure=sizes(differences),
     )
 
 

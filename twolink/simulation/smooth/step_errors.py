@@ -68,12 +68,6 @@ _VALUES = 4
 # part of it for which shorter steps are made.
 _LARGEST_EXPONENT, _AIM = 2.5, 0.9
 
-# The sum of the relative errors of flows above which shorter steps are made.
-_MOST_UNSURE = 0.25
-
-# Factors on the longest step, from which one is chosen.
-_SHORTER = 2.0 ** (-np.arange(1, 13) / 4)
-
 # The most steps that are kept for a correction: 2 kB each.
 MOST_KEPT = 50_000
 
@@ -94,8 +88,7 @@ class _Part(NamedTuple):
 class StepErrors:
     """The estimated error of a run at the ends of its steps, from the steps as they are taken.
 
-    Errors are not carried over steps in which they decay too far, nor over so many that the errors
-    of their flows add up to one: these have no bound.
+    Errors are not carried over steps in which they decay too far: these have no bound.
     """
 
     def __init__(
@@ -120,7 +113,6 @@ class StepErrors:
         self._bounds: list[_Bounds] = []
         self._parts: list[_Part] = []
         self._carried = np.zeros((4, 7)), np.zeros((4, 4))
-        self._unsure = 0.0
         self._count = 0
 
     def __call__(self, steps: Steps) -> None:
@@ -150,18 +142,7 @@ class StepErrors:
     @property
     def longest_step(self) -> float:
         """The longest step (s) of a run whose errors are carried; infinite if this run's are."""
-        longest = min(each.longest_step for each in self._bounds)
-        if not _MOST_UNSURE < self._unsure < math.inf:
-            return longest
-        lengths, unsure = (
-            np.concatenate([getattr(each, name) for each in self._bounds])
-            for name in ("lengths", "unsure")
-        )
-        # The difference between fourth and sixth order, per time.
-        caps = lengths.max() * _SHORTER
-        sums = [float(unsure @ np.minimum(1.0, cap / lengths) ** 4) for cap in caps]
-        enough = np.flatnonzero(np.array(sums) <= _MOST_UNSURE)
-        return min(longest, float(caps[enough[0] if len(enough) else -1]))
+        return min(each.longest_step for each in self._bounds)
 
     @property
     def is_kept(self) -> bool:
@@ -244,9 +225,7 @@ class StepErrors:
         values = _of_values(linear, rounded * np.abs(linear.states))
         # A defect that is constant over a step has twice its first moment.
         within = _of_values(linear, 2 * np.abs(found.firsts.sum(axis=0)))
-        unsure = self._unsure + np.cumsum(linear.unsure)
-        self._unsure = float(unsure[-1])
-        self._bounds.append(_bounds(linear, (errors, covariances), fastest, values, within, unsure))
+        self._bounds.append(_bounds(linear, (errors, covariances), fastest, values, within))
         self._count += len(linear.lengths)
         if self.is_kept:
             self._parts.append(_Part(steps, linear, added, errors[:, :, 0].copy()))
@@ -310,8 +289,7 @@ class _Bounds(NamedTuple):
 
     Of the error, of the error after a correction, of the part of the latter that is not round-off
     of the estimate, and the standard deviation of that round-off; and the estimated error itself.
-    Beside them the `lengths` of the steps (s) and the relative errors `unsure` of their flows, and
-    the `longest_step` (s) over which errors are carried, which is infinite if all are.
+    `longest_step` (s) is the longest over which errors are carried, infinite if all are.
     """
 
     ends: Array
@@ -320,8 +298,6 @@ class _Bounds(NamedTuple):
     left: Array
     noise: Array
     estimates: Array
-    lengths: Array
-    unsure: Array
     longest_step: float
 
 
@@ -343,15 +319,14 @@ def _bounds(
     fastest: float,
     values: Array,
     within: Array,
-    unsure: Array,
 ) -> _Bounds:
     """Return bounds from errors of q and x, (n + 1, 4, 7), and covariances, (n + 1, 4, 4).
 
     The first of the errors is the estimate, and the last two are the part of it by truncation and
     its difference from that by flows of a lower order. The sizes of the others are a part of its
     bound. `fastest` (rad/s) is the largest speed. `values` are the
-    round-off of a value, `within` the errors within steps that are not at their ends, and `unsure`
-    the sums of the relative errors of flows, all of shape (n,).
+    round-off of a value, and `within` the errors within steps that are not at their ends, both of
+    shape (n,).
     """
     errors, covariances = carried
     # The rates of q are u, whose error may have its peak within a step.
@@ -371,7 +346,7 @@ def _bounds(
     lost += (_MARGIN - 1) * _part_of_range(_MARGIN * estimated, fastest)
     left = seen * lost + _LEFT_OF_TRUNCATION * truncated + of_flows.max(axis=0)
     far = linear.exponents > _LARGEST_EXPONENT
-    small = (_part_of_range(errors, fastest) <= 1) & ~far & (unsure < 1)
+    small = (_part_of_range(errors, fastest) <= 1) & ~far
     shorter = _AIM * _LARGEST_EXPONENT * (linear.lengths / linear.exponents)[far]
     return _Bounds(
         ends=linear.starts + linear.lengths,
@@ -380,8 +355,6 @@ def _bounds(
         left=left + within,
         noise=deviation,
         estimates=seen,
-        lengths=linear.lengths,
-        unsure=linear.unsure,
         longest_step=float(shorter.min(initial=math.inf)),
     )
 
