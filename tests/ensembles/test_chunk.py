@@ -251,3 +251,10 @@ def test_the_rounding_of_the_momenta_at_the_start_is_a_part_of_the_error(keep):
         found = np.concatenate([rows["q"][run], rows["u"][run]])
         truth = np.concatenate([exact.q, exact.u])[:, -1].astype(float)
         assert np.abs(found - truth).max() <= rows["error"][run]
+
+
+def test_a_chunk_of_refused_runs_has_their_reasons():
+    """No run is left for the lanes."""
+    some = ensemble(axes=[axis("chain.mass.0", -1.0, -2.0)], keep={"final": True})
+    rows = rows_of(some, 0, 2)
+    assert all("mass must be a positive number" in reason for reason in rows.reasons)

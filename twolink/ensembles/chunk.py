@@ -210,6 +210,8 @@ def _without_balance(
     They grow from round-off, which two runs in lanes share.
     """
     places, numbers, q, u = prepared
+    if not len(places):
+        return prepared, alone
     chain, effects, *_ = system.lanes(numbers, q, u, ensemble.duration)
     balanced = rates_of_balance(chain, effects, tuple(q), tuple(u), ensemble.duration) > 0
     if not balanced.any():

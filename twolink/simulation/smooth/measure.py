@@ -39,6 +39,7 @@ from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array, MotionRun
 from twolink.simulation.smooth.balance import is_balanced
+from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.load_sizes import load_sizes
@@ -299,7 +300,7 @@ class _Search:
     ) -> TaylorRun:
         """Return a new run of a precision and an order, with steps that pass no change of loads."""
         residuals = residuals_of(self.scene, self.formulation)
-        for _ in range(_REPETITIONS):
+        for _ in range(1 if self.has_passed else _REPETITIONS):
             found = taylor_run(
                 self.scene,
                 self.times,
@@ -313,6 +314,8 @@ class _Search:
             self.made.append(found)
             if residuals is None or residuals.longest_step >= self.longest_step:
                 return found
+            if residuals.longest_step < self.scene.duration / MOST_STEPS:
+                break
             self.longest_step = residuals.longest_step
         self.has_passed = True
         return found

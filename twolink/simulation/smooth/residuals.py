@@ -49,7 +49,8 @@ class Residuals:
         lengths = steps.lengths.astype(float)
         with np.errstate(all="ignore"):
             found = self._residuals(scaled, steps.starts, lengths)
-            passed = ~(found <= self._allowed(scaled, steps.starts, lengths))
+            # An allowance that is not a number says nothing about a step.
+            passed = ~np.isfinite(found) | (found > self._allowed(scaled, steps.starts, lengths))
         shortest = float(lengths[passed].min(initial=math.inf))
         self.longest_step = min(self.longest_step, _SHORTER * shortest)
 
