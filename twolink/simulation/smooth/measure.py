@@ -194,7 +194,8 @@ class _Search:
     @property
     def growth(self) -> float:
         """The growth of the truncation error of a step over the run."""
-        return GROWTH if self.grown is None else float(self.grown.max())
+        known = 0.0 if self.grown is None else float(self.grown.max())
+        return known or GROWTH
 
     def _judged_by_order(self, precision: PrecisionName) -> Iterator[Measured]:
         """Yield runs that are judged by a higher order of their precision, until that is vain."""
@@ -275,8 +276,12 @@ class _Search:
 
     def _of(self, kept: MotionRun, errors: Array) -> Measured:
         """Return a run with its errors, those of values in float64 included, beside all runs."""
-        if self.has_passed:
-            errors = np.full_like(errors, math.inf)
+        # An error that is not a number is unknown.
+        errors = (
+            np.full_like(errors, math.inf)
+            if self.has_passed
+            else np.nan_to_num(errors, nan=math.inf, posinf=math.inf)
+        )
         return Measured(kept, errors + rounding(kept), tuple(self.made))
 
     def _is_vain(self, precision: PrecisionName, noise: float) -> bool:
