@@ -47,7 +47,7 @@ from twolink.ensembles.first_time import VERDICTS
 from twolink.ensembles.motions import WIDTH
 from twolink.ensembles.store import created
 from twolink.environment import load_of_machine
-from twolink.simulation.smooth.measure import MORE_ORDERS
+from twolink.simulation.smooth.judging import MORE_ORDERS
 
 _ROUNDS = 5
 

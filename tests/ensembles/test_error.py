@@ -8,7 +8,8 @@ from twolink.ensembles.blocks import Lanes
 from twolink.ensembles.compiled import FORMULATION
 from twolink.ensembles.error import SoFar, states_at_ends, states_of
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.measure import A_VALUE, MARGIN_OF_ORDERS, MOST_ROUND_OFF, truncation
+from twolink.simulation.smooth.judging import MARGIN_OF_ORDERS, truncation
+from twolink.simulation.smooth.round_off import A_VALUE, MOST_ROUND_OFF
 
 ORDER = 9
 ROUNDING = 2.0**-52

@@ -25,7 +25,7 @@ from twolink.integration.precisions import PRECISIONS
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.simulation.motion import has_events
 from twolink.simulation.smooth.balance import rates_of_balance
-from twolink.simulation.smooth.measure import GROWTH, MARGIN_OF_ORDERS, MORE_ORDERS, order_for
+from twolink.simulation.smooth.judging import GROWTH, MARGIN_OF_ORDERS, MORE_ORDERS, order_for
 
 Array = NDArray[np.float64]
 

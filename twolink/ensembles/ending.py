@@ -26,8 +26,8 @@ from twolink.ensembles.error import SoFar, states_of
 from twolink.ensembles.looking import CloserLook, Intervals
 from twolink.ensembles.motions import OF_AN_INTEGRAL, Given, Motions, begun, go_on
 from twolink.ensembles.quantity import Accumulator
+from twolink.simulation.smooth.judging import MARGIN_OF_JUDGES, MARGIN_OF_ORDERS, MORE_ORDERS
 from twolink.simulation.smooth.longest_step import longest_steps
-from twolink.simulation.smooth.measure import MARGIN_OF_JUDGES, MARGIN_OF_ORDERS, MORE_ORDERS
 
 Array = NDArray[np.float64]
 

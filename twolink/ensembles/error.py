@@ -17,12 +17,8 @@ from twolink.chain import Chain
 from twolink.ensembles.blocks import ROUNDING, Lanes
 from twolink.ensembles.compiled import FORMULATION
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.measure import (
-    A_VALUE,
-    MARGIN_OF_ORDERS,
-    MOST_ROUND_OFF,
-    truncation,
-)
+from twolink.simulation.smooth.judging import MARGIN_OF_ORDERS, truncation
+from twolink.simulation.smooth.round_off import A_VALUE, MOST_ROUND_OFF
 
 Array = NDArray[np.float64]
 

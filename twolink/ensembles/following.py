@@ -20,8 +20,8 @@ from twolink.ensembles.speeds import Speeds, derivatives, truncation_within
 from twolink.errors import SimulationError
 from twolink.integration.outcomes import failed_lanes
 from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.judging import MORE_ORDERS
 from twolink.simulation.smooth.longest_step import longest_steps
-from twolink.simulation.smooth.measure import MORE_ORDERS
 
 Array = NDArray[np.float64]
 

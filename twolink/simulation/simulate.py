@@ -30,14 +30,11 @@ from twolink.scene import Scene
 from twolink.simulation.motion import has_events, has_modes
 from twolink.simulation.options import RunOptions
 from twolink.simulation.run import ENDS_EARLY, Array, MotionRun, Statistics
+from twolink.simulation.smooth.judging import MARGIN_OF_LIKE_PRECISIONS, difference
 from twolink.simulation.smooth.longest_step import intervals_to_check
-from twolink.simulation.smooth.measure import (
-    MARGIN_OF_LIKE_PRECISIONS,
-    difference,
-    measured_run,
-    rounding,
-)
+from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.numeric import NumericRun, numeric_run
+from twolink.simulation.smooth.round_off import rounding
 from twolink.simulation.smooth.taylor import heyoka_is_here
 from twolink.simulation.trajectory import Trajectory
 from twolink.times import merged
@@ -151,7 +148,7 @@ def _by_taylor(asked: _Asked) -> Trajectory:
     )
     place = np.searchsorted(checked, asked.times)
     kept = replace(found.kept, q=found.kept.q[:, place], u=found.kept.u[:, place])
-    return _trajectory(asked, kept, found.errors[place], found.runs)
+    return _trajectory(asked, kept, found.errors[place], found.runs, found.why_unknown)
 
 
 def _through_events(asked: _Asked) -> Trajectory:

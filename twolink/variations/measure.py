@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from twolink.integration.precisions import PrecisionName
 from twolink.names import EquationsName
 from twolink.scene import Scene
-from twolink.simulation.smooth.measure import MARGIN_OF_LIKE_PRECISIONS, apart
+from twolink.simulation.smooth.judging import MARGIN_OF_LIKE_PRECISIONS, apart
 from twolink.variations.directions import Direction
 from twolink.variations.pieces import varies_pieces
 from twolink.variations.system import VariedMotion, varied_motion

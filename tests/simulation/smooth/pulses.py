@@ -41,6 +41,26 @@ class Detent(Pulse):
 
 
 @dataclass(frozen=True)
+class Kink(Pulse):
+    """A torque in A that nearly has a kink at an angle of link 1 (rad)."""
+
+    def loads(self, chain, q, u, t=0.0):
+        x = q[0] - self.centre
+        return motor_loads(self.size * sqrt(x * x + self.width * self.width), 0.0)
+
+
+@dataclass(frozen=True)
+class Logistic(Effect):
+    """A torque in A that rises from 0 to 1 N m around a time, at a rate (1/s)."""
+
+    rate: float
+    centre: float
+
+    def loads(self, chain, q, u, t=0.0):
+        return motor_loads(1 / (1 + 1 / exp((t - self.centre) * self.rate)), 0.0)
+
+
+@dataclass(frozen=True)
 class Rooted(Pulse):
     """A pulse with a factor that is not real beyond a speed."""
 

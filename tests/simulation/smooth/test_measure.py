@@ -12,7 +12,14 @@ from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.smooth import measure
 from twolink.simulation.smooth.corrected import CorrectedRun
-from twolink.simulation.smooth.measure import measured_run, order_for, truncation
+from twolink.simulation.smooth.judging import (
+    MARGIN_OF_JUDGES,
+    MORE_ORDERS,
+    difference,
+    truncation,
+)
+from twolink.simulation.smooth.measure import measured_run
+from twolink.simulation.smooth.round_off import MOST_ROUND_OFF, sums
 from twolink.simulation.smooth.taylor import TaylorRun, taylor_run
 
 TIMES = np.linspace(0, 10, 41)
@@ -90,13 +97,13 @@ def test_four_more_orders_measure_the_error(order, random):
         exact = taylor_run(start, TIMES, formulation="kane", precision="long double")
         run, judge = (
             taylor_run(start, TIMES, formulation="momenta", order=p)
-            for p in (order, order + measure.MORE_ORDERS)
+            for p in (order, order + MORE_ORDERS)
         )
-        apart = measure.difference(run, judge)
-        known = 2 * apart + measure._sums(run, TIMES)
+        apart = difference(run, judge)
+        known = 2 * apart + sums(run, TIMES)
         assert np.all(true_errors(run, exact) <= known)
-        grown = measure.MOST_ROUND_OFF * 1.1e-16 * apart / truncation(order)
-        known = measure.MARGIN_OF_JUDGES * apart + measure._sums(judge, TIMES) + grown
+        grown = MOST_ROUND_OFF * 1.1e-16 * apart / truncation(order)
+        known = MARGIN_OF_JUDGES * apart + sums(judge, TIMES) + grown
         assert np.all(true_errors(judge, exact) <= known)
 
 
@@ -114,7 +121,7 @@ def test_a_judge_is_the_result_if_only_it_has_the_accuracy():
 def test_a_run_well_above_round_off_is_judged_in_its_own_precision():
     found = measured(HARD["no forces"], 1e-6)
     assert [run.precision for run in found.runs] == ["double", "double"]
-    assert found.runs[1].order == found.kept.order + measure.MORE_ORDERS
+    assert found.runs[1].order == found.kept.order + MORE_ORDERS
 
 
 def test_near_round_off_a_run_is_judged_by_its_own_defect():
@@ -134,7 +141,7 @@ def test_round_off_ends_the_runs_of_a_precision():
     """
     found = measured(HARD["chaotic"], 1e-12)
     first, second, *others = found.runs
-    assert first.order + measure.MORE_ORDERS == second.order == PRECISIONS["double"].truncated_order
+    assert first.order + MORE_ORDERS == second.order == PRECISIONS["double"].truncated_order
     assert [run.precision for run in others] == ["long double"]
     assert found.worst <= 1e-12
 
@@ -190,14 +197,3 @@ def test_the_first_pair_selects_the_order(monkeypatch):
     found = measured(HARD["reference"], 1e-7)
     assert len(found.runs) <= 4
     assert found.worst <= 1e-7
-
-
-@pytest.mark.parametrize("error", [1e-3, 1e-9, 1e-15, 1e-30])
-def test_an_order_is_the_lowest_odd_one(error):
-    order = order_for(error)
-    assert order % 2 == 1
-    assert order == measure._LOWEST_ORDER or truncation(order) <= error < truncation(order - 2)
-
-
-def test_an_error_that_has_underflown_has_the_order_of_the_least_number():
-    assert order_for(0.0) == order_for(5e-324) > 300

@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
-from tests.simulation.smooth.pulses import Detent, Pulse
+from tests.simulation.smooth.pulses import Detent, Kink, Logistic, Pulse
 from tests.simulation.smooth.test_measure import HARD, TIMES, measured, true_errors
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.scene import Scene
-from twolink.simulation.smooth import changes, measure
+from twolink.simulation import simulate
+from twolink.simulation.smooth import measure
+from twolink.simulation.smooth import residuals as residuals_module
 from twolink.simulation.smooth.residuals import Residuals, residuals_of
 from twolink.simulation.smooth.taylor import taylor_run
 
@@ -52,10 +54,68 @@ def test_the_error_of_motions_with_pulses_is_bounded(scene, accuracy):
     assert np.all(true_errors(found.kept, exact) <= found.errors)
 
 
-def test_a_run_that_passes_a_change_for_all_steps_has_no_error(monkeypatch):
-    monkeypatch.setattr(changes, "_found", lambda *given: np.inf)
-    monkeypatch.setattr(measure, "_REPETITIONS", 1)
-    assert measured(DETENT, 1e-6, SHORT).worst == np.inf
+SMALL = Chain.uniform_bars((1e-6, 1e-6), (1e-3, 1e-3))
+
+
+@pytest.mark.parametrize("order", [9, 13, 21])
+@pytest.mark.parametrize("effects", [(), (Gravity(),)], ids=["free", "gravity"])
+def test_steps_of_a_small_chain_have_the_residuals_of_their_series(effects, order):
+    scene = Scene(SMALL, (0.3, -1.0), (5.0, 2.0), 0.3, effects)
+    for formulation in ("momenta", "kane"):
+        residuals = Residuals(scene, formulation)
+        taylor_run(scene, [0.0, 0.3], formulation=formulation, order=order, observe=residuals)
+        assert residuals.longest_step == np.inf
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8])
+def test_a_pulse_in_an_angle_of_a_small_chain_is_seen(accuracy):
+    """Momenta of 1e-12 kg m²/s are small beside angles: only their speeds show the pulse."""
+    times = np.linspace(0.0, 1.0, 31)
+    scene = Scene(SMALL, (0.0, 0.0), (5.0, 5.0), 1.0, (Detent(1e-10, 1.0, 0.02),))
+    exact = taylor_run(scene, times, formulation="kane", precision="long double", longest_step=1e-3)
+    free = taylor_run(
+        Scene(SMALL, (0.0, 0.0), (5.0, 5.0), 1.0, ()), times, formulation="kane", order=21
+    )
+    assert np.abs(exact.q - free.q).max() > 0.05
+    found = measured(scene, accuracy, times)
+    assert found.worst <= accuracy
+    assert np.all(true_errors(found.kept, exact) <= found.errors)
+
+
+def test_loads_of_unknown_size_do_not_shorten_steps():
+    """The slope of 1/exp(x) overflows where x is below −340."""
+    logistic = acting(Gravity(), Logistic(400.0, 1.5), q=(0.3, 1.5))
+    exact = taylor_run(
+        logistic, SHORT, formulation="kane", precision="long double", longest_step=1e-3
+    )
+    found = measured(logistic, 1e-9, SHORT)
+    assert found.worst <= 1e-9
+    assert np.all(true_errors(found.kept, exact) <= found.errors)
+    assert found.kept.steps < 5000
+
+
+def test_a_kink_that_no_step_resolves_ends_the_search(monkeypatch):
+    """Its error is unknown, and the sentence names the remedy."""
+    kinked = acting(Gravity(), Kink(0.1, 1.0, 1e-12), q=(0.3, 1.5))
+    monkeypatch.setattr(measure, "MOST_STEPS", 2000)
+    found = measured(kinked, 1e-6, SHORT)
+    assert found.worst == np.inf
+    assert "pass a change of the loads" in found.why_unknown
+    assert len(found.runs) < 8
+    trajectory = simulate(kinked, accuracy=1e-6)
+    assert not trajectory.met
+    assert "must declare its shortest_time" in trajectory.notes[-1]
+
+
+def test_many_steps_are_looked_at_in_portions(monkeypatch):
+    scene = acting(Gravity(), Detent(30.0, 1.0, 0.006), q=(0.3, 1.5))
+    found = []
+    for most in (10**6, 7):
+        monkeypatch.setattr(residuals_module, "_AT_ONCE", most)
+        residuals = Residuals(scene, "momenta")
+        taylor_run(scene, SHORT, formulation="momenta", order=13, observe=residuals)
+        found.append(residuals.longest_step)
+    assert found[0] == found[1] < 1
 
 
 def test_scenes_of_built_in_effects_have_no_observer():

@@ -61,30 +61,35 @@ def longest_for_loads(
     """Return the longest step (s) that does not pass a change of loads; it may be infinite.
 
     An effect declares it, or it is found for those that are not built in; a shorter one than the
-    duration divided by `MOST_STEPS` is not resolved. q (rad), u (rad/s) and
-    the numbers of effects may be those of runs side by side, shape (lanes,).
+    duration divided by `MOST_STEPS` is not resolved. q (rad), u (rad/s) and the numbers of effects
+    may be those of runs side by side, shape (lanes,): loads are looked at near the first start.
     """
     declared, unknown = _declared(effects)
     if not unknown:
         return declared
     start = tuple(tuple(float(np.ravel(x)[0]) for x in pair) for pair in (q, u))
     lanes = max(np.size(x) for x in q)
-    found = _found(Content((chain,)), Content(unknown), start, duration, lanes)
-    return min(declared, max(_OF_A_CHANGE * found, duration / MOST_STEPS))
+    by_pieces, found = _found(Content((chain,)), Content(unknown), start, duration, lanes)
+    return min(declared, by_pieces, max(_OF_A_CHANGE * found, duration / MOST_STEPS))
 
 
 @functools.lru_cache(maxsize=64)
-def _found(chain: Content, effects: Content, start: Any, duration: float, lanes: int) -> float:
-    """Return the shortest time (s) in which the loads change at poses near a start."""
-    shortest = math.inf
+def _found(
+    chain: Content, effects: Content, start: Any, duration: float, lanes: int
+) -> tuple[float, float]:
+    """Return the shortest times (s) in which loads change: as pieces declare, and as is found.
+
+    The latter is that at poses near a start.
+    """
+    by_pieces = shortest = math.inf
     for begin, end, pieces in _pieces(effects.objects, duration):
         declared, unknown = _declared(pieces)
-        shortest = min(shortest, declared / _OF_A_CHANGE)
+        by_pieces = min(by_pieces, declared)
         for q, u in _poses(start) if unknown else ():
             load = Load(chain.objects[0], unknown, q, u)
             count = max(_FEWEST, _INTERVALS * (end - begin) / duration)
             shortest = min(shortest, load.shortest_change(begin, end, count, lanes))
-    return shortest
+    return by_pieces, shortest
 
 
 def _declared(effects: tuple[Effect, ...]) -> tuple[float, tuple[Effect, ...]]:

@@ -58,6 +58,10 @@ class SpeedEquations:
         """Return the sizes whose relative rounding is that of `from_speeds`, which is exact."""
         return np.zeros_like(u)
 
+    def sizes_of_speeds(self, chain: Chain, q: Any, sizes: Any) -> Any:
+        """Return sizes (rad/s) of u from those of the variables: the same."""
+        return sizes
+
     def by_forces(self, chain: Chain, q: Any, forces: Any) -> Any:
         """Return the part of du/dt (rad/s²) by generalized forces (N m)."""
         return _speeds(_mass(chain, q, _ahead_and_across(chain, q)), forces)
@@ -97,8 +101,12 @@ class MomentumEquations:
 
         Each term of p = M u is rounded, and M⁻¹ enlarges that where M is ill-conditioned.
         """
+        return self.sizes_of_speeds(chain, q, self.rounded_starts(chain, q, u))
+
+    def sizes_of_speeds(self, chain: Chain, q: Any, sizes: Any) -> Any:
+        """Return sizes (rad/s) of u from those of p (kg m²/s): |M⁻¹| |p|."""
         M11, M12, M22, det = (np.abs(x) for x in _mass(chain, q, _ahead_and_across(chain, q)))
-        p1, p2 = self.rounded_starts(chain, q, u)
+        p1, p2 = sizes
         return np.array([M22 * p1 + M12 * p2, M11 * p2 + M12 * p1]) / det
 
     def rounded_starts(self, chain: Chain, q: Any, u: Any) -> Any:

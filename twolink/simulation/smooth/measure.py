@@ -30,7 +30,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,30 +40,27 @@ from twolink.simulation.run import Array, MotionRun
 from twolink.simulation.smooth.balance import is_balanced
 from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.corrected import corrected_run
-from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.load_sizes import load_sizes
+from twolink.simulation.smooth.judging import (
+    GROWTH,
+    MARGIN_OF_JUDGES,
+    MARGIN_OF_LIKE_PRECISIONS,
+    MARGIN_OF_ORDERS,
+    MORE_ORDERS,
+    difference,
+    order_for,
+    truncation,
+)
 from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.simulation.smooth.residuals import residuals_of
+from twolink.simulation.smooth.round_off import (
+    MOST_ROUND_OFF,
+    LoadsAlong,
+    conversions,
+    rounding,
+    sums,
+)
 from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import Observer, Steps, TaylorRun, taylor_run
-
-_LOWEST_ORDER = 7
-
-MORE_ORDERS = 4
-"""Orders of a judge above that of the run, in the same precision: an error e⁻⁸ times as large."""
-
-MARGIN_OF_LIKE_PRECISIONS = 3.0
-"""Factor on the difference from a judge of the same precision, whose error may be as large."""
-
-MARGIN_OF_ORDERS = 2.0
-"""Factor on the difference from a judge of four more orders."""
-
-MARGIN_OF_JUDGES = 1 / 8
-"""Factor on the difference that bounds the error of the judge itself, as r < 1/9."""
-
-# The growth of the truncation error of a step over a run, before the first measurement: that of one
-# in four random chains over 10 s, since a judge that is too coarse is the next run to be judged.
-GROWTH = 5e3
 
 # The accuracy (rad, rad/s) from which on a pair of runs in double precision is tried first. Below
 # it, round-off is too large in most motions.
@@ -85,12 +81,6 @@ _OF_ESTIMATE = 0.05
 # The number of times that steps are shortened for the errors to be carried over them.
 _SHORTENINGS = 4
 
-# The number of times at which the round-off of loads is looked at.
-_LOOKS = 65
-
-# The number of times that a run is made, with shorter steps where it passed a change of loads.
-_REPETITIONS = 6
-
 # The expected round-off, in accuracies, of a run for which a correction is tried: it leaves a
 # hundredth. A run in quadruple precision costs fifty times one in long doubles, and that six to ten
 # times one in double precision.
@@ -100,23 +90,21 @@ _OF_ROUND_OFF: dict[PrecisionName, float] = {"double": 100.0, "long double": 200
 # median is 0.4).
 _ROUND_OFF = 0.1
 
-MOST_ROUND_OFF = 8
-"""The same of motions where it is large."""
-
 # Allowance for the growth of truncation errors, where only that of round-off is known.
 _PESSIMISM = 10.0
-
-A_VALUE = 4
-"""Roundings of a speed that is computed from momenta."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """The result, its largest error up to each time (rad, rad/s), and all runs."""
+    """The result, its largest error up to each time (rad, rad/s), and all runs.
+
+    `why_unknown` says why errors are infinite, where they are.
+    """
 
     kept: MotionRun
     errors: Array
     runs: tuple[TaylorRun, ...]
+    why_unknown: str = "it grows beyond what can be measured"
 
     @property
     def worst(self) -> float:
@@ -141,10 +129,22 @@ def measured_run(
     """
     longest, balanced = default_longest_step(scene), is_balanced(scene)
     search = _Search(scene, times, accuracy, formulation, progress, correct, longest, balanced)
-    for found in search.attempts():
-        if found.worst <= accuracy or search.has_passed:
-            break
+    try:
+        for found in search.attempts():
+            if found.worst <= accuracy:
+                break
+    except _UnseenError as error:
+        return search.unseen(error.run)
     return found
+
+
+class _UnseenError(Exception):
+    """The steps of a run pass a change of the loads, however short they are made."""
+
+    def __init__(self, run: TaylorRun) -> None:
+        """Store the run."""
+        super().__init__()
+        self.run = run
 
 
 @dataclass
@@ -152,8 +152,8 @@ class _Search:
     """The runs of a scene so far, and the `grown` error of a unit of truncation at each time.
 
     `runs` are those that may judge others; `made` are all, in their order. A motion that is
-    `balanced` at the start grows from round-off, which runs of one precision share. If the steps of
-    a run have passed a change of the loads, it `has_passed`, and no error is known.
+    `balanced` at the start grows from round-off, which runs of one precision share. `loads` have
+    their round-off along the motion, which is nearly the same in all runs.
     """
 
     scene: Scene
@@ -165,8 +165,7 @@ class _Search:
     longest_step: float
     balanced: bool
     grown: Array | None = None
-    has_passed: bool = False
-    loads: _Loads | None = None
+    loads: LoadsAlong | None = None
     runs: dict[tuple[PrecisionName, int], TaylorRun] = field(default_factory=dict)
     made: list[TaylorRun] = field(default_factory=list)
 
@@ -248,7 +247,7 @@ class _Search:
                     finer = errors.again(longer_than(precision))
                     if finer is not None:
                         yield from self._by_errors(kept, finer)
-            if self._is_vain(precision, noise) or _conversions(kept).max() > self.accuracy:
+            if self._is_vain(precision, noise) or conversions(kept).max() > self.accuracy:
                 return
             # Beyond that, the error is the round-off of the run.
             least = max(truncation(order), own.rounding / _PESSIMISM)
@@ -268,8 +267,8 @@ class _Search:
 
     def _by_errors(self, kept: TaylorRun, errors: StepErrors) -> Iterator[Measured]:
         """Yield a run with its errors, and the corrected one if it has the accuracy."""
-        yield self._of(kept, errors.at(self.times) + _conversions(kept))
-        left = errors.corrected_at(self.times) + _conversions(kept)
+        yield self._of(kept, errors.at(self.times) + conversions(kept))
+        left = errors.corrected_at(self.times) + conversions(kept)
         if self.correct and errors.is_kept and left.max() <= self.accuracy:
             run = corrected_run(kept, self.times, errors.correction(), errors.evaluated_in)
             yield self._of(run, left)
@@ -277,12 +276,16 @@ class _Search:
     def _of(self, kept: MotionRun, errors: Array) -> Measured:
         """Return a run with its errors, those of values in float64 included, beside all runs."""
         # An error that is not a number is unknown.
-        errors = (
-            np.full_like(errors, math.inf)
-            if self.has_passed
-            else np.nan_to_num(errors, nan=math.inf, posinf=math.inf)
+        known = np.nan_to_num(errors, nan=math.inf, posinf=math.inf)
+        return Measured(kept, known + rounding(kept), tuple(self.made))
+
+    def unseen(self, run: TaylorRun) -> Measured:
+        """Return a run whose steps pass a change of the loads: its error is unknown."""
+        why = (
+            f"steps of {self.longest_step:.2g} s pass a change of the loads; an effect that changes"
+            " so fast must declare its shortest_time"
         )
-        return Measured(kept, errors + rounding(kept), tuple(self.made))
+        return Measured(run, np.full(len(self.times), math.inf), tuple(self.made), why)
 
     def _is_vain(self, precision: PrecisionName, noise: float) -> bool:
         """Return whether round-off (rad, rad/s) exceeds the accuracy at every order."""
@@ -303,9 +306,12 @@ class _Search:
     def _taylor(
         self, precision: PrecisionName, order: int, observe: Observer | None = None
     ) -> TaylorRun:
-        """Return a new run of a precision and an order, with steps that pass no change of loads."""
+        """Return a new run of a precision and an order, with steps that pass no change of loads.
+
+        Raises `_UnseenError` if even the shortest steps do.
+        """
         residuals = residuals_of(self.scene, self.formulation)
-        for _ in range(1 if self.has_passed else _REPETITIONS):
+        while True:
             found = taylor_run(
                 self.scene,
                 self.times,
@@ -320,10 +326,8 @@ class _Search:
             if residuals is None or residuals.longest_step >= self.longest_step:
                 return found
             if residuals.longest_step < self.scene.duration / MOST_STEPS:
-                break
+                raise _UnseenError(found)
             self.longest_step = residuals.longest_step
-        self.has_passed = True
-        return found
 
     def _learn(self, grown: Array) -> None:
         """Note the growth of errors that a measured run showed."""
@@ -333,11 +337,10 @@ class _Search:
     def _judged(self, kept: TaylorRun, judge: TaylorRun, margin: float) -> Array:
         """Return the error that the difference of a run from a judge of like precision bounds."""
         apart = difference(kept, judge)
-        errors = margin * apart + _sums(kept, self.times)
+        errors = margin * apart + sums(kept, self.times)
         grown = apart / truncation(min(kept.order, judge.order))
         if self.loads is None:
-            # The motion is nearly the same in all runs.
-            self.loads = _Loads.along(kept, self.times)
+            self.loads = LoadsAlong.along(kept, self.times)
         errors = errors + self.loads.errors(kept, self.times, grown)
         if self.grown is not None:
             errors = errors + MOST_ROUND_OFF * PRECISIONS[kept.precision].rounding * self.grown
@@ -353,123 +356,3 @@ def _both(*observers: Observer | None) -> Observer | None:
             each(steps)
 
     return observe if own else None
-
-
-def rounding(run: Any) -> Array:
-    """Return the round-off (rad, rad/s) of q and u in float64 up to each time, shape (n,).
-
-    Between two times values may be larger, so it is a whole rounding instead of half of one.
-    """
-    sizes = np.abs(np.concatenate([run.q, run.u])).max(axis=0).astype(float)
-    return np.asarray(np.finfo(float).eps * np.maximum.accumulate(sizes))
-
-
-def difference(first: Any, second: Any) -> Array:
-    """Return the largest difference so far of any angle or speed (rad, rad/s), shape (n,).
-
-    The runs have `q` and `u` of shape (2, n), in numbers of any precision.
-    """
-    earlier, later = np.concatenate([first.q, first.u]), np.concatenate([second.q, second.u])
-    return np.asarray(np.maximum.accumulate(apart(earlier, later).max(axis=0)))
-
-
-def apart(earlier: Any, later: Any) -> Array:
-    """Return the sizes of the differences of arrays, the second in numbers as long or longer."""
-    if earlier.dtype != later.dtype:
-        # NumPy does not convert between long double and heyoka's quadruple numbers.
-        earlier = np.vectorize(type(later.flat[0]), otypes=[later.dtype])(earlier)
-    return np.asarray(np.abs(later - earlier).astype(float))
-
-
-def _conversions(run: TaylorRun) -> Array:
-    """Return the round-off (rad, rad/s) of values, which are converted from momenta and back."""
-    states = np.concatenate([run.q, run.u]).astype(float)
-    converted = np.abs(states[:, 0] - [*run.scene.q, *run.scene.u]).max()
-    return np.asarray(converted + A_VALUE * _rounding(run))
-
-
-def _sums(run: TaylorRun, times: Array) -> Array:
-    """Return the round-off (rad, rad/s) of as many sums as the steps up to each time (s).
-
-    Runs share that of the first speeds, which move the angles in proportion to the time.
-    """
-    count = run.steps * times / float(times[-1])
-    return np.asarray(
-        _conversions(run) + _rounding(run) * count + _roundings(run)[2:, 0].max() * times
-    )
-
-
-class _Loads(NamedTuple):
-    """The round-off that loads give to the rates along a motion, at some times (s), shape (n,).
-
-    In roundings of the state per time (1/s): of speeds, whose size is `size`, at least 1, and of
-    the variables of the run.
-    """
-
-    times: Array
-    of_speeds: Array
-    size: float
-    of_run: Array
-
-    @classmethod
-    def along(cls, run: TaylorRun, times: Array) -> _Loads:
-        """Return the round-off along a run with values at times (s)."""
-        # NumPy's `unique` imports another module, in a tenth of the time of a program.
-        some = sorted(set(np.linspace(0, len(times) - 1, _LOOKS).astype(int).tolist()))
-        q, u = run.q[:, some].astype(float), run.u[:, some].astype(float)
-        rates = [
-            _rates_of_loads(run.scene, formulation, q, u, times[some])
-            for formulation in (EQUATIONS[run.formulation].in_speeds, run.formulation)
-        ]
-        (of_speeds, size), (of_run, _) = rates
-        return cls(times[some], of_speeds, size, of_run)
-
-    def errors(self, run: TaylorRun, times: Array, grown: Array) -> Array:
-        """Return the round-off (rad, rad/s) of terms of loads that cancel, up to each time (s).
-
-        It counts beyond a rounding of the state on each step, which is in other terms. It acts like
-        an acceleration, and grows like truncation errors of its size on each step. `grown` is the
-        error of a unit of truncation, which is relative to the state, or to 1 if that is larger.
-        """
-        step = float(times[-1]) / run.steps
-        beyond = np.maximum(step * self.of_speeds - 1.0, 0.0) * self.size / step
-        between = np.diff(self.times) * (beyond[1:] + beyond[:-1]) / 2
-        moved = np.concatenate([[0.0], np.cumsum(between)])
-        roundings = np.maximum.accumulate(np.maximum(step * self.of_run - 1.0, 0.0))
-        place = np.searchsorted(self.times, times)
-        carried = MOST_ROUND_OFF * grown * roundings[place]
-        own = PRECISIONS[run.precision].rounding
-        return np.asarray(own * (np.maximum(1.0, times) * moved[place] + carried))
-
-
-def _rates_of_loads(
-    scene: Scene, formulation: EquationsName, q: Array, u: Array, times: Array
-) -> tuple[Array, float]:
-    """Return the roundings of the state per time (1/s) by loads, (n,), and its size, at least 1."""
-    x = EQUATIONS[formulation].from_speeds(scene.moving_chain.convert(float), tuple(q), tuple(u))
-    size = max(1.0, float(np.abs(np.concatenate([q, x])).max()))
-    sizes = load_sizes(scene, formulation, q, u, times)
-    return (sizes.excess + sizes.spread).max(axis=0) / size, size
-
-
-def _rounding(run: TaylorRun) -> Array:
-    """Return a rounding of the largest value (rad, rad/s) up to each time."""
-    return np.asarray(np.maximum.accumulate(_roundings(run).max(axis=0)))
-
-
-def _roundings(run: TaylorRun) -> Array:
-    """Return the round-off (rad, rad/s) of q and u at each time, shape (4, n)."""
-    q, u = run.q.astype(float), run.u.astype(float)
-    speeds = EQUATIONS[run.formulation].rounded_speeds(run.scene.moving_chain.convert(float), q, u)
-    return np.asarray(PRECISIONS[run.precision].rounding * np.concatenate([np.abs(q), speeds]))
-
-
-def truncation(order: int) -> float:
-    """Return the relative truncation error of a step, by heyoka's choice of steps."""
-    return math.exp(-2 * (order + 1))
-
-
-def order_for(error: float) -> int:
-    """Return the lowest order whose `truncation` is below an error, which may have underflown."""
-    exponent = -math.log(max(error, math.ulp(0.0)))
-    return max(_LOWEST_ORDER, 2 * math.ceil((exponent / 2 - 2) / 2) + 1)

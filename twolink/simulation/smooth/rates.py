@@ -26,19 +26,23 @@ Jacobians = Callable[[Any, Any], Any]
 """A function of the same: derivatives of the rates by the states, in float64, shape (4, 4, …)."""
 
 
-def rates_of(scene: Scene, formulation: EquationsName, precision: PrecisionName) -> Rates:
-    """Return the rates of a scene's variables as a function of arrays in a precision."""
-    function = _compiled(
-        Content((scene.moving_chain,)), Content(scene.effects), formulation, precision
-    )
+def rates_of(
+    scene: Scene, formulation: EquationsName, precision: PrecisionName, *, alone: bool = False
+) -> Rates:
+    """Return the rates of a scene's variables as a function of arrays in a precision.
+
+    In double precision their derivatives are computed as well, unless they are wanted `alone`.
+    """
+    chain, effects = Content((scene.moving_chain,)), Content(scene.effects)
+    derived = precision == "double" and not alone
+    function = _compiled(chain, effects, formulation, precision, derived)
     return lambda states, t: _at(function, states, t)[:4].reshape(states.shape)
 
 
 def jacobians_of(scene: Scene, formulation: EquationsName) -> Jacobians:
     """Return the derivatives of the rates of a scene's variables by these, in float64."""
-    function = _compiled(
-        Content((scene.moving_chain,)), Content(scene.effects), formulation, "double"
-    )
+    chain, effects = Content((scene.moving_chain,)), Content(scene.effects)
+    function = _compiled(chain, effects, formulation, "double", True)
     return lambda states, t: _at(function, states, t)[4:].reshape(4, *states.shape)
 
 
@@ -51,19 +55,23 @@ def _at(function: Any, states: Any, t: Any) -> Any:
 
 @functools.lru_cache(maxsize=64)
 def _compiled(
-    chain: Content, effects: Content, formulation: EquationsName, precision: PrecisionName
+    chain: Content,
+    effects: Content,
+    formulation: EquationsName,
+    precision: PrecisionName,
+    derived: bool,
 ) -> Any:
     """Return code for the rates, cached for scenes that differ only in their start.
 
-    In double precision it computes their derivatives as well: one compilation takes half as long as
-    two.
+    It computes their derivatives as well if they are `derived`: one compilation takes half as long
+    as two.
     """
     hy, number = heyoka(), PRECISIONS[precision].number
     (given,) = chain.objects
     pairs = expressions_of(formulation, given.convert(number), effects.objects, number)
     variables, rates = zip(*pairs, strict=True)
     every = hy.subs(list(rates), _of_differences(*variables[:2]))
-    if precision == "double":
+    if derived:
         tensors = hy.diff_tensors(every, diff_args=list(variables), diff_order=1)
         every += tensors.jacobian.ravel().tolist()
     return hy.cfunc(every, variables, fp_type=number, opt_level=_LEVELS[precision])

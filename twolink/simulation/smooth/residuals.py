@@ -3,6 +3,9 @@
 A step whose series has converged leaves a residual f(y) − y′ of the size of the first omitted term,
 anywhere on it. A load that changed within the step, unseen at its start, leaves a larger one, at
 nodes that are none of the rule by which the error is measured.
+
+The residual of momenta is compared as one of speeds too: momenta of a small chain are small beside
+its angles, by which heyoka chooses the step.
 """
 
 from __future__ import annotations
@@ -31,6 +34,9 @@ _TERMS, _ROUNDINGS = 100.0, 64.0
 # The part of a step that passed a change for which the run is repeated.
 _SHORTER = 1 / 4
 
+# Steps that are looked at together, which bounds the memory.
+_AT_ONCE = 1024
+
 
 class Residuals:
     """An observer of the steps of a run; `longest_step` (s) is infinite if none passed a change."""
@@ -38,43 +44,62 @@ class Residuals:
     def __init__(self, scene: Scene, formulation: EquationsName) -> None:
         """Store the run."""
         self._scene, self._formulation = scene, formulation
-        self._rates = rates_of(scene, formulation, "double")
+        self._chain, self._equations = scene.moving_chain.convert(float), EQUATIONS[formulation]
+        self._rates = rates_of(scene, formulation, "double", alone=True)
         self.longest_step = math.inf
 
     def __call__(self, steps: Steps) -> None:
         """Look at steps; those from 0 s begin a new run."""
         if steps.starts[0] == 0:
             self.longest_step = math.inf
-        scaled = scaled_polynomials(steps)
-        lengths = steps.lengths.astype(float)
-        with np.errstate(all="ignore"):
-            found = self._residuals(scaled, steps.starts, lengths)
-            # An allowance that is not a number says nothing about a step.
-            passed = ~np.isfinite(found) | (found > self._allowed(scaled, steps.starts, lengths))
-        shortest = float(lengths[passed].min(initial=math.inf))
-        self.longest_step = min(self.longest_step, _SHORTER * shortest)
+        scaled, lengths = scaled_polynomials(steps), steps.lengths.astype(float)
+        for first in range(0, len(lengths), _AT_ONCE):
+            some = slice(first, first + _AT_ONCE)
+            with np.errstate(all="ignore"):
+                passed = self._passed(scaled[some], steps.starts[some], lengths[some])
+            shortest = float(lengths[some][passed].min(initial=math.inf))
+            self.longest_step = min(self.longest_step, _SHORTER * shortest)
 
-    def _residuals(self, scaled: Array, starts: Array, lengths: Array) -> Array:
-        """Return the largest h f(y) − y′ of each step, shape (n,)."""
+    def _passed(self, scaled: Array, starts: Array, lengths: Array) -> Array:
+        """Return which steps passed a change, shape (n,)."""
+        found, as_turns = self._residuals(scaled, starts, lengths)
+        order, sizes = scaled.shape[2] - 1, np.abs(scaled)
+        omitted = _TERMS * (order + 1) * math.exp(-2 * (order + 1))
+        states = np.maximum(1.0, sizes.max(axis=(1, 2)))
+        angles = np.maximum(1.0, sizes[:, :2].max(axis=(1, 2)))
+        rounded, rounded_turns = self._rounded(scaled, states, starts, lengths)
+        # A term of u is one of q, of the next order, divided by the step.
+        allowed = omitted * states + rounded
+        allowed_turns = omitted * (order + 2) * angles + rounded_turns
+        # Sizes of loads that are not known say nothing about a step.
+        passed = ~np.isfinite(found) | (found > allowed) | (as_turns > allowed_turns)
+        return np.asarray(passed)
+
+    def _residuals(self, scaled: Array, starts: Array, lengths: Array) -> tuple[Array, Array]:
+        """Return the largest h f(y) − y′ of each step, and that of speeds times h: (n,)."""
         k = np.arange(scaled.shape[2])[:, None]
-        values = np.moveaxis(scaled @ _NODES**k, 1, 0)
+        values = np.ascontiguousarray(np.moveaxis(scaled @ _NODES**k, 1, 0))
         slopes = np.moveaxis(scaled @ (k * _NODES ** np.maximum(k - 1, 0)), 1, 0)
         times = starts[:, None] + lengths[:, None] * _NODES
-        found = lengths[:, None] * self._rates(np.ascontiguousarray(values), times) - slopes
-        return np.asarray(np.abs(found).max(axis=(0, 2)))
+        found = lengths[:, None] * self._rates(values, times) - slopes
+        speeds = np.array(self._equations.to_speeds(self._chain, values[:2], found[2:]))
+        largest = np.abs(found).max(axis=(0, 2))
+        return largest, lengths * np.abs(speeds).max(axis=(0, 2))
 
-    def _allowed(self, scaled: Array, starts: Array, lengths: Array) -> Array:
-        """Return the largest residual of a step that passed no change, shape (n,)."""
-        order = scaled.shape[2] - 1
-        states = np.maximum(1.0, np.abs(scaled).max(axis=(1, 2)))
-        omitted = (order + 1) * math.exp(-2 * (order + 1)) * states
+    def _rounded(
+        self, scaled: Array, states: Array, starts: Array, lengths: Array
+    ) -> tuple[Array, Array]:
+        """Return the round-off of both residuals of steps, shape (n,)."""
         q, x = scaled[:, :, 0].T[:2], scaled[:, :, 0].T[2:]
-        u = np.array(EQUATIONS[self._formulation].to_speeds(self._scene.moving_chain, q, x))
+        u = np.array(self._equations.to_speeds(self._chain, q, x))
         loads = load_sizes(self._scene, self._formulation, q, u, starts)
-        of_loads = lengths * (loads.errors + loads.spread).max(axis=0)
-        slopes = (np.abs(scaled) * np.arange(order + 1)).sum(axis=2).max(axis=1)
-        rounded = PRECISIONS["double"].rounding * (states + slopes + of_loads)
-        return np.asarray(_TERMS * omitted + _ROUNDINGS * rounded)
+        of_loads = lengths * (loads.errors + loads.spread)
+        slopes = (np.abs(scaled) * np.arange(scaled.shape[2])).sum(axis=2)
+        largest = states + slopes.max(axis=1) + of_loads.max(axis=0)
+        sizes = np.abs(x) + slopes.T[2:] + of_loads
+        speeds = self._equations.sizes_of_speeds(self._chain, q, sizes)
+        rounding = _ROUNDINGS * PRECISIONS["double"].rounding
+        return rounding * largest, rounding * lengths * np.asarray(speeds).max(axis=0)
 
 
 def residuals_of(scene: Scene, formulation: EquationsName) -> Residuals | None:

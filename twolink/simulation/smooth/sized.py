@@ -33,7 +33,8 @@ class Sized:
     @property
     def excess(self) -> Any:
         """The part of the error beyond a rounding of the value: by terms that cancel."""
-        return np.maximum(self.error - np.abs(self.value), 0.0)
+        # An infinite value has no error beyond itself.
+        return np.fmax(self.error - np.abs(self.value), 0.0)
 
     def __add__(self, other: Any) -> Sized:
         value, other = self.value, sized(other)
@@ -51,11 +52,16 @@ class Sized:
     def __mul__(self, other: Any) -> Sized:
         a, b = self, sized(other)
         value = a.value * b.value
-        error = np.abs(value) + np.abs(a.value) * b.excess + np.abs(b.value) * a.excess
-        return Sized(value, error, np.hypot(a.value * b.spread, b.value * a.spread))
+        error = np.abs(value) + _known(np.abs(a.value) * b.excess + np.abs(b.value) * a.excess)
+        return Sized(value, error, _known(np.hypot(a.value * b.spread, b.value * a.spread)))
 
     def __truediv__(self, other: Any) -> Sized:
-        return self * sized(other)._mapped(lambda x: 1 / x, lambda x: -1 / (x * x))
+        a, b = self, sized(other)
+        value, inverse = a.value / b.value, 1 / b.value
+        # Relative errors of b: the square of its inverse would overflow.
+        excess, spread = np.abs(inverse) * b.excess, inverse * b.spread
+        error = np.abs(value) + _known(np.abs(inverse) * a.excess + np.abs(value) * excess)
+        return Sized(value, error, _known(np.hypot(inverse * a.spread, value * spread)))
 
     def __rtruediv__(self, other: Any) -> Sized:
         return sized(other) / self
@@ -79,7 +85,12 @@ class Sized:
         """
         value, steep = function(self.value), np.abs(slope(self.value))
         spread = np.hypot(self.spread, self.error) if of_argument else self.spread
-        return Sized(value, np.abs(value) + steep * self.excess, steep * spread)
+        return Sized(value, np.abs(value) + _known(steep * self.excess), _known(steep * spread))
+
+
+def _known(size: Any) -> Any:
+    """Return sizes of round-off, zero for those of no round-off times an infinite slope."""
+    return np.where(np.isnan(size), 0.0, size)
 
 
 def sized(number: Any) -> Sized:

@@ -1,0 +1,71 @@
+"""Round-off that runs of one precision share."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from twolink.chain import Chain
+from twolink.effects import Effect
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_torque import JointTorque
+from twolink.loads import motor_loads
+from twolink.scene import Scene
+from twolink.simulation.smooth.round_off import LoadsAlong, conversions, rounding, sums
+from twolink.simulation.smooth.taylor import taylor_run
+
+TIMES = np.linspace(0.0, 3.0, 1001)
+GROWN = np.ones(len(TIMES))
+
+
+@dataclass(frozen=True)
+class Burst(Effect):
+    """A torque of 0, whose terms are as large as a bell in time."""
+
+    size: float
+    centre: float
+    width: float
+
+    def loads(self, chain, q, u, t=0.0):
+        x = (t - self.centre) / self.width
+        term = self.size / (1 + x * x) ** 8
+        return motor_loads(term - term, 0.0)
+
+
+def errors_of(*effects):
+    scene = Scene(Chain.uniform_bars(), (0.3, -0.2), (0.1, 0.4), 3.0, effects)
+    run = taylor_run(scene, TIMES, formulation="momenta", order=15)
+    return run, LoadsAlong.along(run, TIMES).errors(run, TIMES, GROWN)
+
+
+def test_loads_that_do_not_cancel_have_no_more_than_the_state():
+    _, errors = errors_of(Gravity())
+    assert not errors.any()
+
+
+def test_loads_that_cancel_have_the_round_off_of_their_terms():
+    torque = JointTorque((1e8, 0.0), (1e8, 0.0), (1e-4, 0.0), (-math.pi / 2, 0.0))
+    _, errors = errors_of(torque)
+    # An acceleration of 1e8 roundings, for 3 s.
+    assert 1e-9 < errors[-1] < 1e-5
+    assert np.all(np.diff(errors) >= 0)
+
+
+def test_a_short_burst_of_terms_that_cancel_is_seen():
+    """It lies between two of the few times that serve for built-in loads."""
+    _, errors = errors_of(Burst(1e10, 1.5 + 3.0 / 128, 3e-3))
+    assert errors[200] < 1e-3 * errors[-1]
+    assert errors[-1] > 1e-12
+
+
+def test_sums_are_rounded_once_for_each_step():
+    run, _ = errors_of(Gravity())
+    least = np.finfo(float).eps / 2 * run.steps * np.abs(run.q).max()
+    assert sums(run, TIMES)[-1] > conversions(run)[-1] + least
+    assert sums(run, TIMES)[0] < sums(run, TIMES)[-1]
+
+
+def test_values_are_rounded_by_the_largest_so_far():
+    run, _ = errors_of(Gravity())
+    sizes = np.abs(np.concatenate([run.q, run.u])).max(axis=0)
+    assert np.array_equal(rounding(run), np.finfo(float).eps * np.maximum.accumulate(sizes))

@@ -1,0 +1,123 @@
+"""The round-off of a run that a second run in one precision may share.
+
+Two runs have the same constants, the same momenta of the start, and loads whose terms cancel alike:
+their difference does not show it.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from twolink.effects import is_built_in
+from twolink.integration.precisions import PRECISIONS
+from twolink.names import EquationsName
+from twolink.scene import Scene
+from twolink.simulation.run import Array
+from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.load_sizes import load_sizes
+from twolink.simulation.smooth.taylor import TaylorRun
+
+MOST_ROUND_OFF = 8
+"""The error that round-off leaves, in roundings times the growth, of motions where it is large."""
+
+A_VALUE = 4
+"""Roundings of a speed that is computed from momenta."""
+
+# The number of times at which the round-off of built-in loads is looked at: they vary alike
+# everywhere, and others may not.
+_LOOKS = 65
+
+
+def rounding(run: Any) -> Array:
+    """Return the round-off (rad, rad/s) of q and u in float64 up to each time, shape (n,).
+
+    Between two times values may be larger, so it is a whole rounding instead of half of one.
+    """
+    sizes = np.abs(np.concatenate([run.q, run.u])).max(axis=0).astype(float)
+    return np.asarray(np.finfo(float).eps * np.maximum.accumulate(sizes))
+
+
+def conversions(run: TaylorRun) -> Array:
+    """Return the round-off (rad, rad/s) of values, which are converted from momenta and back."""
+    states = np.concatenate([run.q, run.u]).astype(float)
+    converted = np.abs(states[:, 0] - [*run.scene.q, *run.scene.u]).max()
+    return np.asarray(converted + A_VALUE * _rounding(run))
+
+
+def sums(run: TaylorRun, times: Array) -> Array:
+    """Return the round-off (rad, rad/s) of as many sums as the steps up to each time (s).
+
+    Runs share that of the first speeds, which move the angles in proportion to the time.
+    """
+    count = run.steps * times / float(times[-1])
+    return np.asarray(
+        conversions(run) + _rounding(run) * count + _roundings(run)[2:, 0].max() * times
+    )
+
+
+class LoadsAlong(NamedTuple):
+    """The round-off that loads give to the rates along a motion, at some times (s), shape (n,).
+
+    In roundings of the state per time (1/s): of speeds, whose size is `size`, at least 1, and of
+    the variables of the run.
+    """
+
+    times: Array
+    of_speeds: Array
+    size: float
+    of_run: Array
+
+    @classmethod
+    def along(cls, run: TaylorRun, times: Array) -> LoadsAlong:
+        """Return the round-off along a run with values at times (s)."""
+        looks = _LOOKS if all(map(is_built_in, run.scene.effects)) else len(times)
+        # NumPy's `unique` imports another module, in a tenth of the time of a program.
+        some = sorted(set(np.linspace(0, len(times) - 1, looks).astype(int).tolist()))
+        q, u = run.q[:, some].astype(float), run.u[:, some].astype(float)
+        rates = [
+            _rates_of_loads(run.scene, formulation, q, u, times[some])
+            for formulation in (EQUATIONS[run.formulation].in_speeds, run.formulation)
+        ]
+        (of_speeds, size), (of_run, _) = rates
+        return cls(times[some], of_speeds, size, of_run)
+
+    def errors(self, run: TaylorRun, times: Array, grown: Array) -> Array:
+        """Return the round-off (rad, rad/s) of terms of loads that cancel, up to each time (s).
+
+        It counts beyond a rounding of the state on each step, which is in other terms. It acts like
+        an acceleration, and grows like truncation errors of its size on each step. `grown` is the
+        error of a unit of truncation, which is relative to the state, or to 1 if that is larger.
+        """
+        step = float(times[-1]) / run.steps
+        beyond = np.maximum(step * self.of_speeds - 1.0, 0.0) * self.size / step
+        between = np.diff(self.times) * (beyond[1:] + beyond[:-1]) / 2
+        moved = np.concatenate([[0.0], np.cumsum(between)])
+        roundings = np.maximum.accumulate(np.maximum(step * self.of_run - 1.0, 0.0))
+        place = np.searchsorted(self.times, times)
+        carried = MOST_ROUND_OFF * grown * roundings[place]
+        own = PRECISIONS[run.precision].rounding
+        return np.asarray(own * (np.maximum(1.0, times) * moved[place] + carried))
+
+
+def _rates_of_loads(
+    scene: Scene, formulation: EquationsName, q: Array, u: Array, times: Array
+) -> tuple[Array, float]:
+    """Return the roundings of the state per time (1/s) by loads, (n,), and its size, at least 1."""
+    x = EQUATIONS[formulation].from_speeds(scene.moving_chain.convert(float), tuple(q), tuple(u))
+    size = max(1.0, float(np.abs(np.concatenate([q, x])).max()))
+    sizes = load_sizes(scene, formulation, q, u, times)
+    return (sizes.excess + sizes.spread).max(axis=0) / size, size
+
+
+def _rounding(run: TaylorRun) -> Array:
+    """Return a rounding of the largest value (rad, rad/s) up to each time."""
+    return np.asarray(np.maximum.accumulate(_roundings(run).max(axis=0)))
+
+
+def _roundings(run: TaylorRun) -> Array:
+    """Return the round-off (rad, rad/s) of q and u at each time, shape (4, n)."""
+    q, u = run.q.astype(float), run.u.astype(float)
+    speeds = EQUATIONS[run.formulation].rounded_speeds(run.scene.moving_chain.convert(float), q, u)
+    return np.asarray(PRECISIONS[run.precision].rounding * np.concatenate([np.abs(q), speeds]))
