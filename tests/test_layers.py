@@ -136,7 +136,7 @@ ROWS = {
         "certificate singular_pose zeno",
         "painleve",
         "flow reactions select",
-        "dense jump start",
+        "dense effort jump start",
         "history",
         "run",
         "differences",

@@ -19,7 +19,7 @@ from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
 from twolink.scene import Scene
 from twolink.simulation.hybrid import history as history_module
-from twolink.simulation.hybrid.history import Effort
+from twolink.simulation.hybrid.effort import Effort
 from twolink.simulation.hybrid.run import hybrid_run
 
 STOP = JointStop("A", lower=0.0, restitution=0.5)

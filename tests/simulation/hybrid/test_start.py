@@ -17,7 +17,7 @@ from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.jump import settle
-from twolink.simulation.hybrid.start import change_of_start
+from twolink.simulation.hybrid.start import doubts_of_start
 
 Q = (0.3, 1.2)
 HEIGHT = math.sin(0.3) + math.sin(1.2)
@@ -326,9 +326,9 @@ def test_the_change_of_a_start_is_part_of_the_error_from_the_start_on():
 def test_the_change_of_a_start_is_zero_within_the_rounding_of_a_scene():
     scene = Scene(BARS, (0.3, 1.2), (0.5, 0.0), 1.0)
     state = start(q=scene.q, u=scene.u)
-    assert change_of_start(scene, state) == 0
-    assert change_of_start(scene, state._replace(q=(0.3, 1.2 + 1e-16))) == 0
-    assert change_of_start(scene, state._replace(q=(0.3, 1.2 + 1e-12))) == pytest.approx(
-        1e-12, 1e-3
-    )
-    assert change_of_start(scene, state._replace(u=(0.5, 1e-13))) == 1e-13
+    assert doubts_of_start(scene, state) == []
+    assert doubts_of_start(scene, state._replace(q=(0.3, 1.2 + 1e-16))) == []
+    (doubt,) = doubts_of_start(scene, state._replace(q=(0.3, 1.2 + 1e-12)))
+    assert doubt.change == pytest.approx(1e-12, rel=1e-3)
+    (doubt,) = doubts_of_start(scene, state._replace(u=(0.5, 1e-13)))
+    assert (doubt.time, doubt.change) == (0.0, 1e-13)

@@ -25,7 +25,7 @@ from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
 from twolink.scene import Scene
 from twolink.simulation.hybrid.dynamics import mode_solution
-from twolink.simulation.hybrid.history import Effort
+from twolink.simulation.hybrid.effort import Effort
 from twolink.simulation.hybrid.impact import speed_along
 from twolink.simulation.hybrid.jump import jump
 from twolink.simulation.hybrid.mode import Trigger

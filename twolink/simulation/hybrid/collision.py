@@ -17,7 +17,7 @@ from twolink.simulation.hybrid.impact import (
     placed,
     speed_along,
 )
-from twolink.simulation.hybrid.impact_order import choices, rivals
+from twolink.simulation.hybrid.impact_order import choices
 from twolink.simulation.hybrid.mode import Doubt, Remark
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import resolve
@@ -59,10 +59,9 @@ def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
         pose = place(system, pose, index, state)
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     found = resolve(impacts, state.u, near, state.touching)
-    others = rivals(system, state, pose, near) if len(system.near) > 1 else ()
-    open_choices: tuple[Any, ...] = ((), ())
-    if len(others) > 1:
-        open_choices = choices(system, state, impacts, near, others, found)
+    undecided: tuple[Any, ...] = ((), ())
+    if len(system.near) > 1 and found.strikes:
+        undecided = choices(system, state, impacts, near, found)
     touching, gaps = found.resting, state.gaps
     if state.touching:
         touching |= {i for i in state.touching if not system.elements[i].rigid}
@@ -74,7 +73,7 @@ def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
     state = HybridState(state.t, pose.q, found.u, gaps, touching, sliding, state.compliant)
     if any(state.compliant):
         state = surfaces_after(system, state, pose)
-    return Collision(state, pose, found.strikes, *open_choices)
+    return Collision(state, pose, found.strikes, *undecided)
 
 
 def _any_approached(

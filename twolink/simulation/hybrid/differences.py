@@ -56,7 +56,7 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
         found[begin:after] = np.minimum(found[begin:after], size)
     np.maximum.at(least, afters, apart)
     finest = tolerances.CONTACT_GAP * PRECISIONS[second.precision].rounding
-    for doubt in sorted(second.doubts, key=lambda doubt: doubt.within > 0):
+    for doubt in sorted(second.doubts, key=lambda doubt: (doubt.within > 0, doubt.time)):
         since = np.searchsorted(moments, doubt.time)
         if doubt.within:
             before = np.maximum(found[:since], least[:since]).max(initial=0.0)

@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
-from twolink.contact.states import ContactState, EventKind
 from twolink.effects import contact_elements, discontinuities, pieces_at
 from twolink.errors import IntegrationError
 from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PRECISIONS, PrecisionName
-from twolink.limits import Forecast, Limits
+from twolink.limits import Limits
 from twolink.names import FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.compile import CompiledMode, safe_order
 from twolink.simulation.hybrid.doubts import remarks_of, undecided_at
+from twolink.simulation.hybrid.effort import Effort, Work
 from twolink.simulation.hybrid.flow import Arc, flow
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.jump import Jump, jump, settle
-from twolink.simulation.hybrid.mode import Doubt, Remark, Trigger
-from twolink.simulation.hybrid.start import change_of_start, start_state
+from twolink.simulation.hybrid.mode import Doubt, Remark
+from twolink.simulation.hybrid.start import doubts_of_start, start_state
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.zeno import Past
@@ -32,27 +31,6 @@ _RECENT = 200
 
 # Number of steps after which the end of an arc is reported, as a report takes as long as a step.
 _UNREPORTED = 64
-
-# Memory of an arc beside its steps, and how much of it is looked at together.
-_BYTES_OF_AN_ARC, _MEMORY_WINDOW = 4000, 16e6
-
-
-class Effort(NamedTuple):
-    """The limit of work of a run: jumps and steps in all, and lossless bounces on a contact.
-
-    A run whose steps would exceed `steps` at their pace is ended early. Steps are short below
-    `SHORT_STEPS` of the longest one. Bounces that do not end are omitted
-    after `patience` of them. The run ends at `until` (s) at the latest.
-    """
-
-    jumps: int = tolerances.MOST_JUMPS
-    steps: float = math.inf
-    short_steps: float = math.inf
-    patience: int = tolerances.PATIENCE
-    until: float = math.inf
-
-
-DEFAULT_EFFORT = Effort()
 
 
 class History:
@@ -85,33 +63,23 @@ class History:
         self.since: list[float] = []
         self.strikes: list[Strike] = []
         self.notes: list[Remark] = []
-        self.doubts: list[Doubt] = []
         self._bounces: Counter[int] = Counter()
         self._tired: frozenset[int] = frozenset()
         self._last: dict[int, float] = {}
         self._last_arcs: dict[CompiledMode, Arc] = {}
-        self._effort, self._steps, self._short_steps = effort, 0, 0
-        self._worth_optimising = PRECISIONS[precision].steps_worth_optimising
-        self._short = tolerances.SHORT_STEPS * float(cap)
-        self._steps_in: Counter[tuple[ContactState, ...]] = Counter()
-        self._limits, self._bytes = limits, 0
-        self._description = f"the motion over {scene.duration:g} s"
-        self._growth = Forecast(_MEMORY_WINDOW)
+        self._patience = effort.patience
+        self._work = Work(effort, limits, precision, cap, scene.duration)
         self.compile_seconds = 0.0
         self.exhausted = False
         self.state: HybridState = start_state(self.system, scene)
-        # All runs share this change, so that their difference does not show it.
-        change = change_of_start(scene, self.state)
-        if change:
-            index = next(i for i, gap in enumerate(self.state.gaps) if gap == 0)
-            self.doubts.append(Doubt(0.0, Trigger(EventKind.HITS, index), 0.0, change, 0.0))
+        self.doubts: list[Doubt] = doubts_of_start(scene, self.state)
 
     def follow(self, progress: Callable[[float], None]) -> None:
         """Integrate the motion to its end: flow and jump in turn."""
         at_once = reported = 0
 
         def reached(t: float, size: int) -> None:
-            self._check_memory(t, self._bytes + size)
+            self._work.check_memory(t / float(self.end), size)
             progress(t / self.scene.duration)
 
         following = settle(self.system, self.state, {})
@@ -123,7 +91,7 @@ class History:
             arc = flow(
                 self.system, self.state, following.mode, until, self.formulation,
                 reached, self._last_arcs, following.orders,
-                self._exceeds(self._steps_in[following.mode.states], self._worth_optimising),
+                self._work.is_worth_optimising(following.mode.states, self._share),
             )  # fmt: skip
             advanced = arc.end.t > self.state.t
             self.state = arc.end
@@ -134,9 +102,9 @@ class History:
                     f"modes follow each other without end at {float(arc.end.t):.9g} s: "
                     f"{arc.mode}, then {_event_of(arc)}"
                 )
-            self._spend(arc)
-            if self._steps - reported >= _UNREPORTED or arc.end.t >= self.end:
-                reported = self._steps
+            self._work.add(arc)
+            if self._work.steps - reported >= _UNREPORTED or arc.end.t >= self.end:
+                reported = self._work.steps
                 reached(float(arc.end.t), 0)
             self._check_effort(arc)
             selects = arc.event is None and self._at_break()
@@ -166,50 +134,19 @@ class History:
             self.doubts += doubts
             self.notes += remarks_of(doubts, self.system.names)
 
-    def _spend(self, arc: Arc) -> None:
-        """Add the steps of an arc, and their memory, to those of the run."""
-        count = arc.step_count
-        self._steps += count
-        self._steps_in[arc.mode.states] += count
-        if float(arc.end.t - arc.start.t) < count * self._short:
-            self._short_steps += count
-        for block in arc.blocks:
-            self._bytes += block.coefficients.nbytes
-        self._bytes += _BYTES_OF_AN_ARC
-
     def _check_effort(self, arc: Arc) -> None:
         """Raise `IntegrationError` if a run has taken more than its effort by the end of an arc."""
-        most = self._effort
-        too_many = (
-            len(self.arcs) > most.jumps
-            or self._exceeds(self._steps, most.steps)
-            or self._short_steps > most.short_steps
-        )
-        if too_many or self._is_stuck():
+        if self._work.is_too_much(self._share) or self._is_stuck():
             self.exhausted = True
             raise IntegrationError(
                 f"the motion has {len(self.arcs)} modes by {float(arc.end.t):.6g} s, and is "
                 f"not followed further: {arc.mode}, then {_event_of(arc)}"
             )
 
-    def _exceeds(self, count: int, most: float) -> bool:
-        """Return whether a number of steps so far exceeds another one, or soon will.
-
-        Modes that follow each other in ever shorter times and then end have a pace that does not
-        last, but they are few: a pace counts from a part of the number on.
-        """
-        if count <= tolerances.EARLY * most:
-            return False
-        share = float(self.state.t) / float(self.end)
-        return count > most or count > tolerances.CERTAINLY * most * share
-
-    def _check_memory(self, t: float, size: int) -> None:
-        """Raise `TooMuchError` if the whole motion would take more memory than is allowed.
-
-        `size` (bytes) is that of the motion until t (s).
-        """
-        share = t / float(self.end)
-        self._limits.check_growth(self._description, self._growth, share, size)
+    @property
+    def _share(self) -> float:
+        """The part of the time that has passed."""
+        return float(self.state.t) / float(self.end)
 
     def _is_stuck(self) -> bool:
         """Return whether modes change without impacts so often that the run would not end."""
@@ -251,7 +188,7 @@ class History:
         self.strikes += following.strikes
         for strike in following.strikes:
             self._bounces[strike.number] += 1
-            if self._bounces[strike.number] >= self._effort.patience:
+            if self._bounces[strike.number] >= self._patience:
                 self._tired |= {strike.number}
             self._last[strike.number] = strike.time
         self.doubts += following.doubts

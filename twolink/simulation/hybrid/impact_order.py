@@ -47,7 +47,9 @@ def rivals(
     found: list[Rival] = []
     for index, _ in system.near:
         gap, normal = state.gaps[index], system.elements[index].normal
-        if gap is None or normal is None or gap > limit or index in state.touching:
+        if gap is None or normal is None or index in state.touching:
+            continue
+        if gap > limit and index not in near:
             continue
         speed = approach(pose.row(normal), state.u, system.rounding)
         if speed:
@@ -60,14 +62,13 @@ def choices(
     state: HybridState,
     impacts: Impacts,
     near: Collection[int],
-    others: Sequence[Rival],
     found: Resolution,
 ) -> tuple[tuple[Doubt, ...], tuple[Remark, ...]]:
-    """Return the doubts and the remarks on the order of the impacts that were `found`.
-
-    `others` are at least two contacts of which each may have been the first.
-    """
+    """Return the doubts and the remarks on the order of the impacts that were `found`."""
     first = found.strikes[0].number
+    others = rivals(system, state, impacts.pose, near)
+    if len(others) < 2:
+        return (), ()
     rows = {rival.number: impacts.row(rival.number) for rival in others}
     own = next(rival for rival in others if rival.number == first)
     doubts: list[Doubt] = []

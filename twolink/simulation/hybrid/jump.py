@@ -7,7 +7,7 @@ states of some elements. Then impacts are resolved, bounces that end within roun
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ from twolink.arithmetic import Scalar
 from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState
 from twolink.errors import IntegrationError
-from twolink.simulation.hybrid.collision import collide, surfaces_after
+from twolink.simulation.hybrid.collision import Collision, collide, surfaces_after
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
 from twolink.simulation.hybrid.dynamics import is_fixed
 from twolink.simulation.hybrid.impact import Strike, largest
@@ -71,6 +71,31 @@ def jump(
     return settle(system, after, known, past, strikes)
 
 
+class _SoFar(NamedTuple):
+    """The impacts of a jump so far, the last of them, and what is to be said of it."""
+
+    strikes: tuple[Strike, ...] = ()
+    struck: tuple[Strike, ...] = ()
+    notes: tuple[Remark, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
+    delay: float = 0.0
+    endless: bool = False
+
+    def after(self, found: Collision) -> _SoFar:
+        """Return the jump after impacts."""
+        strikes, struck = self.strikes + found.strikes, self.struck + found.strikes
+        notes, doubts = self.notes + found.notes, self.doubts + found.doubts
+        return _SoFar(strikes, struck, notes, doubts, self.delay, self.endless)
+
+    def ended_by(self, last: LeftOut, struck: tuple[Strike, ...]) -> _SoFar:
+        """Return the jump after the end of bounces or of a jammed slide; `struck` count on."""
+        return _SoFar(
+            (*self.strikes, *last.strikes), struck, self.notes + last.notes,
+            self.doubts + last.doubts, max(self.delay, last.delay),
+            self.endless or bool(last.doubts),
+        )  # fmt: skip
+
+
 def settle(
     system: HybridSystem,
     state: HybridState,
@@ -82,49 +107,56 @@ def settle(
 
     `before` are impacts of the same jump that have changed the state already.
     """
-    strikes: list[Strike] = []
-    struck: list[Strike] = []
-    notes: list[Remark] = []
-    doubts: list[Doubt] = []
-    delay, endless = 0.0, False
+    so_far = _SoFar()
     fast = largest(before[0].u[0] if before else state.u)
     if before:
         state = surfaces_after(system, state, system.pose(state.q))
     for _ in range(_MOST_ROUNDS):
-        pose = system.pose(state.q)
-        state, pose, found, open_doubts, open_notes = collide(system, state, pose)
-        struck += found
-        strikes += found
-        doubts += open_doubts
-        notes += open_notes
-        restricted = known and not strikes
-        selection = select(system, state, pose, known if restricted else {})
-        if selection is None and restricted:
-            selection = select(system, state, pose, {})
+        collided = collide(system, state, system.pose(state.q))
+        state, pose, so_far = collided.state, collided.pose, so_far.after(collided)
+        selection = _selected(system, state, pose, {} if so_far.strikes else known)
         if selection is None:
-            ended = _without_mode(system, state, pose, past, strikes, fast)
-            struck = list(ended.strikes)
+            ended = _without_mode(system, state, pose, past, so_far.strikes, fast)
+            so_far = so_far.ended_by(ended, tuple(ended.strikes))
         else:
             mode = system.mode(selection.states, _dents(state))
-            rest = left_out(system, state, pose, mode, struck, past, strikes) if struck else None
+            rest = _left_out(system, state, pose, mode, past, so_far)
             if rest is None:
+                notes = so_far.notes
                 if selection.others or not selection.confirmed:
-                    notes.append(_note(system, state, mode, selection))
+                    notes += (_note(system, state, mode, selection),)
                 return Jump(
-                    _tidied(system, state, mode), mode, (*before, *strikes), tuple(notes), delay,
-                    selection.orders, tuple(doubts), endless,
+                    _tidied(system, state, mode), mode, before + so_far.strikes, notes,
+                    so_far.delay, selection.orders, so_far.doubts, so_far.endless,
                 )  # fmt: skip
-            ended, struck = rest, []
+            ended, so_far = rest, so_far.ended_by(rest, ())
         state = surfaces_after(system, ended.state, pose)
-        strikes, delay = [*strikes, *ended.strikes], max(delay, ended.delay)
-        notes += ended.notes
-        doubts += ended.doubts
-        endless = endless or bool(ended.doubts)
-    names = ", ".join(system.names[i] for i in sorted({strike.number for strike in strikes}))
     raise IntegrationError(
         f"at {float(state.t):.9g} s the laws of impact and friction lead from one impact to the "
-        f"next without end; the impacts are on: {names}"
+        f"next without end; the impacts are on: {_names(system, so_far.strikes)}"
     )
+
+
+def _names(system: HybridSystem, strikes: Sequence[Strike]) -> str:
+    """Return the names of the contacts of impacts, for a message."""
+    return ", ".join(system.names[i] for i in sorted({strike.number for strike in strikes}))
+
+
+def _selected(
+    system: HybridSystem, state: HybridState, pose: Pose, known: Mapping[int, States]
+) -> Selection | None:
+    """Return the next mode; the states that are `known` of elements hold if they admit one."""
+    selection = select(system, state, pose, known)
+    return select(system, state, pose, {}) if selection is None and known else selection
+
+
+def _left_out(
+    system: HybridSystem, state: HybridState, pose: Pose, mode: Mode, past: Past, so_far: _SoFar
+) -> LeftOut | None:
+    """Return the state in which contacts rest that were struck and bounce no more, or None."""
+    if not so_far.struck:
+        return None
+    return left_out(system, state, pose, mode, so_far.struck, past, so_far.strikes)
 
 
 def _without_mode(
@@ -132,7 +164,7 @@ def _without_mode(
     state: HybridState,
     pose: Pose,
     past: Past,
-    strikes: list[Strike],
+    strikes: Sequence[Strike],
     fast: Scalar,
 ) -> LeftOut:
     """Return the state after the impacts that end a state from which the laws admit no motion.

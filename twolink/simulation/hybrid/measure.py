@@ -26,7 +26,7 @@ from twolink.scene import Scene
 from twolink.simulation.hybrid.configurations import BEST_ORDER, Configuration, Seen, configurations
 from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS, differences
 from twolink.simulation.hybrid.doubts import remarks_of
-from twolink.simulation.hybrid.history import Effort
+from twolink.simulation.hybrid.effort import Effort
 from twolink.simulation.hybrid.run import HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import BEYOND, MOST_JUMPS, PATIENCE
 from twolink.simulation.run import ENDS_EARLY
@@ -75,6 +75,8 @@ class Measured:
     @property
     def why_unknown(self) -> str:
         """Why the error is infinite from a time on, where it is: a doubt, or the judge's end."""
+        if self.judge.reached < self.kept.reached:
+            return ENDS_EARLY
         endless = [doubt for doubt in self.judge.doubts if doubt.change == math.inf]
         for remark in remarks_of(endless[:1], self.judge.arcs[0].mode.names):
             return f"round-off decides at {remark.time:.9g} s {remark.kind}"

@@ -34,10 +34,7 @@ class Resolution(NamedTuple):
 
 
 def resolve(
-    impacts: Impacts,
-    u: Pair,
-    contacts: Collection[int],
-    resting: Collection[int],
+    impacts: Impacts, u: Pair, contacts: Collection[int], resting: Collection[int]
 ) -> Resolution:
     """Return the speeds after the impacts of all approached contacts.
 
@@ -63,10 +60,8 @@ def resolve(
                 strikes += ended(impacts, sorted(still), u)
             normals = [impacts.contact(i).normal for i in sorted(still)]
             u = stopped(impacts.pose, normals, u, rounding)
-        approached: list[int] = []
-        for number, row in rows.items():
-            if number not in still and approach(row, u, rounding):
-                approached.append(number)
+        moving = [(i, row) for i, row in rows.items() if i not in still]
+        approached = [i for i, row in moving if approach(row, u, rounding)]
         if not approached:
             return Resolution(u, tuple(strikes), frozenset(still))
         index = strongest(impacts, approached, u)

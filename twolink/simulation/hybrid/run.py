@@ -17,8 +17,9 @@ from twolink.limits import UNLIMITED, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
+from twolink.simulation.hybrid.effort import DEFAULT_EFFORT, Effort
 from twolink.simulation.hybrid.flow import Arc
-from twolink.simulation.hybrid.history import DEFAULT_EFFORT, Effort, History
+from twolink.simulation.hybrid.history import History
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.impact_log import impact_log
 from twolink.simulation.hybrid.mode import Doubt, Event, Impact, sentences

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from twolink.contact.elements import ContactElement
+from twolink.contact.states import EventKind
 from twolink.errors import SimulationError
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
@@ -18,6 +19,7 @@ from twolink.simulation.hybrid.impact import (
     speed_along,
     stopped,
 )
+from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.reactions import press
 from twolink.simulation.hybrid.state import HybridState, put
@@ -36,7 +38,7 @@ def start_state(system: HybridSystem, scene: Scene) -> HybridState:
 
     A start is given in float64, and lies on a contact within round-off of it. In every precision it
     is the state exactly on all contacts that are touched; depths and gaps are those of this state.
-    `change_of_start` says how far it is from the scene.
+    `doubts_of_start` say how far it is from the scene.
     Raises `SimulationError` if a point starts inside a rigid contact.
     """
     number = system.number
@@ -66,17 +68,21 @@ def start_state(system: HybridSystem, scene: Scene) -> HybridState:
     return _at_rest_on_contacts(system, state, pose)
 
 
-def change_of_start(scene: Scene, state: HybridState) -> float:
-    """Return the largest change of q (rad) and u (rad/s) from a scene to its initial state.
+def doubts_of_start(scene: Scene, state: HybridState) -> list[Doubt]:
+    """Return the doubt on an initial state that is not that of its scene, within round-off.
 
-    It is zero within the round-off of float64, in which the scene is given.
+    All runs share the change of q (rad) and u (rad/s), so that their difference does not show it.
     """
     change = 0.0
     for given, own in ((scene.q, state.q), (scene.u, state.u)):
         moved = float(largest((own[0] - given[0], own[1] - given[1])))
         if moved > _ROUNDING * max(map(abs, given)):
             change = max(change, moved)
-    return change
+    if not change:
+        return []
+    # A contact that is closed; friction alone brings speeds to rest without one.
+    index = next((i for i, gap in enumerate(state.gaps) if gap == 0), 0)
+    return [Doubt(0.0, Trigger(EventKind.HITS, index), 0.0, change, 0.0)]
 
 
 def _touching(system: HybridSystem, pose: Pose) -> list[int]:

@@ -70,11 +70,11 @@ MOST_IMPACTS = 1000
 MOST_JUMPS_AT_ONCE = 100
 
 # Bounces on a contact before further ones are left out if they would not end. The run that judges
-# another follows more of them. Read by history and measure.
+# another follows more of them. Read by effort and measure.
 PATIENCE = 5000
 
 # Jumps before a run is given up: bounces without loss that a load presses on never end, and take a
-# time that grows without bound as they grow lower. Read by history, zeno and
+# time that grows without bound as they grow lower. Read by effort, zeno and
 # measure.
 MOST_JUMPS = 20_000
 
@@ -127,7 +127,7 @@ MANY_STEPS = 2_000
 MOST_STEPS = 1_000_000
 
 # Part of the longest step. Only an arc, or a run, whose steps are shorter is given up for their
-# number: a long motion takes many steps of the usual length. Read by flow and history.
+# number: a long motion takes many steps of the usual length. Read by effort and flow.
 SHORT_STEPS = 1e-3
 
 # Times the duration of the last arc in the same mode. The first steps of the next one are at most
@@ -142,10 +142,10 @@ LOCKING = 1e-2
 
 # Part of a number of steps from which on the pace of the steps so far counts: a run is given up,
 # and the code of a mode is optimised, if at this pace the number would be exceeded CERTAINLY times.
-# Read by history.
+# Read by effort.
 EARLY = 0.3
 
-# See EARLY. Read by history.
+# See EARLY. Read by effort.
 CERTAINLY = 2
 
 # Longest time (s) for which a pressed surface is integrated in one arc, so that its variables, the

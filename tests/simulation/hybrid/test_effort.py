@@ -1,0 +1,77 @@
+"""The limits of work of a run, and the work that it takes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.simulation.hybrid import BARS
+from tests.simulation.hybrid.test_run import BOUNCES, ONTO, scene
+from twolink.contact.states import ContactState as S
+from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_stop import JointStop
+from twolink.errors import IntegrationError
+from twolink.integration.precisions import PRECISIONS
+from twolink.scene import Scene
+from twolink.simulation.hybrid import effort as effort_module
+from twolink.simulation.hybrid import history as history_module
+from twolink.simulation.hybrid.effort import Effort
+from twolink.simulation.hybrid.run import hybrid_run
+
+
+@pytest.mark.parametrize("effort", [Effort(jumps=3), Effort(steps=30)])
+def test_a_run_ends_where_it_exceeds_its_effort(effort):
+    with pytest.raises(IntegrationError, match=r"modes by .* s, and is not followed further"):
+        hybrid_run(BOUNCES, [0.0, 4.0], effort=effort)
+    run = hybrid_run(BOUNCES, [0.0, 4.0], effort=effort, partial=True)
+    assert run.exhausted
+    assert 0 < run.reached <= 3
+    assert "is not followed further: moves freely" in run.failure
+
+
+def test_a_run_ends_early_that_would_exceed_its_steps_at_its_pace():
+    lossless = scene(ONTO, JointStop("A", lower=0.0, restitution=1.0), q=(1.0, 0.0), duration=100.0)
+    whole = hybrid_run(lossless, [0.0, 100.0])
+    enough = hybrid_run(lossless, [0.0, 100.0], effort=Effort(steps=whole.steps))
+    assert enough.steps == whole.steps
+    few = hybrid_run(lossless, [0.0, 100.0], effort=Effort(steps=whole.steps // 3), partial=True)
+    assert few.exhausted
+    assert few.steps < whole.steps // 4
+
+
+def test_the_code_of_a_mode_is_optimised_that_will_take_enough_steps(monkeypatch):
+    taken = []
+
+    def spied(*arguments):
+        taken.append(arguments[-1])
+        return flow(*arguments)
+
+    flow = history_module.flow
+    double = replace(PRECISIONS["double"], steps_worth_optimising=40)
+    monkeypatch.setattr(effort_module, "PRECISIONS", {**PRECISIONS, "double": double})
+    monkeypatch.setattr(history_module, "flow", spied)
+    stop = JointStop("A", lower=0.0, restitution=1.0)
+    run = hybrid_run(scene(ONTO, stop, q=(1.0, 0.0), duration=100.0), [0.0, 100.0])
+    counts = np.cumsum([0, *(arc.step_count for arc in run.arcs[:-1])])
+    begins = np.array([float(arc.start.t) for arc in run.arcs])
+    alike = {arc.mode.states for arc in run.arcs} == {(S.OPEN,)}
+    assert alike
+    soon = (counts > 0.3 * 40) & (counts * 100.0 > 2 * 40 * begins)
+    assert taken == list((counts > 40) | soon)
+    assert sum(taken) > sum(counts > 40)
+
+
+def test_only_short_steps_are_limited_by_their_number():
+    """A ball of 1e12 N/m^1.5 is pressed for a few microseconds at a time."""
+    ball = CompliantSurface((0.0, 1.3), (0.0, -1.0), "hertz", 1e12, on=("D",))
+    scene = Scene(BARS, (0.4, 0.7), (0.3, 0.2), 1.5, (Gravity(), ball))
+    times, effort = [0.0, 1.5], Effort(short_steps=20)
+    pressed = hybrid_run(scene, times, effort=effort, partial=True)
+    assert pressed.exhausted
+    assert "is not followed further" in pressed.failure
+    assert hybrid_run(scene, times, partial=True).reached > pressed.reached
+    free = Scene(BARS, (0.4, 0.7), (0.3, 0.2), 100.0, (Gravity(), JointStop("A", lower=-1e9)))
+    run = hybrid_run(free, [0.0, 100.0], effort=effort)
+    assert run.steps > 100
+    assert not run.exhausted

@@ -1,0 +1,97 @@
+"""The limit of work of a run, and the work that a run has taken."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Any, NamedTuple
+
+from twolink.contact.states import ContactState
+from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.limits import Forecast, Limits
+from twolink.simulation.hybrid import tolerances
+from twolink.simulation.hybrid.flow import Arc
+
+# Memory of an arc beside its steps, and how much of it is looked at together.
+_BYTES_OF_AN_ARC, _MEMORY_WINDOW = 4000, 16e6
+
+
+class Effort(NamedTuple):
+    """The limit of work of a run: jumps and steps in all, and lossless bounces on a contact.
+
+    A run whose steps would exceed `steps` at their pace is ended early. Steps are short below
+    `SHORT_STEPS` of the longest one. Bounces that do not end are omitted
+    after `patience` of them. The run ends at `until` (s) at the latest.
+    """
+
+    jumps: int = tolerances.MOST_JUMPS
+    steps: float = math.inf
+    short_steps: float = math.inf
+    patience: int = tolerances.PATIENCE
+    until: float = math.inf
+
+
+DEFAULT_EFFORT = Effort()
+
+
+class Work:
+    """The steps and the memory that a run has taken so far."""
+
+    def __init__(
+        self, effort: Effort, limits: Limits, precision: PrecisionName, cap: float, duration: float
+    ) -> None:
+        """Begin a run of a longest step `cap` (s) in a scene of a duration (s)."""
+        self._effort, self._limits = effort, limits
+        self._worth_optimising = PRECISIONS[precision].steps_worth_optimising
+        self._short = tolerances.SHORT_STEPS * float(cap)
+        self._description = f"the motion over {duration:g} s"
+        self._growth = Forecast(_MEMORY_WINDOW)
+        self._steps_in: Counter[tuple[ContactState, ...]] = Counter()
+        self._arcs = self._short_steps = self._bytes = 0
+        self.steps = 0
+
+    def add(self, arc: Arc) -> None:
+        """Add the steps of an arc, and their memory."""
+        count = arc.step_count
+        self._arcs += 1
+        self.steps += count
+        self._steps_in[arc.mode.states] += count
+        if float(arc.end.t - arc.start.t) < count * self._short:
+            self._short_steps += count
+        for block in arc.blocks:
+            self._bytes += block.coefficients.nbytes
+        self._bytes += _BYTES_OF_AN_ARC
+
+    def is_worth_optimising(self, states: tuple[ContactState, ...], share: float) -> bool:
+        """Return whether a mode takes so many steps that optimised code pays.
+
+        `share` is the part of the time that has passed.
+        """
+        return _exceeds(self._steps_in[states], self._worth_optimising, share)
+
+    def is_too_much(self, share: float) -> bool:
+        """Return whether a run exceeds its effort after a part of its time."""
+        most = self._effort
+        return (
+            self._arcs > most.jumps
+            or _exceeds(self.steps, most.steps, share)
+            or self._short_steps > most.short_steps
+        )
+
+    def check_memory(self, share: float, size: Any) -> None:
+        """Raise `TooMuchError` if the whole motion would take more memory than is allowed.
+
+        `size` (bytes) is that of the arc in progress, after a part of the time.
+        """
+        self._limits.check_growth(self._description, self._growth, share, self._bytes + size)
+
+
+def _exceeds(count: int, most: float, share: float) -> bool:
+    """Return whether a number of steps so far exceeds another one, or soon will.
+
+    Modes that follow each other in ever shorter times and then end have a pace that does not last,
+    but they are few: a pace counts from a part of the number on.
+    """
+    if count <= tolerances.EARLY * most:
+        return False
+    return count > most or count > tolerances.CERTAINLY * most * share
