@@ -83,9 +83,13 @@ class _SoFar(NamedTuple):
 
     def after(self, found: Collision) -> _SoFar:
         """Return the jump after impacts."""
-        strikes, struck = self.strikes + found.strikes, self.struck + found.strikes
-        notes, doubts = self.notes + found.notes, self.doubts + found.doubts
-        return _SoFar(strikes, struck, notes, doubts, self.delay, self.endless)
+        _, _, more, doubts, notes = found
+        if not more:
+            return self
+        return _SoFar(
+            self.strikes + more, self.struck + more, self.notes + notes, self.doubts + doubts,
+            self.delay, self.endless,
+        )  # fmt: skip
 
     def ended_by(self, last: LeftOut, struck: tuple[Strike, ...]) -> _SoFar:
         """Return the jump after the end of bounces or of a jammed slide; `struck` count on."""
@@ -94,6 +98,9 @@ class _SoFar(NamedTuple):
             self.doubts + last.doubts, max(self.delay, last.delay),
             self.endless or bool(last.doubts),
         )  # fmt: skip
+
+
+_NOTHING = _SoFar()
 
 
 def settle(
@@ -107,7 +114,7 @@ def settle(
 
     `before` are impacts of the same jump that have changed the state already.
     """
-    so_far = _SoFar()
+    so_far = _NOTHING
     fast = largest(before[0].u[0] if before else state.u)
     if before:
         state = surfaces_after(system, state, system.pose(state.q))
