@@ -9,7 +9,17 @@ import pytest
 import sympy as sp
 
 from twolink import kane, kinematics, lagrange
-from twolink.arithmetic import cos, exactly, exp, fraction_in, sign, sin, sine_and_cosine, sqrt
+from twolink.arithmetic import (
+    cos,
+    exactly,
+    exp,
+    fraction_in,
+    sign,
+    sin,
+    sine_and_cosine,
+    sqrt,
+    times_power_of_two,
+)
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 
@@ -142,3 +152,11 @@ def test_kinematics_takes_arrays():
     q = (np.linspace(0, 1, 4), np.linspace(1, 2, 4))
     x, y = kinematics.position(CHAIN, q, CHAIN.D)
     assert x.shape == y.shape == (4,)
+
+
+@pytest.mark.parametrize("value", [3, Fraction(1, 3), 0.1])
+@pytest.mark.parametrize("exponent", [-1100, -3, 0, 5, 60])
+def test_a_power_of_two_multiplies_exactly(value, exponent):
+    found = times_power_of_two(value, exponent)
+    exact = Fraction(value) * Fraction(2) ** exponent
+    assert found == (exact if not isinstance(value, float) else float(exact))

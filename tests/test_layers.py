@@ -31,6 +31,8 @@ LAYERS = [
     "twolink.environment",
     "twolink.coordinates",
     "twolink.urdf",
+    "twolink.chain_checks",
+    "twolink.uniform_bars",
     "twolink.chain",
     "twolink.compilation",
     "twolink.kinematics",

@@ -164,3 +164,12 @@ def sign(x: Scalar) -> Scalar:
     if library is not math:
         return library.sign(x)
     return math.copysign(1.0, x) if abs(x) > 0 else x * 0.0
+
+
+def times_power_of_two(value: Any, exponent: int) -> Any:
+    """Return a real number times a power of two, exactly."""
+    if isinstance(value, (int, Fraction)):
+        return value * Fraction(2) ** exponent
+    # Two factors, as the power may be beyond the range of float64.
+    half = exponent // 2
+    return value * math.ldexp(1.0, half) * math.ldexp(1.0, exponent - half)
