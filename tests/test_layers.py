@@ -149,7 +149,7 @@ ROWS = {
         "axes family numbers speeds",
         "blocks",
         "compiled peaks quantity",
-        "error states",
+        "alone error states",
         "following",
         "looking motions",
         "ending",

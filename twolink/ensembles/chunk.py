@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.effects import ContactEffect, PiecewiseEffect
+from twolink.ensembles.alone import shares_round_off
 from twolink.ensembles.compiled import System
 from twolink.ensembles.ensemble import PRECISIONS_OF_RUNS, Ensemble
 from twolink.ensembles.family import Parts
@@ -24,7 +25,6 @@ from twolink.errors import SimulationError, TwolinkError
 from twolink.integration.precisions import PRECISIONS
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.simulation.motion import has_events
-from twolink.simulation.smooth.balance import rates_of_balance
 from twolink.simulation.smooth.judging import GROWTH, MARGIN_OF_ORDERS, MORE_ORDERS, order_for
 
 Array = NDArray[np.float64]
@@ -178,7 +178,7 @@ def _same(one: float, other: float) -> bool:
 
 def _in_lanes(ensemble: Ensemble, template: _Template, values: Array, rows: Rows) -> list[int]:
     """Make runs in lanes, and return the places of those that are to be made by themselves."""
-    prepared, alone = _without_balance(
+    prepared, alone = _without_shared_round_off(
         ensemble, template.system, *_prepared(ensemble, template, values, rows)
     )
     needs_state = any(quantity.of_state for quantity in ensemble.kept) or not ensemble.kept
@@ -202,25 +202,18 @@ def _in_lanes(ensemble: Ensemble, template: _Template, values: Array, rows: Rows
     return sorted(alone)
 
 
-def _without_balance(
+def _without_shared_round_off(
     ensemble: Ensemble, system: System, prepared: Prepared, alone: list[int]
 ) -> tuple[Prepared, list[int]]:
-    """Return the runs without those that start in balance, which are added to those `alone`.
-
-    They grow from round-off, which two runs in lanes share.
-    """
+    """Return the runs that lanes judge rightly; the others are added to those `alone`."""
     places, numbers, q, u = prepared
     if not len(places):
         return prepared, alone
-    chain, effects, *_ = system.lanes(numbers, q, u, ensemble.duration)
-    balanced = rates_of_balance(chain, effects, tuple(q), tuple(u), ensemble.duration) > 0
-    if not balanced.any():
+    shared = shares_round_off(system.lanes(numbers, q, u, ensemble.duration))
+    if not shared.any():
         return prepared, alone
-    left = np.flatnonzero(~balanced)
-    return (
-        Prepared(places[left], numbers[:, left], q[:, left], u[:, left]),
-        alone + places[balanced].tolist(),
-    )
+    left = Prepared(*(rows[..., ~shared] for rows in prepared))
+    return left, alone + places[shared].tolist()
 
 
 def _orders(accuracy: float) -> list[int]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.simulation.smooth.test_measure import true_errors
+from tests.simulation.smooth.test_measure import assert_measured
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
@@ -15,7 +15,6 @@ from twolink.ensembles.file import ensemble_of
 from twolink.scene import Scene
 from twolink.simulation.smooth.balance import is_balanced, rates_of_balance
 from twolink.simulation.smooth.longest_step import default_longest_step
-from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.taylor import taylor_run
 
 HALF = math.pi / 2
@@ -70,11 +69,7 @@ def test_a_chain_that_stands_upright_falls_by_round_off(mass, length, duration, 
     scene = replace(UPRIGHT, chain=chain, duration=duration)
     times = np.linspace(0.0, duration, 33)
     exact = taylor_run(scene, times, formulation="kane", precision="quadruple")
-    found = measured_run(
-        scene, times, accuracy, "momenta", lambda name: lambda share: None, correct=True
-    )
-    assert found.worst <= accuracy
-    assert np.all(true_errors(found.kept, exact) <= found.errors)
+    assert_measured(scene, accuracy, times, exact)
 
 
 def test_sweeps_make_runs_in_balance_by_themselves():

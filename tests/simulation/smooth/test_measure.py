@@ -65,6 +65,14 @@ def true_errors(found, exact):
     return np.maximum.accumulate(np.concatenate(miss).max(axis=0))
 
 
+def assert_measured(scene, accuracy, times, exact):
+    """Return the measured run, after a check that it is accurate, and its errors bounds."""
+    found = measured(scene, accuracy, times)
+    assert found.worst <= accuracy
+    assert np.all(true_errors(found.kept, exact) <= found.errors)
+    return found
+
+
 def test_runs_of_little_truncation_error_share_the_rounding_of_their_first_momenta():
     chain = Chain.uniform_bars((0.05, 20.0), (1.0, 0.3))  # M is ill-conditioned.
     slow = Scene(chain, (0.0, 0.0), (0.0021110036158929466, 0.0023093577244611804), 1.0, ())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.simulation.smooth.pulses import Detent, Kink, Logistic, Pulse
-from tests.simulation.smooth.test_measure import HARD, TIMES, measured, true_errors
+from tests.simulation.smooth.test_measure import HARD, TIMES, assert_measured, measured
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.scene import Scene
@@ -49,9 +49,7 @@ def test_a_step_over_a_change_is_seen(order):
 @pytest.mark.parametrize("scene", [PULSE, DETENT], ids=["in time", "in an angle"])
 def test_the_error_of_motions_with_pulses_is_bounded(scene, accuracy):
     exact = taylor_run(scene, SHORT, formulation="kane", precision="long double", longest_step=1e-3)
-    found = measured(scene, accuracy, SHORT)
-    assert found.worst <= accuracy
-    assert np.all(true_errors(found.kept, exact) <= found.errors)
+    assert_measured(scene, accuracy, SHORT, exact)
 
 
 SMALL = Chain.uniform_bars((1e-6, 1e-6), (1e-3, 1e-3))
@@ -77,9 +75,7 @@ def test_a_pulse_in_an_angle_of_a_small_chain_is_seen(accuracy):
         Scene(SMALL, (0.0, 0.0), (5.0, 5.0), 1.0, ()), times, formulation="kane", order=21
     )
     assert np.abs(exact.q - free.q).max() > 0.05
-    found = measured(scene, accuracy, times)
-    assert found.worst <= accuracy
-    assert np.all(true_errors(found.kept, exact) <= found.errors)
+    assert_measured(scene, accuracy, times, exact)
 
 
 def test_loads_of_unknown_size_do_not_shorten_steps():
@@ -88,9 +84,7 @@ def test_loads_of_unknown_size_do_not_shorten_steps():
     exact = taylor_run(
         logistic, SHORT, formulation="kane", precision="long double", longest_step=1e-3
     )
-    found = measured(logistic, 1e-9, SHORT)
-    assert found.worst <= 1e-9
-    assert np.all(true_errors(found.kept, exact) <= found.errors)
+    found = assert_measured(logistic, 1e-9, SHORT, exact)
     assert found.kept.steps < 5000
 
 

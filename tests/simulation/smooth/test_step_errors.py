@@ -6,7 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.simulation.smooth.test_measure import HARD, TIMES, scene, true_errors
+from tests.simulation.smooth.test_measure import (
+    HARD,
+    TIMES,
+    assert_measured,
+    scene,
+    true_errors,
+)
 from twolink.chain import Chain
 from twolink.effects.end_drag import EndDrag
 from twolink.effects.gravity import Gravity
@@ -375,11 +381,7 @@ def test_a_free_spin_of_very_many_turns(q, u, duration, accuracy):
     spin = replace(FREE, q=q, u=u, duration=duration)
     times = np.linspace(0.0, duration, 21)
     exact = taylor_run(spin, times, formulation="momenta", precision="long double")
-    found = measured_run(
-        spin, times, accuracy, "momenta", lambda name: lambda share: None, correct=True
-    )
-    assert found.worst <= accuracy
-    assert np.all(true_errors(found.kept, exact) <= found.errors)
+    assert_measured(spin, accuracy, times, exact)
 
 
 @pytest.mark.parametrize(("exponent", "count"), [(0.0, 1), (1e-6, 1), (0.1, 2), (0.5, 4), (2.5, 8)])

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from twolink.effects import smooth_loads
+from twolink.chain import Chain
+from twolink.effects import Effect, smooth_loads
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
@@ -27,14 +28,21 @@ class LoadSizes(NamedTuple):
 
 
 def load_sizes(scene: Scene, formulation: EquationsName, q: Any, u: Any, t: Any) -> LoadSizes:
-    """Return the round-off of a scene's loads at angles and speeds, shape (2, n), and times (n,).
+    """Return the round-off of a scene's loads at angles and speeds, shape (2, n), and times."""
+    return sizes_of_loads(scene.moving_chain.convert(float), scene.effects, formulation, q, u, t)
 
-    Large terms that nearly cancel count by their own sizes, within one effect too.
+
+def sizes_of_loads(
+    chain: Chain, effects: tuple[Effect, ...], formulation: EquationsName, q: Any, u: Any, t: Any
+) -> LoadSizes:
+    """Return the round-off of loads at angles and speeds, shape (2, n), and times, shape (n,).
+
+    Large terms that nearly cancel count by their own sizes, within one effect too. The numbers of
+    the chain, in float64, and of the effects may have shape (n,) as well.
     """
-    chain = scene.moving_chain.convert(float)
     angles, speeds = (Sized(q[0]), Sized(q[1])), (Sized(u[0]), Sized(u[1]))
     with np.errstate(all="ignore"):
-        loads = smooth_loads(scene.effects, chain, angles, speeds, Sized(t))
+        loads = smooth_loads(effects, chain, angles, speeds, Sized(t))
         forces = [sized(force) for force in gathered_force(chain, angles, loads)]
         values, excess, spread = (
             np.array([np.broadcast_to(getattr(force, name), np.shape(t)) for force in forces])

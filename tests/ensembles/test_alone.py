@@ -1,0 +1,65 @@
+"""Runs that lanes would judge wrongly are made by themselves."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.ensembles.cases import axis, ensemble
+from twolink.chain import Chain
+from twolink.effects import Gravity, JointTorque, PdControl
+from twolink.ensembles.alone import shares_round_off
+from twolink.ensembles.blocks import Lanes
+from twolink.ensembles.chunk import rows_of
+from twolink.scene import Scene
+from twolink.simulation.smooth.taylor import taylor_run
+
+HALF = math.pi / 2
+BARS = Chain.uniform_bars()
+RISING = JointTorque((1e8, 0.0), (1e8, 0.0), (1e-4, 0.0), (-HALF, 0.0))
+
+
+def lanes(*effects, q1=(-HALF, 0.3, HALF), q2=(-HALF, -0.2, HALF)):
+    starts = np.array([q1, q2])
+    return Lanes(BARS, effects, starts, np.zeros_like(starts), 3.0)
+
+
+@pytest.mark.parametrize(
+    ("effects", "shared"),
+    [
+        ((Gravity(9.81),), [True, False, False]),
+        ((Gravity(9.81, (0.6, 0.8)),), [False, False, False]),
+        ((), [False, False, False]),
+        ((RISING,), [True, True, True]),
+        ((PdControl((1.0, 1.0), (40.0, 30.0), (4.0, 3.0)), Gravity(9.81)), [False] * 3),
+    ],
+    ids=["gravity", "tilted gravity", "no loads", "torques that cancel", "control"],
+)
+def test_starts_in_balance_and_loads_that_cancel(effects, shared):
+    assert shares_round_off(lanes(*effects)).tolist() == shared
+
+
+@pytest.mark.parametrize("accuracy", [1e-8, 1e-9])
+def test_the_error_of_a_sweep_is_bounded_where_loads_cancel(accuracy):
+    """Both runs of a pair in lanes round the torque alike, and differ by a quarter of the error."""
+    torque = {
+        "torque": [1e8, 0.0], "amplitude": [1e8, 0.0], "frequency": [1e-4, 0.0],
+        "phase": [-HALF, 0.0],
+    }  # fmt: skip
+    some = ensemble(
+        scene={
+            "chain": {"mass": [1.0, 1.0], "length": [1.0, 1.0]},
+            "start": {"q": [0.3, -0.2]},
+            "run": {"duration": 3.0, "accuracy": accuracy},
+            "effects": {"joint_torque": torque},
+        },
+        axes=[axis("start.q.0", 0.3, 0.7)],
+        keep={"final": True},
+    )
+    rows = rows_of(some, 0, 2).arrays
+    for place, q1 in enumerate((0.3, 0.7)):
+        scene = Scene(BARS, (q1, -0.2), (0.0, 0.0), 3.0, (RISING,))
+        exact = taylor_run(scene, [0.0, 3.0], formulation="kane", precision="quadruple")
+        true = np.concatenate([exact.q, exact.u])[:, -1].astype(float)
+        kept = np.concatenate([rows["q"][place], rows["u"][place]])
+        assert np.abs(kept - true).max() <= rows["error"][place] <= accuracy
