@@ -41,7 +41,7 @@ def test_starts_in_balance_and_loads_that_cancel(effects, shared):
 
 @pytest.mark.parametrize("accuracy", [1e-8, 1e-9])
 def test_the_error_of_a_sweep_is_bounded_where_loads_cancel(accuracy):
-    """Both runs of a pair in lanes round the torque alike, and differ by a quarter of the error."""
+    """Both runs of a pair in lanes round the torque alike, and differ by less than the error."""
     torque = {
         "torque": [1e8, 0.0], "amplitude": [1e8, 0.0], "frequency": [1e-4, 0.0],
         "phase": [-HALF, 0.0],
