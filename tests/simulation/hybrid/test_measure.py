@@ -1,7 +1,7 @@
 """The measured error against closed forms, and the choice between runs."""
 
 from dataclasses import replace
-from threading import get_ident
+from threading import Barrier, get_ident
 
 import numpy as np
 import pytest
@@ -258,9 +258,12 @@ def test_a_quadruple_run_ends_where_its_judge_has_reached_its_limit(monkeypatch)
 
 def test_two_quadruple_runs_are_made_in_two_threads(monkeypatch):
     threads = set()
+    both_began = Barrier(2, timeout=30.0)
 
     def made(*given, **options):
         threads.add(get_ident())
+        # A run that waits for the end of the other one breaks the barrier.
+        both_began.wait()
         return hybrid_run(*given, **options)
 
     monkeypatch.setattr(measure, "hybrid_run", made)
