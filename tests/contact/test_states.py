@@ -36,6 +36,12 @@ def test_states_are_found_by_their_direction(direction):
     assert pressed(direction).direction == direction
 
 
+@pytest.mark.parametrize("name", MEANING)
+def test_a_backward_state_has_a_forward_one(name):
+    state = ContactState[name]
+    assert state.forward is ContactState[name.replace("BACKWARD", "FORWARD")]
+
+
 @pytest.mark.parametrize("kind", [ContactState, EventKind])
 def test_no_two_members_share_their_words(kind):
     """An enumeration makes members of equal values one and the same."""

@@ -33,6 +33,13 @@ class ContactState(Enum):
         self.slips = description.startswith("slips")
         self.pressed = "pressed" in description
 
+    @property
+    def forward(self) -> ContactState:
+        """The state that is backward turned forward, or this state."""
+        if self.direction >= 0:
+            return self
+        return slipping(1) if self.slips else pressed(1)
+
     # A member is the only one of its name: tuples of states are the keys of caches.
     __hash__ = object.__hash__
 

@@ -157,6 +157,34 @@ def test_modes_of_one_kind_share_an_integrator():
     assert first.numbers == 3
 
 
+def test_modes_that_slide_to_either_side_share_an_integrator():
+    """du/dt = ∓0.6/3 of link 1 and ∓0.1/0.5 of link 2; a slide stops where its speed is zero."""
+    friction = JointFriction((0.6, 0.0), (0.9, 0.0))
+    system = system_of(friction, Gravity(0.0), chain=BALANCED)
+    forward, backward = compiled(system, S.FORWARD), compiled(system, S.BACKWARD)
+    assert backward.pool is forward.pool
+    assert backward is compiled(system_of(friction, Gravity(0.0), chain=BALANCED), S.BACKWARD)
+    for mode, sign in ((forward, 1), (backward, -1)):
+        (watched,) = mode.watched
+        assert (watched.trigger.kind, watched.trigger.sense) == (E.STOPS, sign)
+        assert mode.layout.reversed == (frozenset() if sign > 0 else frozenset({0}))
+        integrator = mode.pool.original
+        integrator.state[:] = [0.0, 0.0, sign * 0.3, 0.0, 0.0]
+        integrator.pars[0] = system.frictions((S.FORWARD if sign > 0 else S.BACKWARD,))[0]
+        integrator.step(write_tc=True)
+        assert integrator.tc[2, :2] == pytest.approx([sign * 0.3, -sign * 0.2], abs=1e-15)
+        assert watched.factor * integrator.tc[watched.variable, 1] == pytest.approx(0.3)
+    pressed = compiled(system, S.PRESSED_BACKWARD)
+    assert pressed.pool is compiled(system, S.PRESSED_FORWARD).pool is not forward.pool
+
+
+def test_an_event_function_of_parameters_alone_is_not_watched():
+    """Joint A is held against −0.1 N m, the reaction of the friction at B."""
+    system = system_of(JointFriction((1.0, 0.1)), Gravity(0.0), chain=BALANCED)
+    kinds = {w.trigger.kind for w in compiled(system, S.STICKS, S.BACKWARD).watched}
+    assert kinds == {E.STOPS}
+
+
 def test_steps_of_another_order_are_another_mode():
     from dataclasses import replace
 

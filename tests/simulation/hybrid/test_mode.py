@@ -46,6 +46,12 @@ def test_modes_of_one_kind_differ_in_the_numbers_of_their_dents_only():
     assert again.kind != DENTED.kind
 
 
+def test_a_mode_that_slides_backward_is_of_the_kind_of_the_forward_one():
+    back = replace(MODE, states=(S.PRESSED_BACKWARD, S.BACKWARD, S.OPEN))
+    assert back.kind == replace(MODE, states=(S.PRESSED_FORWARD, S.FORWARD, S.OPEN))
+    assert replace(DENTED, states=(S.BACKWARD, S.CLOSED)).kind.numbers == (0.0, 0.0, 0.0)
+
+
 def test_a_mode_without_dents_is_its_own_kind():
     assert MODE.kind is MODE
     assert MODE.numbers == ()

@@ -39,6 +39,20 @@ def test_frictions_along_different_coordinates_are_accepted():
     system_of(FLOOR, Surface((2.0, 0.0), (-1.0, 0.0), on=("B", "D"), friction=0.5)).check()
 
 
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_the_known_frictions_have_the_sign_of_their_direction(precision):
+    """A joint has a limit, and a surface a coefficient; at rest it is unknown."""
+    system = system_of(
+        JointFriction((0.5, 0.1), (0.7, 0.2)), Surface((0.0, 1.0), (0.0, -1.0), friction=0.3),
+        precision=precision,
+    )  # fmt: skip
+    assert system.frictions((S.STICKS, S.STICKS, S.OPEN)) == ()
+    assert system.frictions((S.BACKWARD, S.STICKS, S.FORWARD)) == (-0.5, 0.3)
+    assert system.frictions((S.PRESSED_BACKWARD, S.PRESSED_FORWARD, S.CLOSED)) == (-0.7, 0.2)
+    (friction,) = system.frictions((S.OPEN, S.OPEN, S.BACKWARD))
+    assert isinstance(friction, system.number)
+
+
 def test_each_pose_of_a_system_has_its_own_rows():
     """Poses share formulas only."""
     system = system_of(FLOOR)

@@ -89,7 +89,9 @@ class Certificate:
         self._tails: dict[int, float] = {}
         self._offsets: dict[int, Any] = {}
         for place in layout.reversed:
-            self._offsets[place] = system.number(_offset(system, mode, self._triggers[place]))
+            if self._triggers[place].kind in (EventKind.CLEARS, EventKind.REACHES):
+                offset = _offset(system, mode, self._triggers[place])
+                self._offsets[place] = system.number(offset)
 
     def polynomials(self, block: Block) -> Any:
         """Return the event functions on each step, on [0, 1]: shape (n, m, p + 1)."""

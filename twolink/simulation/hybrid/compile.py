@@ -15,7 +15,7 @@ import functools
 import itertools
 import operator
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -78,8 +78,9 @@ class CompiledMode:
 
     `gaps`, `recovering` and `roots` have the numbers of the elements, in the order of their
     variables after q and u; `clock` is the variable of time, where that is not the independent one.
-    The parameters are the `numbers` of effects and dents, the scale of forces, and, with a clock,
-    the start of the arc (s). A compiled mode equals only itself, and may be the key of a mapping.
+    The parameters are the `numbers` of effects, dents and frictions, the scale of forces, and, with
+    a clock, the start of the arc (s). A compiled mode equals only itself, and may be the key of a
+    mapping.
     """
 
     pool: IntegratorPool
@@ -148,11 +149,29 @@ def compiled_mode(
     if found is None:
         # Systems whose effects differ only in parameters share integrators.
         chain, effects = Content((system.scene_chain,)), system.content
-        found = system.compiled[key] = _compiled(
+        shared = _compiled(
             chain, effects, mode.kind, formulation, system.precision, system.order, recovering,
             optimised,
         )  # fmt: skip
+        found = system.compiled[key] = _turned(shared, mode.states)
     return found
+
+
+@functools.lru_cache(maxsize=4096)
+def _turned(shared: CompiledMode, states: tuple[ContactState, ...]) -> CompiledMode:
+    """Return a compiled mode for the directions in which the elements slide.
+
+    The speed of a slide falls to zero in either direction.
+    """
+    if not any(state.slips and state.direction < 0 for state in states):
+        return shared
+    watched = tuple(
+        replace(w, trigger=replace(w.trigger, sense=-w.trigger.sense), factor=-w.factor)
+        if w.trigger.kind is EventKind.STOPS and states[w.trigger.index].direction < 0
+        else w
+        for w in shared.watched
+    )
+    return replace(shared, watched=watched)
 
 
 @functools.lru_cache(maxsize=512)
@@ -177,6 +196,8 @@ def _compiled(
         precision, order, number, 0.0, 0.0,
     )  # fmt: skip
     mode = mode.with_numbers(tuple(precise(hy.par[next(parameters)], number) for _ in mode.numbers))
+    elements = _with_frictions(system.elements, mode.states, parameters, number)
+    system = replace(system, elements=elements)
     return _Builder(system, mode, recovering, next(parameters)).compiled(optimised)
 
 
@@ -374,10 +395,27 @@ def _with_parameters(
     )
 
 
+def _with_frictions(
+    elements: tuple[Any, ...],
+    states: tuple[ContactState, ...],
+    parameters: itertools.count[int],
+    number: Any,
+) -> tuple[ContactElement, ...]:
+    """Return the elements with a parameter for each known friction (`HybridSystem.frictions`)."""
+
+    def with_friction(element: Any, friction: Any) -> ContactElement:
+        return replace(element, kinetic=friction, static=friction)
+
+    return tuple(
+        with_friction(element, precise(heyoka().par[next(parameters)], number))
+        if state.direction
+        else element
+        for element, state in zip(elements, states, strict=True)
+    )
+
+
 def _is_constant(value: Any) -> bool:
     """Return whether a number or an expression is constant, so that its event cannot occur."""
-    try:
-        float(str(plain(value)))
-    except ValueError:
-        return False
-    return True
+    hy = heyoka()
+    # Parameters do not change during an arc; heyoka does not list the time with the variables.
+    return not hy.get_variables(hy.subs(plain(value), {hy.time: hy.make_vars("t")}))

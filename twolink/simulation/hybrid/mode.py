@@ -53,8 +53,13 @@ class Mode:
 
     @property
     def kind(self) -> Mode:
-        """The mode with zeros for its numbers: modes of one kind share an integrator."""
-        return self.with_numbers((0.0,) * len(self.numbers)) if self.dents else self
+        """The mode with zeros for its numbers, and forward: modes of one kind share an integrator.
+
+        Modes that slide backward differ from those that slide forward in the sign of frictions.
+        """
+        found = self.with_numbers((0.0,) * len(self.numbers)) if self.dents else self
+        states = tuple(state.forward for state in self.states)
+        return found if states == self.states else replace(found, states=states)
 
     @property
     def for_display(self) -> Mode:

@@ -46,6 +46,7 @@ class HybridSystem:
     compiled: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     _last_pose: list[Pose] = field(default_factory=list, init=False, repr=False)
     _held: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
+    _frictions: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     _options: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     _modes: dict[Any, Mode] = field(default_factory=dict, init=False, repr=False)
 
@@ -90,6 +91,25 @@ class HybridSystem:
         if found is None:
             found = self._held[states] = tuple(held_coordinates(self.elements, states))
         return found
+
+    def frictions(self, states: tuple[ContactState, ...]) -> tuple[Any, ...]:
+        """Return the known friction of each element that slips or is pressed in these states.
+
+        It is the limit (N m) or the coefficient that acts, negative for a backward direction.
+        """
+        found: tuple[Any, ...] | None = self._frictions.get(states)
+        if found is None:
+            found = self._frictions[states] = tuple(
+                exactly(state.direction * limits[state.pressed], self.number)
+                for limits, state in zip(self._limits, states, strict=True)
+                if state.direction
+            )
+        return found
+
+    @cached_property
+    def _limits(self) -> tuple[Pair, ...]:
+        """The kinetic and the static limit of each element under a unit normal force."""
+        return tuple(element.limits(1) for element in self.elements)
 
     def options(
         self, touching: frozenset[int], sliding: tuple[int, ...]
