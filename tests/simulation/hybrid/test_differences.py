@@ -71,6 +71,25 @@ def test_an_undecided_impact_counts_as_an_error_from_its_time_on(run, judge):
     assert errors[-1] == pytest.approx(2e-4)
 
 
+def test_the_change_by_an_undecided_impact_grows_with_the_errors(run, judge):
+    """A difference that grows from 1e-9 to 1e-7 multiplies a change after the first by 300.
+
+    A change after both stays as it is.
+    """
+    apart = tampered(tampered(run, 0.5, 0, 1e-9), 1.5, 0, 1e-7)
+
+    def by_doubt_at(time, first):
+        doubt = Doubt(time, Trigger(EventKind.HITS, 0), 1e-5, 1e-5, time)
+        return differences(first, replace(judge, doubts=(doubt,)), TIMES, 1e-9)
+
+    errors = by_doubt_at(0.75, apart)
+    assert errors[(TIMES > 0.8) & (TIMES < 1.0)] == pytest.approx(1e-5)
+    assert errors[-1] == pytest.approx(3e-3, rel=1e-2)
+    assert by_doubt_at(1.75, apart)[-1] == pytest.approx(1e-5)
+    # Round-off of two runs is no growth.
+    assert by_doubt_at(0.75, run)[-1] == pytest.approx(1e-5)
+
+
 def test_runs_are_compared_inside_the_steps_of_both(run):
     """An error may be largest just before an impact that only the run that measures has."""
     short = hybrid_run(SCENE, TIMES, formulation="kane", precision="long double", longest_step=0.01)

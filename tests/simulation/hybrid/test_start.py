@@ -1,6 +1,7 @@
 """The state at the start of a run: gaps, touched contacts, pressed surfaces, slides."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -321,6 +322,20 @@ def test_the_change_of_a_start_is_part_of_the_error_from_the_start_on():
         assert (changed > 1e-11) == (gap < 0)
         assert changed <= found.error < 1e-9
         assert found.met
+
+
+@pytest.mark.slow_but_first
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-9])
+@pytest.mark.parametrize("u", [(2.0, 9.0), (-7.0, 4.0), (4.0, 7.0), (1.0, 4.0)])
+@pytest.mark.parametrize("duration", [6.0, 1.0, 3.0])
+def test_the_change_of_a_start_grows_with_the_motion(duration, u, accuracy):
+    """D leaves the floor at its lowest place: up to the next impact the floor does nothing."""
+    free = Scene(BARS, NEARLY_STRAIGHT, u, duration, (Gravity(),), 1e-10)
+    exact = simulate(free)
+    found = simulate(replace(free, effects=(Gravity(), above(-1.3e-14)), accuracy=accuracy))
+    until = np.flatnonzero(found.t < min((impact.time for impact in found.impacts), default=9.0))
+    q, u = (np.abs(a[:, until] - b[:, until]) for a, b in ((found.q, exact.q), (found.u, exact.u)))
+    assert 1e-10 < max(q.max(), u.max()) <= found.error
 
 
 def test_the_change_of_a_start_is_zero_within_the_rounding_of_a_scene():

@@ -31,6 +31,13 @@ _PLACES = (0.25, 0.5, 0.75, 0.99)
 # The part of the difference of two runs that is the error of the judge (`measure`).
 _OF_JUDGE = 0.1
 
+# Round-off of as many steps is no growth of errors.
+_ROUNDINGS = 16
+
+# Factor on the growth of the change by a doubt: the difference of two runs in its direction grew by
+# 0.8 of it.
+_OF_GROWTH = 3.0
+
 # Number of steps above which runs are compared only in the middle of steps.
 _MANY_STEPS = 20_000
 
@@ -41,7 +48,7 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     They are compared at the times, at several times within every step, and after each event.
     Between the two instants of the same impact speeds are not compared; the difference of the
     instants is used instead. A choice that `second` leaves undecided adds the difference that it
-    could cause, one that depends on its error only where that may be as large.
+    could cause, which grows like that of the runs from there on.
     """
     end = min(first.reached, second.reached)
     moments = _moments(first, second, times, end)
@@ -55,19 +62,38 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     for begin, after, size in zip(begins.tolist(), afters.tolist(), apart.tolist(), strict=True):
         found[begin:after] = np.minimum(found[begin:after], size)
     np.maximum.at(least, afters, apart)
-    finest = tolerances.CONTACT_GAP * PRECISIONS[second.precision].rounding
-    for doubt in sorted(second.doubts, key=lambda doubt: (doubt.within > 0, doubt.time)):
-        since = np.searchsorted(moments, doubt.time)
-        if doubt.within:
-            before = np.maximum(found[:since], least[:since]).max(initial=0.0)
-            if doubt.within > _OF_JUDGE * before + finest:
-                continue
-        least[since] = max(least[since], doubt.change)
     so_far = np.maximum.accumulate(np.maximum(found, least[:-1]))
+    so_far = _with_doubts(so_far, first, second, moments)
     asked = times[times <= first.reached]
     place = np.searchsorted(moments, asked, side="right") - 1
     # The error is unknown beyond the end of the measuring run.
     return np.where(asked <= end, so_far[np.maximum(place, 0)], np.inf)
+
+
+def _with_doubts(so_far: Array, first: HybridRun, second: HybridRun, moments: Array) -> Array:
+    """Return the differences up to each time (s), with what the doubts of `second` could cause.
+
+    A doubt that depends on the error of `second` counts only where that may be as large. The change
+    by a doubt grows as the difference of the runs does, beyond the round-off of some steps.
+    """
+    finest = tolerances.CONTACT_GAP * PRECISIONS[second.precision].rounding
+    known = np.maximum(so_far, _ROUNDINGS * PRECISIONS[first.precision].rounding)
+    # From a place in time on the error is at least this, and at least as many differences.
+    least, times = np.zeros(len(moments) + 1), np.zeros(len(moments) + 1)
+    for doubt in sorted(second.doubts, key=lambda doubt: (doubt.within > 0, doubt.time)):
+        since = int(np.searchsorted(moments, doubt.time))
+        before = max(since - 1, 0)
+        if doubt.within:
+            error = max(so_far[before], least[:since].max(initial=0.0))
+            grown = _OF_GROWTH * times[:since].max(initial=0.0) * known[before]
+            if doubt.within > _OF_JUDGE * max(error, grown) + finest:
+                continue
+        least[since] = max(least[since], doubt.change)
+        times[since] = max(times[since], doubt.change / known[before])
+    least, times = (np.maximum.accumulate(each[:-1]) for each in (least, times))
+    # A change in another direction than that of the difference may grow by more.
+    grown = _OF_GROWTH * times * known - (_OF_GROWTH - 1) * least
+    return np.asarray(np.max([so_far, least, times * known, grown], axis=0))
 
 
 def _moments(first: HybridRun, second: HybridRun, times: Array, end: float) -> Array:
