@@ -38,6 +38,9 @@ _ROUNDINGS = 16
 # 0.8 of it.
 _OF_GROWTH = 3.0
 
+# A change (rad/s) of a finite size.
+_LARGE = 1e300
+
 # Number of steps above which runs are compared only in the middle of steps.
 _MANY_STEPS = 20_000
 
@@ -92,7 +95,7 @@ def _with_doubts(so_far: Array, first: HybridRun, second: HybridRun, moments: Ar
         times[since] = max(times[since], doubt.change / known[before])
     least, times = (np.maximum.accumulate(each[:-1]) for each in (least, times))
     # A change in another direction than that of the difference may grow by more.
-    grown = _OF_GROWTH * times * known - (_OF_GROWTH - 1) * least
+    grown = _OF_GROWTH * times * known - (_OF_GROWTH - 1) * np.minimum(least, _LARGE)
     return np.asarray(np.max([so_far, least, times * known, grown], axis=0))
 
 

@@ -71,7 +71,7 @@ MOST_JUMPS_AT_ONCE = 100
 
 # Bounces on a contact before further ones are left out if they would not end. The run that judges
 # another follows more of them. Read by effort and measure.
-PATIENCE = 2500
+PATIENCE = 1500
 
 # Jumps before a run is given up: bounces without loss that a load presses on never end, and take a
 # time that grows without bound as they grow lower. Read by effort, zeno and
