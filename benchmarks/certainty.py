@@ -5,9 +5,11 @@ Random general chains from random starts, 10 s, and random scenes with friction,
 without compilation, divided by that of the cheapest bare run whose true error meets the accuracy,
 by the same integrator compiled in the same way, over its orders, precisions and formulations. The
 two are timed in turn, several times, and the shortest processor times are compared: those depend
-little on other load of the machine. Then the true error
-divided by the reported one, at 41 times: 21 samples, and 20 times between them. The true error is
-that to a quadruple run by Kane's equations, or, with events, to a run of accuracy 1e-14 by them.
+little on other load of the machine. Beside it is the ratio of floating-point operations of the
+steps, which does not depend on the machine, and does not count the evaluation of defects and
+events. Then the true error divided by the reported one, at 41 times: 21 samples, and 20 times
+between them. The true error is that to a quadruple run by Kane's equations, or, with events, to a
+run of accuracy 1e-14 by them.
 """
 
 from __future__ import annotations
@@ -18,8 +20,9 @@ import os
 import statistics
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from rich.console import Console
@@ -37,8 +40,10 @@ from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid import flow, run
+from twolink.simulation.hybrid import measure as hybrid_measure
 from twolink.simulation.motion import has_events, motion_run
 from twolink.simulation.run import MotionRun
+from twolink.simulation.smooth import measure as smooth_measure
 from twolink.simulation.smooth import taylor
 from twolink.simulation.smooth.taylor import taylor_run
 
@@ -141,32 +146,42 @@ def bare(
     return motion_run(scene, times, formulation=formulation, precision=precision, order=order)
 
 
+class Bare(NamedTuple):
+    """A bare run: its true error (rad, rad/s), its shortest time (s), and its operations."""
+
+    error: float
+    seconds: float
+    operations: float
+
+
 @dataclass
 class Case:
-    """A scene, its true motion, and its bare runs by setting: error, and shortest time (s)."""
+    """A scene, its true motion, and its bare runs by setting."""
 
     scene: Scene
     truth: Truth
-    found: dict[tuple[PrecisionName, int, EquationsName], tuple[float, float]] = field(
-        default_factory=dict
-    )
+    found: dict[tuple[PrecisionName, int, EquationsName], Bare] = field(default_factory=dict)
 
     @property
     def samples(self) -> Array:
         """The times that runs are asked for (s)."""
         return np.linspace(0.0, self.scene.duration, SAMPLES)
 
-    def candidates(self, accuracy: float) -> list[Callable[[], float]]:
-        """Return the fastest bare runs that meet an accuracy: each gives its time (s)."""
+    def candidates(self, accuracy: float) -> tuple[list[Callable[[], float]], float]:
+        """Return the fastest bare runs that meet an accuracy, and the fewest operations of one.
+
+        Each run gives its time (s).
+        """
         for precision in ORDERS:
             self._look_at(precision)
             good = sorted(
-                (seconds, key)
-                for key, (error, seconds) in self.found.items()
-                if error <= accuracy and key[0] == precision
+                (one.seconds, key, one.operations)
+                for key, one in self.found.items()
+                if one.error <= accuracy and key[0] == precision
             )
             if good:
-                return [self._timer(key) for _, key in good[:TIMED]]
+                fewest = min(operations for _, _, operations in good)
+                return [self._timer(key) for _, key, _ in good[:TIMED]], fewest
         raise SimulationError(f"no bare run meets {accuracy:g}")
 
     def _timer(self, key: tuple[PrecisionName, int, EquationsName]) -> Callable[[], float]:
@@ -185,24 +200,30 @@ class Case:
                     continue
                 error = float(self.truth.errors(np.concatenate([found.q, found.u])).max())
                 count = ROUNDS[precision] // 2
-                self.found[key] = error, min(self._timer(key)() for _ in range(count))
+                seconds = min(self._timer(key)() for _ in range(count))
+                self.found[key] = Bare(error, seconds, found.arithmetic.number)
 
 
 @dataclass(frozen=True)
 class Price:
-    """The cost of certainty at one accuracy, and the true error over the reported one."""
+    """The cost of certainty at one accuracy, and the true error over the reported one.
+
+    The cost is that in time, and in operations.
+    """
 
     ratio: float
+    of_operations: float
     shares: Array
     met: bool
 
 
 def price(case: Case, accuracy: float) -> Price:
     """Measure the price of one accuracy."""
-    others = case.candidates(accuracy)
+    others, fewest = case.candidates(accuracy)
     times: list[float] = []
     bares: list[float] = []
-    trajectory = simulate(case.scene, accuracy=accuracy, samples=SAMPLES)
+    with counted() as operations:
+        trajectory = simulate(case.scene, accuracy=accuracy, samples=SAMPLES)
     rounds = ROUNDS[trajectory.precision]
     for _ in range(rounds):
         again = simulate(case.scene, accuracy=accuracy, samples=SAMPLES)
@@ -210,7 +231,31 @@ def price(case: Case, accuracy: float) -> Price:
         bares.append(min(other() for other in others))
     q, u = trajectory.at(case.truth.times)
     shares = case.truth.errors(np.concatenate([q, u])) / trajectory.error
-    return Price(min(times) / min(bares), shares, trajectory.met)
+    return Price(min(times) / min(bares), sum(operations) / fewest, shares, trajectory.met)
+
+
+@contextmanager
+def counted() -> Iterator[list[float]]:
+    """Collect the operations of all runs that are made meanwhile for a measured motion."""
+    found: list[float] = []
+    places = (smooth_measure, "taylor_run"), (hybrid_measure, "hybrid_run")
+    kept = [getattr(module, name) for module, name in places]
+
+    def counting(made: Callable[..., MotionRun]) -> Callable[..., MotionRun]:
+        def run(*given: Any, **options: Any) -> MotionRun:
+            result = made(*given, **options)
+            found.append(result.arithmetic.number)
+            return result
+
+        return run
+
+    for (module, name), made in zip(places, kept, strict=True):
+        setattr(module, name, counting(made))
+    try:
+        yield found
+    finally:
+        for (module, name), made in zip(places, kept, strict=True):
+            setattr(module, name, made)
 
 
 def scenes(count: int, seed: int) -> Iterator[tuple[bool, Scene]]:
@@ -261,7 +306,10 @@ def main() -> None:
 def table_of(title: str, events: bool, prices: dict[tuple[bool, int], list[Price]]) -> Table:
     """Return the table of all decades."""
     table = Table(title=f"simulate / cheapest bare run: {title}")
-    names = ("scenes", "median ratio", "worst", "aim", "median true/reported", "worst", "met")
+    names = (
+        "scenes", "median ratio", "worst", "aim", "of operations", "median true/reported", "worst",
+        "met",
+    )  # fmt: skip
     table.add_column("accuracy")
     for name in names:
         table.add_column(name, justify="right")
@@ -277,6 +325,7 @@ def table_of(title: str, events: bool, prices: dict[tuple[bool, int], list[Price
             f"{median:.2f}",
             f"{worst:.2f}",
             "met" if met else "not met",
+            f"{statistics.median(p.of_operations for p in found):.2f}",
             f"{statistics.median(shares):.3f}",
             f"{max(shares):.3f}" if math.isfinite(max(shares)) else "—",
             f"{sum(p.met for p in found)}",
