@@ -101,3 +101,11 @@ def test_remarks_of_one_kind_are_one_sentence():
         "From 1 s on bounces are left out. This happens 1 more time until 2 s.",
     )
     assert sentences([]) == ()
+
+
+def test_the_remark_of_the_largest_change_is_the_one_that_is_shown():
+    changes = {1.0: 1e-7, 2.5: 3.0, 4.0: 0.2}
+    given = [Remark("order", t, f"At {t} s u changes by {x}.", x) for t, x in changes.items()]
+    assert sentences(given) == (
+        "At 2.5 s u changes by 3.0. This happens 2 more times from 1 s until 4 s.",
+    )

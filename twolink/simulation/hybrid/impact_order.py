@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from twolink.arithmetic import Pair
 from twolink.contact.states import EventKind
+from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.impact import Impacts, approach, largest
 from twolink.simulation.hybrid.mode import Doubt, Remark, Trigger
@@ -19,6 +20,9 @@ from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import Resolution, strongest
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
+
+# The part of the largest speed above which the change by another order is noted.
+_NOTED = tolerances.NOTED * PRECISIONS["double"].rounding
 
 # Impacts of a sequence by which another order is compared.
 _IMPACTS = 4
@@ -77,12 +81,13 @@ def choices(
         if rival.number == first:
             continue
         change = _change(impacts, state, near, first, rival.number)
+        if rival.number in near:
+            if change > _NOTED * float(largest(state.u)):
+                remarks.append(_remark(system, state, own, rival, change))
+            continue
         if not change > tolerances.SATURATED:
             # Small changes are those of bounces that die away: their gaps, which are variables, are
             # known relative to themselves, and two runs show another order.
-            continue
-        if rival.number in near:
-            remarks.append(_remark(system, state, own, rival, change))
             continue
         # The error of an angle (rad) by which the gaps close in the other order.
         share = abs(rival.speed / own.speed)
@@ -132,4 +137,5 @@ def _remark(
         now,
         f"At {now:.9g} s the laws of impact do not determine {choice}: {first} is struck first; "
         f"the other order changes u by {change:.3g} rad/s.",
+        change,
     )

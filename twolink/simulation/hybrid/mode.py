@@ -118,25 +118,34 @@ class Doubt(NamedTuple):
 
 
 class Remark(NamedTuple):
-    """A sentence on a choice of the simulator at a time (s); remarks of one `kind` are alike."""
+    """A sentence on a choice of the simulator at a time (s); remarks of one `kind` are alike.
+
+    `change` (rad/s) is that of u by another choice, where it is known.
+    """
 
     kind: str
     time: float
     sentence: str
+    change: float = 0.0
 
 
 def sentences(remarks: Iterable[Remark]) -> tuple[str, ...]:
-    """Return the first remark of each kind, with the number of later ones and the last time."""
-    alike: dict[str, dict[str, float]] = {}
+    """Return the remark of each kind whose change is largest, with the number of the others."""
+    alike: dict[str, dict[str, Remark]] = {}
     for remark in remarks:
-        alike.setdefault(remark.kind, {}).setdefault(remark.sentence, remark.time)
-    found = []
-    for times in alike.values():
-        first, *later = times
-        last = max(times.values())
-        often = f"{len(later)} more {'time' if len(later) == 1 else 'times'}"
-        found.append(f"{first} This happens {often} until {last:.9g} s." if later else first)
-    return tuple(found)
+        alike.setdefault(remark.kind, {}).setdefault(remark.sentence, remark)
+    return tuple(_summed_up(list(kind.values())) for kind in alike.values())
+
+
+def _summed_up(alike: list[Remark]) -> str:
+    """Return the first sentence of the largest change, with the number and the times of others."""
+    chosen = max(alike, key=lambda remark: remark.change)
+    count, times = len(alike) - 1, [remark.time for remark in alike]
+    if not count:
+        return chosen.sentence
+    since = "" if chosen.time == min(times) else f" from {min(times):.9g} s"
+    often = f"{count} more {'time' if count == 1 else 'times'}{since}"
+    return f"{chosen.sentence} This happens {often} until {max(times):.9g} s."
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,10 @@ NO_FORCE = 1e-9
 # contact if its gap is smaller. Read by differences, start and system.
 CONTACT_GAP = 64
 
+# Roundings in float64 of the largest speed. A note says so if another order of simultaneous impacts
+# changes u by more; a smaller change is round-off of the start. Read by impact_order.
+NOTED = 2.0**20
+
 # Gap (relative to the length of the chain, or 1 m or rad) of a contact that may have been struck
 # before another one: as large as the coarsest accuracy. Read by impact_order.
 CLOSING = 1e-3
