@@ -14,6 +14,7 @@ from tests.simulation.hybrid import (
     stopped_chain,
     system_of,
 )
+from twolink.chain import Chain
 from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
@@ -24,6 +25,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
 from twolink.scene import Scene
+from twolink.simulation import simulate
 from twolink.simulation.hybrid.dynamics import mode_solution
 from twolink.simulation.hybrid.effort import Effort
 from twolink.simulation.hybrid.impact import speed_along
@@ -187,3 +189,24 @@ def test_a_bounce_lands_at_the_speeds_of_its_point(elbow, friction):
         along = float(contact.tangent.speed(system.chain, later, ends))
         row = pose.row(contact.tangent)
         assert float(speed_along(row, flight.landing)) == pytest.approx(along, rel=1e-5)
+
+
+@pytest.mark.parametrize("on", [("B", "D"), ("B", "C2")])
+@pytest.mark.parametrize("q", [(-0.3, 0.4), (-0.6, -0.3), (-0.2, 3.3), (-0.3, -0.1)])
+def test_points_of_a_link_that_land_without_rebound_lift_each_other_ever_less(q, on):
+    """A point that stops opens the other contact: impacts without bounces accumulate as well.
+
+    The motion is the limit of those with a small rebound.
+    """
+    chain = Chain((1.0, 2.0), (1.0, 1.0), ((0.5, 0.0), (0.9, 0.0)), (0.1, 0.3))
+
+    def landing(restitution):
+        floor = Surface((0.0, 0.2), (0.0, -1.0), on, restitution=restitution, name="floor")
+        return simulate(Scene(chain, q, (0.0, 0.0), 1.5, (Gravity(9.81), floor)))
+
+    found, bouncing = landing(0.0), landing(1e-6)
+    assert found.met
+    assert len(found.impacts) > 60
+    assert found.events[-1].description == f"B on floor rests, {on[1]} on floor rests"
+    assert abs(found.u[:, -1]).max() < 1e-12
+    assert found.q[:, -1] == pytest.approx(bouncing.q[:, -1], abs=1e-5)

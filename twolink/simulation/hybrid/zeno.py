@@ -96,22 +96,24 @@ def left_out(
     follow, the contact comes to rest, and a note says so. `recent` are the impacts of this jump, of
     which those in `struck` are the last.
     """
+    now, limit = float(state.t), system.zeno_time
+    strikes: Sequence[Strike] = recent
+    crowd: list[Strike] = []
+    if past.strikes or len(recent) > 1:
+        strikes, begins = [*past.strikes, *recent], now - limit
+        crowd = [strike for strike in strikes if strike.time >= begins]
+        _check_energy(system, state, pose, crowd)
+        # They need not bounce: a contact that stops another one may open by this, again and again.
+        if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
+            return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
     flying: list[int] = []
     for strike in struck:
         if strike.number not in state.touching:
             flying.append(strike.number)
     if not flying:
         return None
-    now, limit = float(state.t), system.zeno_time
-    strikes: Sequence[Strike] = recent
-    if past.strikes or len(recent) > 1:
-        strikes, begins = [*past.strikes, *recent], now - limit
-        crowd = [strike for strike in strikes if strike.time >= begins]
-        _check_energy(system, state, pose, crowd)
-        if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
-            return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
-        # A contact with a very recent impact comes to rest with the others.
-        flying = list(dict.fromkeys(flying + [s.number for s in crowd]))
+    # A contact with a very recent impact comes to rest with the others.
+    flying = list(dict.fromkeys(flying + [strike.number for strike in crowd]))
     latest = -math.inf
     for index in flying:
         latest = max(latest, past.last.get(index, now))
