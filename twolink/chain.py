@@ -195,8 +195,12 @@ class Chain:
         chain: two float64 torques of 0.1 and 0.2 N m would add up to a rounded sum, and fractions
         do not compute with every type.
         """
-        if type(value) is type(self._zero):
+        kind = type(value)
+        if kind is type(self._zero):
             return value
+        if kind is float or kind is int:
+            # The usual case, without the slow test of an abstract class.
+            return value + self._zero
         if isinstance(value, Fraction):
             return fraction_in(value, self._zero)
         return value + self._zero if isinstance(value, Real) else value

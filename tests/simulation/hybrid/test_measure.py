@@ -21,6 +21,7 @@ from twolink.simulation.hybrid import measure
 from twolink.simulation.hybrid.configurations import Configuration
 from twolink.simulation.hybrid.measure import measured_run
 from twolink.simulation.hybrid.run import hybrid_run
+from twolink.simulation.hybrid.tolerances import MOST_JUMPS
 
 TIMES = np.linspace(0, 2.5, 26)
 SCENE = Scene(
@@ -144,6 +145,14 @@ def test_a_result_ends_where_it_can_no_longer_be_measured(monkeypatch):
     assert measured.kept.failure == judge.failure
     assert measured.kept.exhausted
     assert np.isfinite(measured.errors).all()
+
+
+def test_a_judge_follows_as_many_jumps_as_its_motion_may_take():
+    """Short motions with very many are those of accumulating bounces."""
+    jumps = {t: measure._most_jumps("long double", t) for t in (0.5, 3.0, 4.0, 6.0, 1e3)}
+    assert jumps == {0.5: 6_000, 3.0: 6_000, 4.0: 8_000, 6.0: 12_000, 1e3: 12_000}
+    assert measure._most_jumps("quadruple", 1.0) == measure._most_jumps("quadruple", 1e3) == 2_000
+    assert measure._most_jumps("double", 0.1) == MOST_JUMPS
 
 
 def test_a_longer_run_replaces_a_shorter_one():

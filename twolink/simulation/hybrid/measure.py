@@ -46,6 +46,11 @@ _MOST_JUMPS: dict[PrecisionName, int] = {
     "quadruple": _MOST_WORK // _STEPS_OF_A_JUMP,
     "long double": 12_000,
 }
+# Jumps in long double precision that a second of motion may take, and those of any motion. A jump
+# takes half a millisecond, and motions with more of them in a short time do not end in most cases:
+# bounces accumulate while a load presses on.
+_JUMPS_OF_A_SECOND, _JUMPS_OF_ANY = 2_000, 6_000
+
 # A step on a pressed stiff surface takes a quarter of a millisecond in long double precision. Runs
 # with more of them are ended.
 _MOST_SHORT_STEPS: dict[PrecisionName, int] = {"long double": 80_000}
@@ -231,7 +236,7 @@ class _Runs:
 
         low = by == self.own and order < BEST_ORDER
         effort = Effort(
-            jumps=_MOST_JUMPS.get(precision, MOST_JUMPS),
+            jumps=_most_jumps(precision, self.scene.duration),
             steps=_MANY_STEPS_OF_A_LOW_ORDER if low else math.inf,
             short_steps=_MOST_SHORT_STEPS.get(precision, math.inf),
             patience=PATIENCE if by == self.own else _MORE_PATIENCE * PATIENCE,
@@ -242,6 +247,14 @@ class _Runs:
             partial=True, effort=effort, progress=advance,
             limits=replace(self.limits, memory=self.limits.memory / _RUNS_AT_ONCE),
         )  # fmt: skip
+
+
+def _most_jumps(precision: PrecisionName, duration: float) -> int:
+    """Return the number of jumps after which a run of a motion (s) is ended."""
+    most = _MOST_JUMPS.get(precision, MOST_JUMPS)
+    if precision != "long double":
+        return most
+    return min(most, max(_JUMPS_OF_ANY, math.ceil(_JUMPS_OF_A_SECOND * duration)))
 
 
 @dataclass(frozen=True)

@@ -80,7 +80,7 @@ PATIENCE = 1500
 # Jumps before a run is given up: bounces without loss that a load presses on never end, and take a
 # time that grows without bound as they grow lower. Read by effort, zeno and
 # measure.
-MOST_JUMPS = 20_000
+MOST_JUMPS = 16_000
 
 # Zeno times (below). After a flight that lasts longer the bounces do not die away at once, unless
 # the restitution is below a thousandth: then one bounce more is simulated. Read by zeno.
