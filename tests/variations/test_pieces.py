@@ -48,7 +48,7 @@ def test_a_line_between_samples_has_the_slopes_of_the_hat_function():
     scene = own.scene(own.values)
     (along,) = directions(own)
     times = TORQUES["effects"]["sampled_torque"]["times"]
-    rise = float(1 / (Fraction(times[2]) - Fraction(times[1])))
+    rise = 1 / (Fraction(times[2]) - Fraction(times[1]))
     # The start of the piece, which stays, then the coefficients at A and at B.
     assert slopes_of_pieces(scene, along)(times[1])[-5:] == (0.0, 0.0, 0.0, 1.0, -rise)
     assert slopes_of_pieces(scene, along)(times[2])[-5:] == (0.0,) * 5

@@ -94,7 +94,7 @@ class PiecewiseEffect(Effect):
     def piece_at(self, t: float) -> Effect:
         """Return the smooth effect that acts from a time (s) until the next discontinuity."""
 
-    def slopes_of(self, slopes: tuple[float, ...]) -> Callable[[float], tuple[float, ...]]:
+    def slopes_of(self, slopes: tuple[float, ...]) -> Callable[[float], tuple[Scalar, ...]]:
         """Return a function from a time (s) to the slopes of the numbers of the piece there.
 
         They follow from `slopes` of its own numbers, in the order of fields. Raises

@@ -155,17 +155,18 @@ class SampledTorque(PiecewiseEffect):
         """The coefficients of powers 1, 2, 3 between the samples of A and of B."""
         return _spline(self.times, self.A), _spline(self.times, self.B)
 
-    def slopes_of(self, slopes: tuple[float, ...]) -> Callable[[float], tuple[float, ...]]:
+    def slopes_of(self, slopes: tuple[float, ...]) -> Callable[[float], tuple[Scalar, ...]]:
         """Return the slopes of the numbers of pieces, where samples have slopes and times none.
 
-        Torques are linear in their samples: they are the torques of these slopes as samples.
+        Torques are linear in their samples: they are the torques of these slopes as samples, and
+        as exact.
         """
         count = len(self.times)
         along = replace(self, A=slopes[count : 2 * count], B=slopes[2 * count :])
 
-        def slopes_at(t: float) -> tuple[float, ...]:
-            A, B = along.piece_at(t).coefficients
-            return (0.0, *A, *B)
+        def slopes_at(t: float) -> tuple[Scalar, ...]:
+            _, *rows = along.piece_at(t).numbers
+            return (0.0, *rows)
 
         return slopes_at
 

@@ -20,7 +20,6 @@ from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.smooth.judging import MARGIN_OF_LIKE_PRECISIONS, apart
 from twolink.variations.directions import Direction
-from twolink.variations.pieces import varies_pieces
 from twolink.variations.system import VariedMotion, varied_motion
 
 Array = NDArray[np.float64]
@@ -31,10 +30,6 @@ CONFIGURATIONS: tuple[tuple[PrecisionName, EquationsName], ...] = (
     ("quadruple", "momenta"),
 )
 """The precision and the equations of each run: none has either in common with its judge."""
-
-# The coefficients of pieces are computed in float64: a spline through 15 samples whose distances
-# differ by a factor of 1000 is wrong by 3e-15 of its largest value.
-_ROUNDING_OF_PIECES = 1e-14
 
 
 @dataclass(frozen=True)
@@ -78,7 +73,7 @@ def measured_variation(
         report = progress(f"{formulation}, {precision}")
         return varied_motion(scene, directions, times, formulation, precision, report)
 
-    doubts = np.array([_doubt(scene, each) for each in directions])
+    doubts = np.array([each.doubt for each in directions])
     coarse = run(CONFIGURATIONS[0])
     for runs, (_, configuration) in enumerate(pairwise(CONFIGURATIONS), start=2):
         fine = run(configuration)
@@ -92,11 +87,6 @@ def measured_variation(
 def largest(dq: Array, du: Array) -> Array:
     """Return the largest size over the run of the derivatives by each parameter, shape (k,)."""
     return np.asarray(np.abs(np.concatenate([dq, du], axis=1)).max(axis=(1, 2)))
-
-
-def _doubt(scene: Scene, direction: Direction) -> float:
-    """Return the relative error of the slopes in a direction that both runs share."""
-    return direction.doubt + (_ROUNDING_OF_PIECES if varies_pieces(scene, direction) else 0.0)
 
 
 def _measured(

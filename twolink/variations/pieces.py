@@ -8,13 +8,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import islice
 
+from twolink.arithmetic import Scalar
 from twolink.chain import Chain
 from twolink.effects import Effect, PiecewiseEffect
 from twolink.ensembles.numbers import numbers_in
 from twolink.scene import Scene
 from twolink.variations.directions import Direction
 
-Slopes = tuple[float, ...]
+Slopes = tuple[Scalar, ...]
 SlopesOfPieces = Callable[[float], Slopes]
 """From a time (s) to the slopes of the numbers of the chain and of the effects that act there.
 

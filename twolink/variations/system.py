@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from twolink.accuracy.dual import Dual
+from twolink.arithmetic import Scalar, exactly
 from twolink.chain import Chain
 from twolink.effects import ParametricEffect, pieces_at
 from twolink.ensembles.numbers import numbers_in, with_numbers
@@ -40,7 +41,7 @@ from twolink.variations.pieces import SlopesOfPieces, slopes_of_pieces, varies_p
 # Loops: the unrolled code of so many equations takes seconds to compile.
 _CODE = Code(compact=True, level=0)
 
-Slopes = tuple[tuple[float, ...], ...]
+Slopes = tuple[tuple[Scalar, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -104,12 +105,13 @@ class VariedSystem:
 
     `places`, shape (4, k), are those of the derivatives among the variables of the integrator,
     which are four of the motion before them. `numbers` are the run-time parameters of the
-    equations, k zeros and those in which the pieces of effects differ.
+    equations, k zeros and those in which the pieces of effects differ, in the numbers of the
+    precision.
     """
 
     pool: IntegratorPool
     places: Any
-    numbers: tuple[float, ...]
+    numbers: tuple[Scalar, ...]
     chain: Chain
     slopes: Slopes
     formulation: EquationsName
@@ -151,7 +153,7 @@ class VariedSystem:
         """The chain of dual numbers, whose slopes have shape (k, 1)."""
         own = PRECISIONS[self.precision]
         exact = _leaves(self.chain.convert(own.number))
-        slopes = np.array(self.slopes).reshape(len(self.slopes), -1)
+        slopes: Any = np.array(self.slopes).reshape(len(self.slopes), -1)
         if not slopes.size:
             # No number varies, as in the directions of a spectrum.
             slopes = np.zeros((len(self.slopes), len(exact)))
@@ -197,8 +199,10 @@ class VariedSystems:
         pool, places = _compiled(
             *both, form.slopes, form.varied, self.formulation, self.precision, self.code
         )
+        own = PRECISIONS[self.precision]
+        parameters = tuple(exactly(number, own.number) for number in numbers)
         return VariedSystem(
-            pool, places, numbers, self.chain, slopes, self.formulation, self.precision
+            pool, places, parameters, self.chain, slopes, self.formulation, self.precision
         )
 
 
@@ -215,7 +219,7 @@ class _Form(NamedTuple):
 
 def _form(
     chain: Chain, effects: tuple[Any, ...], slopes: Slopes, varied: tuple[int, ...]
-) -> tuple[_Form, tuple[float, ...]]:
+) -> tuple[_Form, tuple[Scalar, ...]]:
     """Return the form of a piece, which other pieces share, and its run-time parameters.
 
     These are zero for each direction, then the numbers of parametric effects, and their slopes in
@@ -223,13 +227,26 @@ def _form(
     """
     places = _parametric(chain, effects)
     numbers = numbers_in((chain, effects))[0]
-    parameters = [0.0] * len(slopes) + [numbers[k] for k in places]
+    parameters: list[Scalar] = [0.0] * len(slopes) + _parameters(effects)
     for direction in varied:
         parameters += [slopes[direction][k] for k in places]
     others: list[Any] = [0.0 if k in places else x for k, x in enumerate(numbers)]
     blank = with_numbers((chain, effects), iter(others))[1] if places else effects
     rest = tuple(tuple(0.0 if k in places else x for k, x in enumerate(row)) for row in slopes)
     return _Form(blank, rest, varied), tuple(parameters)
+
+
+def _parameters(effects: tuple[Any, ...]) -> list[Scalar]:
+    """Return the numbers of parametric effects, in the order of `numbers_in`.
+
+    Those of a piece may have more digits than the floats in its fields.
+    """
+    found: list[Scalar] = []
+    for effect in effects:
+        if isinstance(effect, ParametricEffect):
+            floats = numbers_in(effect)[0]
+            found += effect.numbers if list(map(float, effect.numbers)) == floats else floats
+    return found
 
 
 def _parametric(chain: Chain, effects: tuple[Any, ...]) -> tuple[int, ...]:
