@@ -8,6 +8,10 @@ instead of by a quotient of series: c u2, c u1, s u1, s u2 with the sine and cos
 (whose recurrences are these products), (s u1) u2, and the sines and cosines of q1 and q2. heyoka's
 language has no such implicit equation.
 
+Then the code of a step by the momenta: its size, its time, and that of its compilation, as
+`simulate` compiles it for short runs and for long ones. A step that does not fit the processor's
+cache for instructions takes longer than its operations say.
+
 Then random general chains for 10 s under gravity: the shortest time of a bare run whose final error
 meets each accuracy, over its orders, by the momenta and by heyoka's own `lagrangian()`, in turn.
 """
@@ -65,13 +69,13 @@ def convolutions(integrator: Any) -> float:
     return count
 
 
-def by_momenta(scene: Scene, order: int) -> tuple[Any, list[float]]:
-    """Return an integrator of q and p, and its initial state."""
+def by_momenta(scene: Scene, order: int, level: int = 3) -> tuple[Any, list[float]]:
+    """Return an integrator of q and p, at a level of optimization, and its initial state."""
     q, p = _variables("q1", "q2"), _variables("p1", "p2")
     form = EQUATIONS["momenta"]
     first, second = form.rates(scene.chain, scene.effects, q, p, heyoka.time)
     start = [*scene.q, *form.from_speeds(scene.chain, scene.q, scene.u)]
-    return _integrator([*q, *p], [*first, *second], start, order), start
+    return _integrator([*q, *p], [*first, *second], start, order, level), start
 
 
 def by_lagrangian(scene: Scene, order: int) -> tuple[Any, list[float]]:
@@ -145,6 +149,36 @@ def cheapest(scene: Scene) -> dict[str, dict[float, float]]:
     }
 
 
+def code_of_steps(scene: Scene) -> Table:
+    """Return the table of the compiled code of a step by the momenta, for each order."""
+    table = Table(title="Code of a step by the momenta")
+    kinds = {"short runs": 0, "long runs": 3}
+    columns = [f"{name}: {what}" for name in kinds for what in ("kB", "µs a step", "ms to compile")]
+    for column in ("order", *columns):
+        table.add_column(column, justify="right")
+    for order in ORDERS:
+        row = []
+        for level in kinds.values():
+            begin = time.process_time()
+            integrator, start = by_momenta(scene, order, level)
+            compiling = time.process_time() - begin
+            size, (seconds, steps) = len(integrator.llvm_state.object_code), _run(integrator, start)
+            row += [f"{size / 1e3:.0f}", f"{seconds / steps * 1e6:.2f}", f"{compiling * 1e3:.0f}"]
+        table.add_row(f"{order}", *row)
+    return table
+
+
+def _run(integrator: Any, start: list[float]) -> tuple[float, int]:
+    """Return the shortest time (s) of a run, and its steps."""
+    shortest, steps = np.inf, 1
+    for _ in range(ROUNDS):
+        integrator.time, integrator.state[:] = 0.0, start
+        begin = time.process_time()
+        steps = integrator.propagate_until(DURATION)[3]
+        shortest = min(shortest, time.process_time() - begin)
+    return shortest, steps
+
+
 def main() -> None:
     """Count the operations, measure the times, and print both."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.operations")
@@ -164,6 +198,9 @@ def main() -> None:
         table.add_row(name, f"{count:g}", f"{count / LEAST:.2f}", *whole)
     table.add_row("least, implicit", f"{LEAST}", "1.00", *("" for _ in COUNTED))
     console.print(table)
+    # Not the first one, whose code is in heyoka's cache.
+    (other,) = random_scenes(1, given.seed + 1)
+    console.print(code_of_steps(other))
     found = [cheapest(scene) for scene in scenes]
     table = Table(title=f"Processor time of a bare run, {given.chains} chains, seed {given.seed}")
     for column in ("accuracy", *(f"{name}, ms" for name in SYSTEMS), "median ratio", "range"):
@@ -185,10 +222,12 @@ def _variables(*names: str) -> Any:
     return tuple(heyoka.make_vars(*names))
 
 
-def _integrator(variables: list[Any], rates: list[Any], start: list[float], order: int) -> Any:
+def _integrator(
+    variables: list[Any], rates: list[Any], start: list[float], order: int, level: int = 3
+) -> Any:
     tolerance = PRECISIONS["double"].step_tolerance(order)
     system = list(zip(variables, rates, strict=True))
-    return heyoka.taylor_adaptive(system, start, tol=tolerance)
+    return heyoka.taylor_adaptive(system, start, tol=tolerance, opt_level=level)
 
 
 if __name__ == "__main__":
