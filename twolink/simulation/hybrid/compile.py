@@ -15,7 +15,7 @@ import functools
 import itertools
 import operator
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -93,6 +93,25 @@ class CompiledMode:
     clock: int | None
     integrals: slice
     number: Any
+    _turned: dict[Any, CompiledMode] = field(default_factory=dict, init=False, repr=False)
+
+    def turned(self, states: tuple[ContactState, ...]) -> CompiledMode:
+        """Return the compiled mode for the directions in which elements slide: it, or a copy.
+
+        The speed of a slide falls to zero in either direction.
+        """
+        backward = tuple(state.slips and state.direction < 0 for state in states)
+        if not any(backward):
+            return self
+        if backward not in self._turned:
+            watched = tuple(
+                replace(w, trigger=replace(w.trigger, sense=-w.trigger.sense), factor=-w.factor)
+                if w.trigger.kind is EventKind.STOPS and backward[w.trigger.index]
+                else w
+                for w in self.watched
+            )
+            self._turned[backward] = replace(self, watched=watched)
+        return self._turned[backward]
 
     @cached_property
     def step_operations(self) -> Operations:
@@ -153,25 +172,8 @@ def compiled_mode(
             chain, effects, mode.kind, formulation, system.precision, system.order, recovering,
             optimised,
         )  # fmt: skip
-        found = system.compiled[key] = _turned(shared, mode.states)
+        found = system.compiled[key] = shared.turned(mode.states)
     return found
-
-
-@functools.lru_cache(maxsize=4096)
-def _turned(shared: CompiledMode, states: tuple[ContactState, ...]) -> CompiledMode:
-    """Return a compiled mode for the directions in which the elements slide.
-
-    The speed of a slide falls to zero in either direction.
-    """
-    if not any(state.slips and state.direction < 0 for state in states):
-        return shared
-    watched = tuple(
-        replace(w, trigger=replace(w.trigger, sense=-w.trigger.sense), factor=-w.factor)
-        if w.trigger.kind is EventKind.STOPS and states[w.trigger.index].direction < 0
-        else w
-        for w in shared.watched
-    )
-    return replace(shared, watched=watched)
 
 
 @functools.lru_cache(maxsize=512)
