@@ -96,28 +96,19 @@ def left_out(
     follow, the contact comes to rest, and a note says so. `recent` are the impacts of this jump, of
     which those in `struck` are the last.
     """
-    now, limit = float(state.t), system.zeno_time
-    strikes: Sequence[Strike] = recent
-    crowd: list[Strike] = []
-    if past.strikes or len(recent) > 1:
-        strikes, begins = [*past.strikes, *recent], now - limit
-        crowd = [strike for strike in strikes if strike.time >= begins]
-        _check_energy(system, state, pose, crowd)
-        # They need not bounce: a contact that stops another one may open by this, again and again.
-        if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
-            return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
-    flying: list[int] = []
-    for strike in struck:
-        if strike.number not in state.touching:
-            flying.append(strike.number)
+    crowd = _crowd(system, state, past, recent)
+    _check_energy(system, state, pose, crowd)
+    # They need not bounce: a contact that stops another one may open by this, again and again.
+    if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
+        return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
+    flying = [strike.number for strike in struck if strike.number not in state.touching]
     if not flying:
         return None
     # A contact with a very recent impact comes to rest with the others.
     flying = list(dict.fromkeys(flying + [strike.number for strike in crowd]))
-    latest = -math.inf
-    for index in flying:
-        latest = max(latest, past.last.get(index, now))
-    if not past.tired and now - latest > tolerances.LONG_FLIGHT * limit:
+    now = float(state.t)
+    latest = max(past.last.get(index, now) for index in flying)
+    if not past.tired and now - latest > tolerances.LONG_FLIGHT * system.zeno_time:
         # Successive bounces do not shorten by so large a factor.
         return None
     flights = {
@@ -125,7 +116,17 @@ def left_out(
         for index in flying
         if index not in state.touching
     }
-    return _ended(system, state, pose, flights, strikes, past)
+    return _ended(system, state, pose, flights, (*past.strikes, *recent), past)
+
+
+def _crowd(
+    system: HybridSystem, state: HybridState, past: Past, recent: Sequence[Strike]
+) -> list[Strike]:
+    """Return the impacts within the Zeno time before a state, if there are several."""
+    if not past.strikes and len(recent) < 2:
+        return []
+    begins = float(state.t) - system.zeno_time
+    return [strike for strike in (*past.strikes, *recent) if strike.time >= begins]
 
 
 def _ended(
@@ -162,9 +163,7 @@ def accumulated(
     Where contacts that answer each other die away together, the last speeds are round-off, and may
     admit no motion that the limit, rest, admits.
     """
-    limit = system.zeno_time
-    strikes = (*past.strikes, *recent)
-    crowd = [strike for strike in strikes if strike.time >= float(state.t) - limit]
+    crowd = _crowd(system, state, past, recent)
     if len(crowd) < tolerances.LEAST_IMPACTS_OF_A_BURST:
         return None
     _check_energy(system, state, pose, crowd)
