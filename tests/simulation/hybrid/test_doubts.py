@@ -13,6 +13,7 @@ from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_torque import JointTorque
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 from twolink.scene import Scene
@@ -88,6 +89,40 @@ def test_a_limit_that_a_torque_touches_where_it_turns_back_leaves_the_motion_ope
         "limit is reached (A)."
     )
     assert found.notes[1].startswith("At 1 s the error of the run decides")
+
+
+@pytest.mark.slow_but_first
+@pytest.mark.parametrize("accuracy", [1e-9, 1e-6, 1e-4])
+def test_a_static_limit_within_the_error_of_the_judge_is_a_doubt(accuracy):
+    """Link 2 falls from nearly upright, and loads the friction of A up to a peak.
+
+    The limit is above the peak by 1e-12 N m in the run and its judge, which stick, and below it in
+    113 bits.
+    """
+    static = 27.57014597655747
+    torque = JointTorque((0.0, 0.0), (6.0, 0.0), (3.0, 1.0), (0.3, 0.0))
+    effects = Gravity(), torque, JointFriction((static / 2, 0.0), (static, 0.0))
+    scene = Scene(BARS, (math.pi / 2, -math.pi / 2 - 1e-8), (0.0, 0.0), 6.5, effects, accuracy)
+    found, exact = simulate(scene), simulate(scene, accuracy=1e-13)
+    q, u = (abs(a - b).max() for a, b in ((found.q, exact.q), (found.u, exact.u)))
+    assert max(q, u) <= found.error
+    assert found.met
+
+
+@pytest.mark.parametrize(("kinetic", "doubted"), [(1.0, True), (1.5, False)])
+def test_a_limit_that_is_nearly_reached_leaves_a_doubt_for_errors_as_large(kinetic, doubted):
+    """The torque at A comes to 1e-5 N m from the static limit; the motion is known if it is alike.
+
+    Where the limit is the kinetic one as well, a slide would begin without an acceleration.
+    """
+    torque = JointTorque((0.0, 0.0), (1.5 - 1e-5, 0.0), (1.0, 1.0))
+    friction = JointFriction((kinetic, 0.0), (1.5, 0.0))
+    run = hybrid_run(Scene(BALANCED, (0.0, 0.0), (0.0, 0.0), 2.0, (torque, friction)), [0.0, 2.0])
+    assert [0 < doubt.within < 1e-5 for doubt in run.doubts] == [True] * doubted
+    assert run.remarks == ()
+    for doubt in run.doubts:
+        assert (doubt.trigger.kind, doubt.change) == (E.BREAKS, math.inf)
+        assert doubt.time == pytest.approx(math.pi / 2, abs=0.1)
 
 
 def test_a_limit_that_is_reached_at_the_end_of_a_motion_leaves_no_doubt():

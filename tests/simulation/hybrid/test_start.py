@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.simulation.hybrid import BALANCED, BARS, state_of, system_of
+from twolink.chain import Chain
 from twolink.contact.force_laws import Phase
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.end_force import EndForce
@@ -15,6 +16,7 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.surface import Surface
 from twolink.errors import SimulationError
+from twolink.kinematics import position
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.jump import settle
@@ -336,6 +338,73 @@ def test_the_change_of_a_start_grows_with_the_motion(duration, u, accuracy):
     until = np.flatnonzero(found.t < min((impact.time for impact in found.impacts), default=9.0))
     q, u = (np.abs(a[:, until] - b[:, until]) for a, b in ((found.q, exact.q), (found.u, exact.u)))
     assert 1e-10 < max(q.max(), u.max()) <= found.error
+
+
+def assert_bounded(scene, effects, *, accuracy=1e-14, beside=()):
+    """The error bounds the distance from the motion under other effects, beside some times (s)."""
+    exact, found = simulate(replace(scene, effects=effects, accuracy=accuracy)), simulate(scene)
+    clear = np.all([abs(found.t - t) > 2e-3 for t in beside] or [found.t >= 0], axis=0)
+    q, u = (abs(a - b)[:, clear].max() for a, b in ((found.q, exact.q), (found.u, exact.u)))
+    assert max(q, u) <= found.error
+    return found
+
+
+@pytest.mark.parametrize(
+    ("q", "u", "duration", "gravity"),
+    [
+        ((1.4e-14, -2.5939690536211275), (5.971731803367533, 3.78795869899978), 2.13, Gravity()),
+        # Both links hang upward: the motion begins by the change.
+        ((1e-14, 0.0), (1e-8, 0.0), 2.0, Gravity(9.81, (-1.0, 0.0))),
+    ],
+)
+def test_the_change_of_a_start_grows_in_its_own_direction(q, u, duration, gravity):
+    """Link 1 leaves its stop at once, so that the stop does nothing."""
+    stop = JointStop("A", lower=0.0)
+    assert_bounded(Scene(BARS, q, u, duration, (gravity, stop), 1e-10), (gravity,))
+
+
+def test_a_static_limit_that_the_change_of_a_start_decides_is_in_the_error():
+    """The moved start sticks, that of the scene slips."""
+    static = 18.425887372281743
+    rest = Gravity(), JointFriction((static / 2, 0.0), (static, 0.0))
+    scene = Scene(BARS, NEARLY_STRAIGHT, (0.0, 7.0), 0.4, (*rest, above(3.2e-15)), 1e-10)
+    assert not assert_bounded(scene, rest, accuracy=1e-12).met
+
+
+def test_an_order_of_impacts_that_the_change_of_a_start_decides_is_in_the_error():
+    chain = Chain((1.0, 0.5), (1.0, 1.0), ((0.5, 0.0), (0.0, 0.0)), (0.25, 0.1))
+    q1, q2 = NEARLY_STRAIGHT
+    stops = (
+        JointStop("A", upper=q1 + 0.5, restitution=0.3),
+        JointStop("B", upper=q2 - q1 + 0.5 + 6e-11, restitution=0.6),
+    )
+    scene = Scene(chain, NEARLY_STRAIGHT, (1.0, 2.0), 0.8, (above(-1.3e-14), *stops), 1e-9)
+    assert not assert_bounded(scene, stops, accuracy=1e-12, beside=(0.5,)).met
+
+
+@pytest.mark.parametrize("share", [0.25, 0.75])
+def test_a_graze_that_the_change_of_a_start_decides_is_in_the_error(share):
+    """A wall between the places that the moved start and that of the scene reach farthest."""
+    u, normal = (2.0, 9.0), (1.0, 0.0)
+    free = Scene(BARS, NEARLY_STRAIGHT, u, 0.6, (Gravity(),), 1e-13)
+
+    def farthest(run):
+        """Return the time (s) and the least x (m) of D."""
+        t = np.linspace(0.05, 0.55, 2001)
+        for _ in range(5):
+            x = position(BARS, run.at(t)[0], BARS.D)[0]
+            k = int(np.clip(x.argmin(), 1, len(t) - 2))
+            t = np.linspace(t[k - 1], t[k + 1], 201)
+        return t[100], x.min()
+
+    (_, one), (at, two) = (
+        farthest(simulate(replace(free, effects=(Gravity(), *more))))
+        for more in ((), (above(-1.3e-14),))
+    )
+    assert abs(one - two) > 1e-13
+    wall = Surface((one + share * (two - one), 0.0), normal, restitution=0.5, name="wall")
+    scene = replace(free, effects=(Gravity(), above(-1.3e-14), wall), accuracy=1e-8)
+    assert_bounded(scene, (Gravity(), wall), accuracy=1e-13, beside=(at,))
 
 
 def test_the_change_of_a_start_is_zero_within_the_rounding_of_a_scene():

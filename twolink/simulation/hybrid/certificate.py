@@ -20,7 +20,7 @@ from twolink.simulation.hybrid.bernstein import is_positive_until, margins_of, r
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compile import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
-from twolink.simulation.hybrid.doubts import StepOfArc, doubt_of, with_dip
+from twolink.simulation.hybrid.doubts import StepOfArc, doubt_of, near_to_zero, with_dip
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.polishing import lowest
 from twolink.simulation.hybrid.roots import Search, first_fall
@@ -83,6 +83,8 @@ class Certificate:
         self._begins = 0.0 if state is None else float(state.t)
         layout = compiled.layout
         self._triggers, self._reversed = layout.triggers, layout.reversed
+        # How near to zero event functions leave a doubt.
+        self._near = tuple(near_to_zero(system, trigger) for trigger in self._triggers)
         self._start = StartOfArc(system, compiled, mode, orders, state)
         # The event functions that are zero within these sizes since the start of the arc.
         self._zero: dict[int, float] = {}
@@ -139,9 +141,8 @@ class Certificate:
         for number in [*self._zero]:
             zeros[number] = self._steps_of_zero(number, every[:, number])
         # The least margins by which event functions are certified.
-        gaps, grazing = self._compiled.layout.of_gaps, self._system.grazing
         tails = self._tails if at_start else {}
-        most = max(grazing, *tails.values()) if tails else grazing
+        most = max((*self._near, *tails.values()))
         # In longer precisions the bounds in float64 do not suffice.
         known = every.dtype == bernstein.dtype
         found: list[_Suspect] = []
@@ -150,7 +151,7 @@ class Certificate:
                 continue
             place, number = divmod(row, functions)
             tail = tails.get(number) if place == 0 else None
-            least = tail if tail is not None else grazing if gaps[number] else 0.0
+            least = tail if tail is not None else self._near[number]
             if not margin > least and place >= zeros.get(number, 0):
                 polynomial = every[place, number].tolist()
                 bound = float(bounds[row]) if known else rounding_bound(polynomial, rounding)
@@ -194,7 +195,7 @@ class Certificate:
         for suspect in sorted(suspects, key=_guess) if len(suspects) > 1 else suspects:
             place, number, polynomial, *_ = suspect
             trigger = self._triggers[number]
-            least = self._system.grazing if trigger.kind is _HITS else 0.0
+            least = self._near[number]
             if earliest is not None and is_positive_until(
                 polynomial, float(earliest.x), suspect.bound, least
             ):
@@ -205,7 +206,9 @@ class Certificate:
             if fall is not None and search.touch is None and shallow:
                 search, limit = with_dip(search, polynomial, least, limit)
             if search.touch is not None or search.unsure:
-                doubt = doubt_of(self._on(block, place), trigger, polynomial, search, limit)
+                doubt = doubt_of(
+                    self._on(block, place), trigger, polynomial, search, limit, suspect.bound
+                )
                 if doubt is not None:
                     touch = search.touch or 0.0
                     touches.append((touch if fall is None else min(touch, float(fall)), doubt))
@@ -277,16 +280,16 @@ def _guess(suspect: _Suspect) -> int:
     return next((k for k, b in enumerate(bernstein) if b <= 0), len(bernstein))
 
 
-def _searched(suspect: _Suspect, grazing: float) -> tuple[Search, float]:
+def _searched(suspect: _Suspect, near: float) -> tuple[Search, float]:
     """Return the first fall and touch of an event function, and the bound by which it touches.
 
-    One that comes as close as `grazing`, if that is not zero, touches.
+    One that comes as `near` to zero, if that is not zero, touches.
     """
     polynomial, bound = suspect.polynomial, suspect.bound
     known = suspect.bernstein if isinstance(polynomial[0], float) else None
     search = first_fall(polynomial, bound, known)
-    if search.fall is None and search.touch is None and grazing:
-        return search._replace(touch=lowest(polynomial, grazing)), grazing
+    if search.fall is None and search.touch is None and near:
+        return search._replace(touch=lowest(polynomial, near)), near
     return search, bound
 
 

@@ -87,9 +87,10 @@ def _with_doubts(so_far: Array, first: HybridRun, second: HybridRun, moments: Ar
         since = int(np.searchsorted(moments, doubt.time))
         before = max(since - 1, 0)
         if doubt.within:
-            error = max(so_far[before], least[:since].max(initial=0.0))
+            # All of what doubts may change is in both runs.
+            shared = least[:since].max(initial=0.0)
             grown = _OF_GROWTH * times[:since].max(initial=0.0) * known[before]
-            if doubt.within > _OF_JUDGE * max(error, grown) + finest:
+            if doubt.within > max(_OF_JUDGE * so_far[before], shared, grown) + finest:
                 continue
         least[since] = max(least[since], doubt.change)
         times[since] = max(times[since], doubt.change / known[before])

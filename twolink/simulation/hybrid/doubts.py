@@ -19,7 +19,12 @@ from twolink.simulation.hybrid.polishing import horner, lowest
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.roots import Search
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import SATURATED, STANDING_CLOCK
+from twolink.simulation.hybrid.tolerances import (
+    NEAR_LIMIT,
+    SATURATED,
+    STANDING_CLOCK,
+    STEEPEST,
+)
 from twolink.simulation.series import powers
 
 _BREAKAWAY = (EventKind.BREAKS, EventKind.STOPS)
@@ -65,16 +70,36 @@ class StepOfArc(NamedTuple):
         return terms
 
 
+def near_to_zero(system: HybridSystem, trigger: Trigger) -> float:
+    """Return how near to zero an event function leaves a doubt, in its unit.
+
+    A gap does within the error of a run. So do friction limits and slides, if the static limit is
+    above the kinetic one, and a breakaway changes the motion by more than itself: how large the
+    error is then decides on the doubt.
+    """
+    if trigger.kind is EventKind.HITS:
+        return system.grazing
+    if trigger.kind in _BREAKAWAY and system.elements[trigger.index].hysteretic:
+        return NEAR_LIMIT
+    return 0.0
+
+
 def doubt_of(
-    step: StepOfArc, trigger: Trigger, polynomial: Sequence[Any], search: Search, bound: float
+    step: StepOfArc,
+    trigger: Trigger,
+    polynomial: Sequence[Any],
+    search: Search,
+    bound: float,
+    rounding: float,
 ) -> Doubt | None:
     """Return the doubt caused by a touch, or None if the motion does not depend on it.
 
-    `bound` is that on the error of the event function, or its depth. The doubt begins where the
-    event function comes within it.
+    `bound` is that on the error of the event function, or its depth, and `rounding` its round-off.
+    The doubt begins where the event function comes within the bound.
     """
     element, x = step.system.elements[trigger.index], float(search.touch or 0.0)
     speed = change = math.inf
+    within = 0.0
     slope, bend = (abs(derivative) for derivative in _derivatives(polynomial, x))
     before = max(x - _width(slope, bend, bound), 0.0)
     if trigger.kind is EventKind.HITS and not search.unsure:
@@ -84,10 +109,14 @@ def doubt_of(
             return None
         speed = math.sqrt(2 * bend * bound) / pace if pace > 0 else math.inf
         change = step.change(before, trigger.index, speed)
-    elif not search.unsure and not (element.hysteretic and trigger.kind in _BREAKAWAY):
-        return None
+    elif not search.unsure:
+        if not (element.hysteretic and trigger.kind in _BREAKAWAY):
+            return None
+        # Above round-off, the error of a run decides only if it is as large.
+        missed = abs(float(horner(polynomial, x)))
+        within = missed / STEEPEST if missed > 2 * rounding else 0.0
     until = 1.0 if float(sum(polynomial)) <= bound else x
-    return Doubt(step.time(before)[0], trigger, speed, change, step.time(until)[0])
+    return Doubt(step.time(before)[0], trigger, speed, change, step.time(until)[0], within)
 
 
 def undecided_at(doubts: Iterable[Doubt], end: float) -> tuple[list[Doubt], list[Doubt]]:
@@ -105,10 +134,19 @@ def undecided_at(doubts: Iterable[Doubt], end: float) -> tuple[list[Doubt], list
     return before, last
 
 
+def reason_of(doubt: Doubt, names: Sequence[str]) -> str:
+    """Return why an error is unknown by a doubt without a bound on its change."""
+    name = names[doubt.trigger.index]
+    if math.isfinite(doubt.speed):
+        return f"the bounces on {name} that are left out at {doubt.time:.9g} s may grow again"
+    decides = "the error of the run" if doubt.within else "round-off"
+    return f"{decides} decides at {doubt.time:.9g} s whether {doubt.trigger.kind.value} ({name})"
+
+
 def remarks_of(doubts: Iterable[Doubt], names: Sequence[str]) -> Iterator[Remark]:
     """Yield a sentence on each doubt that changes the motion, by the names of the elements."""
     for doubt in doubts:
-        if doubt.change > SATURATED:
+        if doubt.change > SATURATED and not doubt.within:
             choice = f"whether {doubt.trigger.kind.value} ({names[doubt.trigger.index]})"
             sentence = f"At {doubt.time:.9g} s the error of the run decides {choice}."
             yield Remark(choice, doubt.time, sentence)

@@ -46,6 +46,7 @@ class History:
         end: float,
         effort: Effort,
         limits: Limits,
+        as_given: bool = False,
     ) -> None:
         """Initialize at the start of a scene, to be integrated to an end (s)."""
         number = PRECISIONS[precision].number
@@ -71,7 +72,7 @@ class History:
         self._work = Work(effort, limits, precision, cap, scene.duration)
         self.compile_seconds = 0.0
         self.exhausted = False
-        self.state: HybridState = start_state(self.system, scene)
+        self.state: HybridState = start_state(self.system, scene, as_given=as_given)
         self.doubts: list[Doubt] = doubts_of_start(scene, self.state)
 
     def follow(self, progress: Callable[[float], None]) -> None:

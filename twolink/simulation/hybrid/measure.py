@@ -25,7 +25,7 @@ from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.configurations import BEST_ORDER, Configuration, Seen, configurations
 from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS, differences
-from twolink.simulation.hybrid.doubts import remarks_of
+from twolink.simulation.hybrid.doubts import reason_of
 from twolink.simulation.hybrid.effort import Effort
 from twolink.simulation.hybrid.run import HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import BEYOND, MOST_JUMPS, PATIENCE
@@ -83,9 +83,8 @@ class Measured:
         if self.judge.reached < self.kept.reached:
             return ENDS_EARLY
         endless = [doubt for doubt in self.judge.doubts if doubt.change == math.inf]
-        for remark in remarks_of(endless[:1], self.judge.arcs[0].mode.names):
-            return f"round-off decides at {remark.time:.9g} s {remark.kind}"
-        return ENDS_EARLY
+        endless.sort(key=lambda doubt: doubt.within)
+        return reason_of(endless[0], self.judge.arcs[0].mode.names) if endless else ENDS_EARLY
 
 
 def measured_run(
@@ -246,6 +245,8 @@ class _Runs:
             self.scene, self.times, formulation=by, precision=precision, order=order,
             partial=True, effort=effort, progress=advance,
             limits=replace(self.limits, memory=self.limits.memory / _RUNS_AT_ONCE),
+            # The difference of the runs has the change of a start that is moved onto a contact.
+            as_given=by != self.own,
         )  # fmt: skip
 
 

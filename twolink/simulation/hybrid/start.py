@@ -33,12 +33,13 @@ _ROUNDING = PRECISIONS["double"].rounding
 _NEWTON_STEPS = 2
 
 
-def start_state(system: HybridSystem, scene: Scene) -> HybridState:
+def start_state(system: HybridSystem, scene: Scene, *, as_given: bool = False) -> HybridState:
     """Return the initial state of a scene, before any impact.
 
     A start is given in float64, and lies on a contact within round-off of it. In every precision it
     is the state exactly on all contacts that are touched; depths and gaps are those of this state.
-    `doubts_of_start` say how far it is from the scene.
+    With `as_given` the pose is that of the scene, and touched surfaces are moved instead, by
+    roundings of a place. `doubts_of_start` say how far the state is from the scene.
     Raises `SimulationError` if a point starts inside a rigid contact.
     """
     number = system.number
@@ -48,6 +49,7 @@ def start_state(system: HybridSystem, scene: Scene) -> HybridState:
     pose = _placed(system, given, near)
     # Near a singular pose this closes rigid contacts that are open by little more than round-off.
     near += [i for i, e in enumerate(system.elements) if e.rigid and _closed(system, e, pose.q)]
+    pose = given if as_given else pose
     state = HybridState(
         t=number(0),
         q=pose.q,

@@ -172,6 +172,14 @@ LEADING_SHARE = 2048
 # so that a smaller one leaves a doubt. Read by system.
 GRAZING = 4096
 
+# Scaled force, or speed (rad/s or m/s). A static friction limit, or the end of a slide under one,
+# that comes as near leaves a doubt, which counts if the error of an angle (rad) may be as large as
+# the distance divided by STEEPEST: up to 1e-4, a tenth of the coarsest accuracy. Read by doubts.
+NEAR_LIMIT = 1e-3
+
+# Change of a scaled force, which has order 1, by an angle (1/rad), from above. Read by doubts.
+STEEPEST = 10.0
+
 # Halvings of a step before a root that is not isolated counts as a double root. Read by roots.
 MOST_HALVINGS = 60
 
