@@ -84,7 +84,11 @@ class Certificate:
         layout = compiled.layout
         self._triggers, self._reversed = layout.triggers, layout.reversed
         # How near to zero event functions leave a doubt.
-        self._near = tuple(near_to_zero(system, trigger) for trigger in self._triggers)
+        near = system.near_to_zero.get(compiled)
+        if near is None:
+            near = tuple(near_to_zero(system, trigger) for trigger in self._triggers)
+            system.near_to_zero[compiled] = near
+        self._near = near
         self._start = StartOfArc(system, compiled, mode, orders, state)
         # The event functions that are zero within these sizes since the start of the arc.
         self._zero: dict[int, float] = {}
@@ -142,7 +146,7 @@ class Certificate:
             zeros[number] = self._steps_of_zero(number, every[:, number])
         # The least margins by which event functions are certified.
         tails = self._tails if at_start else {}
-        most = max((*self._near, *tails.values()))
+        most = max((0.0, *self._near, *tails.values()))
         # In longer precisions the bounds in float64 do not suffice.
         known = every.dtype == bernstein.dtype
         found: list[_Suspect] = []

@@ -29,7 +29,8 @@ class HybridSystem:
 
     `chain` has numbers of the type `number`, of the named `precision` whose relative spacing is
     `rounding`; `scene_chain` is the same in float64. `longest_step` is in s. `compiled` has the
-    modes that were entered, for `compile`.
+    modes that were entered, for `compile`, and `near_to_zero` the distances from zero at which
+    their event functions leave a doubt, for `certificate`.
     """
 
     scene_chain: Chain
@@ -44,6 +45,7 @@ class HybridSystem:
     longest_step: float
     own: Own = field(default_factory=Own, repr=False)
     compiled: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
+    near_to_zero: dict[Any, tuple[float, ...]] = field(default_factory=dict, init=False, repr=False)
     _last_pose: list[Pose] = field(default_factory=list, init=False, repr=False)
     _held: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     _frictions: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
