@@ -1,4 +1,5 @@
 import math
+import sys
 from dataclasses import replace
 from fractions import Fraction
 
@@ -11,6 +12,7 @@ from twolink.data import data_path
 from twolink.effects import Effect
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.motor_inertia import MotorInertia
@@ -303,3 +305,71 @@ def test_a_chain_of_fractions_moves_as_that_of_their_values(method):
 def as_fractions(numbers):
     """Return nested tuples of floats as fractions."""
     return tuple(as_fractions(x) if isinstance(x, tuple) else Fraction(x) for x in numbers)
+
+
+UPRIGHT = Scene(
+    Chain.uniform_bars((1.0, 0.7), (1.0, 0.8)),
+    (-math.pi / 2, -math.pi / 2),
+    (0.0, 0.0),
+    6.0,
+    (Gravity(),),
+    1e-6,
+)
+FAST = JointTorque((0.0, 0.0), (100.0, 0.0), (2 * math.pi * 400, 0.0))
+
+
+@pytest.mark.slow_but_first
+@pytest.mark.parametrize(
+    ("method", "scene"),
+    [
+        ("RK45", UPRIGHT),
+        ("LSODA", UPRIGHT),
+        ("rk4", UPRIGHT),
+        ("DOP853", replace(UPRIGHT, duration=4.0)),
+        ("Radau", replace(UPRIGHT, q=(1e-10 - math.pi / 2, -math.pi / 2), duration=4.0)),
+        ("rk4", replace(UPRIGHT, q=(1.5, 1.5), duration=1.0, effects=(Gravity(), FAST))),
+    ],
+)
+def test_other_methods_are_measured_by_taylor_series(method, scene):
+    """Two runs of one method may agree: both stay upright, or miss what the loads do in a step."""
+    exact, found = simulate(scene, samples=11), simulate(scene, samples=11, method=method)
+    assert error_of(found, exact) <= found.error + exact.error
+    assert found.met == (found.error <= scene.accuracy)
+
+
+def test_the_error_of_another_method_is_an_estimate_without_taylor_series(monkeypatch):
+    module = sys.modules["twolink.simulation.simulate"]
+    monkeypatch.setattr(module, "heyoka_is_here", lambda: False)
+    for options in ({}, {"method": "RK45"}):
+        found = simulate(SHORT, samples=11, accuracy=1e-6, **options)
+        assert found.notes[-1].startswith("The error is an estimate")
+
+
+@pytest.mark.parametrize("name", ["general", "stick_slip", "drop"])
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-9, 1e-12])
+def test_the_error_is_that_of_joint_angles_and_speeds_too(name, accuracy):
+    """The angle of joint B is a difference, with up to twice the error of either angle."""
+    text = Scene.load(name).to_toml()
+    joints = "[chain]\njoint_sign = [1, -1]\njoint_offset = [0.0, 0.5]"
+    scene = Scene.parse(text.replace("[chain]", joints, 1))
+    scene = replace(scene, duration=min(scene.duration, 3.0))
+    exact, found = simulate(scene, accuracy=1e-14), simulate(scene, accuracy=accuracy)
+    clear = np.ones(len(found.t), bool)
+    for impact in exact.impacts:
+        clear &= np.abs(found.t - impact.time) > 1e-5
+    for ours, theirs in ((found.theta, exact.theta), (found.omega, exact.omega)):
+        assert np.abs(ours - theirs)[:, clear].max() <= found.error + exact.error
+    assert found.met
+
+
+def test_values_between_samples_are_rounded_within_the_error():
+    """The speed is 0 at both samples, and thousands of rad/s between them."""
+    strong = 1e6
+    effects = Gravity(9.81 * strong), JointFriction((5.0 * strong, 2.0 * strong))
+    scene = Scene(Chain.uniform_bars(), (0.0, 0.0), (0.0, 0.0), 0.01, effects, 1e-11)
+    found, finer = simulate(scene, samples=2), simulate(scene, accuracy=1e-14, formulation="kane")
+    times = np.linspace(0.0, 0.01, 997)
+    off = np.abs(np.concatenate(found.at(times)) - np.concatenate(finer.at(times)))
+    assert np.abs(found.u).max() < 1e-3 * np.abs(finer.u).max()
+    assert off.max() <= found.error + finer.error
+    assert found.error > 1e-13

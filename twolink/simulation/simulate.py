@@ -1,7 +1,8 @@
 """Simulation of a scene, with a measured global error.
 
-Accuracy is the largest error of q (rad) and u (rad/s) over the whole run, not a tolerance for a
-step. It is measured by a second run of a higher order, and near round-off by the defect of the
+Accuracy is the largest error of any angle (rad) and speed (rad/s) over the whole run, not a
+tolerance for a step: of q and u, and of those of the joints where a chain has a convention for
+them. It is measured by a second run of a higher order, and near round-off by the defect of the
 run's own steps (`smooth.measure`); with events, by an independent run (`hybrid.measure`). If double
 precision is insufficient, a longer precision gives the result.
 """
@@ -44,6 +45,15 @@ _CHECKED_IN_ALL, _CHECKED = 256, 8
 
 # The method that takes the place of Taylor series where heyoka is not installed.
 _STAND_IN: NumericName = "DOP853"
+
+_ESTIMATED = (
+    "The error is an estimate: the difference of two runs of one method, which may share it, as no "
+    "Taylor series measures it."
+)
+
+# The part of the accuracy for the error of the Taylor series that measure another method, and the
+# least error that is asked of them.
+_OF_REFERENCE, _FINEST_REFERENCE = 0.1, 1e-13
 
 
 def simulate(
@@ -108,6 +118,14 @@ class _Asked:
     times: Array
 
     @property
+    def share(self) -> float:
+        """The factor from the error of q and u to that of all angles and speeds.
+
+        An angle of the joint between two links is a difference, with up to twice the error.
+        """
+        return 1.0 if self.scene.joints is None else 2.0
+
+    @property
     def checked(self) -> Array:
         """The times (s) at which smooth runs are compared: the samples, and some between them."""
         between = _CHECKED * (len(self.times) - 1)
@@ -141,14 +159,15 @@ def _by_taylor(asked: _Asked) -> Trajectory:
     found = measured_run(
         asked.scene,
         checked,
-        asked.accuracy,
+        asked.accuracy / asked.share,
         asked.options.formulation,
         asked.report,
         correct=True,
     )
     place = np.searchsorted(checked, asked.times)
     kept = replace(found.kept, q=found.kept.q[:, place], u=found.kept.u[:, place])
-    return _trajectory(asked, kept, found.errors[place], found.runs, found.why_unknown)
+    errors = asked.share * found.errors[place]
+    return _trajectory(asked, kept, errors, found.runs, found.why_unknown)
 
 
 def _through_events(asked: _Asked) -> Trajectory:
@@ -158,13 +177,13 @@ def _through_events(asked: _Asked) -> Trajectory:
     found = through_events(
         asked.scene,
         asked.times,
-        asked.accuracy,
+        asked.accuracy / asked.share,
         asked.options.formulation,
         asked.report,
         asked.options.limits,
     )
     kept = found.kept
-    errors = found.errors + rounding(kept)
+    errors = asked.share * (found.errors + rounding(kept))
     made = _trajectory(asked, kept, errors, found.runs, found.why_unknown)
     if not kept.failure:
         return made
@@ -173,27 +192,57 @@ def _through_events(asked: _Asked) -> Trajectory:
 
 
 def _by_refining(asked: _Asked, name: NumericName) -> Trajectory:
-    """Refine the tolerance, or the step, until the change of the result is within the accuracy."""
+    """Refine the tolerance, or the step, until the error of the result is within the accuracy.
+
+    It is the distance from Taylor series, whose error is added. Where there are none, it is
+    estimated by the change of the result, which two runs of one method may not show.
+    """
     method, duration = NUMERIC_METHODS[name], asked.scene.duration
     setting = method.coarsest(asked.accuracy, duration, duration / (len(asked.times) - 1))
     runs = [_numeric(asked, name, setting)]
-    errors = np.full_like(asked.times, np.inf)
-    while setting * method.refinement >= method.finest(duration):
+    reference = _reference(asked)
+    errors = [_errors(asked, runs, reference)]
+    while errors[-1].max() > asked.accuracy and setting * method.refinement >= method.finest(
+        duration
+    ):
         setting *= method.refinement
         runs.append(_numeric(asked, name, setting))
-        # The finer run is returned; the change is an estimate of the error of the coarser one.
-        errors = MARGIN_OF_LIKE_PRECISIONS * difference(runs[-2], runs[-1]) + rounding(runs[-1])
-        if errors.max() <= asked.accuracy:
-            break
-    kept = runs[-1]
+        errors.append(_errors(asked, runs, reference))
+    best = min(range(len(runs)), key=lambda k: float(errors[k].max()))
+    kept, others = runs[best], () if reference is None else (reference.statistics,)
     statistics = Statistics(
         steps=kept.steps,
         evaluations=sum(run.evaluations for run in runs),
-        runs=len(runs),
-        compile_seconds=0.0,
-        run_seconds=sum(run.run_seconds for run in runs),
+        runs=len(runs) + sum(other.runs for other in others),
+        compile_seconds=sum(other.compile_seconds for other in others),
+        run_seconds=sum(run.run_seconds for run in (*runs, *others)),
     )
-    return _made(asked, kept.q, kept.u, errors, name, "double", statistics)
+    made = _made(asked, kept.q, kept.u, errors[best], name, "double", statistics)
+    return made if others else replace(made, notes=(*made.notes, _ESTIMATED))
+
+
+def _reference(asked: _Asked) -> Trajectory | None:
+    """Return the trajectory by Taylor series that measures those of other methods, if there is."""
+    if not heyoka_is_here():
+        return None
+    accuracy = max(_OF_REFERENCE * asked.accuracy, _FINEST_REFERENCE)
+    try:
+        return _by_taylor(replace(asked, accuracy=accuracy))
+    except SimulationError:
+        return None
+
+
+def _errors(asked: _Asked, runs: Sequence[NumericRun], reference: Trajectory | None) -> Array:
+    """Return the error of the last run (rad, rad/s) up to each sample."""
+    last = runs[-1]
+    if reference is not None:
+        apart = difference(last, reference) + reference.error
+        return np.asarray(asked.share * apart + rounding(last))
+    if len(runs) == 1:
+        return np.full_like(asked.times, np.inf)
+    # The finer run is returned; the change is an estimate of the error of the coarser one.
+    apart = MARGIN_OF_LIKE_PRECISIONS * difference(runs[-2], last)
+    return np.asarray(asked.share * apart + rounding(last))
 
 
 def _numeric(asked: _Asked, method: NumericName, setting: float) -> NumericRun:

@@ -67,6 +67,9 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     np.maximum.at(least, afters, apart)
     so_far = np.maximum.accumulate(np.maximum(found, least[:-1]))
     so_far = _with_doubts(so_far, first, second, moments)
+    # Values between the samples are rounded to float64 too, and may be the largest ones.
+    sizes = np.maximum.accumulate(np.abs(ours).max(axis=0).astype(float))
+    so_far = so_far + PRECISIONS["double"].rounding * sizes
     asked = times[times <= first.reached]
     place = np.searchsorted(moments, asked, side="right") - 1
     # The error is unknown beyond the end of the measuring run.
