@@ -117,7 +117,7 @@ ROWS = {
         "balance changes load_sizes",
         "longest_step pieces",
         "flows quadrature rates",
-        "numeric taylor",
+        "numeric stiffness taylor",
         "linear",
         "correction defect residuals round_off",
         "step_errors",

@@ -345,6 +345,13 @@ def test_the_error_of_another_method_is_an_estimate_without_taylor_series(monkey
         assert found.notes[-1].startswith("The error is an estimate")
 
 
+def test_the_error_of_a_motion_too_stiff_for_taylor_series_is_an_estimate():
+    """Creep between dampers of 1e8 N m s/rad: Taylor series would take 1e9 steps."""
+    scene = replace(SHORT, u=(0.0, 0.0), effects=(Gravity(), JointDamping((1e8, 1e8))))
+    found = simulate(scene, samples=11, accuracy=1e-6, method="Radau")
+    assert found.notes[-1].startswith("The error is an estimate")
+
+
 @pytest.mark.parametrize("name", ["general", "stick_slip", "drop"])
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-9, 1e-12])
 def test_the_error_is_that_of_joint_angles_and_speeds_too(name, accuracy):

@@ -36,6 +36,7 @@ from twolink.simulation.smooth.longest_step import intervals_to_check
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.numeric import NumericRun, numeric_run
 from twolink.simulation.smooth.round_off import rounding
+from twolink.simulation.smooth.stiffness import steps_of_series
 from twolink.simulation.smooth.taylor import heyoka_is_here
 from twolink.simulation.trajectory import Trajectory
 from twolink.times import merged
@@ -50,6 +51,9 @@ _ESTIMATED = (
     "The error is an estimate: the difference of two runs of one method, which may share it, as no "
     "Taylor series measures it."
 )
+
+# The most steps of Taylor series that measure another method.
+_MOST_STEPS = 1e6
 
 # The part of the accuracy for the error of the Taylor series that measure another method, and the
 # least error that is asked of them.
@@ -200,7 +204,7 @@ def _by_refining(asked: _Asked, name: NumericName) -> Trajectory:
     method, duration = NUMERIC_METHODS[name], asked.scene.duration
     setting = method.coarsest(asked.accuracy, duration, duration / (len(asked.times) - 1))
     runs = [_numeric(asked, name, setting)]
-    reference = _reference(asked)
+    reference = _reference(asked, runs[0])
     errors = [_errors(asked, runs, reference)]
     while errors[-1].max() > asked.accuracy and setting * method.refinement >= method.finest(
         duration
@@ -221,9 +225,12 @@ def _by_refining(asked: _Asked, name: NumericName) -> Trajectory:
     return made if others else replace(made, notes=(*made.notes, _ESTIMATED))
 
 
-def _reference(asked: _Asked) -> Trajectory | None:
-    """Return the trajectory by Taylor series that measures those of other methods, if there is."""
-    if not heyoka_is_here():
+def _reference(asked: _Asked, run: NumericRun) -> Trajectory | None:
+    """Return the trajectory by Taylor series that measures those of other methods, if there is.
+
+    There is none for motions that are too stiff for Taylor series, of which a run shows how much.
+    """
+    if not heyoka_is_here() or steps_of_series(asked.scene, asked.times, run) > _MOST_STEPS:
         return None
     accuracy = max(_OF_REFERENCE * asked.accuracy, _FINEST_REFERENCE)
     try:
