@@ -352,6 +352,16 @@ def test_the_error_of_a_motion_too_stiff_for_taylor_series_is_an_estimate():
     assert found.notes[-1].startswith("The error is an estimate")
 
 
+def test_the_error_under_an_effect_without_an_expression_of_heyoka_is_an_estimate(monkeypatch):
+    def refused(*given):
+        raise TypeError("must be real number, not expression")
+
+    monkeypatch.setattr(sys.modules["twolink.simulation.simulate"], "steps_of_series", refused)
+    found = simulate(SHORT, samples=11, accuracy=1e-6, method="DOP853")
+    assert found.met
+    assert found.notes[-1].startswith("The error is an estimate")
+
+
 @pytest.mark.parametrize("name", ["general", "stick_slip", "drop"])
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-9, 1e-12])
 def test_the_error_is_that_of_joint_angles_and_speeds_too(name, accuracy):

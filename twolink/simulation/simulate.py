@@ -228,14 +228,17 @@ def _by_refining(asked: _Asked, name: NumericName) -> Trajectory:
 def _reference(asked: _Asked, run: NumericRun) -> Trajectory | None:
     """Return the trajectory by Taylor series that measures those of other methods, if there is.
 
-    There is none for motions that are too stiff for Taylor series, of which a run shows how much.
+    There is none for motions that are too stiff for Taylor series, as a run shows, and for effects
+    that cannot be written as heyoka's expressions.
     """
-    if not heyoka_is_here() or steps_of_series(asked.scene, asked.times, run) > _MOST_STEPS:
+    if not heyoka_is_here():
         return None
     accuracy = max(_OF_REFERENCE * asked.accuracy, _FINEST_REFERENCE)
     try:
+        if steps_of_series(asked.scene, asked.times, run) > _MOST_STEPS:
+            return None
         return _by_taylor(replace(asked, accuracy=accuracy))
-    except SimulationError:
+    except (SimulationError, TypeError, ValueError, AttributeError):
         return None
 
 
