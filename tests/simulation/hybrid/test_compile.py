@@ -207,12 +207,11 @@ def test_the_layout_locates_the_event_functions():
     """A gap is a variable; the force of a contact that rests is known by an integral."""
     system = system_of(Gravity(), FLOOR)
     mode = compiled(system, S.OPEN, S.CLOSED)
-    triggers, variables, integral, reverse, of_gaps = mode.layout
+    triggers, variables, integral, reverse = mode.layout
     assert [trigger.kind for trigger in triggers] == [E.HITS, E.LEAVES]
     assert variables == slice(4, 6)
     assert integral.tolist() == [False, True]
     assert reverse == frozenset()
-    assert of_gaps == (True, False)
     assert compiled(system, S.OPEN, S.OPEN).layout.integral is None
 
 

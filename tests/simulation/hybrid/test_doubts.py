@@ -13,6 +13,7 @@ from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
@@ -118,11 +119,27 @@ def test_a_limit_that_is_nearly_reached_leaves_a_doubt_for_errors_as_large(kinet
     torque = JointTorque((0.0, 0.0), (1.5 - 1e-5, 0.0), (1.0, 1.0))
     friction = JointFriction((kinetic, 0.0), (1.5, 0.0))
     run = hybrid_run(Scene(BALANCED, (0.0, 0.0), (0.0, 0.0), 2.0, (torque, friction)), [0.0, 2.0])
-    assert [0 < doubt.within < 1e-5 for doubt in run.doubts] == [True] * doubted
+    assert len(run.doubts) == doubted
     assert run.remarks == ()
     for doubt in run.doubts:
         assert (doubt.trigger.kind, doubt.change) == (E.BREAKS, math.inf)
-        assert doubt.time == pytest.approx(math.pi / 2, abs=0.1)
+        assert doubt.time < doubt.until == pytest.approx(math.pi / 2, abs=1e-6)
+        # The limit depends on neither angle nor speed.
+        assert doubt.within > 1
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+@pytest.mark.parametrize("stiffness", [1.0, 1e4, 1e8])
+def test_a_doubt_on_a_limit_counts_for_errors_that_bridge_the_distance(stiffness, precision):
+    """A spring of k N m/rad at A takes 1e-5 N m at an angle of 1e-5/k."""
+    effects = (
+        JointSpring((stiffness, 0.0)),
+        JointTorque((0.0, 0.0), (1.5 - 1e-5, 0.0), (1.0, 1.0)),
+        JointFriction((1.0, 0.0), (1.5, 0.0)),
+    )
+    scene = Scene(BALANCED, (0.0, 0.0), (0.0, 0.0), 2.0, effects)
+    (doubt,) = hybrid_run(scene, [0.0, 2.0], precision=precision).doubts
+    assert doubt.within == pytest.approx(1e-5 / stiffness, rel=1e-3)
 
 
 def test_a_limit_that_is_reached_at_the_end_of_a_motion_leaves_no_doubt():

@@ -79,7 +79,7 @@ class Certificate:
         `orders` are those of event functions that, by the selection, grow from zero. With the
         `state` at the start a speed is known better, near a singular pose and on stiff surfaces.
         """
-        self._system, self._compiled, self._span = system, compiled, span
+        self._system, self._compiled, self._mode, self._span = system, compiled, mode, span
         self._begins = 0.0 if state is None else float(state.t)
         layout = compiled.layout
         self._triggers, self._reversed = layout.triggers, layout.reversed
@@ -224,7 +224,7 @@ class Certificate:
 
     def _on(self, block: Block, place: int) -> StepOfArc:
         """Return a step of the arc."""
-        return StepOfArc(self._system, self._compiled.clock, self._begins, block, place)
+        return StepOfArc(self._system, self._mode, self._compiled.clock, self._begins, block, place)
 
     def _deflate(self, every: Any, block: Block) -> None:
         """Divide event functions that start at zero by time, in place.

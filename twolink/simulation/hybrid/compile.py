@@ -61,15 +61,13 @@ class Layout(NamedTuple):
     """The event functions of a mode, in order: their triggers and variables.
 
     `variables` is a slice or an array of indices; `integral` is the mask of those computed from
-    their integrals, or None; `reversed` are those whose sign is opposite to that of their variable;
-    `of_gaps` says which are gaps.
+    their integrals, or None; `reversed` are those whose sign is opposite to that of their variable.
     """
 
     triggers: tuple[Trigger, ...]
     variables: Any
     integral: Any
     reversed: frozenset[int]
-    of_gaps: tuple[bool, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +126,6 @@ class CompiledMode:
             variables=_as_slice([w.variable for w in watched]),
             integral=integral if integral.any() else None,
             reversed=frozenset(place for place, w in enumerate(watched) if w.factor < 0),
-            of_gaps=tuple(w.trigger.kind is EventKind.HITS for w in watched),
         )
 
     @cached_property

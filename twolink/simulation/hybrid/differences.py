@@ -84,23 +84,23 @@ def _with_doubts(so_far: Array, first: HybridRun, second: HybridRun, moments: Ar
     """
     finest = tolerances.CONTACT_GAP * PRECISIONS[second.precision].rounding
     known = np.maximum(so_far, _ROUNDINGS * PRECISIONS[first.precision].rounding)
-    # From a place in time on the error is at least this, and at least as many differences.
-    least, times = np.zeros(len(moments) + 1), np.zeros(len(moments) + 1)
+    # From a place in time on the error is at least this, and at least a factor of the difference.
+    least, factors = np.zeros(len(moments) + 1), np.zeros(len(moments) + 1)
     for doubt in sorted(second.doubts, key=lambda doubt: (doubt.within > 0, doubt.time)):
         since = int(np.searchsorted(moments, doubt.time))
         before = max(since - 1, 0)
         if doubt.within:
             # All of what doubts may change is in both runs.
             shared = least[:since].max(initial=0.0)
-            grown = _OF_GROWTH * times[:since].max(initial=0.0) * known[before]
+            grown = _OF_GROWTH * factors[:since].max(initial=0.0) * known[before]
             if doubt.within > max(_OF_JUDGE * so_far[before], shared, grown) + finest:
                 continue
         least[since] = max(least[since], doubt.change)
-        times[since] = max(times[since], doubt.change / known[before])
-    least, times = (np.maximum.accumulate(each[:-1]) for each in (least, times))
+        factors[since] = max(factors[since], doubt.change / known[before])
+    least, factors = (np.maximum.accumulate(each[:-1]) for each in (least, factors))
     # A change in another direction than that of the difference may grow by more.
-    grown = _OF_GROWTH * times * known - (_OF_GROWTH - 1) * np.minimum(least, _LARGE)
-    return np.asarray(np.max([so_far, least, times * known, grown], axis=0))
+    grown = _OF_GROWTH * factors * known - (_OF_GROWTH - 1) * np.minimum(least, _LARGE)
+    return np.asarray(np.max([so_far, least, factors * known, grown], axis=0))
 
 
 def _moments(first: HybridRun, second: HybridRun, times: Array, end: float) -> Array:

@@ -13,17 +13,20 @@ from typing import Any, NamedTuple
 
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.block import Block
+from twolink.simulation.hybrid.dynamics import mode_solution
+from twolink.simulation.hybrid.event_functions import Surfaces, value
 from twolink.simulation.hybrid.impact import Impacts, usual_change
-from twolink.simulation.hybrid.mode import Doubt, Remark, Trigger
+from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
 from twolink.simulation.hybrid.polishing import horner, lowest
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.roots import Search
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import (
+    DIFFERENCE,
+    FLAT,
     NEAR_LIMIT,
     SATURATED,
     STANDING_CLOCK,
-    STEEPEST,
 )
 from twolink.simulation.series import powers
 
@@ -31,12 +34,13 @@ _BREAKAWAY = (EventKind.BREAKS, EventKind.STOPS)
 
 
 class StepOfArc(NamedTuple):
-    """A step, number `place` of a block, of an arc that `begins` at a time (s).
+    """A step, number `place` of a block, of an arc in a `mode` that `begins` at a time (s).
 
     `clock` is the variable of time since then, where that is not the independent one.
     """
 
     system: HybridSystem
+    mode: Mode
     clock: int | None
     begins: float
     block: Block
@@ -57,10 +61,38 @@ class StepOfArc(NamedTuple):
         if not system.elements[index].rigid:
             # A press that has just begun gives a point twice its speed at the most.
             return usual_change(system.scene_chain, speed)
-        q1, q2, u1, u2 = (sum(self._scaled(k, x)) for k in range(4))
+        q1, q2, u1, u2 = self._state(x)
         pose = Pose(system.chain, system.formulation, (q1, q2))
         impacts = Impacts(pose, system.elements, 0.0, system.rounding)
         return impacts.largest_change(index, speed, (u1, u2))
+
+    def steepness(self, x: float, trigger: Trigger) -> float:
+        """Return the change of an event function at x by one of every angle and speed (1/rad).
+
+        It is the sum of the sizes of the derivatives by q and u, by central differences.
+        """
+        state, time = self._state(x), self.system.number(self.time(x)[0])
+        found = 0.0
+        for k in range(4):
+            ends = []
+            for sign in (1, -1):
+                moved = [*state]
+                moved[k] = moved[k] + self.system.number(sign * DIFFERENCE)
+                ends.append(self._value(moved, time, trigger))
+            found += abs(float(ends[0] - ends[1])) / (2 * DIFFERENCE)
+        return found * (self.system.force_scale if trigger.kind is EventKind.BREAKS else 1.0)
+
+    def _value(self, state: Sequence[Any], time: Any, trigger: Trigger) -> Any:
+        """Return the event function of a trigger, in its unit, at q and u and a time (s)."""
+        system, mode, (q1, q2, u1, u2) = self.system, self.mode, state
+        pose, u = Pose(system.chain, system.formulation, (q1, q2)), (u1, u2)
+        dents = [mode.dent(i) for i in range(len(mode.states))]
+        solution = mode_solution(pose, system.effects, system.elements, mode.states, dents, u, time)
+        return value(trigger, system, mode, pose, u, solution, Surfaces({}, {}))
+
+    def _state(self, x: float) -> list[Any]:
+        """Return q (rad) and u (rad/s) at x."""
+        return [sum(self._scaled(k, x)) for k in range(4)]
 
     def _scaled(self, variable: int, x: float) -> list[Any]:
         """Return the terms of the series of a variable at x."""
@@ -114,8 +146,9 @@ def doubt_of(
             return None
         # Above round-off, the error of a run decides only if it is as large.
         missed = abs(float(horner(polynomial, x)))
-        within = missed / STEEPEST if missed > 2 * rounding else 0.0
-    until = 1.0 if float(sum(polynomial)) <= bound else x
+        if missed > 2 * rounding:
+            within = missed / max(step.steepness(x, trigger), FLAT)
+    until = 1.0 if float(sum(polynomial)) <= bound and not within else x
     return Doubt(step.time(before)[0], trigger, speed, change, step.time(until)[0], within)
 
 

@@ -73,7 +73,8 @@ def start_state(system: HybridSystem, scene: Scene, *, as_given: bool = False) -
 def doubts_of_start(scene: Scene, state: HybridState) -> list[Doubt]:
     """Return the doubt on an initial state that is not that of its scene, within round-off.
 
-    All runs share the change of q (rad) and u (rad/s), so that their difference does not show it.
+    It is the largest change of q (rad) and u (rad/s). Runs and their judges share that of u, and
+    their difference does not show it.
     """
     change = 0.0
     for given, own in ((scene.q, state.q), (scene.u, state.u)):

@@ -173,12 +173,16 @@ LEADING_SHARE = 2048
 GRAZING = 4096
 
 # Scaled force, or speed (rad/s or m/s). A static friction limit, or the end of a slide under one,
-# that comes as near leaves a doubt, which counts if the error of an angle (rad) may be as large as
-# the distance divided by STEEPEST: up to 1e-4, a tenth of the coarsest accuracy. Read by doubts.
-NEAR_LIMIT = 1e-3
+# that comes as near leaves a doubt, which counts if the error of the run may bridge the distance.
+# Read by doubts.
+NEAR_LIMIT = 0.1
 
-# Change of a scaled force, which has order 1, by an angle (1/rad), from above. Read by doubts.
-STEEPEST = 10.0
+# Change of an angle (rad) or a speed (rad/s) for the derivatives of event functions. Read by
+# doubts.
+DIFFERENCE = 2.0**-20
+
+# The least derivative of an event function (1/rad) that such differences show. Read by doubts.
+FLAT = 2.0**-30
 
 # Halvings of a step before a root that is not isolated counts as a double root. Read by roots.
 MOST_HALVINGS = 60
