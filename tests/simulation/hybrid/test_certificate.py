@@ -14,7 +14,7 @@ from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate
-from twolink.simulation.hybrid.compile import CompiledMode, Watched
+from twolink.simulation.hybrid.compiled import CompiledMode, Watched
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.pool import IntegratorPool
 

@@ -203,25 +203,6 @@ def test_a_sliding_contact_watches_force_slide_and_lock():
     assert mode.operations > 0
 
 
-def test_the_layout_locates_the_event_functions():
-    """A gap is a variable; the force of a contact that rests is known by an integral."""
-    system = system_of(Gravity(), FLOOR)
-    mode = compiled(system, S.OPEN, S.CLOSED)
-    triggers, variables, integral, reverse = mode.layout
-    assert [trigger.kind for trigger in triggers] == [E.HITS, E.LEAVES]
-    assert variables == slice(4, 6)
-    assert integral.tolist() == [False, True]
-    assert reverse == frozenset()
-    assert compiled(system, S.OPEN, S.OPEN).layout.integral is None
-
-
-def test_only_a_mode_whose_event_functions_are_variables_shows_its_events():
-    system = system_of(Gravity(), FLOOR)
-    assert compiled(system, S.OPEN, S.OPEN).shows_events
-    assert not compiled(system, S.OPEN, S.CLOSED).shows_events
-    assert not compiled(system_of(Gravity())).shows_events
-
-
 def test_systems_of_like_effects_share_an_integrator():
     one, other = system_of(Gravity(), FLOOR), system_of(Gravity(), FLOOR)
     assert compiled(one, S.OPEN, S.OPEN) is compiled(other, S.OPEN, S.OPEN)

@@ -21,7 +21,7 @@ from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate
-from twolink.simulation.hybrid.compile import CompiledMode, Watched
+from twolink.simulation.hybrid.compiled import CompiledMode, Watched
 from twolink.simulation.hybrid.doubts import remarks_of, undecided_at
 from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.run import hybrid_run

@@ -12,7 +12,7 @@ from twolink.contact.elements import CompliantContact, RigidContact
 from twolink.contact.force_laws import Hertz, Phase, PlasticState
 from twolink.contact.states import ContactState, EventKind
 from twolink.simulation.hybrid.block import Block
-from twolink.simulation.hybrid.compile import CompiledMode
+from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.compliant_state import CompliantState
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.start_of_arc import StartOfArc

@@ -18,7 +18,7 @@ import numpy as np
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.bernstein import is_positive_until, margins_of, rounding_bound
 from twolink.simulation.hybrid.block import Block
-from twolink.simulation.hybrid.compile import CompiledMode
+from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.doubts import StepOfArc, doubt_of, near_to_zero, with_dip
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger

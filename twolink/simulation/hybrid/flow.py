@@ -25,7 +25,8 @@ from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.bernstein import product
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate, Finding
-from twolink.simulation.hybrid.compile import CompiledMode, compiled_mode
+from twolink.simulation.hybrid.compile import compiled_mode
+from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import stopped

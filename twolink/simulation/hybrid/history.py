@@ -14,7 +14,8 @@ from twolink.limits import Limits
 from twolink.names import FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
-from twolink.simulation.hybrid.compile import CompiledMode, safe_order
+from twolink.simulation.hybrid.compile import safe_order
+from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.doubts import remarks_of, undecided_at
 from twolink.simulation.hybrid.effort import Effort, Work
 from twolink.simulation.hybrid.flow import Arc, flow

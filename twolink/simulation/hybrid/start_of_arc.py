@@ -9,7 +9,7 @@ import numpy as np
 
 from twolink.contact.states import ContactState, EventKind
 from twolink.simulation.hybrid.block import Block
-from twolink.simulation.hybrid.compile import CompiledMode
+from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.complementarity import Orders, size_of
 from twolink.simulation.hybrid.dynamics import push_of
 from twolink.simulation.hybrid.mode import Mode, Trigger

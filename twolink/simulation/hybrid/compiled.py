@@ -1,0 +1,113 @@
+"""A compiled mode: its integrators, its event functions, and the layout of its variables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from twolink.contact.states import ContactState, EventKind
+from twolink.integration.operations import Operations, of_taylor_step
+from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.pool import IntegratorPool
+
+
+@dataclass(frozen=True)
+class Watched:
+    """An event function of a compiled mode: offset + factor × a variable, or × its derivative."""
+
+    trigger: Trigger
+    variable: int
+    factor: float
+    integral: bool
+
+
+class Layout(NamedTuple):
+    """The event functions of a mode, in order: their triggers and variables.
+
+    `variables` is a slice or an array of indices; `integral` is the mask of those computed from
+    their integrals, or None; `reversed` are those whose sign is opposite to that of their variable.
+    """
+
+    triggers: tuple[Trigger, ...]
+    variables: Any
+    integral: Any
+    reversed: frozenset[int]
+
+
+@dataclass(frozen=True, eq=False)
+class CompiledMode:
+    """A mode's integrators, lent as a `Stepper`, and the layout of their variables.
+
+    `gaps`, `recovering` and `roots` have the numbers of the elements, in the order of their
+    variables after q and u; `clock` is the variable of time, where that is not the independent one.
+    The parameters are the `numbers` of effects, dents and frictions, the scale of forces, and, with
+    a clock, the start of the arc (s). A compiled mode equals only itself, and may be the key of a
+    mapping.
+    """
+
+    pool: IntegratorPool
+    operations: int
+    numbers: int
+    watched: tuple[Watched, ...]
+    gaps: tuple[int, ...]
+    recovering: tuple[int, ...]
+    roots: tuple[int, ...]
+    clock: int | None
+    integrals: slice
+    number: Any
+    _turned: dict[Any, CompiledMode] = field(default_factory=dict, init=False, repr=False)
+
+    def turned(self, states: tuple[ContactState, ...]) -> CompiledMode:
+        """Return the compiled mode for the directions in which elements slide: it, or a copy.
+
+        The speed of a slide falls to zero in either direction.
+        """
+        backward = tuple(state.slips and state.direction < 0 for state in states)
+        if not any(backward):
+            return self
+        if backward not in self._turned:
+            watched = tuple(
+                replace(w, trigger=replace(w.trigger, sense=-w.trigger.sense), factor=-w.factor)
+                if w.trigger.kind is EventKind.STOPS and backward[w.trigger.index]
+                else w
+                for w in self.watched
+            )
+            self._turned[backward] = replace(self, watched=watched)
+        return self._turned[backward]
+
+    @cached_property
+    def step_operations(self) -> Operations:
+        """The floating-point operations of a step."""
+        return of_taylor_step(self.pool.original)
+
+    @cached_property
+    def layout(self) -> Layout:
+        """The positions of the event functions among the variables."""
+        watched = self.watched
+        integral = np.array([w.integral for w in watched], dtype=bool)
+        return Layout(
+            triggers=tuple(w.trigger for w in watched),
+            variables=_as_slice([w.variable for w in watched]),
+            integral=integral if integral.any() else None,
+            reversed=frozenset(place for place, w in enumerate(watched) if w.factor < 0),
+        )
+
+    @cached_property
+    def falling(self) -> tuple[int, ...]:
+        """The variables that are themselves event functions."""
+        return tuple(w.variable for w in self.watched if not w.integral and w.factor > 0)
+
+    @cached_property
+    def shows_events(self) -> bool:
+        """Whether all event functions are variables, by whose signs steps show most events."""
+        return 0 < len(self.falling) == len(self.watched)
+
+
+def _as_slice(indices: list[int]) -> Any:
+    """Return indices as a slice, which NumPy need not copy, if they follow each other."""
+    if indices and indices == list(range(indices[0], indices[0] + len(indices))):
+        return slice(indices[0], indices[-1] + 1)
+    return np.array(indices, dtype=int)
