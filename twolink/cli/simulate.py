@@ -30,7 +30,9 @@ _LOG_LINES = 40
 
 _Accuracy = Annotated[
     float | None,
-    typer.Option(help="Global error allowed in q (rad) and u (rad/s). Default: the scene's."),
+    typer.Option(
+        help="Global error allowed in all angles (rad) and speeds (rad/s). Default: the scene's."
+    ),
 ]
 _Method = Annotated[str | None, typer.Option(help="Integration method. Default: the scene's.")]
 _Formulation = Annotated[

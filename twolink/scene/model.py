@@ -105,7 +105,10 @@ def _run_table() -> type[BaseModel]:
     return table_model(
         "Run",
         duration=(positive, Field(description="s")),
-        accuracy=(positive, Field(1e-9, description="global error in q (rad) and u (rad/s)")),
+        accuracy=(
+            positive,
+            Field(1e-9, description="global error in all angles (rad) and speeds (rad/s)"),
+        ),
         method=(Literal[tuple(METHODS)], Field("taylor", description="integration method")),
     )
 
