@@ -132,7 +132,7 @@ ROWS = {
         "dynamics",
         "system",
         "compiled complementarity event_functions impact",
-        "compile confirm doubts impact_log resolution",
+        "breakaway_order compile confirm doubts impact_log resolution",
         "impact_order",
         "collision start_of_arc",
         "certificate singular_pose zeno",

@@ -320,3 +320,15 @@ def test_reversed_polynomials_are_exact_within_their_slack(random):
         off = sum(abs(Fraction(x) - y) for x, y in zip(found[:, column], exact, strict=True))
         assert off <= slack[column]
     assert slack.max() < 1e-12
+
+
+@pytest.mark.parametrize("duration", [20.0, 25.0])
+def test_times_of_extremes_are_unknown_where_the_error_is(duration):
+    """A fall from 4 rad is chaotic, and has more peaks than are kept one by one."""
+    runs = {"duration": duration, "accuracy": 1e-6}
+    fall = ensemble(axes=[axis("q1", 4.0)], runs=runs, keep=KEEP)
+    arrays = rows_of(fall, 0, 1).arrays
+    assert np.isinf(arrays["error"]).all()
+    for which in ("smallest", "largest"):
+        assert np.isinf(arrays[f"{which}_speed_bound"]).all()
+        assert (arrays[f"{which}_speed_time_bound"] > 1.0).all()

@@ -151,3 +151,15 @@ def test_an_accuracy_holds_where_errors_are_within_it():
     largest = max(np.abs(found.dq).max(), np.abs(found.du).max())
     at = found.errors[0, 4] / largest
     assert found.within(1.001 * max(at, found.error[4]))[:5].all()
+
+
+@pytest.mark.slow_but_first
+@pytest.mark.parametrize("mass", [1e-9, 1e-7])
+def test_roundings_of_slopes_count_where_derivatives_nearly_cancel(mass):
+    """The motion of link 1 hardly depends on m1, as its inertia is in proportion: dI/dm1 = 1/12."""
+    scene = {**GENERAL, "chain": {"mass": [1.0, mass], "length": [1.0, 1.0]}}
+    own = family(scene, "m1")
+    found = measured(own)
+    truth = difference_of_references(own, 0)
+    apart = np.abs(np.concatenate([found.dq[0, :, -1], found.du[0, :, -1]]) - truth).max()
+    assert apart <= found.errors[0, -1] < 1e-12

@@ -214,7 +214,7 @@ class _ExtremeSpeeds(Accumulator):
         np.maximum.at(shifts, own, given.shifts)
         rows, clocks = np.zeros((2, len(places.rows), len(columns)))
         rows[0], clocks[1] = tops, ends - starts
-        merged = _Places(columns, rows, clocks, starts, 0.0 * tops, shifts, tops)
+        merged = _Places(columns, rows, clocks, starts, np.zeros(len(tops)), shifts, tops)
         return places.of(~which).beside(merged)
 
 

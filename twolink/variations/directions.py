@@ -9,8 +9,9 @@ parabola of half the size is their error.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,9 @@ _NEIGHBOURS = ((1, -1), (1, 2), (-1, -2))
 # The distance of neighbours, as a share of a value, and the distance from 0.
 _SHARE = 0.25
 
+# Binary digits of a slope that is no rounded one.
+_SHORT = 26
+
 # Two parabolas through the same numbers differ by roundings: by far less than this share.
 _MOST_DOUBT = 1e-9
 
@@ -45,6 +49,39 @@ class Direction:
     q: Pair
     u: Pair
     doubt: float = 0.0
+
+
+@dataclass(frozen=True)
+class Roundings:
+    """Numbers whose slopes by parameters are rounded to float64, as units.
+
+    `units` are the directions of one number each, and `sizes`, shape (parameters, units), the
+    largest errors of its slopes.
+    """
+
+    units: tuple[Direction, ...]
+    sizes: Array
+
+    @classmethod
+    def of(cls, given: Sequence[Direction]) -> Roundings:
+        """Return those of the slopes of directions.
+
+        A slope of few digits, such as that of a parameter by itself, is exact.
+        """
+        slopes = np.array([[*each.numbers, *each.q, *each.u] for each in given])
+        sizes = np.where(_is_short(slopes), 0.0, np.spacing(np.abs(slopes)))
+        places = np.flatnonzero(sizes.any(axis=0))
+        units = []
+        for place in places.tolist():
+            *numbers, q1, q2, u1, u2 = (np.arange(slopes.shape[1]) == place).astype(float).tolist()
+            units.append(Direction(tuple(numbers), (q1, q2), (u1, u2)))
+        return cls(tuple(units), sizes[:, places])
+
+
+def _is_short(numbers: Array) -> Any:
+    """Return which numbers have at most half of the digits of float64."""
+    mantissas = np.frexp(numbers)[0] * 2.0**_SHORT
+    return mantissas == np.round(mantissas)
 
 
 def directions(family: Family) -> tuple[Direction, ...]:

@@ -9,7 +9,7 @@ slopes of the scene's numbers, whose own measured error is added.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -19,7 +19,7 @@ from twolink.integration.precisions import PrecisionName
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.smooth.judging import MARGIN_OF_LIKE_PRECISIONS, apart
-from twolink.variations.directions import Direction
+from twolink.variations.directions import Direction, Roundings
 from twolink.variations.system import VariedMotion, varied_motion
 
 Array = NDArray[np.float64]
@@ -71,13 +71,15 @@ def measured_variation(
     def run(configuration: tuple[PrecisionName, EquationsName]) -> VariedMotion:
         precision, formulation = configuration
         report = progress(f"{formulation}, {precision}")
-        return varied_motion(scene, directions, times, formulation, precision, report)
+        every = (*directions, *roundings.units)
+        return varied_motion(scene, every, times, formulation, precision, report)
 
+    roundings = Roundings.of(directions)
     doubts = np.array([each.doubt for each in directions])
     coarse = run(CONFIGURATIONS[0])
     for runs, (_, configuration) in enumerate(pairwise(CONFIGURATIONS), start=2):
         fine = run(configuration)
-        found = _measured(coarse, fine, doubts, runs)
+        found = _measured(coarse, fine, doubts, roundings, runs)
         if found.within(accuracy).all():
             break
         coarse = fine
@@ -90,9 +92,17 @@ def largest(dq: Array, du: Array) -> Array:
 
 
 def _measured(
-    coarse: VariedMotion, fine: VariedMotion, doubts: Array, runs: int
+    coarse: VariedMotion, fine: VariedMotion, doubts: Array, roundings: Roundings, runs: int
 ) -> MeasuredVariation:
-    """Return the finer of two runs, with its error; `doubts`, (k,), are those of the slopes."""
+    """Return the finer of two runs, with its error; `doubts`, (k,), are those of the slopes.
+
+    The derivatives by the units of `roundings` follow those by the parameters. They add to the
+    errors: derivatives by several numbers may nearly cancel, but not the roundings of their slopes.
+    """
+    count = len(doubts)
+    by_units = np.concatenate([fine.dq[count:], fine.du[count:]], axis=1).astype(float)
+    of_units = np.maximum.accumulate(np.abs(by_units).max(axis=1, initial=0.0), axis=1)
+    coarse, fine = (replace(run, dq=run.dq[:count], du=run.du[:count]) for run in (coarse, fine))
     q, u, dq, du = (np.array(x, dtype=float) for x in (fine.q, fine.u, fine.dq, fine.du))
     of_state = np.concatenate([apart(coarse.q, fine.q), apart(coarse.u, fine.u)])
     slopes = np.concatenate([apart(coarse.dq, fine.dq), apart(coarse.du, fine.du)], axis=1)
@@ -107,7 +117,10 @@ def _measured(
         du=du,
         # The results are rounded to float64.
         error=error + np.spacing(np.abs(np.concatenate([q, u])).max()) / 2,
-        errors=errors + doubts[:, None] * sizes + np.spacing(sizes) / 2,
+        errors=errors
+        + doubts[:, None] * sizes
+        + roundings.sizes @ of_units
+        + np.spacing(sizes) / 2,
         precision=fine.precision,
         runs=runs,
     )

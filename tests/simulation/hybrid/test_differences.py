@@ -12,7 +12,14 @@ from twolink.contact.states import EventKind
 from twolink.effects.gravity import Gravity
 from twolink.effects.surface import Surface
 from twolink.scene import Scene
-from twolink.simulation.hybrid.differences import _inside, _within, differences, impacts_beside
+from twolink.simulation.hybrid.differences import (
+    _inside,
+    _largest_since,
+    _with_doubts,
+    _within,
+    differences,
+    impacts_beside,
+)
 from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.run import hybrid_run
 
@@ -170,3 +177,30 @@ def test_a_second_link_without_length_has_contacts_like_any_other():
     ]
     assert runs[0].impacts
     assert differences(*runs, TIMES[:6], 1e-9).max() < 1e-12
+
+
+def test_an_earlier_peak_of_the_difference_does_not_hide_the_growth_after_a_doubt(run, judge):
+    """The difference rises to 1e-6 and is 1e-13 at the doubt: from there it grows to 1e-8."""
+    moments = np.linspace(0.0, 2.0, 201)
+    found = np.where(moments < 0.5, 1e-6, 1e-13)
+    found[150:] = 1e-8
+    doubt = Doubt(1.0, Trigger(EventKind.HITS, 0), 1e-9, 1e-10, 1.0)
+    errors = _with_doubts(found, np.zeros(201), run, replace(judge, doubts=(doubt,)), moments)
+    assert errors[60] == 1e-6
+    # 1e-10 grows by 1e-8 / 1e-13, or a little less beside round-off.
+    assert 1e-7 < errors[-1] < 1e-4
+    without = _with_doubts(found, np.zeros(201), run, replace(judge, doubts=()), moments)
+    assert without[-1] == 1e-6
+
+
+@pytest.mark.parametrize(
+    ("factors", "expected"),
+    [
+        ([0, 0, 0, 0, 0, 0], [5, 5, 5, 5, 5, 5]),
+        ([0, 0, 2, 2, 2, 2], [5, 5, 1, 3, 3, 3]),
+        ([0, 0, 2, 2, np.inf, np.inf], [5, 5, 1, 3, 2, 2]),
+    ],
+)
+def test_the_largest_difference_is_that_since_the_last_larger_factor(factors, expected):
+    found = np.array([5.0, 1.0, 1.0, 3.0, 2.0, 1.0])
+    assert _largest_since(found, np.array(factors, dtype=float)).tolist() == expected

@@ -11,6 +11,7 @@ from tests.simulation.hybrid.test_certificate import HITS, SYSTEM, block_of, cer
 from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
+from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_spring import JointSpring
@@ -225,3 +226,34 @@ def test_a_touch_that_a_run_cannot_decide_is_named_and_decided_in_longer_numbers
     q, _ = found.at(found.impacts[0].time)
     assert q[0, 0] == pytest.approx(math.pi / 2 - math.sqrt(2.0**-52), abs=1e-9)
     assert not found.notes
+
+
+def cushioned(speed, torque, height, radius, poisson, strength, duration):
+    """Return a scene in which D falls onto a yielding floor."""
+    law = {"radius": radius, "modulus": (2e11, 2e11), "poisson": (poisson,) * 2}
+    floor = CompliantSurface(
+        (0.0, height), (0.0, -1.0), "elasto-plastic", strength=(strength,) * 2, **law
+    )
+    effects = (Gravity(9.81), floor, JointTorque((torque, 0.0)))
+    return Scene(BARS, (0.9, 0.8), (speed, 0.0), duration, effects)
+
+
+def test_the_edge_of_a_dent_that_is_almost_reached_leaves_the_motion_open():
+    """Beyond the edge the floor is undamaged: a torque of 1e-16 N m changes u by 4e-3 rad/s."""
+    scene = cushioned(0.8339019463785469, -9.35554504394531e-16, 1.51, 0.05, 0.3, 2e7, 0.04)
+    motion = simulate(scene, accuracy=1e-9)
+    assert not motion.met
+    assert any("decides whether a dent is left behind (D on cushion)" in n for n in motion.notes)
+    clear = simulate(replace(scene, u=(0.7, 0.0)), accuracy=1e-9)
+    assert clear.met
+    assert not clear.notes
+
+
+@pytest.mark.parametrize(("slower", "within"), [(1e-8, 2.7736e-12), (1e-4, 2.773e-8)])
+def test_the_edge_of_a_dent_leaves_a_doubt_for_errors_that_bridge_the_distance(slower, within):
+    """Which is in proportion to the speed that D lacks."""
+    scene = cushioned(0.8339019463785469 - slower, 0.0, 1.51, 0.05, 0.3, 2e7, 0.04)
+    run = hybrid_run(scene, np.linspace(0.0, 0.04, 3), order=15)
+    found = [doubt for doubt in run.doubts if doubt.trigger.kind is E.CLEARS]
+    assert found[0].within == pytest.approx(within, rel=1e-3)
+    assert found[0].change == math.inf

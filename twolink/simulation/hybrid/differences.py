@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,6 +34,9 @@ _OF_JUDGE = 0.1
 
 # Round-off of as many steps is no growth of errors.
 _ROUNDINGS = 16
+
+# Number of compared places before a doubt in which the difference of the runs is that at the doubt.
+_AROUND = 16
 
 # Factor on the growth of the change by a doubt: the difference of two runs in its direction grew by
 # 0.8 of it.
@@ -65,8 +69,7 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     for begin, after, size in zip(begins.tolist(), afters.tolist(), apart.tolist(), strict=True):
         found[begin:after] = np.minimum(found[begin:after], size)
     np.maximum.at(least, afters, apart)
-    so_far = np.maximum.accumulate(np.maximum(found, least[:-1]))
-    so_far = _with_doubts(so_far, first, second, moments)
+    so_far = _with_doubts(found, least[:-1], first, second, moments)
     # Values between the samples are rounded to float64 too, and may be the largest ones.
     sizes = np.maximum.accumulate(np.abs(ours).max(axis=0).astype(float))
     so_far = so_far + PRECISIONS["double"].rounding * sizes
@@ -76,31 +79,48 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     return np.where(asked <= end, so_far[np.maximum(place, 0)], np.inf)
 
 
-def _with_doubts(so_far: Array, first: HybridRun, second: HybridRun, moments: Array) -> Array:
+def _with_doubts(
+    found: Array, shifts: Array, first: HybridRun, second: HybridRun, moments: Array
+) -> Array:
     """Return the differences up to each time (s), with what the doubts of `second` could cause.
 
-    A doubt that depends on the error of `second` counts only where that may be as large. The change
-    by a doubt grows as the difference of the runs does, beyond the round-off of some steps.
+    `found` are those at the times, and `shifts` others that last from a time on. A doubt that
+    depends on the error of `second` counts only where that may be as large. The change by a doubt
+    grows as the difference of the runs does from there on, beyond the round-off of some steps.
     """
     finest = tolerances.CONTACT_GAP * PRECISIONS[second.precision].rounding
-    known = np.maximum(so_far, _ROUNDINGS * PRECISIONS[first.precision].rounding)
+    floor = _ROUNDINGS * PRECISIONS[first.precision].rounding
+    so_far = np.maximum.accumulate(np.maximum(found, shifts))
     # From a place in time on the error is at least this, and at least a factor of the difference.
     least, factors = np.zeros(len(moments) + 1), np.zeros(len(moments) + 1)
     for doubt in sorted(second.doubts, key=lambda doubt: (doubt.within > 0, doubt.time)):
         since = int(np.searchsorted(moments, doubt.time))
         before = max(since - 1, 0)
+        # An earlier peak of the difference is no part of it here.
+        now = max(float(found[max(since - _AROUND, 0) : since].max(initial=0.0)), floor)
         if doubt.within:
             # All of what doubts may change is in both runs.
             shared = least[:since].max(initial=0.0)
-            grown = _OF_GROWTH * factors[:since].max(initial=0.0) * known[before]
+            grown = _OF_GROWTH * factors[:since].max(initial=0.0) * now
             if doubt.within > max(_OF_JUDGE * so_far[before], shared, grown) + finest:
                 continue
         least[since] = max(least[since], doubt.change)
-        factors[since] = max(factors[since], doubt.change / known[before])
+        factors[since] = max(factors[since], doubt.change / now)
     least, factors = (np.maximum.accumulate(each[:-1]) for each in (least, factors))
+    since_doubts = _largest_since(np.maximum(found, floor), factors)
     # A change in another direction than that of the difference may grow by more.
-    grown = _OF_GROWTH * factors * known - (_OF_GROWTH - 1) * np.minimum(least, _LARGE)
-    return np.asarray(np.max([so_far, least, factors * known, grown], axis=0))
+    grown = _OF_GROWTH * factors * since_doubts - (_OF_GROWTH - 1) * np.minimum(least, _LARGE)
+    every = np.max([so_far, least, factors * since_doubts, grown], axis=0)
+    return np.asarray(np.maximum.accumulate(every))
+
+
+def _largest_since(found: Array, factors: Array) -> Array:
+    """Return the largest difference since the last place at which factors rose, at each place."""
+    rises = np.flatnonzero(factors[1:] > factors[:-1]) + 1
+    largest = np.empty_like(found)
+    for begin, end in pairwise([0, *rises.tolist(), len(found)]):
+        largest[begin:end] = np.maximum.accumulate(found[begin:end])
+    return largest
 
 
 def _moments(first: HybridRun, second: HybridRun, times: Array, end: float) -> Array:

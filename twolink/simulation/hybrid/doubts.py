@@ -24,6 +24,8 @@ from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import (
     DIFFERENCE,
     FLAT,
+    NEAR_EDGE,
+    NEAR_END,
     NEAR_LIMIT,
     SATURATED,
     STANDING_CLOCK,
@@ -31,6 +33,7 @@ from twolink.simulation.hybrid.tolerances import (
 from twolink.simulation.series import powers
 
 _BREAKAWAY = (EventKind.BREAKS, EventKind.STOPS)
+_EDGES = (EventKind.CLEARS, EventKind.REACHES)
 
 
 class StepOfArc(NamedTuple):
@@ -72,6 +75,8 @@ class StepOfArc(NamedTuple):
         It is the sum of the sizes of the derivatives by q and u, by central differences.
         """
         state, time = self._state(x), self.system.number(self.time(x)[0])
+        if trigger.kind in _EDGES:
+            return self._steepness_of_place(state, trigger)
         found = 0.0
         for k in range(4):
             ends = []
@@ -81,6 +86,17 @@ class StepOfArc(NamedTuple):
                 ends.append(self._value(moved, time, trigger))
             found += abs(float(ends[0] - ends[1])) / (2 * DIFFERENCE)
         return found * (self.system.force_scale if trigger.kind is EventKind.BREAKS else 1.0)
+
+    def _steepness_of_place(self, state: Sequence[Any], trigger: Trigger) -> float:
+        """Return the sum of the sizes of the derivatives of a gap or a root of a depth by q."""
+        element = self.system.elements[trigger.index]
+        assert element.normal is not None
+        pose = Pose(self.system.chain, self.system.formulation, (state[0], state[1]))
+        found = sum(abs(float(each)) for each in pose.row(element.normal))
+        if trigger.kind is EventKind.CLEARS:
+            return found
+        reach: Any = element.branch(self.mode.dent(trigger.index)).reach
+        return found / (2 * float(reach))
 
     def _value(self, state: Sequence[Any], time: Any, trigger: Trigger) -> Any:
         """Return the event function of a trigger, in its unit, at q and u and a time (s)."""
@@ -106,11 +122,14 @@ def near_to_zero(system: HybridSystem, trigger: Trigger) -> float:
     """Return how near to zero an event function leaves a doubt, in its unit.
 
     A gap does within the error of a run. So do friction limits and slides, if the static limit is
-    above the kinetic one, and a breakaway changes the motion by more than itself: how large the
-    error is then decides on the doubt.
+    above the kinetic one, the edge of a dent, and the end of a branch of a force law: there the
+    motion changes by more than the event function. How large the error is then decides on the
+    doubt.
     """
     if trigger.kind is EventKind.HITS:
         return system.grazing
+    if trigger.kind in _EDGES:
+        return NEAR_EDGE if trigger.kind is EventKind.CLEARS else NEAR_END
     if trigger.kind in _BREAKAWAY and system.elements[trigger.index].hysteretic:
         return NEAR_LIMIT
     return 0.0
@@ -142,7 +161,8 @@ def doubt_of(
         speed = math.sqrt(2 * bend * bound) / pace if pace > 0 else math.inf
         change = step.change(before, trigger.index, speed)
     elif not search.unsure:
-        if not (element.hysteretic and trigger.kind in _BREAKAWAY):
+        breaks_away = element.hysteretic and trigger.kind in _BREAKAWAY
+        if not (breaks_away or trigger.kind in _EDGES):
             return None
         # Above round-off, the error of a run decides only if it is as large.
         missed = abs(float(horner(polynomial, x)))

@@ -15,6 +15,7 @@ from twolink.arithmetic import Scalar
 from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState
 from twolink.errors import IntegrationError
+from twolink.simulation.hybrid.breakaway_order import remarks_on_order
 from twolink.simulation.hybrid.collision import Collision, collide, surfaces_after
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
 from twolink.simulation.hybrid.dynamics import is_fixed
@@ -68,7 +69,9 @@ def jump(
     if trigger is None:
         return settle(system, state, {}, past)
     after, known, strikes = REACTIONS[trigger.kind](system, state, mode, trigger)
-    return settle(system, after, known, past, strikes)
+    found = settle(system, after, known, past, strikes)
+    remarks = remarks_on_order(system, state, mode, trigger)
+    return found._replace(notes=remarks + found.notes) if remarks else found
 
 
 class _SoFar(NamedTuple):

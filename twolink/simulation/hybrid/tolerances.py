@@ -177,6 +177,16 @@ GRAZING = 4096
 # Read by doubts.
 NEAR_LIMIT = 0.1
 
+# Roundings of a static limit. Limits that are reached within this at one instant are reached
+# together. Read by breakaway_order.
+SAME_LIMIT = 1024
+
+# Distance (m) from the edge of a dent, and that of √depth (m^½) from the end of a branch of a force
+# law. A point that comes as near leaves a doubt, which counts if the error of the run may bridge
+# the distance: beyond the edge the surface is undamaged, and at the end a force may jump. Read by
+# doubts.
+NEAR_EDGE, NEAR_END = 1e-6, 1e-9
+
 # Change of an angle (rad) or a speed (rad/s) for the derivatives of event functions. Read by
 # doubts.
 DIFFERENCE = 2.0**-20
