@@ -61,6 +61,14 @@ def test_draws_have_their_distribution(values, law):
         (lambda: Listed(()), r"values must be one number or more; got \(\)"),
         (lambda: Listed(("a",)), r"values\[0\] must be a number; got 'a'"),
         (lambda: Uniform(1.0, 1.0), "uniform: high must be above low = 1.0; got 1.0"),
+        (
+            lambda: Uniform(-1e308, 1.7e308),
+            r"uniform: high - low must be finite; got 1\.7e\+308 - -1e\+308",
+        ),
+        (
+            lambda: Grid(1.7e308, -1e308, 3),
+            r"grid: last - first must be finite; got -1e\+308 - 1\.7e\+308",
+        ),
         (lambda: Normal(0.0, 0.0), "normal: deviation must be a positive number; got 0.0"),
     ],
 )

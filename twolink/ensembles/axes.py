@@ -71,6 +71,7 @@ class Grid(FixedValues):
         """Require finite ends and one value or more."""
         for name in ("first", "last"):
             object.__setattr__(self, name, as_real(f"grid: {name}", getattr(self, name)))
+        _check_range("grid: last - first", self.first, self.last)
         object.__setattr__(self, "count", as_count("grid: count", self.count, 1))
 
     def __len__(self) -> int:
@@ -117,6 +118,7 @@ class Uniform(Distribution):
             raise ParameterError(
                 f"uniform: high must be above low = {self.low!r}; got {self.high!r}"
             )
+        _check_range("uniform: high - low", self.low, self.high)
 
     def quantiles(self, shares: Array) -> Array:
         """Return the values below which shares in (0, 1) of the distribution lie."""
@@ -140,7 +142,15 @@ class Normal(Distribution):
         """Return the values below which shares in (0, 1) of the distribution lie."""
         from scipy.special import ndtri
 
-        return np.asarray(self.mean + self.deviation * ndtri(shares))
+        # A value that is not finite is refused in its run.
+        with np.errstate(over="ignore"):
+            return np.asarray(self.mean + self.deviation * ndtri(shares))
+
+
+def _check_range(name: str, low: float, high: float) -> None:
+    """Raise `ParameterError` unless the difference of two finite numbers is finite."""
+    if not math.isfinite(high - low):
+        raise ParameterError(f"{name} must be finite; got {high!r} - {low!r}")
 
 
 KINDS: dict[str, type[Grid | Listed | Uniform | Normal]] = {
