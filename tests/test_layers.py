@@ -131,7 +131,7 @@ ROWS = {
         "roots",
         "dynamics",
         "system",
-        "compiled complementarity event_functions impact",
+        "compiled complementarity event_functions impact mode_at",
         "breakaway_order compile confirm doubts impact_log resolution",
         "impact_order",
         "collision start_of_arc",

@@ -30,7 +30,7 @@ _NEIGHBOURS = ((1, -1), (1, 2), (-1, -2))
 # The distance of neighbours, as a share of a value, and the distance from 0.
 _SHARE = 0.25
 
-# Binary digits of a slope that is no rounded one.
+# Slopes of at most so many binary digits are exact. Rounded ones have more, but for one in 10⁷.
 _SHORT = 26
 
 # Two parabolas through the same numbers differ by roundings: by far less than this share.
@@ -53,10 +53,10 @@ class Direction:
 
 @dataclass(frozen=True)
 class Roundings:
-    """Numbers whose slopes by parameters are rounded to float64, as units.
+    """The numbers of a scene whose slopes by parameters are rounded to float64.
 
-    `units` are the directions of one number each, and `sizes`, shape (parameters, units), the
-    largest errors of its slopes.
+    `units` has a direction for each, in which this number alone varies, with slope 1; `sizes`,
+    shape (parameters, units), bound the errors of its slopes.
     """
 
     units: tuple[Direction, ...]
@@ -64,9 +64,9 @@ class Roundings:
 
     @classmethod
     def of(cls, given: Sequence[Direction]) -> Roundings:
-        """Return those of the slopes of directions.
+        """Return the roundings of the slopes of directions.
 
-        A slope of few digits, such as that of a parameter by itself, is exact.
+        Slopes of few digits, such as that of a parameter by itself, are exact.
         """
         slopes = np.array([[*each.numbers, *each.q, *each.u] for each in given])
         sizes = np.where(_is_short(slopes), 0.0, np.spacing(np.abs(slopes)))

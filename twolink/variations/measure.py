@@ -3,7 +3,7 @@
 Each run is judged by one that shares neither its precision nor its equations: momenta in double,
 Lagrange's equations in long double, momenta in 113 bits. The finer run is kept, and its difference
 from the coarser one, which is the error of the coarser one, bounds its own. Both runs share the
-slopes of the scene's numbers, whose own measured error is added.
+slopes of the scene's numbers: their measured error and their rounding to float64 are added.
 """
 
 from __future__ import annotations

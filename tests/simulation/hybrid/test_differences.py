@@ -13,6 +13,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.surface import Surface
 from twolink.scene import Scene
 from twolink.simulation.hybrid.differences import (
+    _grown,
     _inside,
     _largest_since,
     _with_doubts,
@@ -191,6 +192,13 @@ def test_an_earlier_peak_of_the_difference_does_not_hide_the_growth_after_a_doub
     assert 1e-7 < errors[-1] < 1e-4
     without = _with_doubts(found, np.zeros(201), run, replace(judge, doubts=()), moments)
     assert without[-1] == 1e-6
+
+
+def test_a_change_by_earlier_doubts_has_grown_as_the_difference_since_the_largest():
+    found, factors = np.array([9.0, 1.0, 4.0, 1e-9]), np.array([0.0, 2.0, 0.0, 1.0])
+    assert _grown(factors, found, 1e-6) == 8.0
+    assert _grown(factors[1:2], found[3:], 1e-6) == 2e-6
+    assert _grown(0 * factors, found, 1e-6) == 0.0
 
 
 @pytest.mark.parametrize(

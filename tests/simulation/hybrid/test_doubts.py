@@ -257,3 +257,12 @@ def test_the_edge_of_a_dent_leaves_a_doubt_for_errors_that_bridge_the_distance(s
     found = [doubt for doubt in run.doubts if doubt.trigger.kind is E.CLEARS]
     assert found[0].within == pytest.approx(within, rel=1e-3)
     assert found[0].change == math.inf
+
+
+def test_the_end_of_a_branch_that_is_almost_reached_leaves_the_motion_open():
+    """There the force of the published fits jumps by 7.5 % without Poisson's ratio."""
+    scene = cushioned(0.958825191525093, -5.671739578247071e-15, 1.51, 0.05, 0.0, 1e9, 0.03)
+    motion = simulate(replace(scene, q=(0.903, 0.8)), accuracy=1e-8)
+    assert not motion.met
+    assert motion.error == math.inf
+    assert any("decides at 0.0121906165 s whether a branch" in note for note in motion.notes)

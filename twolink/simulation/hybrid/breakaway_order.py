@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from twolink.contact.states import ContactState, EventKind
-from twolink.simulation.hybrid.dynamics import mode_solution
 from twolink.simulation.hybrid.event_functions import Surfaces, triggers, value
 from twolink.simulation.hybrid.mode import Mode, Remark, Trigger
+from twolink.simulation.hybrid.mode_at import solution_at
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import SAME_LIMIT
@@ -52,15 +52,8 @@ def _reached(
     system: HybridSystem, state: HybridState, mode: Mode, others: list[Trigger]
 ) -> Iterator[int]:
     """Yield the elements whose static limit is reached within round-off."""
-    pose, dents = system.pose(state.q), [mode.dent(i) for i in range(len(mode.states))]
-    roots = {
-        index: own.sqrt_depth
-        for index, own in enumerate(state.compliant)
-        if own is not None and index in state.touching
-    }
-    solution = mode_solution(
-        pose, system.effects, system.elements, mode.states, dents, state.u, state.t, roots
-    )
+    pose = system.pose(state.q)
+    solution = solution_at(system, pose, state, mode)
     for each in others:
         left = value(each, system, mode, pose, state.u, solution, Surfaces({}, {}))
         limit = system.elements[each.index].limits(solution.forces[each.index].normal)[1]

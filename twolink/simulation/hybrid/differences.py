@@ -101,8 +101,8 @@ def _with_doubts(
         if doubt.within:
             # All of what doubts may change is in both runs.
             shared = least[:since].max(initial=0.0)
-            grown = _OF_GROWTH * factors[:since].max(initial=0.0) * now
-            if doubt.within > max(_OF_JUDGE * so_far[before], shared, grown) + finest:
+            earlier = _OF_GROWTH * _grown(factors[:since], found[:since], floor)
+            if doubt.within > max(_OF_JUDGE * so_far[before], shared, earlier) + finest:
                 continue
         least[since] = max(least[since], doubt.change)
         factors[since] = max(factors[since], doubt.change / now)
@@ -112,6 +112,14 @@ def _with_doubts(
     grown = _OF_GROWTH * factors * since_doubts - (_OF_GROWTH - 1) * np.minimum(least, _LARGE)
     every = np.max([so_far, least, factors * since_doubts, grown], axis=0)
     return np.asarray(np.maximum.accumulate(every))
+
+
+def _grown(factors: Array, found: Array, floor: float) -> float:
+    """Return the largest change by earlier doubts, grown as the difference since the largest."""
+    if not factors.any():
+        return 0.0
+    place = int(factors.argmax())
+    return float(factors[place] * max(found[place:].max(), floor))
 
 
 def _largest_since(found: Array, factors: Array) -> Array:

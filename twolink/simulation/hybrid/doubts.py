@@ -88,15 +88,16 @@ class StepOfArc(NamedTuple):
         return found * (self.system.force_scale if trigger.kind is EventKind.BREAKS else 1.0)
 
     def _steepness_of_place(self, state: Sequence[Any], trigger: Trigger) -> float:
-        """Return the sum of the sizes of the derivatives of a gap or a root of a depth by q."""
+        """Return the sum of the sizes of the derivatives by q of a gap, or of √depth."""
         element = self.system.elements[trigger.index]
         assert element.normal is not None
         pose = Pose(self.system.chain, self.system.formulation, (state[0], state[1]))
         found = sum(abs(float(each)) for each in pose.row(element.normal))
         if trigger.kind is EventKind.CLEARS:
             return found
+        # √δ has the derivative 1 / (2 √δ) by the depth.
         reach: Any = element.branch(self.mode.dent(trigger.index)).reach
-        return found / (2 * float(reach))
+        return found / max(2 * float(reach), FLAT)
 
     def _value(self, state: Sequence[Any], time: Any, trigger: Trigger) -> Any:
         """Return the event function of a trigger, in its unit, at q and u and a time (s)."""

@@ -14,7 +14,6 @@ from twolink.contact.states import EventKind
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.collision import sliding_after
-from twolink.simulation.hybrid.dynamics import mode_solution
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
@@ -22,6 +21,7 @@ from twolink.simulation.hybrid.impact import (
     speed_along,
 )
 from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
+from twolink.simulation.hybrid.mode_at import solution_at
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import ended
 from twolink.simulation.hybrid.state import HybridState, put
@@ -199,15 +199,7 @@ def _flight(
     row = pose.row(normal)
     speed, gap = float(speed_along(row, state.u)), state.gaps[index]
     assert gap is not None
-    dents = [mode.dent(i) for i in range(len(mode.states))]
-    roots = {
-        i: own.sqrt_depth
-        for i, own in enumerate(state.compliant)
-        if own is not None and own.sqrt_depth is not None
-    }
-    du = mode_solution(
-        pose, system.effects, system.elements, mode.states, dents, state.u, state.t, roots
-    ).du
+    du = solution_at(system, pose, state, mode).du
     back = float(-(speed_along(row, du) + normal.bias(system.chain, state.q, state.u)))
     lands = math.sqrt(max(speed * speed + 2 * back * float(gap), 0.0))
     if back <= 0:
