@@ -22,10 +22,8 @@ from twolink.ensembles.numbers import Shape, numbers_in
 from twolink.ensembles.single import single
 from twolink.ensembles.stages import Prepared, stages_of
 from twolink.errors import SimulationError, TwolinkError
-from twolink.integration.precisions import PRECISIONS
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.simulation.motion import has_events
-from twolink.simulation.smooth.judging import GROWTH, MARGIN_OF_ORDERS, MORE_ORDERS, order_for
 
 Array = NDArray[np.float64]
 
@@ -186,9 +184,9 @@ def _in_lanes(ensemble: Ensemble, template: _Template, values: Array, rows: Rows
         part = prepared.of(slice(first, first + _AT_ONCE))
         stages = stages_of(ensemble, template.system, part)
         left = np.arange(len(part.places))
-        for order in _orders(ensemble.accuracy):
+        for trial in stages.trials(ensemble.accuracy):
             again = [left[:0]]
-            for done in stages.runs(left, order):
+            for done in stages.runs(left, trial):
                 alone += part.places[done.lost].tolist()
                 rows.steps += done.steps
                 rows.put(part.places[done.lanes], done.values, done.errors, "double")
@@ -214,14 +212,6 @@ def _without_shared_round_off(
         return prepared, alone
     left = Prepared(*(rows[..., ~shared] for rows in prepared))
     return left, alone + places[shared].tolist()
-
-
-def _orders(accuracy: float) -> list[int]:
-    """Return the orders of the kept runs that are tried in turn."""
-    highest = PRECISIONS["double"].truncated_order
-    # The growth of errors must be known where round-off is a part of them.
-    first = min(order_for(accuracy / MARGIN_OF_ORDERS / GROWTH), highest - MORE_ORDERS)
-    return [first, highest]
 
 
 def _prepared(

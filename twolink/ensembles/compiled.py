@@ -65,7 +65,7 @@ class System:
 
     def rates(self, q: Any, x: Any) -> Any:
         """Return the rates in the symbols of heyoka; raises `TypeError` where there are none."""
-        chain, effects = self._with([heyoka().par[k] for k in range(len(self.varying))])
+        chain, effects = self.with_symbols()
         return EQUATIONS[FORMULATION].rates(chain, effects, q, x, heyoka().time)
 
     def check(self) -> None:
@@ -81,6 +81,10 @@ class System:
             raise SimulationError(
                 f"the equations have no form with parameters ({error})"
             ) from error
+
+    def with_symbols(self) -> Any:
+        """Return the chain and the effects with heyoka's parameters in place of numbers."""
+        return self._with([heyoka().par[k] for k in range(len(self.varying))])
 
     def _with(self, parameters: list[Any]) -> Any:
         """Return the chain and the effects with parameters in place of numbers."""

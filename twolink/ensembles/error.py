@@ -22,9 +22,8 @@ from twolink.simulation.smooth.round_off import A_VALUE, MOST_ROUND_OFF
 
 Array = NDArray[np.float64]
 
-# The difference (rad, rad/s) up to which errors are small enough that that of the judge is a part
-# of them; beyond it the error is unknown.
-_LINEAR = 1e-2
+LINEAR = 1e-2
+"""The error (rad, rad/s) up to which errors grow in proportion; a larger one is unknown."""
 
 
 class SoFar(NamedTuple):
@@ -49,7 +48,7 @@ class SoFar(NamedTuple):
         chain, _, q, u, duration = lanes
         known = np.zeros(lanes.width) if growths is None else growths
         with np.errstate(all="ignore"):
-            sizes = _sizes_of(chain, np.concatenate([q, u]))
+            sizes = sizes_of(chain, np.concatenate([q, u]))
             moved = EQUATIONS[FORMULATION].rounded_speeds(chain, q, u).max(axis=0) * duration
             np.maximum(known, moved / MOST_ROUND_OFF, out=known)
         return cls(np.zeros(lanes.width), sizes, known)
@@ -69,7 +68,7 @@ class SoFar(NamedTuple):
         apart = np.abs(judged - kept).max(axis=0)
         apart[np.isnan(apart)] = np.inf
         with np.errstate(all="ignore"):
-            now = np.where(moves, [apart, _sizes_of(chain, kept)], 0.0)
+            now = np.where(moves, [apart, sizes_of(chain, kept)], 0.0)
         differences = np.maximum.accumulate(np.maximum(now[0], self.differences))
         sizes = np.maximum.accumulate(np.maximum(now[1], self.sizes))
         return SoFar(differences, sizes, np.maximum(self.growths, differences / truncation(order)))
@@ -87,10 +86,10 @@ class SoFar(NamedTuple):
         sums = (A_VALUE + steps) * ROUNDING * self.sizes
         grown = MOST_ROUND_OFF * ROUNDING * self.growths
         found = margin * self.differences + sums + grown
-        return np.where(self.differences > _LINEAR, np.inf, found)
+        return np.where(self.differences > LINEAR, np.inf, found)
 
 
-def _sizes_of(chain: Chain, states: Array) -> Array:
+def sizes_of(chain: Chain, states: Array) -> Array:
     """Return the largest angle (rad) or term of a speed (rad/s) of q and u, (4, …), shape (…)."""
     q, u = states[:2], states[2:]
     speeds = EQUATIONS[FORMULATION].rounded_speeds(chain, q, u)

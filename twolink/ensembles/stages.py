@@ -1,4 +1,4 @@
-"""Runs in lanes by one order after another, the next one for those that need it.
+"""Runs in lanes by one trial after another, the next one for those that need it.
 
 Quantities that depend on the motion follow its steps; where the ends suffice, no step is kept.
 """
@@ -14,11 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.ensembles.blocks import Ends, Lanes
+from twolink.ensembles.carried import carried_ends, tolerances
 from twolink.ensembles.compiled import LANES, System
 from twolink.ensembles.ending import Ending
 from twolink.ensembles.ensemble import Ensemble
 from twolink.ensembles.following import PLACES, Follower, LostError
 from twolink.ensembles.quantity import Accumulator
+from twolink.ensembles.step import compiled_step
+from twolink.integration.precisions import PRECISIONS
+from twolink.simulation.smooth.judging import GROWTH, MARGIN_OF_ORDERS, MORE_ORDERS, order_for
 
 Array = NDArray[np.float64]
 
@@ -48,22 +52,63 @@ class Done(NamedTuple):
 
 
 class Stages(ABC):
-    """Prepared runs, which are made by an order, and some of them again by a higher one."""
+    """Prepared runs, which are made by a trial, and some of them again by a more accurate one."""
 
     @abstractmethod
-    def runs(self, left: Any, order: int) -> Iterator[Done]:
-        """Yield runs, by their numbers, shape (n,), made by a kept run of an order."""
+    def trials(self, accuracy: float) -> list[Any]:
+        """Return the trials for an accuracy (rad, rad/s), the most accurate one last."""
+
+    @abstractmethod
+    def runs(self, left: Any, trial: Any) -> Iterator[Done]:
+        """Yield runs, by their numbers, shape (n,), made by a trial."""
 
 
 def stages_of(ensemble: Ensemble, system: System, prepared: Prepared) -> Stages:
     """Return the stages of prepared runs."""
     if any(quantity.of_steps for quantity in ensemble.kept):
         return _Followed(ensemble, system, prepared)
+    ends_suffice = not any(quantity.of_spans for quantity in ensemble.kept)
+    if ends_suffice and compiled_step(system) is not None:
+        return _Carried(ensemble, system, prepared)
     return _Ended(ensemble, system, prepared)
 
 
 @dataclass
-class _Ended(Stages):
+class _Carried(Stages):
+    """Runs to their ends, by steps that carry their errors. A trial is a tolerance (rad/s)."""
+
+    ensemble: Ensemble
+    system: System
+    prepared: Prepared
+
+    def trials(self, accuracy: float) -> list[float]:
+        """Return tolerances of steps."""
+        return tolerances(accuracy)
+
+    def runs(self, left: Any, trial: float) -> Iterator[Done]:
+        """Yield all runs."""
+        if not len(left):
+            return
+        _, numbers, q, u = self.prepared
+        numbers, q, u = numbers[:, left], q[:, left], u[:, left]
+        lanes = self.system.lanes(numbers, q, u, self.ensemble.duration)
+        ends, lost, steps = carried_ends(self.system, lanes, numbers, trial)
+        yield _done(left, _accumulators(self.ensemble, lanes), ends, lost, steps)
+
+
+class _OfOrders(Stages):
+    """Runs that are measured by others of a higher order. A trial is the order of a kept run."""
+
+    def trials(self, accuracy: float) -> list[int]:
+        """Return orders."""
+        highest = PRECISIONS["double"].truncated_order
+        # The growth of errors must be known where round-off is a part of them.
+        first = min(order_for(accuracy / MARGIN_OF_ORDERS / GROWTH), highest - MORE_ORDERS)
+        return [first, highest]
+
+
+@dataclass
+class _Ended(_OfOrders):
     """Runs that are made all at once, to their ends."""
 
     ensemble: Ensemble
@@ -86,21 +131,19 @@ class _Ended(Stages):
         )
         self.numbers = np.arange(lanes.width)
 
-    def runs(self, left: Any, order: int) -> Iterator[Done]:
+    def runs(self, left: Any, trial: int) -> Iterator[Done]:
         """Yield all runs; those that are left are among those of the last order."""
         self.ending = self.ending.of(np.searchsorted(self.numbers, left))
         self.numbers = left
         if not len(left):
             return
         accumulators = _accumulators(self.ensemble, self.ending.lanes)
-        ends, lost, steps = self.ending.ends(order, accumulators)
-        values, errors, undecided = _kept(accumulators, ends, len(left))
-        found = {name: array[~lost] for name, array in values.items()}
-        yield Done(left[~lost], found, errors[~lost], undecided[~lost], left[lost].tolist(), steps)
+        ends, lost, steps = self.ending.ends(trial, accumulators)
+        yield _done(left, accumulators, ends, lost, steps)
 
 
 @dataclass
-class _Followed(Stages):
+class _Followed(_OfOrders):
     """Runs whose steps are followed, in groups of lanes.
 
     `growths` are those of errors, shape (places, n), that pairs of lower orders have measured.
@@ -115,14 +158,14 @@ class _Followed(Stages):
         """Begin without knowledge of errors."""
         self.growths = np.zeros((PLACES + 1, len(self.prepared.places)))
 
-    def runs(self, left: Any, order: int) -> Iterator[Done]:
+    def runs(self, left: Any, trial: int) -> Iterator[Done]:
         """Yield runs in groups of lanes."""
         for first in range(0, len(left), LANES):
             group = left[first : first + LANES]
             lost: list[int] = []
             while len(group):
                 try:
-                    yield self._group(group, lost, order)
+                    yield self._group(group, lost, trial)
                     break
                 except LostError as error:
                     gone = error.lanes[: len(group)]
@@ -159,6 +202,13 @@ class _Followed(Stages):
 
 def _accumulators(ensemble: Ensemble, lanes: Lanes) -> list[Accumulator]:
     return [quantity.accumulator(lanes) for quantity in ensemble.kept]
+
+
+def _done(left: Any, accumulators: list[Accumulator], ends: Ends, lost: Any, steps: int) -> Done:
+    """Return all runs of a trial but those that are lost."""
+    values, errors, undecided = _kept(accumulators, ends, len(left))
+    found = {name: array[~lost] for name, array in values.items()}
+    return Done(left[~lost], found, errors[~lost], undecided[~lost], left[lost].tolist(), steps)
 
 
 def _kept(

@@ -64,7 +64,7 @@ class SpeedEquations:
 
     def by_forces(self, chain: Chain, q: Any, forces: Any) -> Any:
         """Return the part of du/dt (rad/s²) by generalized forces (N m)."""
-        return _speeds(_mass(chain, q, _ahead_and_across(chain, q)), forces)
+        return _speeds(mass(chain, q, ahead_and_across(chain, q)), forces)
 
 
 @dataclass(frozen=True)
@@ -82,9 +82,9 @@ class MomentumEquations:
         self, chain: Chain, effects: tuple[Effect, ...], q: Pair, p: Pair, t: Scalar
     ) -> tuple[Pair, Pair]:
         """Return dq/dt (rad/s) and dp/dt (N m)."""
-        ahead_and_across = _ahead_and_across(chain, q)
-        u1, u2 = _speeds(_mass(chain, q, ahead_and_across), p)
-        slope = ahead_and_across[1] * (u1 * u2)
+        both = ahead_and_across(chain, q)
+        u1, u2 = _speeds(mass(chain, q, both), p)
+        slope = both[1] * (u1 * u2)
         Q1, Q2 = gathered_force(chain, q, smooth_loads(effects, chain, q, (u1, u2), t))
         return (u1, u2), (Q1 + slope, Q2 - slope)
 
@@ -94,7 +94,7 @@ class MomentumEquations:
 
     def to_speeds(self, chain: Chain, q: Any, p: Any) -> Pair:
         """Return u = M⁻¹ p (rad/s), by Cramer's rule."""
-        return _speeds(_mass(chain, q, _ahead_and_across(chain, q)), p)
+        return _speeds(mass(chain, q, ahead_and_across(chain, q)), p)
 
     def rounded_speeds(self, chain: Chain, q: Any, u: Any) -> Any:
         """Return the sizes (rad/s) whose relative rounding is that of a speed: |M⁻¹| |M| |u|.
@@ -105,13 +105,13 @@ class MomentumEquations:
 
     def sizes_of_speeds(self, chain: Chain, q: Any, sizes: Any) -> Any:
         """Return sizes (rad/s) of u from those of p (kg m²/s): |M⁻¹| |p|."""
-        M11, M12, M22, det = (np.abs(x) for x in _mass(chain, q, _ahead_and_across(chain, q)))
+        M11, M12, M22, det = (np.abs(x) for x in mass(chain, q, ahead_and_across(chain, q)))
         p1, p2 = sizes
         return np.array([M22 * p1 + M12 * p2, M11 * p2 + M12 * p1]) / det
 
     def rounded_starts(self, chain: Chain, q: Any, u: Any) -> Any:
         """Return the sizes (kg m²/s) whose relative rounding is that of `from_speeds`: |M| |u|."""
-        M11, M12, M22, _ = (np.abs(x) for x in _mass(chain, q, _ahead_and_across(chain, q)))
+        M11, M12, M22, _ = (np.abs(x) for x in mass(chain, q, ahead_and_across(chain, q)))
         u1, u2 = np.abs(u)
         return np.array([M11 * u1 + M12 * u2, M12 * u1 + M22 * u2])
 
@@ -123,26 +123,32 @@ class MomentumEquations:
 _Mass = tuple[Scalar, Scalar, Scalar, Scalar]
 
 
-def _speeds(mass: _Mass, p: Any) -> Pair:
+def _speeds(entries: _Mass, p: Any) -> Pair:
     """Return M⁻¹ p (rad/s) by Cramer's rule."""
     p1, p2 = p
-    M11, M12, M22, det = mass
+    M11, M12, M22, det = entries
     return (M22 * p1 - M12 * p2) / det, (M11 * p2 - M12 * p1) / det
 
 
-def _mass(chain: Chain, q: Pair, ahead_and_across: Pair) -> _Mass:
-    """Return M11, M12, M22 (kg m²) and det M (kg² m⁴), a constant and the square of m2 L1 h."""
+def mass(chain: Chain, q: Pair, both: Pair) -> _Mass:
+    """Return M11, M12, M22 (kg m²) and det M (kg² m⁴), a constant and the square of m2 L1 h.
+
+    `both` are those of `ahead_and_across`.
+    """
     if chain.rotors:
         (M11, M12), (_, M22) = lagrange.mass_matrix(chain, q)
         return M11, M12, M22, lagrange.determinant(chain, q)
-    ahead, across = ahead_and_across
+    ahead, across = both
     link1, M22 = lagrange.pivot_inertia(chain), lagrange.elbow_inertia(chain)
     carried = chain.m2 * chain.L1 * chain.L1
     return link1 + carried, ahead, M22, link1 * M22 + carried * chain.I_C2 + across * across
 
 
-def _ahead_and_across(chain: Chain, q: Pair) -> Pair:
-    """Return m2 L1 times the coordinates of C2 relative to B along and across link 1 (kg m²)."""
+def ahead_and_across(chain: Chain, q: Pair) -> Pair:
+    """Return m2 L1 times the coordinates of C2 relative to B along and across link 1 (kg m²).
+
+    The first is the part of M12 that depends on the pose.
+    """
     _, a, b = chain.C2
     elbow, first = q[1] - q[0], chain.m2 * chain.L1
     s, c = sin(elbow), cos(elbow)

@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+
+from tests.ensembles.falls import FALL, random_starts, with_wild_neighbours
+from twolink.ensembles import marching
+from twolink.ensembles.compiled import System
+from twolink.ensembles.marching import Begun, marched
+from twolink.ensembles.step import LAST, LEFT, ROWS, STEPS, Rows, compiled_step
+from twolink.simulation.smooth.equations import EQUATIONS
+
+STEP = compiled_step(System(FALL.moving_chain, FALL.effects, ()))
+DURATION = 0.5
+
+
+def begun(q, u, duration=DURATION):
+    p = EQUATIONS["momenta"].from_speeds(FALL.chain, tuple(q), tuple(u))
+    count = q.shape[1]
+    parameters = np.array([np.full(count, 1e-12), np.full(count, 0.1)])
+    return Begun(np.array([*q, *p]), parameters, duration)
+
+
+@pytest.mark.parametrize("count", [1, 7, 8, 20])
+def test_all_runs_reach_their_ends(count, random):
+    found = marched(STEP, begun(*random_starts(random, count)))
+    assert found.shape == (ROWS, count)
+    assert (found[LEFT] == 0).all()
+    assert (found[LAST] == 0).all()
+    assert (found[STEPS] >= 5).all()
+
+
+def test_no_runs():
+    assert marched(STEP, begun(np.zeros((2, 0)), np.zeros((2, 0)))).shape == (ROWS, 0)
+
+
+def test_lanes_are_given_to_the_next_runs_with_the_same_bits(random, monkeypatch):
+    q, u = random_starts(random, 60)
+    wide = marched(STEP, begun(q, u))
+    monkeypatch.setattr(marching, "_LANES", 16)
+    order = random.permutation(60)
+    assert np.array_equal(marched(STEP, begun(q[:, order], u[:, order])), wide[:, order])
+    alone = np.hstack([marched(STEP, begun(q[:, [k]], u[:, [k]])) for k in (3, 41)])
+    assert np.array_equal(alone, wide[:, [3, 41]])
+
+
+def test_bits_do_not_depend_on_the_neighbours(random):
+    q, u = random_starts(random, 24)
+    one, other = (marched(STEP, begun(*pair)) for pair in ((q, u), with_wild_neighbours(q, u)))
+    assert np.array_equal(one[:, 1::2], other[:, 1::2])
+    assert (other[STEPS, ::2] > 3 * one[STEPS, ::2]).all()
+
+
+def test_runs_that_are_not_finite_are_lost_alone(random, monkeypatch):
+    monkeypatch.setattr(marching, "MOST_STEPS", 1000)
+    q, u = random_starts(random, 20)
+    u[:, 4] = 1e200
+    q[0, 11] = np.nan
+    rows = Rows.of(marched(STEP, begun(q, u)))
+    lost = ~np.isfinite(rows.state).all(axis=0)
+    assert np.flatnonzero(lost).tolist() == [4, 11]
+    others = np.setdiff1d(np.arange(20), [4, 11])
+    alone = Rows.of(marched(STEP, begun(q[:, others], u[:, others])))
+    assert np.array_equal(alone.state, rows.state[:, others])
+
+
+def test_runs_of_too_many_steps_have_no_end(random, monkeypatch):
+    monkeypatch.setattr(marching, "MOST_STEPS", 20)
+    q, u = with_wild_neighbours(*random_starts(random, 8))
+    found = marched(STEP, begun(q, u))
+    assert np.isnan(found[:, ::2]).all()
+    assert (found[LEFT, 1::2] == 0).all()
+
+
+def test_the_first_step_of_a_chain_in_equilibrium_is_that_of_its_oscillation():
+    hanging = np.full((2, 1), np.pi / 2)
+    runs = begun(hanging, np.zeros((2, 1)), duration=1e3)
+    runs.parameters[-1] = 1e3
+    rows = Rows.of(runs.rows(STEP))
+    assert rows.frequency[0] > 1.0
+    assert rows.left[0] == 1e3
+    assert rows.steps[0] == 0

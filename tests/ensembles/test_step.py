@@ -1,0 +1,122 @@
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from tests.ensembles.falls import FALL
+from twolink.effects import Effect, JointTorque
+from twolink.ensembles import step as step_module
+from twolink.ensembles.compiled import System
+from twolink.ensembles.deviations import INDICES, UNKNOWN
+from twolink.ensembles.step import FREQUENCY, LAST, LEFT, ORDER, ROWS, STEPS, Rows, compiled_step
+from twolink.scene import Scene
+from twolink.simulation import simulate
+from twolink.simulation.smooth.equations import EQUATIONS
+
+SYSTEM = System(FALL.moving_chain, FALL.effects, ())
+MOMENTA = EQUATIONS["momenta"]
+Q, U = (0.4, -1.1), (0.8, -0.3)
+LONG = 1e9
+
+
+def started(left, q=Q, u=U, frequency=1.0):
+    """Return the rows of one run at its start."""
+    found = np.zeros((ROWS, 1))
+    rows = Rows.of(found)
+    rows.state[:, 0] = [*q, *MOMENTA.from_speeds(FALL.chain, q, u)]
+    rows.left[:], rows.frequency[:] = left, frequency
+    return found
+
+
+def taken(function, rows, tolerance=1e-12, cap=LONG, time=0.0):
+    return function(rows, pars=np.array([[tolerance], [cap]]), time=np.array([time]))
+
+
+def truth(duration, q=Q, u=U):
+    """Return q and p at a time."""
+    run = simulate(Scene(FALL.chain, q, u, duration, FALL.effects), accuracy=1e-15, samples=2)
+    p = MOMENTA.from_speeds(FALL.chain, run.q[:, -1], run.u[:, -1])
+    return np.array([*run.q[:, -1], *p], float)
+
+
+def test_the_places_of_rows():
+    rows = Rows.of(list(range(ROWS)))
+    assert (rows.last, rows.left, rows.frequency, rows.steps) == (LAST, LEFT, FREQUENCY, STEPS)
+    assert len(rows.shape) == len(INDICES)
+    assert rows.steps == ROWS - 1
+
+
+def test_a_step_moves_the_state_and_keeps_the_time_exactly():
+    function = compiled_step(SYSTEM)
+    rows, left = started(0.7), Fraction(0.7)
+    while rows[LEFT] > 0:
+        rows = taken(function, rows)
+        left -= Fraction(float(rows[LAST, 0]))
+        assert left == Fraction(float(rows[LEFT, 0]))
+    found = Rows.of(taken(function, rows))
+    assert found.last == 0
+    assert found.steps > 3
+    expected = truth(0.7)
+    assert found.state[:, 0] - found.centre[:, 0] == pytest.approx(expected, abs=1e-14)
+    # After a step of length 0 the rates are those in the state.
+    rates = MOMENTA.rates(FALL.chain, FALL.effects, *found.state[:, 0].reshape(2, 2), 0.0)
+    assert found.rates[:, 0] == pytest.approx(np.concatenate(rates), rel=1e-13)
+
+
+def test_the_centre_is_the_truncation_error(monkeypatch):
+    monkeypatch.setattr(step_module, "ORDER", 8)
+    step_module._compiled.cache_clear()
+    function = compiled_step(SYSTEM)
+    step_module._compiled.cache_clear()
+    rows = started(0.12, frequency=0.0)
+    while rows[LEFT] > 0 or rows[LAST] > 0:
+        rows = taken(function, rows, tolerance=1e-5)
+    found = Rows.of(rows)
+    error = found.state[:, 0] - truth(0.12)
+    assert found.steps[0] < 8
+    assert np.abs(error).max() > 1e-10
+    assert found.centre[:, 0] == pytest.approx(error, abs=UNKNOWN * np.abs(error).max())
+    assert np.abs(found.centre[:, 0] - error).max() < found.spread[0]
+
+
+@pytest.mark.parametrize(
+    ("changed", "length"),
+    [({"cap": 0.01}, 0.01), ({"frequency": 200.0}, 1 / 200), ({"left": 0.004}, 0.004)],
+)
+def test_the_length_of_a_step_is_bounded(changed, length):
+    rows = started(changed.get("left", 1.0), frequency=changed.get("frequency", 1.0))
+    after = taken(compiled_step(SYSTEM), rows, cap=changed.get("cap", LONG))
+    assert after[LAST, 0] == pytest.approx(length, rel=1e-12)
+
+
+def test_a_smaller_tolerance_gives_shorter_steps_unless_errors_are_larger():
+    function = compiled_step(SYSTEM)
+
+    def length(tolerance, spread=0.0):
+        rows = started(1.0)
+        Rows.of(rows).spread[:] = spread
+        return taken(function, rows, tolerance=tolerance)[LAST, 0]
+
+    # The last terms have the powers ORDER − 1 and ORDER − 2 of the length.
+    assert length(1e-12) / length(1e-14) == pytest.approx(100 ** (1 / (ORDER - 2)), rel=0.01)
+    assert length(1e-15, spread=1e-8) > length(1e-12)
+    assert length(1e-15, spread=np.nan) == length(1e-15)
+
+
+def test_loads_depend_on_the_time():
+    effects = (JointTorque((0.0, 0.0), (1.0, 0.5), (2.0, 3.0)),)
+    function = compiled_step(System(FALL.moving_chain, effects, ()))
+    rows = started(0.0)
+    for time in (0.0, 0.4):
+        rates = MOMENTA.rates(FALL.chain, effects, *Rows.of(rows).state[:, 0].reshape(2, 2), time)
+        found = Rows.of(taken(function, rows, time=time)).rates[:, 0]
+        assert found == pytest.approx(np.concatenate(rates), rel=1e-13)
+
+
+class Own(Effect):
+    def loads(self, chain, q, u, t=0.0):
+        return ()
+
+
+def test_effects_of_ones_own_have_no_step():
+    assert compiled_step(System(FALL.moving_chain, (Own(),), ())) is None

@@ -1,0 +1,71 @@
+"""The ends of runs in lanes, each corrected by the error that its steps have carried.
+
+The result is the state less the centre of the region of its error (`deviations`). What is left is
+within the region. A part of the correction is added to the bound, for all that the linearized
+motion does not show.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twolink.ensembles.blocks import ROUNDING, Ends, Lanes
+from twolink.ensembles.compiled import FORMULATION, System
+from twolink.ensembles.error import LINEAR, sizes_of, states_of
+from twolink.ensembles.following import check_rates
+from twolink.ensembles.marching import Begun, marched
+from twolink.ensembles.step import ROWS, Rows, compiled_step
+from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.longest_step import longest_steps
+from twolink.simulation.smooth.round_off import A_VALUE
+
+Array = NDArray[np.float64]
+
+OF_CORRECTIONS = 0.1
+"""The part of the largest correction that is added to the bound of an error."""
+
+# The tolerance of a step (rad/s) for an accuracy, by which nine of ten random falls over 10 s reach
+# it, and the least one, at which round-off is larger.
+_OF_ACCURACY, _LEAST = 1e-6, 1e-15
+
+
+def tolerances(accuracy: float) -> list[float]:
+    """Return the tolerances of steps that are tried in turn (rad/s)."""
+    return [max(_OF_ACCURACY * accuracy, _LEAST), _LEAST]
+
+
+def carried_ends(
+    system: System, lanes: Lanes, numbers: Array, tolerance: float
+) -> tuple[Ends, Array, int]:
+    """Return the ends of runs, which of them are lost, shape (n,), and the steps of the others.
+
+    `numbers` are the parameters, shape (parameters, n), and `tolerance` is that of a step (rad/s).
+    """
+    chain, effects, q, u, duration = lanes
+    with np.errstate(all="ignore"):
+        cap = np.broadcast_to(
+            longest_steps(chain, effects, tuple(q), tuple(u), duration), q[0].shape
+        )
+        p = EQUATIONS[FORMULATION].from_speeds(chain, tuple(q), tuple(u))
+        start = np.array([*q, *np.broadcast_arrays(*p)])
+        going = np.isfinite(cap) & np.isfinite(start).all(axis=0)
+        parameters = np.concatenate([numbers, [np.full_like(cap, tolerance), cap]])
+        rows = np.full((ROWS, lanes.width), np.nan)
+        rows[:, going] = marched(
+            compiled_step(system), Begun(start[:, going], parameters[:, going], duration)
+        )
+        return _ends(lanes, Rows.of(rows))
+
+
+def _ends(lanes: Lanes, rows: Rows) -> tuple[Ends, Array, int]:
+    """Return the ends of runs from their last rows."""
+    lost = ~np.isfinite(rows.state).all(axis=0)
+    # After a last step of length 0 these are the rates in the state.
+    check_rates(lanes, rows.state, rows.rates, lanes.duration)
+    bounds = rows.spread + OF_CORRECTIONS * rows.shift
+    known = bounds <= LINEAR
+    states = states_of(lanes.chain, np.where(known, rows.state - rows.centre, rows.state))
+    errors = bounds + A_VALUE * ROUNDING * sizes_of(lanes.chain, states)
+    errors = np.where(lost, np.nan, np.where(known, errors, np.inf))
+    return Ends(states[:2], states[2:], errors), lost, int(rows.steps[~lost].sum())

@@ -1,0 +1,204 @@
+"""A Taylor step of runs in lanes that carries the region of the error, in one compiled function.
+
+The function maps an array of rows to another, a lane in each column. Its series have an order N.
+The defect of a step is known at the start of the next: the derivative of the polynomial at the end
+less the rates there. It begins as a power N of the time in the step, whose integral is the error of
+the step; so no error is estimated by a term of the series, which may vanish by symmetry.
+
+The lengths of steps follow from the last two terms of the speeds, which are to be a tolerance, or a
+small part of the region of the error so far if that is larger: where errors have grown, more of
+truncation does not count.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twolink.effects import is_built_in
+from twolink.ensembles.blocks import ROUNDING
+from twolink.ensembles.comparisons import largest, size, smallest
+from twolink.ensembles.compiled import System
+from twolink.ensembles.deviations import INDICES, UNKNOWN, Region, Vector
+from twolink.ensembles.linear_flow import NODES, derivatives, flow, frequency
+from twolink.ensembles.motion_terms import MotionTerms, motion_terms
+from twolink.ensembles.terms import value
+from twolink.optional import heyoka
+from twolink.values import Content
+
+Array = NDArray[np.float64]
+
+ORDER = 20
+"""The order of the series. Lower ones cost more: much is done once in each step."""
+
+# The part of the region so far that the last terms of a step may be, and the most that they may be
+# (rad/s).
+_OF_REGION, _MOST = 0.03, 1e-6
+
+# The length of the first step, in longest steps: more terms vanish at the start than later.
+FIRST = 0.15
+
+# Roundings of a state in each step, and of the rates, which all steps share.
+_OF_STATES, _OF_RATES = 2.0, 0.5
+
+
+class Rows(NamedTuple):
+    """The rows of a lane at the start of a step.
+
+    `state` is (q, p), `centre` and `shape` are those of the region of the error, without the
+    truncation error of the last step. `rates` are the derivatives of the last polynomials at the
+    end of the last step, of the length `last` (s). `left` is the time to the end (s), `spread` and
+    `shift` are the largest sizes so far of the region and of its centre (rad, rad/s), `frequency`
+    is that of `linear_flow`, and `steps` is their number.
+    """
+
+    state: Any
+    centre: Any
+    shape: Any
+    rates: Any
+    last: Any
+    left: Any
+    spread: Any
+    shift: Any
+    frequency: Any
+    steps: Any
+
+    @classmethod
+    def of(cls, rows: Any) -> Rows:
+        """Return the parts of a list or an array of all rows."""
+        lengths = (4, 4, len(INDICES), 4)
+        ends = np.cumsum(lengths)
+        parts = [rows[end - n : end] for n, end in zip(lengths, ends, strict=True)]
+        return cls(*parts, *rows[ends[-1] : ROWS])
+
+
+ROWS = 12 + len(INDICES) + len(Rows._fields) - 4
+"""The number of all rows."""
+
+_FIRST_OF_SINGLE = ROWS - len(Rows._fields)
+
+LAST, LEFT, FREQUENCY, STEPS = (
+    _FIRST_OF_SINGLE + Rows._fields.index(name) for name in ("last", "left", "frequency", "steps")
+)
+"""The places of some of them."""
+
+
+def compiled_step(system: System) -> Any:
+    """Return the function of a system, or None for one whose effects it does not take.
+
+    It is called with rows of shape (ROWS, n), the parameters of the runs and below them the
+    tolerances (rad/s) and the longest steps (s), and with the times of the starts (s).
+    """
+    if not all(map(is_built_in, system.effects)):
+        # Functions of one's own may change where no term of a series shows it.
+        return None
+    return _compiled(Content((system.chain,)), Content(system.effects), system.varying)
+
+
+@functools.lru_cache(maxsize=32)
+def _compiled(chain: Content, effects: Content, varying: tuple[int, ...]) -> Any:
+    system = System(chain.objects[0], effects.objects, varying)
+    variables = heyoka().make_vars(*(f"x{k}" for k in range(ROWS)))
+    try:
+        after = _after(system, Rows.of(variables))
+    except TypeError:
+        return None
+    return heyoka().cfunc(after, variables, compact_mode=False)
+
+
+def _after(system: System, before: Rows) -> Vector:
+    """Return the expressions of all rows after a step."""
+    hy, count = heyoka(), len(system.varying)
+    tolerance, cap = hy.par[count], hy.par[count + 1]
+    q, p = before.state[:2], before.state[2:]
+    chain, effects = system.with_symbols()
+    series = motion_terms(chain, effects, tuple(q), tuple(p), hy.time)
+    region = _with_last_step(before, series)
+    directions = _of_angles_and_speeds(series)
+    spread = largest(before.spread, region.spread(directions))
+    shift = largest(before.shift, region.shift(directions))
+    most = smallest(largest(tolerance, _OF_REGION * spread), _MOST)
+    wanted = smallest(_length(series, most), cap, 1.0 / before.frequency)
+    length = hy.select(hy.gte(wanted, before.left), before.left, wanted)
+    left = before.left - length
+    # This is exact, so that the times of all steps sum to the duration.
+    length = before.left - left
+    polynomials = [x.terms(ORDER + 1) for x in (*series.q, *series.p)]
+    slopes = [x.terms(ORDER) for x in (*series.u, *series.forces)]
+    first, second = (_jacobian(system, polynomials, length * node) for node in NODES)
+    region = region.carried(flow(first, second, length))
+    moves = hy.select(hy.gt(before.left, 0.0), 1.0, 0.0)
+    return [
+        *(value(terms, length) for terms in polynomials),
+        *region.centre,
+        *region.entries,
+        *(value(terms, length) for terms in slopes),
+        length,
+        left,
+        spread,
+        shift,
+        frequency(second),
+        before.steps + moves,
+    ]
+
+
+def _with_last_step(before: Rows, series: MotionTerms) -> Region:
+    """Return the region of the error with the truncation error and the round-off of the last step.
+
+    The round-off of the start is that of the first step.
+    """
+    hy = heyoka()
+    rates = [x.term(0) for x in (*series.u, *series.forces)]
+    truncation = [
+        (polynomial - rate) * (before.last * (1.0 / (ORDER + 1)))
+        for polynomial, rate in zip(before.rates, rates, strict=True)
+    ]
+    # The constants of the equations are rounded once.
+    shared = [
+        UNKNOWN * size(error) + _OF_RATES * ROUNDING * before.last * size(rate)
+        for error, rate in zip(truncation, rates, strict=True)
+    ]
+    momenta = series.mass.sizes_of_momenta(rates[:2])
+    moves = hy.select(hy.gt(before.left, 0.0), _OF_STATES * ROUNDING, 0.0)
+    independent = [moves * x for x in (*map(size, before.state[:2]), *momenta)]
+    M11, _, M22 = series.mass.entries
+    weights = [1.0, 1.0, 1.0 / (M11 * M11), 1.0 / (M22 * M22)]
+    region = Region.of(before.centre, before.shape)
+    return region.with_step(truncation, shared, independent, weights)
+
+
+def _of_angles_and_speeds(series: MotionTerms) -> list[Vector]:
+    """Return the rows by which deviations of q and p give those of q and u.
+
+    By M du = dp + s (dq2 − dq1) (u2, u1), the variation of M u = p.
+    """
+    u1, u2 = (x.term(0) for x in series.u)
+    first, second = series.mass.speeds((series.across * u2, series.across * u1))
+    A11, A12, A22 = series.mass.inverse
+    angles = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]]
+    return [*angles, [-first, first, A11, A12], [-second, second, A12, A22]]
+
+
+def _length(series: MotionTerms, most: Any) -> Any:
+    """Return the length (s) at which the last two terms of both speeds are at most a size."""
+    hy = heyoka()
+    logarithm = hy.log(most)
+    lengths = []
+    for k in (ORDER - 1, ORDER - 2):
+        last = largest(*(size(u.term(k)) for u in series.u))
+        lengths.append(hy.exp((logarithm - hy.log(last)) * (1.0 / k)))
+    return smallest(*lengths)
+
+
+def _jacobian(system: System, polynomials: list[Vector], t: Any) -> list[Vector]:
+    """Return the derivatives of the rates by q and p at a time (s) in a step."""
+    hy = heyoka()
+    names = hy.make_vars("q1", "q2", "p1", "p2")
+    rates = system.rates(tuple(names[:2]), tuple(names[2:]))
+    known = derivatives([x for pair in rates for x in pair], names)
+    there = dict(zip(names, (value(terms, t) for terms in polynomials), strict=True))
+    flat = hy.subs([x for row in known for x in row], {**there, hy.time: hy.time + t})
+    return [flat[4 * i : 4 * i + 4] for i in range(4)]
