@@ -2,18 +2,22 @@ import numpy as np
 import pytest
 
 from tests.ensembles.evaluated import evaluated, symbolic
-from twolink.ensembles.deviations import INDICES, Region, of_vector, product, transposed
+from twolink.ensembles.deviations import INDICES, Region
 
 ROOT = np.array([[2.0, 0, 0, 0], [0.5, 1.0, 0, 0], [-0.3, 0.2, 0.7, 0], [0.1, 0.4, -0.6, 0.5]])
 SHAPE = ROOT @ ROOT.T
 CENTRE = np.array([0.3, -0.2, 0.1, 0.5])
 FLOW = np.array([[1.0, 0.1, 0.2, 0], [0.3, 1.2, 0, 0.1], [-0.4, 0, 0.9, 0.2], [0, -0.5, 0.1, 1.1]])
-WEIGHTS = np.array([1.0, 1.0, 0.25, 4.0])
+UNITS = np.array([1.0, 1.0, 2.0, 0.5])
 NONE = [0.0] * 4
 
 
+def array(numbers):
+    return np.array(symbolic(numbers), object)
+
+
 def matrix(numbers):
-    return [symbolic(row) for row in numbers]
+    return np.array([symbolic(row) for row in numbers], object)
 
 
 def region(shape=SHAPE):
@@ -24,13 +28,6 @@ def values(found):
     """Return the centre and the shape of a region as arrays."""
     flat = evaluated([*found.centre, *(x for row in found.shape for x in row)])
     return flat[:4], flat[4:].reshape(4, 4)
-
-
-def test_products_of_matrices_and_vectors():
-    found = product(matrix(FLOW), matrix(ROOT))
-    assert evaluated([x for row in found for x in row]).reshape(4, 4) == pytest.approx(FLOW @ ROOT)
-    assert evaluated(of_vector(matrix(FLOW), symbolic(CENTRE))) == pytest.approx(FLOW @ CENTRE)
-    assert transposed([[1, 2], [3, 4]]) == [[1, 3], [2, 4]]
 
 
 def test_entries_are_those_of_a_symmetric_matrix():
@@ -55,29 +52,27 @@ def directions(random, count=200):
 def test_shared_errors_add_to_the_region_whatever_their_signs(random):
     shared = np.array([0.2, 0.5, 0.1, 0.3])
     truncation = np.array([0.01, -0.02, 0.03, 0.0])
-    found = region().with_step(
-        symbolic(truncation), symbolic(shared), symbolic(NONE), symbolic(WEIGHTS)
-    )
+    found = region().with_step(array(truncation), array(shared), array(NONE), array(UNITS))
     centre, shape = values(found)
     assert centre == pytest.approx(CENTRE + truncation)
     moved = ROOT @ directions(random) + shared[:, None] * directions(random)
     assert (np.einsum("ik,ik->k", moved, np.linalg.solve(shape, moved)) <= 1 + 1e-12).all()
-    # Of all ellipsoids of this family it has the least weighted trace.
-    old, new = (np.sqrt(WEIGHTS @ np.diag(s)) for s in (SHAPE, np.diag(shared**2)))
-    assert WEIGHTS @ np.diag(shape) == pytest.approx((old + new) ** 2)
+    # Of all ellipsoids of this family it has the least trace in these units.
+    old, new = (np.sqrt((np.diag(s) / UNITS**2).sum()) for s in (SHAPE, np.diag(shared**2)))
+    assert (np.diag(shape) / UNITS**2).sum() == pytest.approx((old + new) ** 2)
 
 
 def test_independent_errors_add_as_variances():
     independent = np.array([0.2, 0.5, 0.1, 0.3])
-    nothing = symbolic(NONE)
-    found = region().with_step(nothing, nothing, symbolic(independent), symbolic(WEIGHTS))
+    nothing = array(NONE)
+    found = region().with_step(nothing, nothing, array(independent), array(UNITS))
     assert values(found)[1] == pytest.approx(SHAPE + np.diag(independent**2))
 
 
 def test_a_region_that_is_empty_stays_finite():
     empty = region(np.zeros((4, 4)))
-    nothing = symbolic(NONE)
-    found = values(empty.with_step(nothing, nothing, nothing, symbolic(WEIGHTS)))
+    nothing = array(NONE)
+    found = values(empty.with_step(nothing, nothing, nothing, array(UNITS)))
     assert np.array_equal(found[1], np.zeros((4, 4)))
 
 

@@ -2,13 +2,12 @@
 
 The error is bounded as in `error`. A run and its judge are compared at evenly spaced times, the
 places, through which heyoka goes in one call: a call of Python after each step would cost more than
-the step. Where only the ends are wanted, the judge is the result, as it is more accurate. Where
-that does not suffice, the judge is the next run that is measured.
+the step. Where the error is too large, the judge is the next run that is measured.
 
-Where angles are watched, the judge integrates the squares of both speeds as well. By the inequality
-of Cauchy and Schwarz an angle turns between two places by no more than the root of their distance
-in time times the integral of its squared speed. Few intervals remain in which an angle may reach a
-level; they are looked at step by step (`looking`). A run ends where nothing more of it counts.
+The judge integrates the squares of both speeds as well. By the inequality of Cauchy and Schwarz an
+angle turns between two places by no more than the root of their distance in time times the integral
+of its squared speed. Few intervals remain in which an angle may reach a level; they are looked at
+step by step (`looking`). A run ends where nothing more of it counts.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from twolink.ensembles.error import SoFar, states_of
 from twolink.ensembles.looking import CloserLook, Intervals
 from twolink.ensembles.motions import OF_AN_INTEGRAL, Given, Motions, begun, go_on
 from twolink.ensembles.quantity import Accumulator
-from twolink.simulation.smooth.judging import MARGIN_OF_JUDGES, MARGIN_OF_ORDERS, MORE_ORDERS
+from twolink.simulation.smooth.judging import MORE_ORDERS
 from twolink.simulation.smooth.longest_step import longest_steps
 
 Array = NDArray[np.float64]
@@ -49,15 +48,13 @@ class Ending:
     """Runs side by side, of which only the ends are wanted, and what accumulators ask for.
 
     `numbers` are the parameters, shape (parameters, n). `growths` are the growths of errors that
-    pairs of lower orders have measured, shape (n,). With `paths` angles are watched between places,
-    and runs that are `brief` end where all is known.
+    pairs of lower orders have measured, shape (n,). Runs that are `brief` end where all is known.
     """
 
     system: System
     lanes: Lanes
     numbers: Array
     growths: Array
-    paths: bool = False
     brief: bool = False
     _judge: Motions | None = None
     _runs: Given = field(init=False)
@@ -77,17 +74,16 @@ class Ending:
         lanes: Lanes,
         numbers: Array,
         *,
-        paths: bool = False,
         brief: bool = False,
     ) -> Ending:
         """Return runs of which nothing is known."""
-        return cls(system, lanes, numbers, np.zeros(lanes.width), paths, brief)
+        return cls(system, lanes, numbers, np.zeros(lanes.width), brief)
 
     def of(self, chosen: Any) -> Ending:
         """Return some of the runs, by their places, shape (m,)."""
         judge = None if self._judge is None else self._judge.of(chosen)
         own = self._runs.lanes_of(chosen), self.numbers[:, chosen], self.growths[chosen]
-        return Ending(self.system, *own, self.paths, self.brief, judge)
+        return Ending(self.system, *own, self.brief, judge)
 
     def ends(self, order: int, accumulators: Sequence[Accumulator] = ()) -> tuple[Ends, Any, int]:
         """Return the ends by an order, which runs have none, shape (n,), and the steps of results.
@@ -96,7 +92,7 @@ class Ending:
         """
         again = self._judge is not None and self._judge.order == order
         kept = self._judge if again and self._judge else begun(self._runs, order, paths=False)
-        judge = self._judge = begun(self._runs, order + MORE_ORDERS, paths=self.paths)
+        judge = self._judge = begun(self._runs, order + MORE_ORDERS, paths=True)
         known_steps = kept.steps.sum()
         known = SoFar.at_the_start(self.lanes, self.growths)
         asked: list[Intervals] = []
@@ -110,7 +106,7 @@ class Ending:
             go_on(self._runs, judge, going, places, kept.steps if again else kept.taken)
             going = going[~judge.lost[going]]
             found = self._compared(kept, judge, going, places, known)
-            if self.paths and len(going):
+            if len(going):
                 asked.append(self._asked(kept, judge, going, places, found, accumulators))
             known.note(going, found.of(-1))
             if self.brief:
@@ -118,12 +114,10 @@ class Ending:
                 going = going[~done[going]]
         lost = kept.lost | judge.lost | ((judge.reached < PLACES) & ~done)
         self._look(kept, judge, asked, accumulators, known, lost)
-        # Without steps of the run that is kept, its judge is the result, which is more accurate.
-        best, margin = (kept, MARGIN_OF_ORDERS) if self.paths else (judge, MARGIN_OF_JUDGES)
-        states = states_of(self.lanes.chain, best.variables[:4, -1])
-        errors = known.bounds(best.steps, margin)
+        states = states_of(self.lanes.chain, kept.variables[:4, -1])
+        errors = known.bounds(kept.steps)
         # A run that was the judge before is not made again.
-        taken = best.steps.sum() - (known_steps if best is kept else 0)
+        taken = kept.steps.sum() - known_steps
         return Ends(states[:2], states[2:], np.where(lost, np.nan, errors)), lost, int(taken)
 
     def _compared(

@@ -2,8 +2,7 @@
 
 The mechanism is that of `twolink.simulation.smooth.measure`: a run of order p is kept, and a second
 run of order p + 4, the judge, has an error of at most half of it, so that twice their difference
-bounds the error of the kept run, and an eighth of it that of the judge; the round-off of sums and
-of the growth of errors is added.
+bounds the error of the kept run; the round-off of sums and of the growth of errors is added.
 """
 
 from __future__ import annotations
@@ -78,14 +77,11 @@ class SoFar(NamedTuple):
         for own, new in zip(self, others, strict=True):
             np.maximum.at(own, which, new)
 
-    def bounds(self, steps: Array, margin: float = MARGIN_OF_ORDERS) -> Array:
-        """Return bounds on the errors (rad, rad/s) of runs after some numbers of steps.
-
-        The margin `MARGIN_OF_JUDGES` gives those of their judges.
-        """
+    def bounds(self, steps: Array) -> Array:
+        """Return bounds on the errors (rad, rad/s) of runs after some numbers of steps."""
         sums = (A_VALUE + steps) * ROUNDING * self.sizes
         grown = MOST_ROUND_OFF * ROUNDING * self.growths
-        found = margin * self.differences + sums + grown
+        found = MARGIN_OF_ORDERS * self.differences + sums + grown
         return np.where(self.differences > LINEAR, np.inf, found)
 
 

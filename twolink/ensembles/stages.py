@@ -126,7 +126,6 @@ class _Ended(_OfOrders):
             self.system,
             lanes,
             numbers,
-            paths=any(quantity.of_spans for quantity in kept),
             brief=bool(kept) and all(quantity.of_spans for quantity in kept),
         )
         self.numbers = np.arange(lanes.width)

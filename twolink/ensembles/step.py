@@ -22,7 +22,7 @@ from twolink.effects import is_built_in
 from twolink.ensembles.blocks import ROUNDING
 from twolink.ensembles.comparisons import largest, size, smallest
 from twolink.ensembles.compiled import System
-from twolink.ensembles.deviations import INDICES, UNKNOWN, Region, Vector
+from twolink.ensembles.deviations import INDICES, UNKNOWN, Region
 from twolink.ensembles.linear_flow import NODES, derivatives, flow, frequency
 from twolink.ensembles.motion_terms import MotionTerms, motion_terms
 from twolink.ensembles.terms import value
@@ -31,12 +31,12 @@ from twolink.values import Content
 
 Array = NDArray[np.float64]
 
-ORDER = 20
+ORDER = 18
 """The order of the series. Lower ones cost more: much is done once in each step."""
 
 # The part of the region so far that the last terms of a step may be, and the most that they may be
 # (rad/s).
-_OF_REGION, _MOST = 0.03, 1e-6
+_OF_REGION, _MOST = 0.03, 1e-8
 
 # The length of the first step, in longest steps: more terms vanish at the start than later.
 FIRST = 0.15
@@ -102,21 +102,29 @@ def compiled_step(system: System) -> Any:
 def _compiled(chain: Content, effects: Content, varying: tuple[int, ...]) -> Any:
     system = System(chain.objects[0], effects.objects, varying)
     variables = heyoka().make_vars(*(f"x{k}" for k in range(ROWS)))
+    before = Rows.of(variables)
     try:
-        after = _after(system, Rows.of(variables))
+        series = _series(system, before)
     except TypeError:
         return None
-    return heyoka().cfunc(after, variables, compact_mode=False)
+    return heyoka().cfunc(_after(system, before, series), variables, compact_mode=False)
 
 
-def _after(system: System, before: Rows) -> Vector:
+def _series(system: System, before: Rows) -> MotionTerms:
+    """Return the series of the motion; raises `TypeError` where an effect has none."""
+    q, p = before.state[:2], before.state[2:]
+    chain, effects = system.with_symbols()
+    found = motion_terms(chain, effects, tuple(q), tuple(p), heyoka().time)
+    for each in found.forces:
+        each.terms(ORDER)
+    return found
+
+
+def _after(system: System, before: Rows, series: MotionTerms) -> list[Any]:
     """Return the expressions of all rows after a step."""
     hy, count = heyoka(), len(system.varying)
     tolerance, cap = hy.par[count], hy.par[count + 1]
-    q, p = before.state[:2], before.state[2:]
-    chain, effects = system.with_symbols()
-    series = motion_terms(chain, effects, tuple(q), tuple(p), hy.time)
-    region = _with_last_step(before, series)
+    region = _with_last_step(before, series, largest(before.frequency, 1.0 / cap))
     directions = _of_angles_and_speeds(series)
     spread = largest(before.spread, region.spread(directions))
     shift = largest(before.shift, region.shift(directions))
@@ -128,8 +136,8 @@ def _after(system: System, before: Rows) -> Vector:
     length = before.left - left
     polynomials = [x.terms(ORDER + 1) for x in (*series.q, *series.p)]
     slopes = [x.terms(ORDER) for x in (*series.u, *series.forces)]
-    first, second = (_jacobian(system, polynomials, length * node) for node in NODES)
-    region = region.carried(flow(first, second, length))
+    first, second, third = (_jacobian(system, polynomials, length * node) for node in NODES)
+    region = region.carried(flow((first, second, third), length))
     moves = hy.select(hy.gt(before.left, 0.0), 1.0, 0.0)
     return [
         *(value(terms, length) for terms in polynomials),
@@ -140,37 +148,37 @@ def _after(system: System, before: Rows) -> Vector:
         left,
         spread,
         shift,
-        frequency(second),
+        frequency(third),
         before.steps + moves,
     ]
 
 
-def _with_last_step(before: Rows, series: MotionTerms) -> Region:
+def _with_last_step(before: Rows, series: MotionTerms, scale: Any) -> Region:
     """Return the region of the error with the truncation error and the round-off of the last step.
 
-    The round-off of the start is that of the first step.
+    The round-off of the start is that of the first step. `scale` is the inverse of a time of the
+    motion (1/s).
     """
     hy = heyoka()
-    rates = [x.term(0) for x in (*series.u, *series.forces)]
-    truncation = [
-        (polynomial - rate) * (before.last * (1.0 / (ORDER + 1)))
-        for polynomial, rate in zip(before.rates, rates, strict=True)
-    ]
+    rates = np.array([x.term(0) for x in (*series.u, *series.forces)], object)
+    last = before.last
+    truncation = (np.array(before.rates, object) - rates) * (last * (1.0 / (ORDER + 1)))
     # The constants of the equations are rounded once.
-    shared = [
-        UNKNOWN * size(error) + _OF_RATES * ROUNDING * before.last * size(rate)
-        for error, rate in zip(truncation, rates, strict=True)
-    ]
+    shared = _sizes(truncation) * UNKNOWN + _sizes(rates) * (last * (_OF_RATES * ROUNDING))
     momenta = series.mass.sizes_of_momenta(rates[:2])
     moves = hy.select(hy.gt(before.left, 0.0), _OF_STATES * ROUNDING, 0.0)
-    independent = [moves * x for x in (*map(size, before.state[:2]), *momenta)]
+    independent = np.array([*_sizes(before.state[:2]), *momenta], object) * moves
     M11, _, M22 = series.mass.entries
-    weights = [1.0, 1.0, 1.0 / (M11 * M11), 1.0 / (M22 * M22)]
+    units = np.array([1.0, 1.0, M11 * scale, M22 * scale], object)
     region = Region.of(before.centre, before.shape)
-    return region.with_step(truncation, shared, independent, weights)
+    return region.with_step(truncation, shared, independent, units)
 
 
-def _of_angles_and_speeds(series: MotionTerms) -> list[Vector]:
+def _sizes(expressions: Any) -> Any:
+    return np.array([size(x) for x in expressions], object)
+
+
+def _of_angles_and_speeds(series: MotionTerms) -> Any:
     """Return the rows by which deviations of q and p give those of q and u.
 
     By M du = dp + s (dq2 − dq1) (u2, u1), the variation of M u = p.
@@ -179,7 +187,8 @@ def _of_angles_and_speeds(series: MotionTerms) -> list[Vector]:
     first, second = series.mass.speeds((series.across * u2, series.across * u1))
     A11, A12, A22 = series.mass.inverse
     angles = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]]
-    return [*angles, [-first, first, A11, A12], [-second, second, A12, A22]]
+    speeds = [[-first, first, A11, A12], [-second, second, A12, A22]]
+    return np.array([*angles, *speeds], object)
 
 
 def _length(series: MotionTerms, most: Any) -> Any:
@@ -193,12 +202,12 @@ def _length(series: MotionTerms, most: Any) -> Any:
     return smallest(*lengths)
 
 
-def _jacobian(system: System, polynomials: list[Vector], t: Any) -> list[Vector]:
+def _jacobian(system: System, polynomials: list[Any], t: Any) -> Any:
     """Return the derivatives of the rates by q and p at a time (s) in a step."""
     hy = heyoka()
     names = hy.make_vars("q1", "q2", "p1", "p2")
     rates = system.rates(tuple(names[:2]), tuple(names[2:]))
     known = derivatives([x for pair in rates for x in pair], names)
     there = dict(zip(names, (value(terms, t) for terms in polynomials), strict=True))
-    flat = hy.subs([x for row in known for x in row], {**there, hy.time: hy.time + t})
-    return [flat[4 * i : 4 * i + 4] for i in range(4)]
+    flat = hy.subs(known.ravel().tolist(), {**there, hy.time: hy.time + t})
+    return np.array(flat, object).reshape(4, 4)
