@@ -42,11 +42,11 @@ def test_the_flow_is_of_sixth_order(random):
 def test_oscillations_are_not_damped():
     jacobian = np.zeros((4, 4))
     jacobian[0, 2], jacobian[2, 0] = 1.0, -1.0
-    found = of([jacobian] * 3, 0.8)[[[0], [2]], [0, 2]]
-    assert np.linalg.norm(np.linalg.matrix_power(found, 1000), 2) == pytest.approx(1.0, abs=1e-3)
+    found = of([jacobian] * 3, 0.6)[[[0], [2]], [0, 2]]
+    assert np.linalg.norm(np.linalg.matrix_power(found, 1000), 2) == pytest.approx(1.0, abs=5e-3)
 
 
-@pytest.mark.parametrize(("signs", "angle"), [((1.0, -1.0), 0.8), ((1.0, 1.0), 2.5)])
+@pytest.mark.parametrize(("signs", "angle"), [((1.0, -1.0), 0.6), ((1.0, 1.0), 2.0)])
 def test_the_frequency_of_an_oscillation_and_of_a_growth(signs, angle):
     # x' = a y, y' = b x, in any units: the eigenvalues are those of a b = ±400.
     for unit in (1.0, 1e3):

@@ -24,8 +24,8 @@ NODES: tuple[float, ...] = tuple(map(float, gauss_nodes(3)))
 """Gauss's nodes in a step of length 1."""
 
 # The angle (rad) by which an oscillation of the linearized motion turns in a step, and the growth
-# or the decay, up to which the series of exponentials are exact to some 1e-6 and 1e-3.
-_TURN, _DECAY = 0.8, 2.5
+# or the decay, up to which the series of exponentials are exact to some 1e-5 and 1e-2.
+_TURN, _DECAY = 0.6, 2.0
 
 
 def derivatives(rates: list[Any], variables: list[Any]) -> Matrix:
@@ -38,8 +38,7 @@ def flow(jacobians: tuple[Matrix, Matrix, Matrix], length: Any) -> Matrix:
     """Return the flow over a step from the derivatives of the rates at the nodes."""
     first, second, third = (length * each for each in jacobians)
     logarithm, _ = magnus(first, second, third)
-    half = _exponential(0.5 * logarithm)
-    return np.asarray(half @ half)
+    return _exponential(logarithm)
 
 
 def frequency(jacobian: Matrix) -> Any:
