@@ -1,6 +1,7 @@
 import pytest
 from typer.testing import CliRunner
 
+from tests.urdf.drawing import arm, arm_with_elbow, at, joint, link
 from twolink.cli import app
 from twolink.data import data_path
 
@@ -26,6 +27,51 @@ def test_a_file_is_converted(tmp_path, to, suffix, engine):
     out = tmp_path / "other.txt"
     assert run(file, "--to", to, "--out", out).exit_code == 0
     assert out.read_bytes() == file.with_suffix(suffix).read_bytes()
+
+
+LOCKED = arm_with_elbow('<limit effort="0" velocity="3"/>')
+
+
+@pytest.mark.engines
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(
+    ("to", "lost"),
+    [
+        ("sdf", ["Link 'ground' is", "Fixed joint 'wrist' is"]),
+        (
+            "mjcf",
+            [
+                "Links 'ground', 'hand' are",
+                "Fixed joint 'wrist' is",
+                "The limits of joint 'elbow', 0 to 0 rad, are",
+                "The effort limit of joint 'elbow', 0 N m, is",
+                "The velocity limit of joint 'elbow', 3 rad/s, is",
+            ],
+        ),
+    ],
+)
+def test_all_that_is_lost_is_listed(tmp_path, to, lost):
+    file = tmp_path / "arm.urdf"
+    file.write_text(LOCKED)
+    lines = run(file, "--to", to).stdout.splitlines()
+    assert lines[1:-1] == [f"{what} not in the {to.upper()}." for what in lost]
+
+
+@pytest.mark.engines
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("axis", ["1.0 3.6e-12 3.6e-12", "1e-9 1 0"])
+def test_an_axis_that_is_almost_one_of_the_frame(tmp_path, axis):
+    """Drake took it for this one, so that the file was refused for another mass matrix."""
+    file = tmp_path / "arm.urdf"
+    inertia = '<inertia ixx="0.9" ixy="0.1" ixz="-0.2" iyy="1.1" iyz="0.3" izz="1.2"/>'
+    turned = f'<axis xyz="{axis}"/>'
+    inside = f'<inertial><origin xyz="0.5 0.5 0.5"/><mass value="1"/>{inertia}</inertial>'
+    shoulder = joint("shoulder", "ground", "upper", inside=turned)
+    elbow = joint("elbow", "upper", "lower", inside=turned + at("1 1 1"))
+    parts = {"upper": link("upper", inside), "lower": link("lower", inside)}
+    file.write_text(arm(shoulder=shoulder, elbow=elbow, **parts))
+    result = run(file, "--to", "sdf")
+    assert result.exit_code == 0, result.stderr
 
 
 @pytest.mark.engines

@@ -1,12 +1,16 @@
 """The adapter calls the documented functions of Pinocchio, on a chain in general position."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tests.urdf.drawing import arm, at, axis, joint
 from tests.urdf.test_drawings import messy
 from tests.verification.chains import GENERAL
 from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.urdf import parse_planar_urdf
+from twolink.verification import verify
 
 N = 7
 
@@ -209,3 +213,29 @@ def test_sizes_are_those_in_space():
     assert sizes.origin == 0
     assert sizes.radius == pytest.approx([np.hypot(*centre) for centre in GENERAL.centre])
     assert min(sizes.inertia) >= min(GENERAL.inertia)
+
+
+def about(xyz):
+    """Return an arm with both axes along a direction, which gravity is along or nearly."""
+    return arm(
+        shoulder=joint("shoulder", "ground", "upper", inside=axis(xyz)),
+        elbow=joint("elbow", "upper", "lower", inside=axis(xyz) + at("1 0 0")),
+    )
+
+
+@pytest.mark.parametrize("xyz", ["0 0 1", "0 9e-6 1", "0.3 0.5 2", "0 1e-13 1"])
+def test_gravity_is_that_of_the_world_in_the_plane(xyz):
+    read = parse_planar_urdf(about(xyz))
+    chain = PinocchioChain(read)
+    # The very vector of the reader, as rounding that is relative to the whole one would count.
+    assert list(chain.model.gravity.linear) == [read.gravity * y for y in read.axes[1]]
+    assert verify(read, states=20).passed
+
+
+@pytest.mark.parametrize("xyz", ["0 9e-6 1", "0 1 0", "0 2e-11 1"])
+@pytest.mark.parametrize("share", [0.0, 0.9])
+def test_gravity_that_a_reader_drops_or_weakens_is_seen(xyz, share):
+    read = parse_planar_urdf(about(xyz))
+    verdict = verify(replace(read, gravity=share * read.gravity), states=20)
+    failed = {each.quantity for each in verdict.comparisons if not each.passed}
+    assert {"gravity terms", "potential energy"} <= failed

@@ -44,7 +44,7 @@ def test_the_shipped_chain_is_exact():
     assert urdf.joints.offset == (0.0, 0.0)
     assert urdf.origin == (0.0, 0.0, 0.0)
     assert urdf.axes == ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
-    assert urdf.gravity == 9.81
+    assert (urdf.gravity, urdf.world_gravity) == (9.81, (0.0, 0.0, -9.81))
     assert (urdf.tip, urdf.tip_position) == ("D", (1.0, 0.0, 0.0))
     assert urdf.notes == ()
 
@@ -293,14 +293,36 @@ class TestGravity:
         only(urdf.notes, "normal", "joints bear it")
         assert urdf.gravity_note == urdf.notes[0]
 
-    @pytest.mark.parametrize("roll", ["1.5707963267948966", "1.5708"])
-    def test_gravity_normal_to_the_plane_within_typed_digits(self, roll):
+    @pytest.mark.parametrize(
+        "roll", ["1.5707963267948966", "1.570796326794897", "-1.5707963267949"]
+    )
+    def test_gravity_normal_to_the_plane_but_for_rounding(self, roll):
         text = edited((SHOULDER_ORIGIN, f'<origin rpy="{roll} 0 0"/>'))
         urdf = parse_planar_urdf(text, tip="tool")
         assert (urdf.gravity, urdf.axes[0]) == (0.0, (1.0, 0.0, 0.0))
         only(urdf.notes, "normal")
 
-    @pytest.mark.parametrize("lean", [1.1e-5, 1e-4, 0.3, 1.3])
+    @pytest.mark.parametrize(
+        ("edits", "tilt"),
+        [
+            (about("0 9e-6 1"), 9e-6),
+            ([(SHOULDER_ORIGIN, f'<origin rpy="{math.pi / 2 - 1e-13!r} 0 0"/>')], 1e-13),
+            ([(SHOULDER_ORIGIN, '<origin rpy="1.5708 0 0"/>')], 1.5708 - math.pi / 2),
+            ([(SHOULDER_ORIGIN, '<origin rpy="1.57079632679 0 0"/>')], 4.8966e-12),
+        ],
+        ids=["9e-6", "1e-13", "six digits", "twelve digits"],
+    )
+    def test_axes_that_are_nearly_vertical_feel_gravity_as_in_pinocchio(self, edits, tilt):
+        urdf = parse_planar_urdf(edited(*edits), tip="tool")
+        assert urdf.gravity == pytest.approx(9.81 * tilt, rel=1e-4, abs=1e-15)
+        only(urdf.notes, f"{urdf.gravity:.5g} m/s²", "acts", "the joints bear the rest")
+        model, data, q = pinocchio_of(urdf, (0.3, -0.8))
+        model.gravity.linear = np.array([0.0, 0.0, -9.81])
+        torque = pin.computeGeneralizedGravity(model, data, q)
+        np.testing.assert_allclose(weight(urdf, (0.3, -0.8)), -torque, rtol=0, atol=1e-13)
+        assert np.abs(torque).max() > tilt
+
+    @pytest.mark.parametrize("lean", [1e-13, 1.1e-5, 1e-4, 0.3, 1.3])
     def test_the_frame_is_orthonormal_however_oblique_gravity_is(self, lean):
         text = edited((SHOULDER_ORIGIN, f'<origin rpy="{math.pi / 2 - lean!r} 0 0.4"/>'))
         axes = np.array(parse_planar_urdf(text).axes)
@@ -346,7 +368,8 @@ class TestGravity:
     ("roll", "accepted", "noted"),
     [
         ("3.141592653589793", True, False),
-        ("1e-13", True, False),
+        ("1e-15", True, False),
+        ("1e-13", True, True),
         ("3.1415926536", True, True),
         ("3.14159", True, True),
         ("3.1416", True, True),
@@ -364,7 +387,9 @@ def test_only_axes_parallel_within_typed_digits_are_accepted(roll, accepted, not
     sentences = parse_planar_urdf(text, tip="tool").notes
     assert len(sentences) == noted
     if noted:
-        only(sentences, "'shoulder'", "'elbow'", "rad")
+        only(sentences, "'shoulder'", "'elbow'", "rad", "m/s² of gravity")
+        weightless = parse_planar_urdf(text, tip="tool", gravity=(0.0, 0.0, 0.0))
+        assert "gravity" not in weightless.notes[0]
 
 
 @pytest.mark.parametrize(
@@ -489,6 +514,18 @@ def planar_points(urdf: PlanarUrdf, angles: tuple[float, float]) -> np.ndarray:
     )
 
 
+def weight(urdf: PlanarUrdf, angles: tuple[float, float]) -> tuple[float, float]:
+    """Return the joint torques of gravity (N m), from the parameters alone."""
+    points = planar_points(urdf, angles)
+    # The work of a weight along y: ∂y/∂q of a point is its x counted from the joint.
+    elbow = urdf.links[0].length * math.cos(absolute(urdf, angles)[0])
+    m1, m2 = (link.mass for link in urdf.links)
+    Q1 = urdf.gravity * (m1 * points[0, 0] + m2 * elbow)
+    Q2 = urdf.gravity * m2 * (points[1, 0] - elbow)
+    one, two = urdf.joints.joint_forces((Q1, Q2))
+    return float(one), float(two)
+
+
 def in_source_frame(urdf: PlanarUrdf, points: ArrayLike) -> np.ndarray:
     return np.asarray((np.asarray(points) - urdf.origin) @ np.array(urdf.axes[:2]).T)
 
@@ -528,15 +565,7 @@ def test_mass_matrix_and_gravity_agree_with_pinocchio(robot):
 
     model.gravity.linear = np.array(robot.gravity)
     torque = pin.computeGeneralizedGravity(model, model.createData(), q)
-    points = planar_points(urdf, robot.angles)
-    # The work of a weight along y: ∂y/∂q of a point is its x counted from the joint.
-    elbow = urdf.links[0].length * math.cos(absolute(urdf, robot.angles)[0])
-    m1, m2 = (link.mass for link in urdf.links)
-    Q1 = urdf.gravity * (m1 * points[0, 0] + m2 * elbow)
-    Q2 = urdf.gravity * m2 * (points[1, 0] - elbow)
-    np.testing.assert_allclose(
-        urdf.joints.joint_forces((Q1, Q2)), -torque, rtol=0, atol=1e-12 * size
-    )
+    np.testing.assert_allclose(weight(urdf, robot.angles), -torque, rtol=0, atol=1e-12 * size)
 
 
 @pytest.mark.slow

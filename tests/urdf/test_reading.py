@@ -5,6 +5,7 @@ import pytest
 from tests.urdf.robots import PLAIN, edited, without
 from twolink import UrdfError
 from twolink.urdf import parse_planar_urdf
+from twolink.urdf.reading import parse_tree
 
 LIMIT = '<limit effort="1" velocity="1"/>'
 ELBOW_AXIS = '<axis xyz="0 1.0 0"/>'
@@ -204,6 +205,14 @@ def test_limits_are_read_as_they_stand(attributes, limits):
     assert parse_planar_urdf(text).limits == (None, None)
     revolute = text.replace('name="elbow" type="continuous"', 'name="elbow" type="revolute"')
     assert parse_planar_urdf(revolute).limits == (None, limits)
+
+
+def test_effort_and_velocity_are_read_as_they_stand():
+    more = '<limit effort="-2.5" velocity="0"/>'
+    text = edited((f"{ELBOW_AXIS}\n  </joint>", f"{ELBOW_AXIS}{more}</joint>"))
+    joints = {joint.name: joint for joint in parse_tree(text).joints}
+    assert (joints["elbow"].effort, joints["elbow"].velocity) == (-2.5, 0.0)
+    assert (joints["shoulder"].effort, joints["shoulder"].velocity) == (None, None)
 
 
 def test_revolute_needs_a_limit():

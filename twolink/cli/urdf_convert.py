@@ -32,23 +32,28 @@ def convert(
 ) -> None:
     """Convert a URDF to MJCF or SDF, and check it in an engine.
 
-    MuJoCo's writer makes the MJCF. MuJoCo or Drake reads the file back, and its mass matrix is
-    compared at random states. Exit code 0: the file is written. 1: the engine is missing, refuses
-    the file or disagrees, and nothing is written. 2: the input was refused.
+    MuJoCo's writer makes the MJCF. MuJoCo or Drake reads the file back, and its mass matrix,
+    gravity and velocity terms are compared at random states. Lists all that the written file does
+    not have. Exit code 0: the file is written. 1: the engine is missing, refuses the file or
+    disagrees, and nothing is written. 2: the input was refused.
     """
     target = out or urdf.with_suffix(SUFFIXES[to])
     check_target("--out", target)
     from twolink.engines.urdf_conversion import convert as converted
     from twolink.urdf import read_planar_urdf
+    from twolink.urdf.losses import losses
 
+    read = read_planar_urdf(urdf)
     try:
-        made = converted(read_planar_urdf(urdf), to.value)
+        made = converted(read, to.value)
     except EngineError as error:
         fail(str(error))
     with atomic_write(target) as file:
         file.write_text(made.text, encoding="utf-8")
     say(
         f"{made.engine} reads it back; its mass matrix differs by at most {made.difference:.1e}"
-        " of the largest entry."
+        f" of the largest entry, gravity and velocity terms by {made.of_forces:.1e} of their size."
     )
+    for text in losses(read.xml, made.text, to.value):
+        say(text)
     say(target)

@@ -22,6 +22,9 @@ _ROUNDINGS = 2 * 58
 # triangles (7), and for the motion by U, D and Uᵀ with the free motion added (8).
 _CONTACT_ROUNDINGS = _ROUNDINGS + 8 + 6 + 5 + 7 + 8
 
+# Pinocchio's reader takes an axis that is this close (rad) to one of its frame's for this one.
+_SNAPPED = 1e-12
+
 
 class PinocchioChain(ChainEngine):
     """Pinocchio with a chain's URDF loaded; see `ChainEngine` for shapes and units.
@@ -37,6 +40,7 @@ class PinocchioChain(ChainEngine):
         self._pinocchio = engine = PinocchioEngine()
         super().__init__(urdf, engine)
         self._urdf = urdf
+        self.model.gravity.linear = self._gravity_in_plane()
         self._frames = {
             "C1": engine.add_frame("twolink C1", 0, engine.inertia(0).lever),
             "C2": engine.add_frame("twolink C2", 1, engine.inertia(1).lever),
@@ -61,6 +65,17 @@ class PinocchioChain(ChainEngine):
             tip=_norm(self._urdf.tip_position),
             origin=_norm(self._origin),
         )
+
+    def _gravity_in_plane(self) -> Array:
+        """Return gravity in the plane normal to Pinocchio's own first axis, in the world (m/s²).
+
+        Tolerances are relative to gravity in the plane, and this difference has the round-off of
+        the whole vector and of the axis. So within it the reader's vector stands for Pinocchio's.
+        """
+        read = self._urdf.gravity * np.array(self._urdf.axes[1])
+        whole, axis = np.array(self._urdf.world_gravity), self._pinocchio.axis_in_world(0)
+        found = whole - axis * (axis @ whole)
+        return found if _norm(found - read) > _SNAPPED * _norm(whole) else read
 
     def coriolis_matrix(self, angles: Array, speeds: Array) -> Array:
         """Return C (kg m²/s), shape (2, 2, n), by `computeCoriolisMatrix`."""

@@ -33,19 +33,25 @@ class PinocchioEngine(Engine):
         except (ValueError, RuntimeError) as error:
             raise ModelRefusedError(str(error)) from error
         names = model.joints or ("", "")
-        if self.robot.nv != 2 or not all(self.robot.existJointName(name) for name in names):
+        # The joint before all others is the world; one of the file may have its name, "universe".
+        found = {name: index for index, name in enumerate(self.robot.names) if index}
+        if self.robot.nv != 2 or not set(names) <= set(found):
             raise ModelRefusedError(f"{self.robot.nv} degrees of freedom")
-        self.joints = [self.robot.getJointId(name) for name in names]
+        self.joints = [found[name] for name in names]
         if self.robot.parents[self.joints[1]] != self.joints[0]:
             raise ModelRefusedError(f"{names[1]} does not follow {names[0]}")
         self.robot.gravity.linear = np.array(model.gravity)
-        self.tip = 0 if model.tip is None else int(self.robot.getFrameId(model.tip))
+        self.tip = 0 if model.tip is None else self.frame_of(model.tip)
         self.ready()
         return self._understood()
 
     def ready(self) -> None:
         """Make room for results; needed again after frames were added."""
         self.data = self.robot.createData()
+
+    def frame_of(self, link: str) -> int:
+        """Return the index of a link's frame; a joint, and the world, may have the same name."""
+        return int(self.robot.getFrameId(link, self.pin.FrameType.BODY))
 
     def add_frame(self, name: str, link: int, position: Array) -> int:
         """Add a frame at a position (m) in the frame of a moving joint, and return its index."""
@@ -57,6 +63,18 @@ class PinocchioEngine(Engine):
     def inertia(self, link: int) -> Any:
         """Return Pinocchio's inertia of link 0 or 1, with everything that is fixed to it."""
         return self.robot.inertias[self.joints[link]]
+
+    def axis(self, link: int) -> Array:
+        """Return a joint's axis in its own frame, from the motion of a unit speed."""
+        v = np.zeros(2)
+        v[link] = 1.0
+        self.pin.forwardKinematics(self.robot, self.data, self.pin.neutral(self.robot), v)
+        return np.array(self.data.v[self.joints[link]].angular)
+
+    def axis_in_world(self, link: int) -> Array:
+        """Return a joint's axis in the frame of the root link, both joint angles zero."""
+        own = self.axis(link)
+        return np.array(self.data.oMi[self.joints[link]].rotation @ own)
 
     def mass_matrix(self, angles: Array) -> Array:
         """Return `crba`."""
@@ -164,7 +182,7 @@ class PinocchioEngine(Engine):
         return self.pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
     def _understood(self) -> Understood:
-        bodies = [(self.inertia(link), self._axis(link)) for link in (0, 1)]
+        bodies = [(self.inertia(link), self.axis(link)) for link in (0, 1)]
         # A file may have inertias whose sums overflow; they differ from any expected number.
         with np.errstate(over="ignore", invalid="ignore"):
             return Understood(
@@ -174,13 +192,6 @@ class PinocchioEngine(Engine):
                 damping=_pair(self.robot.damping),
                 friction=_pair(self.robot.friction),
             )
-
-    def _axis(self, link: int) -> Array:
-        """Return the joint's axis in its own frame, from the motion of a unit speed."""
-        v = np.zeros(2)
-        v[link] = 1.0
-        self.pin.forwardKinematics(self.robot, self.data, self.pin.neutral(self.robot), v)
-        return np.array(self.data.v[self.joints[link]].angular)
 
 
 def _pair(numbers: Any) -> tuple[float, float]:

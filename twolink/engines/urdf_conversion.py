@@ -9,38 +9,52 @@ from typing import Any
 import numpy as np
 
 from twolink.chain import Chain
+from twolink.effects.gravity import Gravity
 from twolink.engines.contract import Array
 from twolink.errors import EngineError
-from twolink.lagrange import mass_matrix
+from twolink.lagrange import inverse_dynamics, mass_matrix
 from twolink.urdf import PlanarUrdf
 from twolink.urdf.sdf import sdf_of
+from twolink.urdf.spatial import norm
 
 _STATES = 20
+
+# Of joint angles and speeds, M (kg m²) and the joint torques at rest in it: C u − Q (N m).
+Dynamics = Callable[[Array, Array], tuple[Array, Array]]
 
 
 @dataclass(frozen=True)
 class Conversion:
-    """A converted text, the engine that read it back, and the largest relative difference of M."""
+    """A converted text, the engine that read it back, and the largest relative differences.
+
+    `difference` is that of the mass matrix, relative to its largest entry, and `of_forces` that of
+    the gravity and velocity terms, relative to their size in any pose.
+    """
 
     text: str
     engine: str
     difference: float
+    of_forces: float
     tolerance: float
 
 
 def convert(read: PlanarUrdf, to: str) -> Conversion:
     """Return a URDF in another format, "mjcf" or "sdf", after a check in an engine that reads it.
 
-    The mass matrix over joint angles is compared at random states: for MJCF in MuJoCo, whose
-    writer keeps six digits, for SDF in Drake. Raises `EngineError` if the engine is missing,
-    refuses the file, or disagrees.
+    The mass matrix over joint angles, and the gravity and velocity terms, are compared at random
+    states: for MJCF in MuJoCo, whose writer keeps six digits, for SDF in Drake. Raises
+    `EngineError` if the engine is missing, refuses the file, or disagrees.
     """
     made = _CONVERSIONS[to](read)
-    if not made.difference <= made.tolerance:
-        raise EngineError(
-            f"{read.path}: {made.engine} must find the same mass matrix in the {to.upper()};"
-            f" got a relative difference of {made.difference:.2g}"
-        )
+    for what, difference in (
+        ("mass matrix", made.difference),
+        ("gravity and velocity terms", made.of_forces),
+    ):
+        if not difference <= made.tolerance:
+            raise EngineError(
+                f"{read.path}: {made.engine} must find the same {what} in the {to.upper()};"
+                f" got a relative difference of {difference:.2g}"
+            )
     return made
 
 
@@ -57,18 +71,20 @@ def _to_mjcf(read: PlanarUrdf) -> Conversion:
         model = engine.MjModel.from_xml_string(text)
     except ValueError as error:
         raise EngineError(_refused(read, "MuJoCo", error)) from error
+    model.opt.gravity[:] = read.world_gravity
     data = engine.MjData(model)
     joints = [model.joint(name) for name in read.joint_names]
     order = [joint.dofadr[0] for joint in joints]
 
-    def matrix(theta: Array) -> Array:
+    def dynamics(theta: Array, omega: Array) -> tuple[Array, Array]:
         data.qpos[[joint.qposadr[0] for joint in joints]] = theta
+        data.qvel[order] = omega
         engine.mj_forward(model, data)
         M = np.zeros((model.nv, model.nv))
         engine.mj_fullM(model, data, M)
-        return M[np.ix_(order, order)]
+        return M[np.ix_(order, order)], data.qfrc_bias[order]
 
-    return Conversion(text, f"MuJoCo {engine.__version__}", _difference(read, matrix), 1e-4)
+    return Conversion(text, f"MuJoCo {engine.__version__}", *_differences(read, dynamics), 1e-4)
 
 
 def _to_sdf(read: PlanarUrdf) -> Conversion:
@@ -81,6 +97,7 @@ def _to_sdf(read: PlanarUrdf) -> Conversion:
     plant: Any = MultibodyPlant(0.0)
     try:
         Parser(plant).AddModelsFromString(text, "sdf")
+        plant.mutable_gravity_field().set_gravity_vector(read.world_gravity)
         plant.Finalize()
     except RuntimeError as error:
         raise EngineError(_refused(read, "Drake", error)) from error
@@ -88,12 +105,15 @@ def _to_sdf(read: PlanarUrdf) -> Conversion:
     joints = [plant.GetJointByName(name) for name in read.joint_names]
     order = [joint.velocity_start() for joint in joints]
 
-    def matrix(theta: Array) -> Array:
-        for joint, angle in zip(joints, theta, strict=True):
+    def dynamics(theta: Array, omega: Array) -> tuple[Array, Array]:
+        for joint, angle, speed in zip(joints, theta, omega, strict=True):
             joint.set_angle(context, angle)
-        return plant.CalcMassMatrix(context)[np.ix_(order, order)]
+            joint.set_angular_rate(context, speed)
+        M = plant.CalcMassMatrix(context)[np.ix_(order, order)]
+        Q = plant.CalcGravityGeneralizedForces(context)
+        return M, (plant.CalcBiasTerm(context) - Q)[order]
 
-    return Conversion(text, "Drake", _difference(read, matrix), 1e-12)
+    return Conversion(text, "Drake", *_differences(read, dynamics), 1e-12)
 
 
 _CONVERSIONS: dict[str, Callable[[PlanarUrdf], Conversion]] = {"mjcf": _to_mjcf, "sdf": _to_sdf}
@@ -101,15 +121,36 @@ _CONVERSIONS: dict[str, Callable[[PlanarUrdf], Conversion]] = {"mjcf": _to_mjcf,
 FORMATS = tuple(_CONVERSIONS)
 
 
-def _difference(read: PlanarUrdf, matrix: Callable[[Array], Array]) -> float:
-    """Return the largest difference of M at random joint angles, relative to its largest entry."""
+def _differences(read: PlanarUrdf, dynamics: Dynamics) -> tuple[float, float]:
+    """Return the largest relative differences, of M and of C u − Q, at random states."""
     chain = Chain.from_links(read.links)
-    worst = 0.0
-    for theta in np.random.default_rng(1).uniform(-np.pi, np.pi, (_STATES, 2)):
-        q = read.joints.absolute_angles((theta[0], theta[1]))
-        ours = np.array(read.joints.joint_matrix(mass_matrix(chain, q)), dtype=float)
-        worst = max(worst, float(np.abs(matrix(theta) - ours).max() / np.abs(ours).max()))
-    return worst
+    worst = np.zeros(2)
+    draw = np.random.default_rng(1)
+    for theta in draw.uniform(-np.pi, np.pi, (_STATES, 2)):
+        omega = draw.uniform(-1.0, 1.0, 2)
+        M, forces = _ours(read, chain, theta, omega)
+        found = dynamics(theta, omega)
+        size = np.abs(M).max(), np.abs(M).max() + _weight(read)
+        apart = np.abs(found[0] - M).max(), np.abs(found[1] - forces).max()
+        worst = np.maximum(worst, np.array(apart) / size)
+    return float(worst[0]), float(worst[1])
+
+
+def _ours(read: PlanarUrdf, chain: Chain, theta: Array, omega: Array) -> tuple[Array, Array]:
+    """Return M (kg m²) and C u − Q (N m) over joint angles, by Lagrange's equations."""
+    q = read.joints.absolute_angles((theta[0], theta[1]))
+    u = read.joints.absolute_speeds((omega[0], omega[1]))
+    loads = Gravity(read.gravity).loads(chain, q, u)
+    forces = inverse_dynamics(chain, q, u, (0.0, 0.0), loads)
+    M = read.joints.joint_matrix(mass_matrix(chain, q))
+    return np.array(M, dtype=float), np.array(read.joints.joint_forces(forces), dtype=float)
+
+
+def _weight(read: PlanarUrdf) -> float:
+    """Return the size of gravity's torque in any pose (N m), were all of it in the plane."""
+    one, two = read.links
+    arm1, arm2 = (float(np.hypot(*link.centre)) for link in (one, two))
+    return norm(read.world_gravity) * (one.mass * arm1 + two.mass * (one.length + arm2))
 
 
 def _missing(name: str, package: str) -> str:

@@ -36,12 +36,17 @@ from twolink.urdf.spatial import (
 from twolink.urdf.text import read_text
 
 ROUNDING = 1e-12
-"""Angles (rad) and ratios of lengths up to this are zero: float64 leaves as much after some
-thousand rotations, and no angle written with fewer than twelve digits comes as close."""
+"""Ratios of lengths up to this are zero, as are angles (rad) that count by their square: float64
+leaves as much after some thousand rotations."""
+
+ROUNDED_TURN = 1e-14
+"""Angles (rad) up to this are zero where they count by themselves: float64 leaves as much after a
+hundred rotations. A right angle typed with 13 digits is off by 1e-13, which acts."""
 
 NEGLECTED = 1e-5
-"""The largest tilt (rad) that is neglected, with a note. A right angle typed as 1.5708 is off by
-3.7e-6 and 3.1416 by 7.3e-6, in files whose authors meant a plane; 1.571 is off by 2e-4."""
+"""The largest tilt (rad) of one axis from the other that is neglected, with a note. A right angle
+typed as 1.5708 is off by 3.7e-6 and 3.1416 by 7.3e-6, in files whose authors meant a plane; 1.571
+is off by 2e-4. Gravity in the plane is not neglected, however small."""
 
 Point2 = tuple[float, float]
 Axes = tuple[Vector3, Vector3, Vector3]
@@ -71,8 +76,9 @@ class PlanarUrdf:
     `friction` (N m) and `limits` (lower and upper joint angle; none for a joint that turns freely)
     are those of the moving joints in the file; the chain omits them. `origin` is A, and `axes` are
     x, y and z of the derivation's frame, all in the world (the root link's frame); `gravity` is
-    the size of its component in the plane (m/s²), along y. `tip` names the frame taken as D, if the
-    file has one, and `tip_position` is D in the frame of the second moving link.
+    the size of its component in the plane (m/s²), along y, and `world_gravity` the whole vector in
+    the world. `tip` names the frame taken as D, if the file has one, and `tip_position` is D in the
+    frame of the second moving link.
     `notes` has a sentence for each thing that is assumed or neglected; `gravity_note` is the one
     of them on gravity that is not in the plane, or empty. `left_out` has a sentence for each joint
     with damping or friction, which are no part of the chain.
@@ -90,6 +96,7 @@ class PlanarUrdf:
     origin: Vector3
     axes: tuple[Vector3, Vector3, Vector3]
     gravity: float
+    world_gravity: Vector3
     tip: str | None
     tip_position: Vector3
     notes: tuple[str, ...]
@@ -182,6 +189,7 @@ def parse_planar_urdf(
         origin=first.pose.position,
         axes=frame.axes,
         gravity=frame.gravity,
+        world_gravity=gravity,
         tip=end.name,
         tip_position=end.position,
         notes=plane.notes,
@@ -199,7 +207,7 @@ def _in_the_plane(first: RigidBody, second: RigidBody, tip: str | None, gravity:
     turned1 = first.pose.rotation
     turned2 = (first.pose @ second.pose).rotation
     axis1, axis2 = turn(turned1, first.joint.axis), turn(turned2, second.joint.axis)
-    tilted = _check_parallel(first, second, axis1, axis2)
+    tilted = _check_parallel(first, second, (axis1, axis2), norm(gravity))
     elbow = _check_elbow(first, second, turn(turned1, second.pose.position), axis1)
     frame = _source_frame(axis1, elbow, gravity)
     project1, project2 = _projection(frame.axes, turned1), _projection(frame.axes, turned2)
@@ -237,9 +245,13 @@ def _check_reach(body: RigidBody, lumped: Lump, joint: Vector3) -> None:
 
 
 def _check_parallel(
-    first: RigidBody, second: RigidBody, axis1: Vector3, axis2: Vector3
+    first: RigidBody, second: RigidBody, axes: tuple[Vector3, Vector3], gravity: float
 ) -> tuple[str, ...]:
-    """Refuse axes that are not parallel; return a sentence if their tilt is neglected."""
+    """Refuse axes that are not parallel; return a sentence if their tilt is neglected.
+
+    `gravity` is its size (m/s²), a share of which the tilt turns about the second axis.
+    """
+    axis1, axis2 = axes
     tilt = math.atan2(norm(cross(axis1, axis2)), abs(dot(axis1, axis2)))
     names = listed((first.joint.name, second.joint.name))
     if tilt > NEGLECTED:
@@ -247,10 +259,11 @@ def _check_parallel(
             f"the axes of joints {names} must be parallel, to {NEGLECTED:g} rad; got an angle of"
             f" {tilt:.3g} rad between them"
         )
-    if tilt > ROUNDING:
+    if tilt > ROUNDED_TURN:
+        share = f", with up to {tilt * gravity:.2g} m/s² of gravity" if gravity else ""
         return (
             f"The axes of joints {names} make an angle of {tilt:.2g} rad, which the planar chain"
-            " neglects.",
+            f" neglects{share}.",
         )
     return ()
 
@@ -270,7 +283,7 @@ def _source_frame(axis: Vector3, elbow: Vector3, gravity: Vector3) -> _Frame:
     """Return the derivation's frame, from the first joint's axis and gravity."""
     size = norm(gravity)
     in_plane = reject(gravity, axis)
-    if norm(in_plane) <= NEGLECTED * size:
+    if norm(in_plane) <= ROUNDED_TURN * size:
         x = unit(elbow)
         note = (
             "Gravity is normal to the plane of motion: it does no work, and the joints bear it."
@@ -285,7 +298,7 @@ def _source_frame(axis: Vector3, elbow: Vector3, gravity: Vector3) -> _Frame:
     return _Frame(
         axes,
         norm(in_plane),
-        f"Gravity makes an angle of {lean:.2g} rad with the plane of motion: its component in the"
+        f"Gravity makes an angle of {lean:.3g} rad with the plane of motion: its component in the"
         f" plane, {norm(in_plane):.5g} m/s², acts, and the joints bear the rest.",
     )
 

@@ -72,7 +72,8 @@ class Joint:
     """A joint: its child link's frame stands at `pose` in the parent's, and turns about `axis`.
 
     `axis` is a unit vector, without meaning for a fixed joint. `damping` (N m s/rad), `friction`
-    (N m) and `limits` (rad) are as the file has them; only a revolute joint has limits.
+    (N m), `limits` (rad), `effort` (N m) and `velocity` (rad/s) are as the file has them; only a
+    revolute joint has limits, and only one with <limit> has the latter two.
     """
 
     name: str
@@ -85,6 +86,8 @@ class Joint:
     damping: float
     friction: float
     limits: Limits | None
+    effort: float | None
+    velocity: float | None
 
 
 @dataclass(frozen=True)
@@ -231,7 +234,7 @@ def _read_joint(element: ET.Element) -> Joint:
     kind = element.get("type")
     if kind not in JOINT_TYPES:
         raise UrdfError(f"{where}: type must be one of {listed(JOINT_TYPES)}; got {quoted(kind)}")
-    limits = _read_limits(element.find("{*}limit"), kind, where)
+    limits, effort, velocity = _read_limits(element.find("{*}limit"), kind, where)
     dynamics = element.find("{*}dynamics")
     return Joint(
         name=name,
@@ -244,6 +247,8 @@ def _read_joint(element: ET.Element) -> Joint:
         damping=_number(dynamics, "damping", f"{where}: damping", default=0.0),
         friction=_number(dynamics, "friction", f"{where}: friction", default=0.0),
         limits=limits,
+        effort=effort,
+        velocity=velocity,
     )
 
 
@@ -266,10 +271,13 @@ def _read_axis(axis: ET.Element | None, where: str) -> Vector3:
     return unit(direction)
 
 
-def _read_limits(limit: ET.Element | None, kind: str, where: str) -> Limits | None:
+def _read_limits(
+    limit: ET.Element | None, kind: str, where: str
+) -> tuple[Limits | None, float | None, float | None]:
     """Return a revolute joint's limits (rad), 0 where one is absent, as the standard has it.
 
-    Refuses limits that the standard refuses. Limits that leave no room are refused where they act.
+    The effort (N m) and velocity (rad/s) of the <limit> of any joint follow. Refuses limits that
+    the standard refuses. Limits that leave no room are refused where they act.
     """
     if limit is None:
         if kind == "revolute":
@@ -277,18 +285,18 @@ def _read_limits(limit: ET.Element | None, kind: str, where: str) -> Limits | No
                 f"{where} is revolute and must have a <limit>; got none (a joint that turns freely"
                 " is continuous)"
             )
-        return None
+        return None, None, None
     for name in ("effort", "velocity"):
         if name not in limit.attrib:
             raise UrdfError(
                 f"{where}: limit {name} is missing; it must be a finite number"
                 " (`twolink urdf repair` adds it)"
             )
-        _number(limit, name, f"{where}: limit {name}")
-    lower, upper = (
-        _number(limit, name, f"{where}: limit {name}", default=0.0) for name in ("lower", "upper")
+    lower, upper, effort, velocity = (
+        _number(limit, name, f"{where}: limit {name}", default=0.0)
+        for name in ("lower", "upper", "effort", "velocity")
     )
-    return (lower, upper) if kind == "revolute" else None
+    return (lower, upper) if kind == "revolute" else None, effort, velocity
 
 
 def _read_pose(element: ET.Element, where: str) -> Pose:

@@ -11,12 +11,13 @@ from xml.sax.saxutils import quoteattr
 
 from twolink.urdf.lumping import RigidBody, two_bodies
 from twolink.urdf.planar import parse_planar_urdf
-from twolink.urdf.reading import naming, parse_tree
+from twolink.urdf.reading import Joint, naming, parse_tree, parse_xml
 from twolink.urdf.spatial import (
     Matrix3,
     Pose,
     Vector3,
     add,
+    cross,
     dot,
     scale,
     subtract,
@@ -28,8 +29,10 @@ from twolink.urdf.spatial import (
 def sdf_of(text: str, *, source: str = "<string>") -> str:
     """Return the SDF of URDF text that describes a planar two-link chain.
 
-    Masses, inertias in space, poses, axes, damping, friction and limits are kept; geometry is left
-    out. Raises `UrdfError` for anything else.
+    The names, masses, inertias in space, poses, axes, damping, friction and limits of what moves
+    are kept. Geometry is left out, and so are limits the wrong way round and a robot's name that
+    SDF reserves; `twolink.urdf.losses` lists what is not kept. Raises `UrdfError` for a URDF that
+    is not such a chain.
     """
     read = parse_planar_urdf(text, source=source)
     with naming(source):
@@ -45,8 +48,10 @@ def sdf_of(text: str, *, source: str = "<string>") -> str:
         *_frames(first),
         *_frames(second),
     ]
-    name = quoteattr("_".join(read.joint_names))
-    head = ['<?xml version="1.0"?>', '<sdf version="1.9">', f"<model name={name}>"]
+    name = parse_xml(text).attrib["name"]
+    if name == "world" or "::" in name or (name.startswith("__") and name.endswith("__")):
+        name = "_".join(read.joint_names)
+    head = ['<?xml version="1.0"?>', '<sdf version="1.9">', f"<model name={quoteattr(name)}>"]
     return "\n".join([*head, *parts, "</model>", "</sdf>", ""])
 
 
@@ -98,15 +103,45 @@ def _link(body: RigidBody, pose: str) -> str:
 
 def _joint(body: RigidBody, parent: str) -> str:
     joint = body.joint
-    limits = joint.limits
-    bounds = "" if limits is None else f"<lower>{limits[0]!r}</lower><upper>{limits[1]!r}</upper>"
+    near, turned = _frame_of(joint.axis)
     return (
         f"  <joint name={quoteattr(joint.name)} type={quoteattr(joint.type)}>\n"
+        f"    <pose>{_pose(Pose(rotation=turned))}</pose>\n"
         f"    <parent>{_escaped(parent)}</parent><child>{_escaped(joint.child)}</child>\n"
-        f"    <axis><xyz>{_numbers(joint.axis)}</xyz><limit>{bounds}</limit><dynamics>"
+        f"    <axis><xyz>{_numbers(near)}</xyz><limit>{_bounds(joint)}</limit><dynamics>"
         f"<damping>{joint.damping!r}</damping><friction>{joint.friction!r}</friction>"
         "</dynamics></axis>\n  </joint>"
     )
+
+
+def _frame_of(axis: Vector3) -> tuple[Vector3, Matrix3]:
+    """Return the link's axis that is nearest to a joint's, and the least rotation to the joint's.
+
+    The joint's frame is turned by it, so that the joint turns about an axis of its frame: Drake
+    takes any other within 1.5e-8 rad of an axis of the frame for this one.
+    """
+    largest = max(range(3), key=lambda i: abs(axis[i]))
+    x, y, z = (math.copysign(float(i == largest), axis[i]) for i in range(3))
+    near = (x, y, z)
+    c, v = dot(near, axis), cross(near, axis)
+    rows = [scale(v[i] / (1 + c), v) for i in range(3)]
+    crossed = ((c, -v[2], v[1]), (v[2], c, -v[0]), (-v[1], v[0], c))
+    first, second, third = (add(row, more) for row, more in zip(rows, crossed, strict=True))
+    return near, (first, second, third)
+
+
+def _bounds(joint: Joint) -> str:
+    """Return the limits, without those the wrong way round, which SDF refuses."""
+    lower, upper = joint.limits or (None, None)
+    if lower is not None and upper is not None and lower > upper:
+        lower = upper = None
+    given = (
+        ("lower", lower),
+        ("upper", upper),
+        ("effort", joint.effort),
+        ("velocity", joint.velocity),
+    )
+    return "".join(f"<{name}>{value!r}</{name}>" for name, value in given if value is not None)
 
 
 def _frames(body: RigidBody) -> list[str]:
@@ -128,14 +163,17 @@ def _pose(pose: Pose) -> str:
 
 
 def _rpy(rotation: Matrix3) -> Vector3:
-    """Return roll, pitch and yaw (rad) of a rotation, well conditioned near a pitch of π/2."""
-    (r00, r01, _), (r10, r11, _), (r20, r21, r22) = rotation
-    across = math.hypot(r21, r22)
-    pitch = math.atan2(-r20, across)
-    if across > 1e-12:
-        return math.atan2(r21, r22), pitch, math.atan2(r10, r00)
-    # Roll and yaw turn about one line; all of it is yaw.
-    return 0.0, pitch, math.atan2(-r01, r11)
+    """Return roll, pitch and yaw (rad) of a rotation, which give it back at any pitch.
+
+    Near a pitch of π/2, roll and yaw turn about one line, and the roll is an angle of two
+    roundings. The yaw is that of the rotation without this roll.
+    """
+    (_, r01, r02), (_, r11, r12), (r20, r21, r22) = rotation
+    roll = math.atan2(r21, r22)
+    s, c = math.sin(roll), math.cos(roll)
+    # The y-axis of Rz(yaw) Ry(pitch) is horizontal, and has the yaw alone.
+    yaw = math.atan2(s * r02 - c * r01, c * r11 - s * r12)
+    return roll, math.atan2(-r20, math.hypot(r21, r22)), yaw
 
 
 def _numbers(vector: Vector3) -> str:
