@@ -1,8 +1,12 @@
+import math
+
+import numpy as np
 import pytest
 
 from twolink.text import (
     as_sentence,
     choice,
+    distinct,
     either,
     name_of_source,
     one_line,
@@ -35,6 +39,22 @@ def test_control_characters_are_escaped(text, shown):
 )
 def test_ratios_have_three_digits(number, shown):
     assert rounded(number) == shown
+
+
+@pytest.mark.parametrize(
+    ("number", "shown"),
+    [
+        (5.0, "5"),
+        (5.0000001, "5.0000001"),
+        (-0.5, "-0.5"),
+        (1e300, "1e+300"),
+        (np.float64(2.5), "2.5"),
+        (math.nextafter(5.0, 6.0), "5.000000000000001"),
+        (math.nan, "nan"),
+    ],
+)
+def test_numbers_are_told_apart(number, shown):
+    assert distinct(number) == shown
 
 
 def test_one_line_is_one_line_and_bounded():

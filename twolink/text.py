@@ -57,6 +57,11 @@ def rounded(number: float) -> str:
     return f"{float(f'{number:.3g}'):,g}"
 
 
+def distinct(number: float) -> str:
+    """Return a number with as many digits as tell it from all others, such as 5 or 5.0000001."""
+    return repr(float(number)).removesuffix(".0")
+
+
 def as_sentence(words: str) -> str:
     """Return words as a sentence: a capital first, and one full stop at the end."""
     return f"{words[:1].upper()}{words[1:]}{'' if words.endswith('.') else '.'}"

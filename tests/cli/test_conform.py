@@ -68,6 +68,19 @@ def test_printed_warnings_are_reported():
         (("cmd: false",), "the engine does not start: crash: exit code 1"),
         (("cmd: /no/such/program",), "there is no such command"),
         ((), "ENGINE is missing"),
+        *(
+            (
+                ("no:Engine", "--check-harness", option, value),
+                f"{option} must be left out with --check-harness; got both",
+            )
+            for option, value in (
+                ("--suite", "motion"),
+                ("--json", "a.json"),
+                ("--junit", "a.xml"),
+                ("--plot", "a.svg"),
+                ("--expect", "none.toml"),
+            )
+        ),
     ],
 )
 def test_bad_input_is_refused_in_one_sentence(arguments, sentence):

@@ -13,7 +13,8 @@ from twolink.data import data_path
 
 SLIDING = data_path("scenes/slide_and_stop.toml")
 FREE_FALL = data_path("scenes/free_fall.toml")
-FEW = ("--samples", "101", "--states", "50")
+FEW = ("--samples", "101")
+FEW_STATES = ("--states", "50")
 
 START = {".svg": b"<?xml", ".png": b"\x89PNG"}
 
@@ -27,7 +28,8 @@ def plot(*arguments):
 @pytest.mark.parametrize("kind", [*OF_MOTION, "verification"])
 def test_each_kind_is_written_as_each_kind_of_file(tmp_path, kind, suffix):
     file = tmp_path / f"plot{suffix}"
-    result = plot(SLIDING, "--kind", kind, "--out", file, "--theme", "dark", *FEW)
+    few = FEW_STATES if kind == "verification" else FEW
+    result = plot(SLIDING, "--kind", kind, "--out", file, "--theme", "dark", *few)
     assert result.exit_code == 0, result.output
     assert result.stdout.split() == [str(file)]
     assert file.read_bytes().startswith(START[suffix])
@@ -36,7 +38,7 @@ def test_each_kind_is_written_as_each_kind_of_file(tmp_path, kind, suffix):
 
 @pytest.mark.slow
 def test_kind_all_writes_a_file_for_each_kind(tmp_path):
-    result = plot(SLIDING, "--kind", "all", "--out", tmp_path / "slide.svg", *FEW)
+    result = plot(SLIDING, "--kind", "all", "--out", tmp_path / "slide.svg", *FEW, *FEW_STATES)
     assert result.exit_code == 0, result.output
     names = {f"slide-{kind}.svg" for kind in (*OF_MOTION, "verification")}
     assert {file.name for file in tmp_path.iterdir()} == names
@@ -44,7 +46,7 @@ def test_kind_all_writes_a_file_for_each_kind(tmp_path):
 
 @pytest.mark.slow
 def test_all_plots_of_a_smooth_motion_omit_contact_with_a_message(tmp_path):
-    result = plot(FREE_FALL, "--kind", "all", "--out", tmp_path / "fall.png", *FEW)
+    result = plot(FREE_FALL, "--kind", "all", "--out", tmp_path / "fall.png", *FEW, *FEW_STATES)
     assert result.exit_code == 0, result.output
     assert not (tmp_path / "fall-contact.png").exists()
     assert (tmp_path / "fall-energy.png").exists()
@@ -59,8 +61,8 @@ def test_a_saved_trajectory_is_plotted_as_its_scene_is(tmp_path):
         app, ["simulate", str(FREE_FALL), "--samples", "101", "--out", str(saved)]
     )
     assert simulated.exit_code == 0
-    for name, source in (("one", saved), ("two", FREE_FALL)):
-        result = plot(source, "--kind", "angles", "--out", tmp_path / f"{name}.svg", *FEW)
+    for name, source in (("one", [saved]), ("two", [FREE_FALL, *FEW])):
+        result = plot(*source, "--kind", "angles", "--out", tmp_path / f"{name}.svg")
         assert result.exit_code == 0, result.output
     assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
 
@@ -69,7 +71,7 @@ def test_a_saved_trajectory_is_plotted_as_its_scene_is(tmp_path):
 def test_a_urdf_is_verified(tmp_path):
     urdf = tmp_path / "chain.urdf"
     Chain.uniform_bars((2.0, 1.0), (0.5, 0.7)).to_urdf(urdf)
-    result = plot(urdf, "--kind", "verification", "--out", tmp_path / "v.svg", *FEW)
+    result = plot(urdf, "--kind", "verification", "--out", tmp_path / "v.svg", *FEW_STATES)
     assert result.exit_code == 0, result.output
     assert (tmp_path / "v.svg").exists()
 
@@ -106,6 +108,16 @@ def test_a_motion_not_known_to_its_end_exits_with_1(tmp_path, monkeypatch):
     assert "Known until 0.5 s." in result.stderr
 
 
+@pytest.mark.slow
+def test_a_trajectory_beside_a_scene_is_plotted_with_samples_of_the_scene(tmp_path):
+    saved = tmp_path / "fall.npz"
+    words = ["simulate", str(FREE_FALL), "--samples", "101", "--out", str(saved)]
+    assert CliRunner().invoke(app, words).exit_code == 0
+    for name, sources in (("a", [saved, "--with", FREE_FALL]), ("b", [FREE_FALL, "--with", saved])):
+        result = plot(*sources, "--kind", "difference", "--out", tmp_path / f"{name}.svg", *FEW)
+        assert result.exit_code == 0, result.output
+
+
 @pytest.mark.parametrize(
     ("source", "options", "said"),
     [
@@ -120,6 +132,33 @@ def test_a_motion_not_known_to_its_end_exits_with_1(tmp_path, monkeypatch):
         (FREE_FALL, {"--kind": "difference"}, "must be given with one --with; got 0"),
         (FREE_FALL, {"--kind": "contact", "--with": FREE_FALL}, "--with must be given with a kind"),
         (FREE_FALL, {"--with": "motion.xlsx"}, "motion.xlsx: must be a scene"),
+        *(
+            (
+                FREE_FALL,
+                {"--kind": kind, option: "7"},
+                f"{option} must be left out with --kind {kind}; got both",
+            )
+            for kind in ("angles", "phase")
+            for option in ("--states", "--seed")
+        ),
+        (
+            FREE_FALL,
+            {"--kind": "verification", "--samples": "7"},
+            "--samples must be left out with --kind verification; got both",
+        ),
+        *(
+            (
+                "kept.npz",
+                {"--kind": kind, "--samples": "7"},
+                "--samples must be left out with a trajectory, which has its own; got both",
+            )
+            for kind in ("angles", "all")
+        ),
+        (
+            "kept.npz",
+            {"--with": "kept.csv", "--samples": "7"},
+            "--samples must be left out with a trajectory, which has its own; got both",
+        ),
         ("motion.xlsx", {}, "must be a scene (.toml) or a trajectory"),
         ("missing.toml", {}, "missing.toml: there is no file of this name"),
         ("missing.npz", {}, "missing.npz: "),

@@ -97,11 +97,23 @@ def test_files_have_the_exponents(file, tmp_path):
     [
         ([], "--by must name a parameter, such as q1 or chain.mass.1; got none"),
         (["--by", "q3"], "by.0: the key in the scene must be one of chain, start, effects, q1"),
-        (["--by", "q1", "--lyapunov", "9"], "--lyapunov must be given without --by"),
+        *(
+            ([*words, "--lyapunov", "9"], f"{words[0]} must be left out with --lyapunov; got both")
+            for words in (
+                ["--by", "q1"],
+                ["--deviation", "q1=1"],
+                ["--accuracy", "1e-3"],
+                ["--samples", "7"],
+            )
+        ),
         (["--lyapunov", "-1"], "--lyapunov must be a positive number of seconds; got -1"),
         (["--lyapunov", "0.1"], "seconds must be"),
         (["--deviation", "q1"], "--deviation must be NAME=NUMBER, such as q1=0.001; got 'q1'"),
         (["--deviation", "q1=x"], "--deviation must be NAME=NUMBER, such as q1=0.001; got 'q1=x'"),
+        (
+            ["--by", "q1", "--deviation", "q1=0.1", "--deviation", "q1=0.2"],
+            "--deviation must name each number once; got 'q1' twice",
+        ),
         (["--deviation", "q1=-1"], "the deviation of q1 must be zero or positive, and finite"),
         (["--by", "q1", "--accuracy", "0"], "accuracy must be positive and finite"),
         (["--by", "q1", "--samples", "1"], "samples must be 2 or more"),

@@ -4,7 +4,9 @@ import pytest
 from typer.testing import CliRunner
 
 from twolink.cli import app
+from twolink.ensembles.file import load
 from twolink.ensembles.quantities import QUANTITIES
+from twolink.ensembles.store import created
 
 TEXT = """
 title = "Six starts"
@@ -76,6 +78,30 @@ def test_a_file_that_is_no_sweep_is_refused(tmp_path):
     result = run(tmp_path / "a.toml", "--out", tmp_path / "a.zarr")
     assert result.exit_code == 2
     assert "must be a valid string; got 3" in result.stderr or "'scene' is missing" in result.stderr
+
+
+def test_the_results_of_another_sweep_are_refused(file, tmp_path):
+    store = created(tmp_path / "a.zarr", load(file), 6)
+    file.write_text(TEXT.replace("count = 6", "count = 7"))
+    result = run(file, "--out", store.path)
+    assert result.exit_code == 2
+    assert "a.zarr: must be the result of this sweep, or not exist; got that" in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert not store.done().any()
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [("grid =", f'name = "{"a" * 300}"\ngrid ='), ('"flip"', f'"{"a" * 300}"')],
+    ids=["axis", "quantity"],
+)
+def test_names_that_no_file_can_have_are_refused(before, after, file, tmp_path):
+    file.write_text(TEXT.replace(before, after))
+    result = run(file, "--out", tmp_path / "a.zarr")
+    assert result.exit_code == 2
+    assert "must have 255 bytes or fewer; got 'aaa" in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert list(tmp_path.iterdir()) == [file]
 
 
 SECOND = """

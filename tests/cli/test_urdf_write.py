@@ -33,11 +33,43 @@ def test_every_parameter(tmp_path):
     assert (read.damping, read.friction) == ((0.1, 0.2), (0.3, 0.4))
 
 
+def test_a_link_of_no_length_has_no_bar(tmp_path):
+    """Its D is at B; its mass centre and inertia are given."""
+    out = tmp_path / "arm.urdf"
+    result = run(
+        "--out", out, "--length", 1, 0, "--centre", 0.5, 0, 0.2, 0.1, "--inertia", 0.1, 0.1
+    )
+    assert result.exit_code == 0, result.stderr
+    chain = Chain((1.0, 1.0), (1.0, 0.0), ((0.5, 0.0), (0.2, 0.1)), (0.1, 0.1))
+    assert Chain.from_links(read_planar_urdf(out).links) == chain
+
+
+@pytest.mark.parametrize(
+    ("given", "chain"),
+    [
+        (
+            ["--inertia", 0.7, 0.2],
+            Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (0.5, 0.0)), (0.7, 0.2)),
+        ),
+        (
+            ["--centre", 0.4, 0.1, 0.2, -0.3],
+            Chain((1.0, 1.0), (1.0, 1.0), ((0.4, 0.1), (0.2, -0.3)), (1 / 12, 1 / 12)),
+        ),
+    ],
+)
+def test_what_is_not_given_is_that_of_bars(given, chain, tmp_path):
+    out = tmp_path / "arm.urdf"
+    assert run("--out", out, *given).exit_code == 0
+    assert Chain.from_links(read_planar_urdf(out).links) == chain
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (["--mass", "-1", "1"], "mass must be a positive"),
         (["--length", "0", "1"], "length must be a positive"),
+        (["--length", "1", "0"], "length must be a positive"),
+        (["--length", "1", "0", "--inertia", "1", "1"], "length must be a positive"),
         (["--inertia", "-1", "1"], "inertia must be zero or a positive"),
         (["--joint", "revolute"], "--joint revolute needs --limits"),
         (["--joint", "continuous", "--limits", "0", "1", "0", "1"], "--joint must be revolute"),

@@ -25,6 +25,10 @@ def test_all_combinations_of_fixed_axes_are_run_with_each_draw():
     assert len(set(draws[0])) == 4
 
 
+def test_a_grid_of_one_value_has_one_end():
+    assert Grid(2.0, 2.0, 1).numbers.tolist() == [2.0]
+
+
 def test_a_run_is_a_function_of_its_number_alone():
     runs = Runs((MASS, SPEED), draws=1000, seed=7)
     every = runs.values(0, 1000)
@@ -58,6 +62,10 @@ def test_draws_have_their_distribution(values, law):
     [
         (lambda: Grid(0.0, float("inf"), 2), "grid: last must be a finite real number; got inf"),
         (lambda: Grid(0.0, 1.0, 0), "grid: count must be a whole number of 1 or more; got 0"),
+        (
+            lambda: Grid(0.0, 1.0, 1),
+            r"grid: last must be first = 0\.0 where count is 1; got 1\.0",
+        ),
         (lambda: Listed(()), r"values must be one number or more; got \(\)"),
         (lambda: Listed(("a",)), r"values\[0\] must be a number; got 'a'"),
         (lambda: Uniform(1.0, 1.0), "uniform: high must be above low = 1.0; got 1.0"),

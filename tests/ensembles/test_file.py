@@ -110,6 +110,15 @@ NORMAL = {"parameter": "start.q.1", "normal": {"mean": 0.0, "deviation": 1.0}}
         ({"axes": [NORMAL]}, "runs.draws must be given where an axis is random; got none"),
         ({"axes": [Q], "runs": {"draws": 3}}, "runs.draws must be of a sweep with a uniform or n"),
         ({"axes": [{**Q, "name": "a b"}]}, "axes.0.name must be letters, digits and underscores"),
+        (
+            {"axes": [{**Q, "name": "a" * 256}]},
+            r"axes and kept quantities must have 255 bytes or fewer; got 'a+\.+a+' of 256",
+        ),
+        ({"axes": [{**Q, "name": "ä" * 128}]}, r"255 bytes or fewer; got 'ä.*' of 256"),
+        (
+            {"keep": {"first": [{"name": "a" * 255}]}},
+            r"255 bytes or fewer; got 'a+\.+.*' of \d+",
+        ),
         ({"axes": [{**Q, "name": "error"}]}, "the names of axes must not be those of results"),
         ({"axes": [{**Q, "name": "draw"}]}, "the names of axes must not be those of results"),
         (
@@ -140,6 +149,11 @@ def test_contradictory_tables_are_refused_in_one_sentence(tables, sentence):
     with pytest.raises(SceneError, match=sentence) as caught:
         ensemble(**tables)
     assert "\n" not in str(caught.value)
+
+
+def test_a_name_that_a_file_can_have_is_read():
+    longest = "ä" * 127
+    assert ensemble(axes=[{**Q, "name": longest}]).runs.axes[0].name == longest
 
 
 def test_a_sweep_without_axes_is_one_run(tmp_path):

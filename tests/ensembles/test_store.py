@@ -8,7 +8,7 @@ from tests.ensembles.cases import axis, ensemble, starts
 from twolink.ensembles import store as stores
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.store import attributes, created, in_use, opened
-from twolink.errors import FileError
+from twolink.errors import FileError, ParameterError
 
 ASKED = starts(4, runs={"accuracy": 1e-6, "duration": 0.5})
 
@@ -52,7 +52,9 @@ def test_the_store_of_another_sweep_or_of_other_versions_is_refused(tmp_path, mo
     path = tmp_path / "a.zarr"
     created(path, ASKED, 6)
     assert opened(path, ASKED).chunk == 6
-    with pytest.raises(FileError, match="must be the result of this sweep, or not exist; got that"):
+    with pytest.raises(
+        ParameterError, match="must be the result of this sweep, or not exist; got that"
+    ):
         opened(path, ensemble(axes=[axis("start.q.0", 1.0)], title="another"))
     versions = {"python": "3", "twolink": "0", "heyoka": "9"}
     monkeypatch.setattr(stores, "package_versions", lambda *names: versions)

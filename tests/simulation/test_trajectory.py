@@ -24,6 +24,13 @@ def test_methods_without_polynomials_have_samples_alone():
         trajectory.work()
 
 
+def test_a_time_outside_of_a_run_is_told_from_its_end():
+    trajectory = simulate(SCENE, accuracy=1e-3)
+    with pytest.raises(SimulationError) as caught:
+        trajectory.at([1.5, 2.0000001])
+    assert str(caught.value) == "times must be 0 to 2 s; got times from 1.5 to 2.0000001 s"
+
+
 def test_without_heyoka_scipy_is_used_and_noted(monkeypatch):
     exact = simulate(SCENE)
     monkeypatch.setitem(sys.modules, "heyoka", None)

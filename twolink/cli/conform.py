@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from twolink.cli.options import check_unused
 from twolink.cli.progress import progress_bar
 from twolink.cli.terminal import (
     FAILED,
@@ -83,6 +84,7 @@ _Plot = Annotated[
 
 
 def conform(
+    context: typer.Context,
     engine: _Engine,
     suite: _Suite = None,
     seconds: _Seconds = 60.0,
@@ -104,6 +106,9 @@ def conform(
     check_target("--junit", junit_file)
     check_target("--plot", plot, PLOTS)
     if check:
+        check_unused(
+            context, "--check-harness", "suite", "expect", "json_file", "junit_file", "plot"
+        )
         _check_harness(engine, seconds, int(memory * _GIGABYTE))
         return
     report = _report(engine, suite, seconds, int(memory * _GIGABYTE), expect)

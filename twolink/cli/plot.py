@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from twolink.cli.limits import Force, limits_of
+from twolink.cli.options import check_unused
 from twolink.cli.progress import ProgressBar, progress_bar
 from twolink.cli.showing import ThemeName
 from twolink.cli.terminal import FAILED, check_target, refuse, say, warn
@@ -61,6 +62,7 @@ _Seed = Annotated[int, typer.Option(help="Seed of these states.")]
 
 
 def plot(
+    context: typer.Context,
     source: _Source,
     kind: _Kind,
     out: _Out,
@@ -81,6 +83,7 @@ def plot(
         kind, out, theme, samples, states, seed, force,
     )  # fmt: skip
     _check(asked)
+    _check_unused(context, asked)
     trajectory, drawn, written = _plotted(asked)
     for path in written:
         say(path)
@@ -159,6 +162,17 @@ def _check(asked: _Asked) -> None:
         )
     if asked.samples < 2:
         refuse(f"--samples must be 2 or more; got {asked.samples}")
+
+
+def _check_unused(context: typer.Context, asked: _Asked) -> None:
+    """Refuse options without effect on plots of this kind, or of trajectories alone."""
+    beside = f"--kind {asked.kind}"
+    if asked.kind == "verification":
+        check_unused(context, beside, "samples")
+    elif asked.kind != "all":
+        check_unused(context, beside, "states", "seed")
+    if all(file.suffix in TRAJECTORIES for file in (asked.source, *asked.beside)):
+        check_unused(context, "a trajectory, which has its own", "samples")
 
 
 def _drawn(

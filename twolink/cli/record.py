@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from twolink.cli.limits import Force
+from twolink.cli.options import check_unused
 from twolink.cli.progress import progress_bar
 from twolink.cli.showing import (
     BYTES_OF_A_FRAME,
@@ -34,6 +35,7 @@ _At = Annotated[float | None, typer.Option(help="The time of a .png (s). Default
 
 
 def record(
+    context: typer.Context,
     motion: Motion,
     out: _Out,
     fps: _Fps = None,
@@ -56,6 +58,8 @@ def record(
     from twolink.viz.recording import record as recorded
 
     check_target("--out", out, RECORDINGS)
+    if out.suffix != ".png":
+        check_unused(context, f"a {out.suffix} file", "at")
     rate = (25.0 if out.suffix == ".gif" else 30.0) if fps is None else fps
     pixels = _size(size)
     # Missing programs and invalid options are reported before anything is simulated.

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from twolink.cli.limits import Force, limits_of
+from twolink.cli.options import check_unused
 from twolink.cli.progress import progress_bar
 from twolink.cli.terminal import (
     FAILED,
@@ -23,9 +24,10 @@ from twolink.cli.terminal import (
     warn,
     write_json,
 )
+from twolink.errors import SimulationError
 from twolink.files import atomic_write, new_folder
 from twolink.suffixes import RESULTS
-from twolink.text import either, quoted
+from twolink.text import either, one_line, quoted
 
 if TYPE_CHECKING:
     from twolink.accuracy.enclosed_impact import EnclosedImpact
@@ -44,7 +46,9 @@ _Digits = Annotated[
     int | None,
     typer.Option(help="Correct digits after the decimal point. Default: 60; 30 with --rigorous."),
 ]
-_Times = Annotated[str, typer.Option(help="Times in s, separated by commas. Default: the end.")]
+_Times = Annotated[
+    str | None, typer.Option(help="Times in s, separated by commas. Default: the end.")
+]
 _Fifths = Annotated[bool, typer.Option("--fifths", help="Take the times at each fifth of the run.")]
 _Rigorous = Annotated[
     bool, typer.Option("--rigorous", help="Prove intervals that contain the motion.")
@@ -58,9 +62,10 @@ _Out = Annotated[
 
 
 def reference(
+    context: typer.Context,
     scenes: _Scenes,
     digits: _Digits = None,
-    times: _Times = "",
+    times: _Times = None,
     fifths: _Fifths = False,
     rigorous: _Rigorous = False,
     out: _Out = None,
@@ -74,14 +79,17 @@ def reference(
     and Pt its normal and tangential impulses. Exit code 0: all digits are right. 1: fewer, or a
     proof that ends before, as printed. 2: the input was refused.
     """
+    _check(context, digits, fifths, rigorous)
     several = len(scenes) > 1 or (out is not None and os.path.isdir(out))
     if several:
         check_folder("--out", out)
     else:
         check_target("--out", out, RESULTS)
     asked = _Asked(digits, _times(times), fifths, several, force)
+    loaded = _loaded(scenes, several and out is not None)
+    asked.check_times(loaded)
     complete = True
-    for file, scene in _loaded(scenes, several and out is not None).items():
+    for file, scene in loaded.items():
         found = asked.enclosed(file, scene) if rigorous else asked.computed(file, scene)
         _print(found)
         if out is not None:
@@ -100,6 +108,16 @@ class _Asked:
     fifths: bool
     several: bool
     force: bool
+
+    def check_times(self, scenes: dict[Path, Scene]) -> None:
+        """Refuse times that are not all within the run of every scene."""
+        from twolink.accuracy.reference import asked_times
+
+        for file, scene in scenes.items():
+            try:
+                asked_times(scene, self.times)
+            except SimulationError as error:
+                refuse(f"{one_line(file, 300)}: {error}")
 
     def computed(self, file: Path, scene: Scene) -> Reference:
         """Return a scene's reference, or refuse."""
@@ -157,8 +175,22 @@ def _loaded(files: list[Path], into_one: bool) -> dict[Path, Scene]:
     return {file: Scene.load(file) for file in files}
 
 
-def _times(text: str) -> tuple[float, ...] | None:
-    if not text:
+def _check(context: typer.Context, digits: int | None, fifths: bool, rigorous: bool) -> None:
+    """Refuse two choices of times, and a number of digits that no scene can have."""
+    if fifths:
+        check_unused(context, "--fifths", "times")
+    if digits is None:
+        return
+    from twolink.accuracy.enclosure import MOST_LOST
+    from twolink.accuracy.reference import MOST_DIGITS
+
+    most = MOST_LOST if rigorous else MOST_DIGITS
+    if not 1 <= digits <= most:
+        refuse(f"--digits must be a whole number from 1 to {most}; got {digits}")
+
+
+def _times(text: str | None) -> tuple[float, ...] | None:
+    if text is None:
         return None
     try:
         return tuple(float(part) for part in text.split(","))

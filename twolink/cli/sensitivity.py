@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Protocol
 import typer
 
 from twolink.cli.limits import Force, limits_of
-from twolink.cli.options import Samples
+from twolink.cli.options import Samples, check_unused
 from twolink.cli.studies import bar_of
 from twolink.cli.terminal import (
     FAILED,
@@ -72,6 +72,7 @@ _Out = Annotated[
 
 
 def sensitivity(
+    context: typer.Context,
     scene: _Scene,
     by: _By = None,
     deviation: _Deviation = None,
@@ -89,11 +90,10 @@ def sensitivity(
     """
     check_target("--out", out, RESULTS)
     if lyapunov is not None:
-        if by or deviation or accuracy is not None:
-            refuse("--lyapunov must be given without --by, --deviation and --accuracy; got both")
+        check_unused(context, "--lyapunov", "by", "deviation", "accuracy", "samples")
         _spectrum(scene, lyapunov, out, limits_of(force))
         return
-    deviations = dict(map(_named_number, deviation or ()))
+    deviations = _deviations(deviation or [])
     names = tuple(dict.fromkeys([*(by or ()), *deviations]))
     if not names:
         refuse("--by must name a parameter, such as q1 or chain.mass.1; got none")
@@ -174,6 +174,16 @@ def _write(found: _Result, out: Path | None) -> None:
         return
     with atomic_write(out) as file:
         file.write_text(found.csv(), encoding="utf-8")
+
+
+def _deviations(given: list[str]) -> dict[str, float]:
+    """Return the standard deviations by their names, or refuse one of two."""
+    pairs = [_named_number(words) for words in given]
+    names = [name for name, _ in pairs]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        refuse(f"--deviation must name each number once; got {quoted(twice)} twice")
+    return dict(pairs)
 
 
 def _named_number(words: str) -> tuple[str, float]:

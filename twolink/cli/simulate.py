@@ -9,7 +9,7 @@ import typer
 
 from twolink.cli.importing import imported_meanwhile, importing
 from twolink.cli.limits import Force, limits_of
-from twolink.cli.options import Samples, SceneName
+from twolink.cli.options import Samples, SceneName, check_unused
 from twolink.cli.progress import progress_bar
 from twolink.cli.terminal import FAILED, RENDERING, check_target, console, print_table
 from twolink.cli.trajectories import simulated
@@ -51,6 +51,7 @@ _EffectsCost = Annotated[
 
 
 def simulate(
+    context: typer.Context,
     scene: SceneName,
     accuracy: _Accuracy = None,
     method: _Method = None,
@@ -65,6 +66,8 @@ def simulate(
     Prints the motion, its cost and its accuracy. Exit code 0: the accuracy is
     met. 1: only up to the time that is printed. 2: the input was refused.
     """
+    if effects_cost:
+        check_unused(context, "--effects-cost", "accuracy", "method", "samples", "out")
     check_target("--out", out, TRAJECTORIES)
     with importing():
         from twolink.integration.methods import METHODS, method_named

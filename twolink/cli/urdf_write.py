@@ -81,9 +81,11 @@ def _chain(
     """Return the chain of the parameters, each checked."""
     from twolink.chain import Chain
 
+    places = None if centre is None else (centre[:2], centre[2:])
+    if places is not None and inertia is not None:
+        return Chain(mass, length, places, inertia)
     bars = Chain.uniform_bars(mass, length)
-    places = bars.centre if centre is None else (centre[:2], centre[2:])
-    return Chain(mass, length, places, bars.inertia if inertia is None else inertia)
+    return Chain(mass, length, places or bars.centre, inertia or bars.inertia)
 
 
 def _joints(

@@ -68,11 +68,15 @@ class Grid(FixedValues):
     count: int
 
     def __post_init__(self) -> None:
-        """Require finite ends and one value or more."""
+        """Require finite ends, and one value or more, but not one for two ends."""
         for name in ("first", "last"):
             object.__setattr__(self, name, as_real(f"grid: {name}", getattr(self, name)))
         _check_range("grid: last - first", self.first, self.last)
         object.__setattr__(self, "count", as_count("grid: count", self.count, 1))
+        if self.count == 1 and self.first != self.last:
+            raise ParameterError(
+                f"grid: last must be first = {self.first!r} where count is 1; got {self.last!r}"
+            )
 
     def __len__(self) -> int:
         return self.count

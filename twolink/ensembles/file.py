@@ -41,6 +41,9 @@ if TYPE_CHECKING:
 # More runs than these are no ensemble but a mistake of a count.
 _MOST_RUNS = 1_000_000_000
 
+# Bytes of the name of a folder, which each array of the results has.
+_LONGEST_NAME = 255
+
 
 def load(path: str | PathLike[str]) -> Ensemble:
     """Return the ensemble in a sweep file.
@@ -168,6 +171,7 @@ def _ensemble(given: dict[str, Any], of_scene: dict[str, Any], home: Path) -> En
         if value is not None
         for quantity in QUANTITIES[key].make(value)
     )
+    _check_lengths([*(axis.name for axis in axes), *(v.name for q in kept for v in q.variables)])
     return Ensemble(
         family=family,
         runs=_runs(axes, runs["draws"], runs["seed"]),
@@ -178,6 +182,20 @@ def _ensemble(given: dict[str, Any], of_scene: dict[str, Any], home: Path) -> En
         title=given["title"],
         document={**given, "scene": of_scene},
     )
+
+
+def _check_lengths(names: list[str]) -> None:
+    """Raise `ParameterError` for a name of which no file system makes a folder."""
+    longest = max(names, key=_bytes, default="")
+    if _bytes(longest) > _LONGEST_NAME:
+        raise ParameterError(
+            f"the names of axes and kept quantities must have {_LONGEST_NAME} bytes or fewer; got"
+            f" {quoted(longest)} of {_bytes(longest)}"
+        )
+
+
+def _bytes(name: str) -> int:
+    return len(name.encode())
 
 
 def axes_of(given: dict[str, Any]) -> tuple[Axis, ...]:

@@ -21,7 +21,7 @@ from twolink.ensembles.ensemble import Ensemble
 from twolink.ensembles.parameters import unit_of
 from twolink.ensembles.quantity import Variable
 from twolink.environment import package_versions, this_machine
-from twolink.errors import FileError, SimulationError
+from twolink.errors import FileError, ParameterError, SimulationError
 from twolink.files import locked, scratch_folder
 from twolink.optional import zarr
 from twolink.text import one_line
@@ -99,11 +99,12 @@ _REASON = "why a run failed, empty if it did not"
 def opened(path: Path, ensemble: Ensemble) -> Store:
     """Return the store of an ensemble that has been begun.
 
-    Raises `FileError` for anything else, and for results of other versions, whose bits may differ.
+    Raises `ParameterError` for the store of another one, and `FileError` for anything else, and for
+    results of other versions, whose bits may differ.
     """
     about = attributes(path)
     if about.get("fingerprint") != ensemble.fingerprint:
-        raise FileError(
+        raise ParameterError(
             f"{one_line(path, 300)}: must be the result of this sweep, or not exist; got that of"
             f" another: {one_line(about.get('title', 'untitled'), 100)}"
         )

@@ -25,6 +25,7 @@ from twolink.simulation.motion import motion_run
 from twolink.simulation.run import Array, MotionRun, Recipe, Statistics
 from twolink.simulation.views import Views
 from twolink.simulation.work import Work
+from twolink.text import distinct
 
 if TYPE_CHECKING:
     from twolink.integration.precisions import PrecisionName
@@ -306,7 +307,7 @@ def _within(t: Array, times: Any) -> Array:
     moments = as_times(times)
     if not (np.all(moments >= t[0]) and np.all(moments <= t[-1])):
         raise SimulationError(
-            f"times must be {t[0]:.6g} to {t[-1]:.6g} s; got times from"
-            f" {moments.min():.6g} to {moments.max():.6g} s"
+            f"times must be {distinct(t[0])} to {distinct(t[-1])} s; got times from"
+            f" {distinct(moments.min())} to {distinct(moments.max())} s"
         )
     return moments

@@ -20,6 +20,11 @@ def test_an_error_that_has_underflown_has_the_order_of_the_least_number():
     assert order_for(0.0) == order_for(5e-324) > 300
 
 
+@pytest.mark.parametrize("error", [1.0, 1e308, float("inf")])
+def test_a_large_error_has_the_lowest_order(error):
+    assert order_for(error) == judging._LOWEST_ORDER
+
+
 def run_of(values, kind=float):
     """Return a run with these angles, and speeds of zero."""
     q = np.array([values, [0.0] * len(values)], dtype=kind)

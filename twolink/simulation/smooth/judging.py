@@ -54,6 +54,9 @@ def truncation(order: int) -> float:
 
 
 def order_for(error: float) -> int:
-    """Return the lowest order whose `truncation` is below an error, which may have underflown."""
-    exponent = -math.log(max(error, math.ulp(0.0)))
+    """Return the lowest order whose `truncation` is below an error.
+
+    An error may have underflown to 0, or overflown to infinity.
+    """
+    exponent = -math.log(min(max(error, math.ulp(0.0)), 1.0))
     return max(_LOWEST_ORDER, 2 * math.ceil((exponent / 2 - 2) / 2) + 1)

@@ -1,0 +1,45 @@
+"""The command `twolink reference`: its times and digits."""
+
+import pytest
+from typer.testing import CliRunner
+
+from twolink.cli import app
+
+
+def run(*words):
+    return CliRunner().invoke(app, ["reference", *map(str, words)])
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--times", "1", "--fifths"], "--times must be left out with --fifths; got both"),
+        (["--times", ""], "--times must be numbers of seconds, separated by commas; got ''"),
+        (["--times", "11"], "general: times must increase from 0 to 10 s; got 11"),
+        *(
+            (
+                ["--digits", digits, *others],
+                f"--digits must be a whole number from 1 to {most}; got {digits}",
+            )
+            for digits in (-3, 0, 1001)
+            for others, most in (([], 1000), (["--rigorous"], 400), (["drop"], 1000))
+        ),
+    ],
+)
+def test_bad_input_is_refused_in_one_sentence(words, sentence, tmp_path):
+    several = "drop" in words
+    result = run("general", *words, "--out", tmp_path / ("a" if several else "a.csv"))
+    assert result.exit_code == 2
+    assert result.stderr == f"twolink: {sentence}\n"
+    assert result.stdout == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("options", [[], ["--rigorous"]])
+def test_times_are_checked_in_all_scenes_before_any_is_computed(options, tmp_path):
+    words = ["general", "drop", "--digits", 10, "--times", "6", *options]
+    result = run(*words, "--out", tmp_path / "a")
+    assert result.exit_code == 2
+    assert result.stderr == "twolink: drop: times must increase from 0 to 5 s; got 6\n"
+    assert result.stdout == ""
+    assert list(tmp_path.iterdir()) == []
