@@ -28,7 +28,6 @@ import numpy as np
 from benchmarks.growth import growing
 from benchmarks.throughput import (
     ERROR,
-    SCENE,
     asked,
     bare,
     compared,
@@ -38,9 +37,7 @@ from benchmarks.throughput import (
     with_momenta,
     with_speeds,
 )
-from twolink.ensembles.carried import carried_ends, tolerances
 from twolink.ensembles.chunk import Rows, rows_of
-from twolink.ensembles.compiled import System
 from twolink.ensembles.ensemble import Ensemble
 from twolink.ensembles.file import ensemble_of
 from twolink.ensembles.first_time import VERDICTS
@@ -70,7 +67,6 @@ def parts(count: int) -> Iterator[str]:
         for order in (_MEDIAN, 11, 15)
     }
     calls |= {
-        "steps that carry their errors, once": lambda: _carried(given),
         "sweep, ends with errors": lambda: rows_of(final, 0, count),
         "  its store, written": lambda: _written(final, rows),
         "sweep, flips with bounds": lambda: rows_of(asked(count, flips), 0, count),
@@ -82,14 +78,6 @@ def parts(count: int) -> Iterator[str]:
         yield f"{name:38s} {min(cost) / count * 1e6:8.1f} µs a run   × {ratio:5.2f} of the first"
     met = (rows.arrays["error"] <= ERROR).mean()
     yield f"{met:.1%} of the ends of the sweep have a measured error of at most {ERROR:g}"
-
-
-def _carried(given: Any) -> None:
-    """Make runs to their ends at the first tolerance of a sweep."""
-    none = np.zeros((0, given.shape[1]))
-    system = System(SCENE.moving_chain, SCENE.effects, ())
-    lanes = system.lanes(none, given[:2], given[2:], SCENE.duration)
-    carried_ends(system, lanes, none, tolerances(ERROR)[0])
 
 
 def flips() -> Iterator[str]:

@@ -7,6 +7,8 @@ motion does not show.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,32 +32,52 @@ OF_CORRECTIONS = 0.1
 _OF_ACCURACY, _LEAST = 1e-6, 1e-15
 
 
-def tolerances(accuracy: float) -> list[float]:
-    """Return the tolerances of steps that are tried in turn (rad/s)."""
-    return [max(_OF_ACCURACY * accuracy, _LEAST), _LEAST]
-
-
 def carried_ends(
-    system: System, lanes: Lanes, numbers: Array, tolerance: float
+    system: System, lanes: Lanes, numbers: Array, accuracy: float
 ) -> tuple[Ends, Array, int]:
     """Return the ends of runs, which of them are lost, shape (n,), and the steps of the others.
 
-    `numbers` are the parameters, shape (parameters, n), and `tolerance` is that of a step (rad/s).
+    `numbers` are the parameters, shape (parameters, n). Runs that are not accurate enough (rad,
+    rad/s) are made again by shorter steps if these can improve them.
     """
-    chain, effects, q, u, duration = lanes
+    tolerance = max(_OF_ACCURACY * accuracy, _LEAST)
     with np.errstate(all="ignore"):
-        cap = np.broadcast_to(
-            longest_steps(chain, effects, tuple(q), tuple(u), duration), q[0].shape
-        )
-        p = EQUATIONS[FORMULATION].from_speeds(chain, tuple(q), tuple(u))
-        start = np.array([*q, *np.broadcast_arrays(*p)])
-        going = np.isfinite(cap) & np.isfinite(start).all(axis=0)
-        parameters = np.concatenate([numbers, [np.full_like(cap, tolerance), cap]])
-        rows = np.full((ROWS, lanes.width), np.nan)
-        rows[:, going] = marched(
-            compiled_step(system), Begun(start[:, going], parameters[:, going], duration)
-        )
+        rows = _marched(system, lanes, numbers, tolerance)
+        again = np.flatnonzero(_improves(Rows.of(rows), accuracy))
+        if tolerance > _LEAST and len(again):
+            own, q, u = numbers[:, again], lanes.q[:, again], lanes.u[:, again]
+            other = _marched(system, system.lanes(own, q, u, lanes.duration), own, _LEAST)
+            better = ~(_bounds(Rows.of(other)) >= _bounds(Rows.of(rows[:, again])))
+            rows[:, again[better]] = other[:, better]
         return _ends(lanes, Rows.of(rows))
+
+
+def _marched(system: System, lanes: Lanes, numbers: Array, tolerance: float) -> Array:
+    """Return the last rows of runs, NaN for those that have no start or no end."""
+    chain, effects, q, u, duration = lanes
+    longest = longest_steps(chain, effects, tuple(q), tuple(u), duration)
+    cap = np.broadcast_to(longest, q[0].shape)
+    p = EQUATIONS[FORMULATION].from_speeds(chain, tuple(q), tuple(u))
+    start = np.array([*q, *np.broadcast_arrays(*p)])
+    going = np.isfinite(cap) & np.isfinite(start).all(axis=0)
+    parameters = np.concatenate([numbers, [np.full_like(cap, tolerance), cap]])[:, going]
+    rows = np.full((ROWS, lanes.width), np.nan)
+    rows[:, going] = marched(compiled_step(system), Begun(start[:, going], parameters, duration))
+    return rows
+
+
+def _bounds(rows: Rows) -> Array:
+    """Return bounds on the errors of states that are corrected (rad, rad/s), shape (n,)."""
+    return np.asarray(rows.spread + OF_CORRECTIONS * rows.shift)
+
+
+def _improves(rows: Rows, accuracy: float) -> Any:
+    """Return which runs shorter steps may make accurate enough, or give a known error.
+
+    The part of a region that is larger than its centre is round-off that has grown.
+    """
+    unknown = ~(_bounds(rows) <= LINEAR)
+    return unknown | ((_bounds(rows) > accuracy) & (rows.spread - rows.shift <= accuracy))
 
 
 def _ends(lanes: Lanes, rows: Rows) -> tuple[Ends, Array, int]:
@@ -63,7 +85,7 @@ def _ends(lanes: Lanes, rows: Rows) -> tuple[Ends, Array, int]:
     lost = ~np.isfinite(rows.state).all(axis=0)
     # After a last step of length 0 these are the rates in the state.
     check_rates(lanes, rows.state, rows.rates, lanes.duration)
-    bounds = rows.spread + OF_CORRECTIONS * rows.shift
+    bounds = _bounds(rows)
     known = bounds <= LINEAR
     states = states_of(lanes.chain, np.where(known, rows.state - rows.centre, rows.state))
     errors = bounds + A_VALUE * ROUNDING * sizes_of(lanes.chain, states)

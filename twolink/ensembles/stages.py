@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.ensembles.blocks import Ends, Lanes
-from twolink.ensembles.carried import carried_ends, tolerances
+from twolink.ensembles.carried import carried_ends
 from twolink.ensembles.compiled import LANES, System
 from twolink.ensembles.ending import Ending
 from twolink.ensembles.ensemble import Ensemble
@@ -75,15 +75,15 @@ def stages_of(ensemble: Ensemble, system: System, prepared: Prepared) -> Stages:
 
 @dataclass
 class _Carried(Stages):
-    """Runs to their ends, by steps that carry their errors. A trial is a tolerance (rad/s)."""
+    """Runs to their ends, by steps that carry their errors. The only trial is the accuracy."""
 
     ensemble: Ensemble
     system: System
     prepared: Prepared
 
     def trials(self, accuracy: float) -> list[float]:
-        """Return tolerances of steps."""
-        return tolerances(accuracy)
+        """Return the accuracy itself."""
+        return [accuracy]
 
     def runs(self, left: Any, trial: float) -> Iterator[Done]:
         """Yield all runs."""

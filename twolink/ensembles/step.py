@@ -26,17 +26,19 @@ from twolink.ensembles.deviations import INDICES, UNKNOWN, Region
 from twolink.ensembles.linear_flow import NODES, derivatives, flow, frequency
 from twolink.ensembles.motion_terms import MotionTerms, motion_terms
 from twolink.ensembles.terms import value
+from twolink.integration.expressions import plain
 from twolink.optional import heyoka
+from twolink.simulation.smooth.rates import of_differences
 from twolink.values import Content
 
 Array = NDArray[np.float64]
 
-ORDER = 18
+ORDER = 20
 """The order of the series. Lower ones cost more: much is done once in each step."""
 
 # The part of the region so far that the last terms of a step may be, and the most that they may be
 # (rad/s).
-_OF_REGION, _MOST = 0.03, 1e-8
+_OF_REGION, _MOST = 0.1, 1e-8
 
 # The length of the first step, in longest steps: more terms vanish at the start than later.
 FIRST = 0.15
@@ -207,7 +209,8 @@ def _jacobian(system: System, polynomials: list[Any], t: Any) -> Any:
     hy = heyoka()
     names = hy.make_vars("q1", "q2", "p1", "p2")
     rates = system.rates(tuple(names[:2]), tuple(names[2:]))
-    known = derivatives([x for pair in rates for x in pair], names)
+    shorter = hy.subs([plain(x) for pair in rates for x in pair], of_differences(*names[:2]))
+    known = derivatives(shorter, names)
     there = dict(zip(names, (value(terms, t) for terms in polynomials), strict=True))
     flat = hy.subs(known.ravel().tolist(), {**there, hy.time: hy.time + t})
     return np.array(flat, object).reshape(4, 4)

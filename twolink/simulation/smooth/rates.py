@@ -70,15 +70,15 @@ def _compiled(
     (given,) = chain.objects
     pairs = expressions_of(formulation, given.convert(number), effects.objects, number)
     variables, rates = zip(*pairs, strict=True)
-    every = hy.subs(list(rates), _of_differences(*variables[:2]))
+    every = hy.subs(list(rates), of_differences(*variables[:2]))
     if derived:
         tensors = hy.diff_tensors(every, diff_args=list(variables), diff_order=1)
         every += tensors.jacobian.ravel().tolist()
     return hy.cfunc(every, variables, fp_type=number, opt_level=_LEVELS[precision])
 
 
-def _of_differences(q1: Any, q2: Any) -> dict[Any, Any]:
-    """Return sin(q2 − q1) and cos(q2 − q1), and what they equal by functions of q1 and q2.
+def of_differences(q1: Any, q2: Any) -> dict[Any, Any]:
+    """Return sin(q2 − q1) and cos(q2 − q1), and equal expressions in functions of q1 and q2.
 
     In longer precisions sines and cosines take most of the time, and the rates have these as well.
     """
