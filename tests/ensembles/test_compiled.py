@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from twolink.chain import Chain
-from twolink.effects import Gravity
+from twolink.effects import Gravity, JointTorque
 from twolink.ensembles.compiled import FORMULATION, LANES, System
 from twolink.ensembles.numbers import numbers_in
 from twolink.errors import SimulationError
@@ -47,3 +47,9 @@ def test_equations_that_need_numbers_are_refused():
     system = System(CHAIN, EFFECTS, (direction,))
     with pytest.raises(SimulationError, match="the equations have no form with parameters"):
         system.check()
+
+
+def test_rates_that_depend_on_time():
+    driven = JointTorque((0.0, 0.0), (1.0, 0.0), (2.0, 0.0))
+    assert System(CHAIN, (*EFFECTS, driven), ()).depends_on_time
+    assert not System(CHAIN, EFFECTS, (MASS, G)).depends_on_time

@@ -26,19 +26,22 @@ _LOOKS = 9
 _CANCELLING, _COUNTING = 8.0, 8.0
 
 
-def shares_round_off(lanes: Lanes) -> Any:
-    """Return which runs have an error that two runs in float64 share, shape (n,)."""
+def shares_round_off(lanes: Lanes, *, of_time: bool = True) -> Any:
+    """Return which runs have an error that two runs in float64 share, shape (n,).
+
+    Loads are looked at over time if they are functions `of_time`.
+    """
     chain, effects, q, u, duration = lanes
     balanced = rates_of_balance(chain, effects, tuple(q), tuple(u), duration) > 0
-    return np.broadcast_to(balanced, lanes.width) | _cancel(lanes)
+    return np.broadcast_to(balanced, lanes.width) | _cancel(lanes, _LOOKS if of_time else 1)
 
 
-def _cancel(lanes: Lanes) -> Any:
+def _cancel(lanes: Lanes, looks: int) -> Any:
     """Return which runs have large loads whose terms nearly cancel, shape (n,)."""
     chain, effects, q, u, duration = lanes
     largest, beyond = np.zeros((2, lanes.width))
     longest = longest_steps(chain, effects, tuple(q), tuple(u), duration)
-    for t in np.linspace(0.0, duration, _LOOKS):
+    for t in np.linspace(0.0, duration, looks):
         times = np.full(lanes.width, t)
         found = sizes_of_loads(chain, effects, EQUATIONS[FORMULATION].in_speeds, q, u, times)
         largest = np.maximum(largest, (found.errors - found.excess).max(axis=0))

@@ -207,7 +207,8 @@ def _without_shared_round_off(
     places, numbers, q, u = prepared
     if not len(places):
         return prepared, alone
-    shared = shares_round_off(system.lanes(numbers, q, u, ensemble.duration))
+    lanes = system.lanes(numbers, q, u, ensemble.duration)
+    shared = shares_round_off(lanes, of_time=system.depends_on_time)
     if not shared.any():
         return prepared, alone
     left = Prepared(*(rows[..., ~shared] for rows in prepared))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from twolink.ensembles.blocks import Lanes
 from twolink.ensembles.numbers import numbers_in, with_numbers
 from twolink.errors import SimulationError, TwolinkError
+from twolink.integration.expressions import plain
 from twolink.integration.precisions import PRECISIONS
 from twolink.names import EquationsName
 from twolink.optional import heyoka
@@ -67,6 +68,14 @@ class System:
         """Return the rates in the symbols of heyoka; raises `TypeError` where there are none."""
         chain, effects = self.with_symbols()
         return EQUATIONS[FORMULATION].rates(chain, effects, q, x, heyoka().time)
+
+    @property
+    def depends_on_time(self) -> bool:
+        """Whether the rates are functions of the time beside the variables."""
+        hy = heyoka()
+        flat = [plain(rate) for pair in self.rates(*_symbols()) for rate in pair]
+        clock = hy.make_vars("t")
+        return "t" in hy.get_variables(hy.subs(flat, {hy.time: clock}))
 
     def check(self) -> None:
         """Raise `SimulationError` unless the equations can be written with its parameters."""

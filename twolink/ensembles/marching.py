@@ -16,9 +16,10 @@ from twolink.ensembles.step import FIRST, FREQUENCY, LAST, LEFT, ROWS, STEPS, Ro
 
 Array = NDArray[np.float64]
 
-# Lanes, whose rows stay in the fast memory of a core, and the number in the widest registers: all
-# of them are computed alike, so that bits do not depend on the others.
-_LANES, _TOGETHER = 256, 8
+# Lanes, whose rows stay in the memory of a core, no power of two, as rows would then compete for
+# one place there; and the number in the widest registers: all of them are computed alike, so that
+# bits do not depend on the others.
+_LANES, _TOGETHER = 760, 8
 
 # Steps between two looks at which lanes have ended.
 _BETWEEN = 8
