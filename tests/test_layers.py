@@ -138,7 +138,7 @@ ROWS = {
         "certificate singular_pose zeno",
         "painleve",
         "flow reactions select",
-        "dense effort jump start",
+        "dense effort event_order jump start",
         "history",
         "run",
         "differences",

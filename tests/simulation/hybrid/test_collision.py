@@ -1,17 +1,25 @@
 """Contacts that are approached, and the slides after their impacts."""
 
 import math
+from fractions import Fraction
 
 import pytest
 
 from tests.simulation.hybrid import BALANCED, state_of, system_of
 from twolink import lagrange
+from twolink.chain import Chain
 from twolink.contact.force_laws import Phase, PlasticState
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
+from twolink.effects.sampled_torque import SampledTorque
+from twolink.effects.surface import Surface
+from twolink.scene import Scene
+from twolink.simulation import simulate
 from twolink.simulation.hybrid.collision import (
+    closed,
+    collide,
     direction_of,
     nearby,
     sliding_after,
@@ -90,3 +98,69 @@ def test_an_impact_elsewhere_turns_compression_into_restitution(phase, speed, af
     assert struck.compliant[0].plastic.phase is after
     depth = struck.compliant[0].sqrt_depth ** 2 + struck.compliant[0].plastic.residual
     assert depth == pytest.approx(1e-4)
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_a_contact_is_struck_at_its_own_instant_unless_it_is_a_rounding_away(precision):
+    """Both stops are within the rounding of their place, and link 1 moves to them."""
+    system = stopped_chain(JointStop("B", upper=0.0), precision=precision)
+    speed, instant = 1e-8, 2**10 * system.rounding * 3
+    state = state_of(system, (0.5, 0.25))._replace(t=system.number(3), u=(-speed, 0.0))
+    for share, expected in [(0.0, [0, 1]), (0.9, [0, 1]), (1.1, []), (100.0, [])]:
+        gap = share * instant * speed
+        assert nearby(system, state._replace(gaps=(gap, gap))) == [0, 1]
+        found = state._replace(gaps=(gap, gap))
+        assert closed(system, found, system.pose(found.q)) == expected
+        assert bool(collide(system, found, system.pose(found.q)).strikes) == bool(expected)
+    # One that is left is open, however near.
+    left = state._replace(gaps=(1e-40, 0), u=(speed, 0.0))
+    assert closed(system, left, system.pose(left.q)) == [1]
+
+
+def test_points_that_move_along_one_line_are_struck_together():
+    floor = Surface((0.0, 0.0), (0.0, -1.0), on=("B", "C1", "D"))
+    system = system_of(floor)
+    state = state_of(system, (-0.5, -0.5))._replace(q=(0.0, 0.0), u=(1e-8, 1e-8))
+    found = state._replace(gaps=(0.0, 1e-15, 1e-15))
+    assert [element.normal.point for element in system.elements] == ["B", "C1", "D"]
+    assert closed(system, found, system.pose(found.q)) == [0, 1]
+
+
+def bounces_from_rest(t):
+    """Return the angle and the speed at t (s) under 1 rad/s² onto a stop at 1/2 rad, exactly.
+
+    It is struck at 1 s with 1 rad/s, and its restitution is 1/2: the bounces end at 3 s.
+    """
+    since, v = t - 1, Fraction(1, 2)
+    while since > 2 * v:
+        since, v = since - 2 * v, v / 2
+    return Fraction(1, 2) - v * since + since * since / 2, since - v
+
+
+@pytest.mark.slow_but_first
+@pytest.mark.parametrize("before", [1e-8, 3e-8, 8e-9])
+def test_a_load_that_turns_while_bounces_die_away_does_not_strike_the_stop(before):
+    """Link 1 is still 1e-18 to 1e-17 rad from its stop, and then either turns back or reaches it.
+
+    The numbers are powers of two, so that the motion is known exactly.
+    """
+    turns = 3.0 - before
+    angle, speed = bounces_from_rest(Fraction(turns))
+    gap = Fraction(1, 2) - angle
+    assert 0 < gap < 7e-18
+    left, load = Fraction(1), Fraction(-2)
+    # A root in float64 has an error of its square.
+    discriminant = speed * speed + 2 * load * gap
+    if speed > 0 and discriminant > 0:
+        root = Fraction(math.sqrt(discriminant))
+        root = (root + discriminant / root) / 2
+        left, angle, speed = left - (root - speed) / load, Fraction(1, 2), -root / 2
+    chain = Chain((0.25, 0.25), (1.0, 1.0), ((0.5, 0.0), (0.0, 0.0)), (0.6875, 1.0))
+    torque = SampledTorque((0.0, turns), (1.0, -2.0), (0.0, 0.0), "hold")
+    stop = JointStop("A", upper=0.5, restitution=0.5)
+    found = simulate(Scene(chain, (0.0, 0.0), (0.0, 0.0), turns + 1, (stop, torque), 1e-12))
+    left = Fraction(turns + 1) - Fraction(turns) - 1 + left
+    exact = angle + speed * left + load / 2 * left * left, speed + load * left
+    ends = found.q[0, -1], found.u[0, -1]
+    off = max(abs(float(x - Fraction(float(y)))) for x, y in zip(exact, ends, strict=True))
+    assert off <= found.error < 1e-12

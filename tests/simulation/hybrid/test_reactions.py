@@ -18,14 +18,21 @@ from twolink.contact.force_laws import Phase, PlasticState
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
 from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
+from twolink.effects.sampled_torque import SampledTorque
+from twolink.effects.surface import Surface
+from twolink.scene import Scene
+from twolink.simulation import simulate
 from twolink.simulation.hybrid.compliant_state import CompliantState
 from twolink.simulation.hybrid.jump import jump
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.reactions import REACTIONS, press
+from twolink.simulation.hybrid.run import hybrid_run
 
 
 def test_a_contact_that_is_hit_rebounds():
@@ -281,3 +288,75 @@ def test_a_joint_turns_on_where_a_point_of_its_link_passes_a_dead_point(q1, u1, 
     after = REACTIONS[E.STOPS](system, state, mode, Trigger(E.STOPS, 1, 1)).state
     assert after.sliding == sliding
     assert after.u == (u1 if sliding[0] else 0.0, 1.0)
+
+
+TWO_POINTS = Chain((1.0, 1.0), (1.0, 1.0), ((1.0, 0.0), (0.5, 0.0)), (0.05, 1 / 12))
+"""The mass centre of link 1 is at B: C1 and B are two points in one place."""
+
+
+def above_B(angle, **more):
+    """Return a rough surface that B reaches from below at an angle of link 1 (rad)."""
+    return Surface((0.0, math.sin(angle)), (0.0, -1.0), friction=3.0, name="floor", **more)
+
+
+@pytest.mark.slow_but_first
+@pytest.mark.parametrize(
+    ("order", "formulation"), [(15, "lagrange"), (15, "kane"), (21, "lagrange")]
+)
+def test_points_in_one_place_leave_a_surface_together(order, formulation):
+    """Link 2 draws B off a floor, at whose other point in this place friction would wedge link 1.
+
+    One point leaves at N = 0, and so do two: round-off does not let the other one take the force.
+    """
+    chain = Chain.point_masses(
+        (1.129647152228803, 1.6993542656375757), (0.429344931103363, 0.4676012464868387)
+    )
+    q, u = (-1.0019654260616537, -3.032177219010494), (-3.673530533968469, 0.5303063909223725)
+    found = []
+    for on in (("B",), ("B", "C1")):
+        floor = Surface(
+            (0.20077902173794937, -0.44777262892200326), (0.3339970391961674, 0.9425741232434688),
+            on=on, restitution=0.0, friction=2.6556837304320173, static=4.309445435926503,
+            law="poisson",
+        )  # fmt: skip
+        effects = Gravity(9.81), JointDamping((0.06535580164220163, 0.1876561265801057)), floor
+        scene = Scene(chain, q, u, 0.87, effects)
+        run = hybrid_run(scene, [0.0, 0.87], formulation=formulation, order=order)
+        assert any(own is S.CLOSED for arc in run.arcs for own in arc.mode.states)
+        assert str(run.arcs[-1].mode) == "moves freely"
+        found.append(tuple(map(float, run.u[:, -1])))
+    one, two = found
+    assert abs(one[0]) > 1
+    assert two == pytest.approx(one, rel=1e-11)
+
+
+@pytest.mark.slow_but_first
+@pytest.mark.parametrize("friction", [(0.0, 0.0), (0.0, 1.0)])
+@pytest.mark.parametrize("turns", ["at once", "in a jump", "in a ramp"])
+def test_a_wedged_link_stays_at_rest_however_its_load_turns_with_a_note(turns, friction):
+    """The normal force of B has the arm cos q1, its friction up to 3 sin q1: it may hold any load.
+
+    Link 2 has no load. As the floor only pushes, the laws admit that link 1 leaves as well.
+    """
+    torque = {
+        "at once": JointTorque((-8.0, 0.0)),
+        "in a jump": SampledTorque((0.0, 0.2), (3.0, -8.0), (0.0, 0.0), "hold"),
+        "in a ramp": SampledTorque((0.0, 0.2, 0.4), (3.0, 3.0, -8.0), (0.0, 0.0, 0.0), "linear"),
+    }[turns]
+    effects = torque, JointFriction(friction), above_B(0.9, on=("B",))
+    found = simulate(Scene(TWO_POINTS, (0.9, 0.3), (0.0, 0.0), 0.5, effects, 1e-9))
+    assert tuple(found.u[:, -1]) == (0.0, 0.0)
+    assert found.error < 1e-14
+    (note,) = found.notes
+    assert "the laws of contact leave a choice" in note
+    assert "is pressed forward is taken; or" in note
+    assert found.events[-1].mode["B on floor"] is S.PRESSED_FORWARD
+
+
+def test_a_wedged_link_rests_on_its_normal_force_where_its_load_turns_back():
+    torque = SampledTorque((0.0, 0.1, 0.3), (-8.0, -8.0, 3.0), (0.0, 0.0, 0.0), "linear")
+    found = simulate(
+        Scene(TWO_POINTS, (0.9, 0.3), (0.0, 0.0), 0.4, (torque, above_B(0.9, on=("B",))), 1e-9)
+    )
+    assert tuple(found.u[:, -1]) == (0.0, 0.0)
+    assert [event.mode["B on floor"] for event in found.events] == [S.PRESSED_FORWARD, S.CLOSED]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.simulation.hybrid import BALANCED, BARS, state_of, system_of
+from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
@@ -384,3 +385,32 @@ def test_a_link_that_its_weight_would_lift_off_is_wedged_and_may_leave(friction,
 def test_a_chain_whose_rest_is_its_only_motion_has_no_choice():
     system = system_of(Gravity(), JointFriction((40.0, 40.0)), chain=BARS)
     assert selected(system, state_of(system, (0.3, 0.4), (0.0, 0.0))).others == ()
+
+
+def test_points_in_one_place_with_one_friction_are_one_contact():
+    """C1 and C2 are B: the first has the force of all, and the others stay beside it."""
+    chain = Chain((1.0, 1.0), (1.0, 1.0), ((1.0, 0.0), (0.0, 0.0)), (0.1, 0.1))
+    floor = Surface((0.0, 0.0), (0.0, -1.0), friction=0.5, on=("C2", "B", "C1"))
+    system = system_of(Gravity(9.81, (0.0, 1.0)), floor, chain=chain)
+    state = state_of(system, (0.0, 0.0))
+    assert state.touching == {0, 1, 2}
+    found = selected(system, state)
+    assert found.states == (S.CLOSED, S.OPEN, S.OPEN)
+    assert found.others == ()
+
+
+@pytest.mark.parametrize(("frictions", "noted"), [((0.1, 0.5), True), ((0.5, 0.5), False)])
+def test_a_slide_on_floors_in_one_place_with_two_frictions_is_a_choice(frictions, noted):
+    """D is drawn along in the stretched pose, in which both give it the same acceleration."""
+    floors = [
+        Surface((0.0, 1.2), (0.0, -1.0), friction=friction, name=f"floor {number}")
+        for number, friction in enumerate(frictions)
+    ]
+    q1 = math.asin(0.6)
+    for q in ((q1, q1), (0.3, math.asin(1.2 - math.sin(0.3)))):
+        u = 1.0, -math.cos(q[0]) / math.cos(q[1])
+        system = system_of(Gravity(), *floors)
+        found = selected(system, state_of(system, q, u))
+        sliding = found.states.index(next(s for s in found.states if s is not S.OPEN))
+        assert found.states[sliding].slips
+        assert found.others == (((found.states[::-1]),) if noted else ())

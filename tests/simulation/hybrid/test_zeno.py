@@ -34,7 +34,7 @@ from twolink.simulation.hybrid.jump import jump
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.hybrid.tolerances import zeno_time
-from twolink.simulation.hybrid.zeno import Past, _flight, accumulated
+from twolink.simulation.hybrid.zeno import Past, _flight, _ratio, accumulated
 
 
 @pytest.mark.parametrize(("share", "dies"), [(0.9, True), (1.1, False)])
@@ -62,6 +62,18 @@ def test_a_speed_below_the_least_float_ends_at_rest(precision):
     after = jump(system, hitting(system, arrives), mode_of(system, S.OPEN), Trigger(E.HITS, 0))
     assert after.mode.states == (S.CLOSED,)
     assert after.state.u[0] == 0
+
+
+def test_the_time_at_which_bounces_would_end_is_a_float_in_every_precision():
+    """Also where the last impact had no approach speed, as one without a collision."""
+    system = stopped_chain(precision="quadruple")
+    state = hitting(system, system.number(-1e-12))
+    (strike,) = jump(system, state, mode_of(system, S.OPEN), Trigger(E.HITS, 0)).strikes
+    for speeds, ratio in (((-2.0, 1.0), 0.5), ((0.0, 1.0), 0.5)):
+        pair = tuple(map(system.number, speeds))
+        found = _ratio(system, [strike._replace(speeds=pair)], 0)
+        assert found == ratio
+        assert type(found) is float
 
 
 def test_bounces_without_a_force_towards_the_contact_continue():

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from twolink.arithmetic import Pair
+from twolink.contact.coordinates import ConstraintCoordinate
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid import compliant_state
+from twolink.simulation.hybrid.constraint import same_line
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
@@ -23,6 +25,7 @@ from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import resolve
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.tolerances import SAME_INSTANT
 
 
 def nearby(system: HybridSystem, state: HybridState) -> list[int]:
@@ -33,6 +36,43 @@ def nearby(system: HybridSystem, state: HybridState) -> list[int]:
         if gap is not None and abs(gap) <= near:
             found.append(index)
     return found
+
+
+def closed(system: HybridSystem, state: HybridState, pose: Pose) -> list[int]:
+    """Return the rigid contacts that are touched or struck at this instant, and their neighbours.
+
+    A gap is a variable that keeps its relative accuracy: a contact that is approached, and not
+    closed yet, is struck now only if it closes within the rounding of the time, and at its own
+    instant otherwise. Points that move along the line of such a contact are closed with it, within
+    the rounding of a place.
+    """
+    near = nearby(system, state)
+    found = [i for i in near if i in state.touching or _closes_now(system, state, pose, i)]
+    if not 0 < len(found) < len(near):
+        return found
+    lines = [system.elements[index].normal for index in found]
+    return [i for i in near if i in found or _is_along(system, system.elements[i].normal, lines)]
+
+
+def _closes_now(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> bool:
+    """Return whether a gap is closed, or closes within the rounding of the time."""
+    gap, normal = state.gaps[index], system.elements[index].normal
+    assert gap is not None
+    assert normal is not None
+    if gap <= 0:
+        return True
+    speed = approach(pose.row(normal), state.u, system.rounding)
+    instant = SAME_INSTANT * system.rounding * max(float(state.t), system.longest_step)
+    return bool(gap <= -instant * speed)
+
+
+def _is_along(
+    system: HybridSystem,
+    normal: ConstraintCoordinate | None,
+    lines: Sequence[ConstraintCoordinate | None],
+) -> bool:
+    """Return whether a coordinate changes in proportion to one of others, in every pose."""
+    return any(same_line(normal, line, system.scene_chain) for line in lines)  # type: ignore[arg-type]
 
 
 def touched_names(system: HybridSystem, state: HybridState) -> str:
@@ -52,7 +92,7 @@ class Collision(NamedTuple):
 
 def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
     """Return the state after the impacts of all approached contacts, and the impacts."""
-    near = nearby(system, state)
+    near = closed(system, state, pose)
     if not _any_approached(system, state, pose, near):
         return Collision(state, pose)
     for index in near:

@@ -10,9 +10,11 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from twolink.arithmetic import Pair, Scalar
-from twolink.contact.coordinates import ConstraintCoordinate
-from twolink.contact.elements import ElementTerms, Terms
+from twolink.chain import Chain, Point
+from twolink.contact.coordinates import ConstraintCoordinate, PointCoordinate
+from twolink.contact.elements import ContactElement, ElementTerms, Terms
 from twolink.contact.states import ContactState
+from twolink.integration.precisions import PRECISIONS
 from twolink.loads import Torque
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.constraint import cramer, is_answered, parallel
@@ -39,6 +41,26 @@ Orders = Mapping[Trigger, int]
 
 
 NO_ORDERS: Orders = MappingProxyType({})
+
+
+def coincide(first: ContactElement, second: ContactElement, chain: Chain) -> bool:
+    """Return whether two rigid contacts keep one point, or one joint, from one side of a line."""
+    one, other = first.normal, second.normal
+    if not (first.rigid and second.rigid):
+        return False
+    if not (isinstance(one, PointCoordinate) and isinstance(other, PointCoordinate)):
+        return one == other
+    a, b = _point(one, chain), _point(other, chain)
+    known = tolerances.ROUNDED_PLACE * PRECISIONS["double"].rounding * float(chain.L1 + chain.L2)
+    near = max(abs(a.along - b.along), abs(a.across - b.across)) <= known
+    return bool(one.vector == other.vector and a.link == b.link and near)
+
+
+def _point(coordinate: PointCoordinate, chain: Chain) -> Point:
+    """Return the point of a coordinate; the start of link 2 is B, on link 1."""
+    point = coordinate.of(chain)
+    starts_link = point.link == 2 and point.along == 0 and point.across == 0
+    return chain.B if starts_link else point
 
 
 class Law(Enum):
@@ -240,17 +262,38 @@ def noise_of(problem: Problem, condition: Condition, solution: Solution) -> floa
     terms = problem.equations.terms[condition.number]
     assert terms is not None
     row, _ = _along(terms, condition.law)
-    M11, M12, M22 = problem.inertia
-    du1, du2 = abs(float(solution.du[0])), abs(float(solution.du[1]))
-    size = problem.size + (M11 + M12) * du1 + (M12 + M22) * du2
-    unsure = tolerances.UNDECIDED * problem.system.resolution
     if condition.law in (Law.SEPARATES, Law.ACCELERATES):
-        speed = size_of(problem.state.u)
-        chain = problem.system.scene_chain
-        M, det = problem.equations.M, problem.equations.det
-        own = float(chain.L1 + chain.L2) * (max(du1, du2) + speed * speed)
-        return unsure * (size * size_of(cramer(M, row, det)) + own)
-    return float("inf") if vanishes(problem.system, row) else unsure * size / size_of(row)
+        return noise_along(problem, row, solution.du)
+    if vanishes(problem.system, row):
+        return float("inf")
+    unsure = tolerances.UNDECIDED * problem.system.resolution
+    return unsure * _forces_at(problem, solution.du) / size_of(row)
+
+
+def is_at_rest(state: HybridState) -> bool:
+    """Return whether a chain is at rest, but for the speed at which roundings of a start vanish.
+
+    A start is given in float64, and lies beside its contacts by roundings of a place, which the
+    stabilisation of held points removes in any precision.
+    """
+    beside = tolerances.CONTACT_GAP * PRECISIONS["double"].rounding
+    return size_of(state.u) <= beside * tolerances.BAUMGARTE_RATE
+
+
+def noise_along(problem: Problem, row: Pair, du: Pair) -> float:
+    """Return the round-off of the acceleration along a row at du (rad/s²)."""
+    speed = size_of(problem.state.u)
+    chain, M, det = problem.system.scene_chain, problem.equations.M, problem.equations.det
+    own = float(chain.L1 + chain.L2) * (size_of(du) + speed * speed)
+    given = _forces_at(problem, du) * size_of(cramer(M, row, det))
+    return tolerances.UNDECIDED * problem.system.resolution * (given + own)
+
+
+def _forces_at(problem: Problem, du: Pair) -> float:
+    """Return the size (N m) of all generalized forces at du (rad/s²), those of inertia included."""
+    M11, M12, M22 = problem.inertia
+    du1, du2 = abs(float(du[0])), abs(float(du[1]))
+    return problem.size + (M11 + M12) * du1 + (M12 + M22) * du2
 
 
 def vanishes(system: HybridSystem, row: Pair) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -16,6 +17,7 @@ from twolink.simulation.hybrid.run import HybridRun
 from twolink.times import merged
 
 Array = NDArray[np.float64]
+Motion = Callable[[Array], tuple[Any, Any]]
 
 MARGIN_OF_EQUALS = 3.0
 """Factor on the difference of two runs in the same precision, which may have equal errors."""
@@ -29,7 +31,8 @@ _SLACK = 4
 # Places of each step at which runs are compared; its polynomial is least accurate near its end.
 _PLACES = (0.25, 0.5, 0.75, 0.99)
 
-# The part of the difference of two runs that is the error of the judge (`measure`).
+# The part of the difference of two runs that is the error of the judge (`measure`), unless both are
+# of one precision.
 _OF_JUDGE = 0.1
 
 # Round-off of as many steps is no growth of errors.
@@ -59,7 +62,7 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     """
     end = min(first.reached, second.reached)
     moments = _moments(first, second, times, end)
-    ours, theirs = (np.concatenate(run.polynomials.rounded_at(moments)) for run in (first, second))
+    ours, theirs = _compared(first, second, moments)
     found = np.abs(ours - theirs).max(axis=0).astype(float)
     # From a place in time on the difference is at least this.
     least = np.zeros(len(moments) + 1)
@@ -79,6 +82,23 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     return np.where(asked <= end, so_far[np.maximum(place, 0)], np.inf)
 
 
+def _compared(first: HybridRun, second: HybridRun, moments: Array) -> tuple[Any, Any]:
+    """Return q and u of two runs at some times (s), each of shape (4, n).
+
+    Two runs in quadruple precision differ by less than the roundings of long doubles, which take a
+    tenth of the time. Their own numbers are needed only for a doubt that is as fine.
+    """
+    both = {first.precision, second.precision} == {"quadruple"}
+    finest = tolerances.CONTACT_GAP * PRECISIONS["long double"].rounding
+    if both and any(0 < doubt.within < finest for doubt in second.doubts):
+        return _together(first.polynomials.at, second.polynomials.at, moments)
+    return _together(first.polynomials.rounded_at, second.polynomials.rounded_at, moments)
+
+
+def _together(ours: Motion, theirs: Motion, moments: Array) -> tuple[Any, Any]:
+    return np.concatenate(ours(moments)), np.concatenate(theirs(moments))
+
+
 def _with_doubts(
     found: Array, shifts: Array, first: HybridRun, second: HybridRun, moments: Array
 ) -> Array:
@@ -90,6 +110,7 @@ def _with_doubts(
     """
     finest = tolerances.CONTACT_GAP * PRECISIONS[second.precision].rounding
     floor = _ROUNDINGS * PRECISIONS[first.precision].rounding
+    of_judge = _OF_JUDGE if first.precision != second.precision else 1.0
     so_far = np.maximum.accumulate(np.maximum(found, shifts))
     # From a place in time on the error is at least this, and at least a factor of the difference.
     least, factors = np.zeros(len(moments) + 1), np.zeros(len(moments) + 1)
@@ -102,7 +123,7 @@ def _with_doubts(
             # All of what doubts may change is in both runs.
             shared = least[:since].max(initial=0.0)
             earlier = _OF_GROWTH * _grown(factors[:since], found[:since], floor)
-            if doubt.within > max(_OF_JUDGE * so_far[before], shared, earlier) + finest:
+            if doubt.within > max(of_judge * so_far[before], shared, earlier) + finest:
                 continue
         least[since] = max(least[since], doubt.change)
         factors[since] = max(factors[since], doubt.change / now)

@@ -176,15 +176,15 @@ def doubt_of(
 def undecided_at(doubts: Iterable[Doubt], end: float) -> tuple[list[Doubt], list[Doubt]]:
     """Return the doubts of an arc before its end (s), and those that last until there.
 
-    The latter are those on a friction limit: a mode that is selected at the end decides them.
+    The latter are those on a friction limit or the end of a slide: at the end of the arc, it is
+    their order with the event there that is in doubt.
     """
     before: list[Doubt] = []
     last: list[Doubt] = []
     for doubt in doubts:
         # A step is as long as a rounded difference of times.
         lasts = math.nextafter(doubt.until, math.inf) >= end
-        limit = doubt.trigger.kind is EventKind.BREAKS
-        (last if limit and lasts else before).append(doubt)
+        (last if lasts and doubt.trigger.kind in _BREAKAWAY else before).append(doubt)
     return before, last
 
 

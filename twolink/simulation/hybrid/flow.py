@@ -355,16 +355,17 @@ def _end_state(course: _Course, last: Block, until: Any) -> HybridState:
     held = system.held(mode.states)
     if held:
         u = stopped(system.pose(q), held, u, system.rounding)
-    sliding = _sliding(course, t, q, u)
+    sliding = _sliding(course, q, u)
     return HybridState(t, q, u, tuple(gaps), state.touching, sliding, tuple(compliant))
 
 
-def _sliding(course: _Course, t: Any, q: Any, u: Any) -> tuple[int, ...]:
-    """Return the direction in which each element slides at the end of an arc."""
+def _sliding(course: _Course, q: Any, u: Any) -> tuple[int, ...]:
+    """Return the direction in which each element slides at the end of an arc.
+
+    The slides that begin with an arc have begun, however short it is.
+    """
     system, _, _, mode, state, *_ = course
-    if t == state.t:
-        return state.sliding
-    if u[0] == 0 and u[1] == 0:
+    if u[0] == 0 and u[1] == 0 and any(state.u):
         return (0,) * len(state.sliding)
     found = mode.slides
     for index in state.touching:

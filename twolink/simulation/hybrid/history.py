@@ -16,8 +16,9 @@ from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.compile import safe_order
 from twolink.simulation.hybrid.compiled import CompiledMode
-from twolink.simulation.hybrid.doubts import remarks_of, undecided_at
+from twolink.simulation.hybrid.doubts import undecided_at
 from twolink.simulation.hybrid.effort import Effort, Work
+from twolink.simulation.hybrid.event_order import Switch, doubts_on_order
 from twolink.simulation.hybrid.flow import Arc, flow
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.jump import Jump, jump, settle
@@ -61,6 +62,7 @@ class History:
         )  # fmt: skip
         self.system.check()
         self._breaks = [number(t) for t in discontinuities(scene.effects) if 0 < t < end]
+        self._coming: Switch | None = None
         self.arcs: list[Arc] = []
         self.since: list[float] = []
         self.strikes: list[Strike] = []
@@ -75,6 +77,7 @@ class History:
         self.exhausted = False
         self.state: HybridState = start_state(self.system, scene, as_given=as_given)
         self.doubts: list[Doubt] = doubts_of_start(scene, self.state)
+        self.undecided: list[Doubt] = []
 
     def follow(self, progress: Callable[[float], None]) -> None:
         """Integrate the motion to its end: flow and jump in turn."""
@@ -109,16 +112,15 @@ class History:
                 reported = self._work.steps
                 reached(float(arc.end.t), 0)
             self._check_effort(arc)
-            selects = arc.event is None and self._at_break()
+            if self.state.t < self.end:
+                self._doubt(self._doubts_at_end(arc, undecided))
             following = self._jump(arc, until)
-            if self.state.t < self.end and (following.notes or not selects):
-                self._doubt(undecided)
             self._keep(following)
 
     def _add(self, arc: Arc, delay: float) -> Sequence[Doubt]:
         """Add an arc whose mode begins after a delay (s), and its doubts.
 
-        Those are returned that the selection of a mode at its end would decide.
+        Those are returned that last until its end.
         """
         self.arcs.append(arc)
         self._last_arcs[arc.compiled] = arc
@@ -131,10 +133,22 @@ class History:
         return undecided
 
     def _doubt(self, doubts: Sequence[Doubt]) -> None:
-        """Keep doubts, and remarks on those that change the motion."""
-        if doubts:
-            self.doubts += doubts
-            self.notes += remarks_of(doubts, self.system.names)
+        """Keep doubts on events."""
+        self.doubts += doubts
+        self.undecided += doubts
+
+    def _doubts_at_end(self, arc: Arc, undecided: Sequence[Doubt]) -> Sequence[Doubt]:
+        """Return what is left open by events at the end of an arc, until which doubts last."""
+        if arc.event is None and not self._at_break():
+            return undecided
+        return doubts_on_order(self.system, arc, self._switch(), undecided)
+
+    def _switch(self) -> Switch | None:
+        """Return the next discontinuity of the effects, if there is one."""
+        if self._coming is None and self._breaks:
+            effects = pieces_at(self.scene.effects, float(self._breaks[0]))
+            self._coming = Switch(self._breaks[0], self.system.with_effects(effects))
+        return self._coming
 
     def _check_effort(self, arc: Arc) -> None:
         """Raise `IntegrationError` if a run has taken more than its effort by the end of an arc."""
@@ -167,9 +181,10 @@ class History:
             recent = self._strikes_since(float(state.t) - self.system.zeno_time)
             past = Past(recent, self._last, self._tired, float(self.end - state.t))
             return jump(self.system, state, arc.mode, arc.event, past)
-        if self._at_break():
-            begins = float(self._breaks.pop(0))
-            self.system = self.system.with_effects(pieces_at(self.scene.effects, begins))
+        switch = self._switch()
+        if switch is not None and self._at_break():
+            self._breaks.pop(0)
+            self._coming, self.system = None, switch.system
             return jump(self.system, state, arc.mode, None)
         return Jump(state, arc.mode)
 

@@ -129,7 +129,8 @@ def measured_run(
     if best is None:
         assert refused is not None
         raise refused
-    return Measured(best.kept, best.errors, best.judge, tuple(runs.known.values()))
+    kept = best.kept.decided(times, best.errors)
+    return Measured(kept, best.errors, best.judge, tuple(runs.known.values()))
 
 
 _Key = tuple[PrecisionName, int, FormulationName]

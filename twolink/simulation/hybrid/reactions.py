@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from twolink.contact.states import ContactState, EventKind, pressed, slipping
 from twolink.simulation.hybrid import compliant_state
 from twolink.simulation.hybrid.collision import nearby, place, sliding_after, sliding_of
-from twolink.simulation.hybrid.complementarity import States
+from twolink.simulation.hybrid.complementarity import States, coincide, is_at_rest
 from twolink.simulation.hybrid.constraint import parallel, same_line
 from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import (
@@ -139,17 +139,30 @@ def press(
 
 
 def _leaves(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
-    """A normal force vanishes: the contact opens, unless the slide is jammed."""
+    """A normal force vanishes: the contact opens, unless it is jammed or wedged."""
     index = trigger.index
     pose = system.pose(state.q)
     if state.compliant[index] is None:
         if index in jammed(system, state, pose):
             return Reaction(state, {})
-        state = state._replace(touching=state.touching - {index})
-        state = state.with_gap(index, system.number(0))
-        return Reaction(state, {index: (ContactState.OPEN,)})
+        return _opened(system, state, mode, index)
     for number in _left_with(system, state, pose, index):
         state = _released(system, state, pose, number)
+    return Reaction(state, {index: (ContactState.OPEN,)})
+
+
+def _opened(system: HybridSystem, state: HybridState, mode: Mode, index: int) -> Reaction:
+    """Return the state after a rigid contact, and others in one place with it, have no force left.
+
+    A chain at rest may stay there: friction that does not slide may wedge it against the surface
+    that the loads would open.
+    """
+    element, own, chain = system.elements[index], mode.states[index], system.scene_chain
+    if element.rough and own is not ContactState.STICKS and is_at_rest(state):
+        return Reaction(state, {index: tuple(x for x in element.options(True, 0) if x is not own)})
+    together = {i for i in state.touching if coincide(system.elements[i], element, chain)}
+    gaps = tuple(system.number(0) if i in together else gap for i, gap in enumerate(state.gaps))
+    state = state._replace(touching=state.touching - together, gaps=gaps)
     return Reaction(state, {index: (ContactState.OPEN,)})
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,6 +18,7 @@ from twolink.limits import UNLIMITED, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
+from twolink.simulation.hybrid.doubts import remarks_of
 from twolink.simulation.hybrid.effort import DEFAULT_EFFORT, Effort
 from twolink.simulation.hybrid.flow import Arc
 from twolink.simulation.hybrid.history import History
@@ -36,6 +38,7 @@ class HybridRun(MotionRun):
     time at which they would have ended, slightly later than the start of the arc. `failure` is the
     reason why the run ends early, at `reached` (s), or empty; q and u then have only the times up
     to there. `exhausted` says that the limit of work has ended the run, or has omitted bounces.
+    `undecided` are those of the doubts that are on events, and are noted.
     """
 
     arcs: tuple[Arc, ...]
@@ -47,6 +50,7 @@ class HybridRun(MotionRun):
     reached: float
     failure: str = ""
     exhausted: bool = False
+    undecided: tuple[Doubt, ...] = ()
 
     @property
     def arithmetic(self) -> Operations:
@@ -81,8 +85,22 @@ class HybridRun(MotionRun):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on choices that the laws of contact leave open."""
-        return self.remarks
+        """Sentences on choices that the laws of contact, or the error of the run, leave open."""
+        if not self.undecided:
+            return self.remarks
+        names = self.arcs[0].mode.names
+        return (*sentences(remarks_of(self.undecided, names)), *self.remarks)
+
+    def decided(self, times: Any, errors: Any) -> HybridRun:
+        """Return the run without notes on events that its judge has decided.
+
+        `errors` (rad, rad/s) are those of the run up to each time (s): they are known where another
+        choice would change the motion by an unknown amount.
+        """
+        known = times[: len(errors)][np.isfinite(errors)]
+        until = float(known[-1]) if len(known) else 0.0
+        left = tuple(d for d in self.undecided if d.change < math.inf or d.time > until)
+        return self if left == self.undecided else replace(self, undecided=left)
 
     def step_times(self) -> Any:
         """Return the times (s) between which its steps are, in float64 or long double."""
@@ -113,6 +131,7 @@ class HybridRun(MotionRun):
             since=self.since[: len(arcs)],
             strikes=tuple(strike for strike in self.strikes if strike.time < end),
             doubts=tuple(doubt for doubt in self.doubts if doubt.time < end),
+            undecided=tuple(doubt for doubt in self.undecided if doubt.time < end),
             reached=end,
         )
 
@@ -183,4 +202,5 @@ def _run_of(history: History, asked: Any, failure: str, begun: float) -> HybridR
         reached=reached,
         failure=failure,
         exhausted=history.exhausted,
+        undecided=tuple(history.undecided),
     )

@@ -7,9 +7,9 @@ round-off is decided by the higher derivatives of the motion in that mode.
 
 If the laws admit more than one motion, these rules apply in this order:
 
-0. A chain at rest stays at rest as long as any distribution of forces within the laws holds it. If
-   the laws also admit that it leaves, as where friction wedges link 1 against a surface that the
-   loads would open, the choice is noted.
+0. A chain at rest stays at rest as long as any distribution of forces within the laws holds it, one
+   link or both: a link whose loads balance needs no force. If the laws also admit that it leaves,
+   as where friction wedges link 1 against a surface that the loads would open, the choice is noted.
 1. An element at rest keeps sticking as long as its static limit can hold it with all others in
    their states of the same mode. So it begins to slide only in a mode in which sticking instead
    would exceed its limit. If that leaves no mode, as it may where static limits are larger than
@@ -21,17 +21,20 @@ If the laws admit more than one motion, these rules apply in this order:
    motion, the choice is noted.
 
 If more than two elements hold a chain at rest, their forces are not unique although the motion is.
-Then friction carries as much as it can, and contacts have the least total normal force.
+Then friction carries as much as it can, and contacts have the least total normal force. Contacts in
+one place are one contact if they have the same friction. If they have not, the motion depends on
+which of them carries the force of a slide: that with the least normal force, and it is noted.
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Mapping
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from twolink.arithmetic import Pair
-from twolink.contact.states import ContactState
+from twolink.contact.states import ContactState, EventKind
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
     NO_ORDERS,
@@ -41,10 +44,13 @@ from twolink.simulation.hybrid.complementarity import (
     Orders,
     Problem,
     States,
+    coincide,
     conceivable,
     conditions,
+    is_at_rest,
     is_independent,
     is_solvable,
+    noise_along,
     noise_of,
     problem_at,
     value_of,
@@ -52,11 +58,15 @@ from twolink.simulation.hybrid.complementarity import (
 from twolink.simulation.hybrid.confirm import Derivatives
 from twolink.simulation.hybrid.constraint import cramer
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, constraint_count, solve
+from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.painleve import jammed
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.singular_pose import wedged
-from twolink.simulation.hybrid.state import HybridState
+from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
+
+# The events of contacts that open, and of elements that begin to slide: those have left the rest.
+_DEPARTS = (EventKind.HITS, EventKind.STOPS)
 
 
 class Selection(NamedTuple):
@@ -83,7 +93,43 @@ def select(
     options = system.options(state.touching, state.sliding)
     if known:
         options = tuple([known.get(index, own) for index, own in enumerate(options)])
-    return _only(options) or _selected(problem_at(system, state, pose, options), pose)
+    twins = _twins(system, state.touching)
+    for _, other in twins:
+        options = put(options, other, (ContactState.OPEN,))
+    found = _only(options) or _selected(problem_at(system, state, pose, options), pose)
+    return _of_both(found, twins) if twins and found is not None else found
+
+
+def _twins(system: HybridSystem, touching: frozenset[int]) -> Sequence[tuple[int, int]]:
+    """Return the pairs of touching contacts in one place that are one contact.
+
+    What happens to one of them happens to the other. The first has the force of both.
+    """
+    if len(touching) < 2:
+        return ()
+    return [pair for pair in _pairs(system, alike=True) if touching.issuperset(pair)]
+
+
+def _of_both(selection: Selection, twins: Sequence[tuple[int, int]]) -> Selection:
+    """Return a selection in which contacts that open with others have the orders of their gaps."""
+    orders = dict(selection.orders)
+    for first, other in twins:
+        order = orders.get(Trigger(EventKind.HITS, first))
+        if order is not None:
+            orders[Trigger(EventKind.HITS, other)] = order
+    return selection._replace(orders=orders)
+
+
+@functools.lru_cache(maxsize=256)
+def _pairs(system: HybridSystem, *, alike: bool) -> tuple[tuple[int, int], ...]:
+    """Return the pairs of contacts in one place whose friction is alike, or is not."""
+    elements = system.elements
+    return tuple(
+        (first, other)
+        for first, other in itertools.combinations(range(len(elements)), 2)
+        if coincide(elements[first], elements[other], system.scene_chain)
+        and (elements[first].limits(1) == elements[other].limits(1)) is alike
+    )
 
 
 @functools.lru_cache(maxsize=1024)
@@ -97,7 +143,7 @@ def _only(options: tuple[States, ...]) -> Selection | None:
 def _selected(problem: Problem, pose: Pose) -> Selection | None:
     """Return the next mode between the options of a problem, or None if the laws admit none."""
     state, derivatives = problem.state, Derivatives(problem)
-    at_rest = bool(state.u[0] == 0 and state.u[1] == 0)
+    at_rest = is_at_rest(state)
     orders: dict[States, Orders] = {}
     undecided: list[Candidate] = []
     moving: list[Candidate] = []
@@ -105,7 +151,7 @@ def _selected(problem: Problem, pose: Pose) -> Selection | None:
         if not sticking_first and (moving or undecided):
             break
         candidates = list(_candidates(problem, with_pressed, sticking_first))
-        holding = {c.states for c in candidates if at_rest and _rests(problem, c.states)}
+        holding = {c.states for c in candidates if at_rest and _rests(problem, c)}
         resting = [c for c in candidates if c.states in holding]
         taken = _first_confirmed(derivatives, problem, resting)
         leaving = [c for c in candidates if c.states not in holding]
@@ -114,7 +160,7 @@ def _selected(problem: Problem, pose: Pose) -> Selection | None:
         found = [c for c in candidates if every.get(c.states) is not None]
         if taken is not None:
             # The laws may admit that the chain leaves its rest as well.
-            return taken._replace(others=_other_motions(problem, moving or found, (0.0, 0.0)))
+            return taken._replace(others=_departures(problem, moving or found, orders))
         if found and not at_rest:
             return _preferred(problem, found, orders)
         undecided += candidates
@@ -137,9 +183,31 @@ def _first_confirmed(
     return None
 
 
-def _rests(problem: Problem, states: States) -> bool:
-    """Return whether a mode holds the chain at rest."""
-    return constraint_count(problem.system.elements, states) == MOST_CONSTRAINTS
+def _rests(problem: Problem, candidate: Candidate) -> bool:
+    """Return whether a mode holds a chain at rest: by two constraints, or by one that suffices.
+
+    Where the loads on one link balance, it stays at rest while only the other one is held.
+    """
+    held = constraint_count(problem.system.elements, candidate.states)
+    if held in (0, MOST_CONSTRAINTS):
+        return held > 0
+    du = candidate.solution.du
+    return all(
+        abs(float(own)) <= noise_along(problem, row, du)
+        for own, row in zip(du, ((1, 0), (0, 1)), strict=True)
+    )
+
+
+def _departures(
+    problem: Problem, found: list[Candidate], orders: Mapping[States, Orders]
+) -> tuple[States, ...]:
+    """Return the modes in which the chain leaves its rest, at once or by a higher derivative."""
+    at_once = _other_motions(problem, found, (0.0, 0.0))
+    return tuple(
+        c.states
+        for c in found
+        if c.states in at_once or any(each.kind in _DEPARTS for each in orders[c.states])
+    )
 
 
 def _candidates(
@@ -199,6 +267,7 @@ def _preferred(
         found = slipping or found
     best = min(found, key=lambda candidate: _cost(problem, candidate))
     others = _other_motions(problem, found, best.solution.du)
+    others = tuple(dict.fromkeys((*others, *_other_slides(problem, best.states))))
     return Selection(best.states, others, orders=orders.get(best.states, NO_ORDERS))
 
 
@@ -214,6 +283,18 @@ def _other_motions(problem: Problem, found: list[Candidate], du: Pair) -> tuple[
             for x, y in zip(c.solution.du, du, strict=True)
         )
     )
+
+
+def _other_slides(problem: Problem, states: States) -> Iterator[States]:
+    """Yield the modes in which another contact in one place has the force of one that slides.
+
+    Of contacts with different friction the laws do not determine which of them has the force.
+    """
+    system, touching = problem.system, problem.state.touching
+    for pair in _pairs(system, alike=False):
+        for own, other in (pair, pair[::-1]):
+            if states[own].slips and other in touching and states[other] is ContactState.OPEN:
+                yield put(put(states, own, ContactState.OPEN), other, states[own])
 
 
 def _cost(problem: Problem, candidate: Candidate) -> tuple[float, ...]:

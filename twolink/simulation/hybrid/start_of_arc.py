@@ -58,9 +58,7 @@ class StartOfArc:
             return self._order_of_gap(trigger, polynomial, pace)
         is_speed = trigger.kind in _SPEEDS
         noise = self._noise(trigger, polynomial, block)
-        if polynomial[0] > noise:
-            return 0
-        if is_speed and polynomial[0] > self._speed_noise(trigger, noise):
+        if polynomial[0] > (self._speed_noise(trigger, noise) if is_speed else noise):
             return 0
         if polynomial[0] > 0 and trigger.kind is EventKind.LEAVES:
             return _order_of_small(polynomial, noise * pace)
@@ -69,7 +67,10 @@ class StartOfArc:
             least += self._speed_of_rounding(block)
         elif trigger.kind is EventKind.REACHES:
             least += self._root_of_rounding(trigger, block)
-        return _leading_zeros(polynomial, noise, noise, pace, least)
+        order = _leading_zeros(polynomial, noise, noise, pace, least)
+        # However slow it is, a slide that slows down takes its time to come to rest.
+        slows = is_speed and order and polynomial[order] < 0 < polynomial[0]
+        return 0 if slows else order
 
     def _order_of_gap(self, trigger: Trigger, polynomial: list[Any], pace: float) -> int | None:
         """Return how many leading coefficients of a gap are zero, None if all are.

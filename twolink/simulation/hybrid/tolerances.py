@@ -11,8 +11,8 @@ TRUNCATION = 2.0**-8
 # of the point, the force has fallen to zero, and not jumped below it. Read by compliant_state.
 NO_FORCE = 1e-9
 
-# Roundings of a position (relative to max(1 m or rad, |bound|)). A start, given in float64, is on a
-# contact if its gap is smaller. Read by differences, start and system.
+# Roundings of a position (relative to max(1 m or rad, |bound|)). A start, given in float64, that is
+# inside a contact by less is on it. Read by complementarity, differences, start and system.
 CONTACT_GAP = 64
 
 # Roundings in float64 of the largest speed. A note says so if another order of simultaneous impacts
@@ -20,12 +20,14 @@ CONTACT_GAP = 64
 NOTED = 2.0**20
 
 # Gap (relative to the length of the chain, or 1 m or rad) of a contact that may have been struck
-# before another one: as large as the coarsest accuracy. Read by impact_order.
+# before another one, and the error of an angle (rad) by which another event may have come before:
+# as large as the coarsest accuracy. Read by event_order and impact_order.
 CLOSING = 1e-3
 
-# Roundings of a position. The place of a point that is computed from a scene in float64 is known
-# within this. A start with a larger gap is open if only a change of q by more than CONTACT_GAP
-# roundings closes it, near a singular pose. Read by start.
+# Roundings of a position, or of the terms of a speed. The place and the speed of a point that are
+# computed from a scene in float64 are known within this: a start with a larger gap is open, and one
+# with a larger speed slides. Points of a link that are as near are one. Read by complementarity and
+# start.
 ROUNDED_PLACE = 8
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
@@ -116,7 +118,7 @@ MOST_IMPACTS_OF_A_BURST = 60
 LEAST_IMPACTS_OF_A_BURST = 4
 
 # The rate (1/s) of Baumgarte's stabilisation of the positions and speeds of points that are held. A
-# joint that is held needs none. Read by compile.
+# joint that is held needs none. Read by compile and complementarity.
 BAUMGARTE_RATE = 8.0
 
 # Part of the time. Shorter steps are not taken in any precision: the motion is asked for at times
@@ -174,12 +176,16 @@ GRAZING = 4096
 
 # Scaled force, or speed (rad/s or m/s). A static friction limit, or the end of a slide under one,
 # that comes as near leaves a doubt, which counts if the error of the run may bridge the distance.
-# Read by doubts.
+# Read by doubts and event_order.
 NEAR_LIMIT = 0.1
 
 # Roundings of a static limit. Limits that are reached within this at one instant are reached
-# together. Read by breakaway_order.
+# together. Read by breakaway_order and event_order.
 SAME_LIMIT = 1024
+
+# Events at one instant that are taken in every order: the one that ends an arc and the next ones.
+# Read by event_order.
+MOST_TOGETHER = 4
 
 # Distance (m) from the edge of a dent, and that of √depth (m^½) from the end of a branch of a force
 # law. A point that comes as near leaves a doubt, which counts if the error of the run may bridge
@@ -187,11 +193,12 @@ SAME_LIMIT = 1024
 # doubts.
 NEAR_EDGE, NEAR_END = 1e-6, 1e-9
 
-# Change of an angle (rad) or a speed (rad/s) for the derivatives of event functions. Read by
-# doubts.
+# Change of an angle (rad) or a speed (rad/s) for the derivatives of event functions, and part of
+# the longest step for those in time. Read by doubts and event_order.
 DIFFERENCE = 2.0**-20
 
-# The least derivative of an event function (1/rad) that such differences show. Read by doubts.
+# The least derivative of an event function (1/rad, 1/s) that such differences show. Read by doubts
+# and event_order.
 FLAT = 2.0**-30
 
 # Halvings of a step before a root that is not isolated counts as a double root. Read by roots.
@@ -205,8 +212,13 @@ MOST_PIECES = 1000
 JET_ORDER = 6
 
 # Part of the accelerations of a free chain. Modes whose accelerations differ by less are the same
-# motion. Read by select.
+# motion. Read by event_order and select.
 SAME_MOTION = 1e-6
+
+# Roundings of the time, or of the longest step. A contact that is approached and closes within this
+# is struck now: that changes the motion by a rounding only, even if a load turns it back before.
+# Read by collision.
+SAME_INSTANT = 1024
 
 
 def zeno_time(longest_step: float, rounding: float) -> float:

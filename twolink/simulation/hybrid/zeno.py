@@ -240,7 +240,7 @@ def _ratio(system: HybridSystem, strikes: Sequence[Strike], index: int) -> float
     if before < 0:
         # In longer precisions a speed may be less than the least float.
         return float(after / -before)
-    return system.elements[index].restitution  # type: ignore[attr-defined]
+    return float(system.elements[index].restitution)  # type: ignore[attr-defined]
 
 
 def _bounces_last(flight: _Flight, ratio: float) -> float:
