@@ -117,7 +117,7 @@ def test_arguments_of_another_kind_are_refused(options, sentence, tmp_path):
 
 
 def test_chunks_are_whole_groups_of_lanes_and_their_results_fit_the_memory():
-    assert run._chunk(starts(100, keep={"final": True})) == 640
+    assert run._chunk(starts(100, keep={"final": True})) == 1280
     assert run._chunk(starts(2000, keep={"final": True})) == 4096
     many = run._chunk(starts(2000, keep={"samples": 100_000}))
     assert many == 64

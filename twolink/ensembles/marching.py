@@ -79,10 +79,10 @@ def marched(step: Any, runs: Begun) -> Array:
 
 def _kept(count: int, empty: Any) -> Any:
     """Return the lanes that go on, as many as are computed together: some of them are empty."""
-    going = np.setdiff1d(np.arange(count), empty)
-    if not len(going):
-        return going
-    return np.sort(np.concatenate([going, empty[: -len(going) % _TOGETHER]]))
+    spare = -(count - len(empty)) % _TOGETHER
+    going = np.full(count, len(empty) < count)
+    going[empty[spare:]] = False
+    return np.flatnonzero(going)
 
 
 def _stepped(step: Any, now: Array, parameters: Array, duration: float, count: int) -> Array:

@@ -29,7 +29,7 @@ _IN_LANES, _ALONE = 4096, 16
 _BYTES = 64_000_000
 
 # Chunks for small ensembles, so that several workers share them.
-_SHARES = 16
+_SHARES = 8
 
 
 def sweep(
