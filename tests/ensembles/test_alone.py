@@ -8,8 +8,8 @@ import pytest
 from tests.ensembles.cases import axis, ensemble
 from twolink.chain import Chain
 from twolink.effects import Gravity, JointTorque, PdControl
-from twolink.ensembles.alone import shares_round_off
-from twolink.ensembles.blocks import Lanes
+from twolink.ensembles.alone import round_off_of_loads, shares_round_off
+from twolink.ensembles.blocks import ROUNDING, Lanes
 from twolink.ensembles.chunk import rows_of
 from twolink.scene import Scene
 from twolink.simulation.smooth.taylor import taylor_run
@@ -63,3 +63,16 @@ def test_the_error_of_a_sweep_is_bounded_where_loads_cancel(accuracy):
         true = np.concatenate([exact.q, exact.u])[:, -1].astype(float)
         kept = np.concatenate([rows["q"][place], rows["u"][place]])
         assert np.abs(kept - true).max() <= rows["error"][place] <= accuracy
+
+
+def test_the_phase_of_a_torque_is_rounded_independently_which_steps_can_carry():
+    q, u = np.array([[0.3], [-0.4]]), np.array([[1.0], [-2.0]])
+    driven = JointTorque((0.1, 0.2), (2.0, 1.0), (3.0, 5.0))
+    own = Lanes(BARS, (Gravity(), driven), q, u, 8.0)
+    assert shares_round_off(own)
+    assert not shares_round_off(own, carried=True)
+    shared, independent = round_off_of_loads(own, of_time=True)
+    # The largest phase, 40 rad, by the amplitude of 1 N m in both links.
+    assert 20 * ROUNDING < independent.max() < 200 * ROUNDING
+    assert shared.max() < 20 * ROUNDING
+    assert round_off_of_loads(own, of_time=False)[1].max() < independent.max() / 5

@@ -29,7 +29,7 @@ def started(left, q=Q, u=U, frequency=1.0):
 
 
 def taken(function, rows, tolerance=1e-12, cap=LONG, time=0.0):
-    return function(rows, pars=np.array([[tolerance], [cap]]), time=np.array([time]))
+    return function(rows, pars=np.array([[tolerance], [cap], *[[0.0]] * 4]), time=np.array([time]))
 
 
 def truth(duration, q=Q, u=U):

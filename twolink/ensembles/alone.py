@@ -7,16 +7,21 @@ their own defects.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from twolink.ensembles.blocks import Lanes
+from twolink.ensembles.blocks import ROUNDING, Lanes
 from twolink.ensembles.compiled import FORMULATION
+from twolink.names import EquationsName
 from twolink.simulation.smooth.balance import rates_of_balance
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.load_sizes import sizes_of_loads
+from twolink.simulation.smooth.load_sizes import LoadSizes, sizes_of_loads
 from twolink.simulation.smooth.longest_step import longest_steps
+
+Array = NDArray[np.float64]
 
 # Times at which loads are looked at, in the pose of the start.
 _LOOKS = 9
@@ -26,25 +31,51 @@ _LOOKS = 9
 _CANCELLING, _COUNTING = 8.0, 8.0
 
 
-def shares_round_off(lanes: Lanes, *, of_time: bool = True) -> Any:
+def shares_round_off(lanes: Lanes, *, carried: bool = False, of_time: bool = True) -> Any:
     """Return which runs have an error that two runs in float64 share, shape (n,).
 
-    Loads are looked at over time if they are functions `of_time`.
+    Where their own steps have `carried` the round-off of loads, only terms that cancel count, since
+    float64 has too few digits for these. Loads are looked at over time if they are functions
+    `of_time`.
     """
     chain, effects, q, u, duration = lanes
     balanced = rates_of_balance(chain, effects, tuple(q), tuple(u), duration) > 0
-    return np.broadcast_to(balanced, lanes.width) | _cancel(lanes, _LOOKS if of_time else 1)
+    looks = _LOOKS if of_time else 1
+    return np.broadcast_to(balanced, lanes.width) | _cancel(lanes, looks, spread=not carried)
 
 
-def _cancel(lanes: Lanes, looks: int) -> Any:
-    """Return which runs have large loads whose terms nearly cancel, shape (n,)."""
+def round_off_of_loads(lanes: Lanes, *, of_time: bool) -> tuple[Array, Array]:
+    """Return the round-off of generalized forces (N m), shape (2, n), in the pose of the start.
+
+    The first is shared by like states, and the second independent in each. Loads are looked at
+    over time if they are functions `of_time`.
+    """
+    shared, independent = np.zeros((2, 2, lanes.width))
+    for found in _looks(lanes, FORMULATION, _LOOKS if of_time else 1):
+        shared = np.maximum(shared, ROUNDING * found.excess)
+        independent = np.maximum(independent, ROUNDING * found.spread)
+    return shared, independent
+
+
+def _looks(lanes: Lanes, formulation: EquationsName, count: int) -> Iterator[LoadSizes]:
+    """Yield the sizes of loads at evenly spaced times, in the pose of the start."""
+    chain, effects, q, u, duration = lanes
+    for t in np.linspace(0.0, duration, count):
+        times = np.full(lanes.width, t)
+        yield sizes_of_loads(chain, effects, formulation, q, u, times)
+
+
+def _cancel(lanes: Lanes, looks: int, *, spread: bool) -> Any:
+    """Return which runs have large loads whose terms nearly cancel, shape (n,).
+
+    With `spread` the round-off that is independent in each state counts as well.
+    """
     chain, effects, q, u, duration = lanes
     largest, beyond = np.zeros((2, lanes.width))
     longest = longest_steps(chain, effects, tuple(q), tuple(u), duration)
-    for t in np.linspace(0.0, duration, looks):
-        times = np.full(lanes.width, t)
-        found = sizes_of_loads(chain, effects, EQUATIONS[FORMULATION].in_speeds, q, u, times)
+    for found in _looks(lanes, EQUATIONS[FORMULATION].in_speeds, looks):
         largest = np.maximum(largest, (found.errors - found.excess).max(axis=0))
-        beyond = np.maximum(beyond, (found.excess + found.spread).max(axis=0))
+        own = found.excess + found.spread if spread else found.excess
+        beyond = np.maximum(beyond, own.max(axis=0))
     counts = longest * beyond > _COUNTING * np.maximum(1.0, np.abs(u).max(axis=0))
     return counts & (beyond > _CANCELLING * largest)

@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twolink.ensembles.alone import round_off_of_loads
 from twolink.ensembles.blocks import ROUNDING, Ends, Lanes
 from twolink.ensembles.compiled import FORMULATION, System
 from twolink.ensembles.error import LINEAR, sizes_of, states_of
 from twolink.ensembles.following import check_rates
 from twolink.ensembles.marching import Begun, marched
-from twolink.ensembles.step import ROWS, Rows, compiled_step
+from twolink.ensembles.step import ROWS, Bounds, Rows, compiled_step
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.longest_step import longest_steps
 from twolink.simulation.smooth.round_off import A_VALUE
@@ -30,6 +31,9 @@ OF_CORRECTIONS = 0.1
 # The tolerance of a step (rad/s) for an accuracy, by which nine of ten random falls over 10 s reach
 # it, and the least one, at which round-off is larger.
 _OF_ACCURACY, _LEAST = 1e-6, 1e-15
+
+# The round-off of loads in other poses, relative to that in the pose of the start.
+_OF_LOADS = 4.0
 
 
 def carried_ends(
@@ -60,7 +64,9 @@ def _marched(system: System, lanes: Lanes, numbers: Array, tolerance: float) -> 
     p = EQUATIONS[FORMULATION].from_speeds(chain, tuple(q), tuple(u))
     start = np.array([*q, *np.broadcast_arrays(*p)])
     going = np.isfinite(cap) & np.isfinite(start).all(axis=0)
-    parameters = np.concatenate([numbers, [np.full_like(cap, tolerance), cap]])[:, going]
+    shared, independent = round_off_of_loads(lanes, of_time=system.depends_on_time)
+    own = Bounds(np.full_like(cap, tolerance), cap, *_OF_LOADS * shared, *_OF_LOADS * independent)
+    parameters = np.concatenate([numbers, own])[:, going]
     rows = np.full((ROWS, lanes.width), np.nan)
     rows[:, going] = marched(compiled_step(system), Begun(start[:, going], parameters, duration))
     return rows

@@ -20,7 +20,7 @@ from twolink.ensembles.ensemble import PRECISIONS_OF_RUNS, Ensemble
 from twolink.ensembles.family import Parts
 from twolink.ensembles.numbers import Shape, numbers_in
 from twolink.ensembles.single import single
-from twolink.ensembles.stages import Prepared, stages_of
+from twolink.ensembles.stages import Prepared, carries_errors, stages_of
 from twolink.errors import SimulationError, TwolinkError
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.simulation.motion import has_events
@@ -208,7 +208,8 @@ def _without_shared_round_off(
     if not len(places):
         return prepared, alone
     lanes = system.lanes(numbers, q, u, ensemble.duration)
-    shared = shares_round_off(lanes, of_time=system.depends_on_time)
+    carried, of_time = carries_errors(ensemble, system), system.depends_on_time
+    shared = shares_round_off(lanes, carried=carried, of_time=of_time)
     if not shared.any():
         return prepared, alone
     left = Prepared(*(rows[..., ~shared] for rows in prepared))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.ensembles.following import MOST_STEPS
-from twolink.ensembles.step import FIRST, FREQUENCY, LAST, LEFT, ROWS, STEPS, Rows
+from twolink.ensembles.step import FIRST, FREQUENCY, LAST, LEFT, ROWS, STEPS, Bounds, Rows
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ _BETWEEN = 8
 class Begun(NamedTuple):
     """Runs at their start: states (q, p), shape (4, n), and their duration (s).
 
-    `parameters`, shape (parameters + 2, n), are those of `compiled_step`.
+    `parameters`, shape (parameters, n), are those of `compiled_step`; the last are `Bounds`.
     """
 
     state: Array
@@ -44,7 +44,8 @@ class Begun(NamedTuple):
         found = _stepped(step, first, parameters, 0.0, 1)
         rows = Rows.of(found)
         found[LEFT] = self.duration
-        np.maximum(rows.frequency, 1 / (FIRST * self.parameters[-1]), out=found[FREQUENCY])
+        cap = Bounds(*self.parameters[-len(Bounds._fields) :]).cap
+        np.maximum(rows.frequency, 1 / (FIRST * cap), out=found[FREQUENCY])
         return found
 
 

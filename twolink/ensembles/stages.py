@@ -67,10 +67,15 @@ def stages_of(ensemble: Ensemble, system: System, prepared: Prepared) -> Stages:
     """Return the stages of prepared runs."""
     if any(quantity.of_steps for quantity in ensemble.kept):
         return _Followed(ensemble, system, prepared)
-    ends_suffice = not any(quantity.of_spans for quantity in ensemble.kept)
-    if ends_suffice and compiled_step(system) is not None:
+    if carries_errors(ensemble, system):
         return _Carried(ensemble, system, prepared)
     return _Ended(ensemble, system, prepared)
+
+
+def carries_errors(ensemble: Ensemble, system: System) -> bool:
+    """Return whether runs are made by steps that carry their errors: where the ends suffice."""
+    ends_suffice = not any(kept.of_steps or kept.of_spans for kept in ensemble.kept)
+    return ends_suffice and compiled_step(system) is not None
 
 
 @dataclass

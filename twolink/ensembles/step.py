@@ -77,6 +77,20 @@ class Rows(NamedTuple):
         return cls(*parts, *rows[ends[-1] : ROWS])
 
 
+class Bounds(NamedTuple):
+    """The last parameters of a lane: the tolerance of steps (rad/s) and their longest length (s).
+
+    The others are the round-off of generalized forces (N m), as from `round_off_of_loads`.
+    """
+
+    tolerance: Any
+    cap: Any
+    shared1: Any
+    shared2: Any
+    independent1: Any
+    independent2: Any
+
+
 ROWS = 12 + len(INDICES) + len(Rows._fields) - 4
 """The number of all rows."""
 
@@ -91,8 +105,8 @@ LAST, LEFT, FREQUENCY, STEPS = (
 def compiled_step(system: System) -> Any:
     """Return the function of a system, or None for one whose effects it does not take.
 
-    It is called with rows of shape (ROWS, n), the parameters of the runs and below them the
-    tolerances (rad/s) and the longest steps (s), and with the times of the starts (s).
+    It is called with rows of shape (ROWS, n), the parameters of the runs and below them those of
+    `Bounds`, and with the times of the starts (s).
     """
     if not all(map(is_built_in, system.effects)):
         # Functions of one's own may change where no term of a series shows it.
@@ -125,13 +139,13 @@ def _series(system: System, before: Rows) -> MotionTerms:
 def _after(system: System, before: Rows, series: MotionTerms) -> list[Any]:
     """Return the expressions of all rows after a step."""
     hy, count = heyoka(), len(system.varying)
-    tolerance, cap = hy.par[count], hy.par[count + 1]
-    region = _with_last_step(before, series, largest(before.frequency, 1.0 / cap))
+    bounds = Bounds(*(hy.par[count + k] for k in range(len(Bounds._fields))))
+    region = _with_last_step(before, series, bounds)
     directions = _of_angles_and_speeds(series)
     spread = largest(before.spread, region.spread(directions))
     shift = largest(before.shift, region.shift(directions))
-    most = smallest(largest(tolerance, _OF_REGION * spread), _MOST)
-    wanted = smallest(_length(series, most), cap, 1.0 / before.frequency)
+    most = smallest(largest(bounds.tolerance, _OF_REGION * spread), _MOST)
+    wanted = smallest(_length(series, most), bounds.cap, 1.0 / before.frequency)
     length = hy.select(hy.gte(wanted, before.left), before.left, wanted)
     left = before.left - length
     # This is exact, so that the times of all steps sum to the duration.
@@ -155,11 +169,10 @@ def _after(system: System, before: Rows, series: MotionTerms) -> list[Any]:
     ]
 
 
-def _with_last_step(before: Rows, series: MotionTerms, scale: Any) -> Region:
+def _with_last_step(before: Rows, series: MotionTerms, bounds: Bounds) -> Region:
     """Return the region of the error with the truncation error and the round-off of the last step.
 
-    The round-off of the start is that of the first step. `scale` is the inverse of a time of the
-    motion (1/s).
+    The round-off of the start is that of the first step.
     """
     hy = heyoka()
     rates = np.array([x.term(0) for x in (*series.u, *series.forces)], object)
@@ -170,7 +183,11 @@ def _with_last_step(before: Rows, series: MotionTerms, scale: Any) -> Region:
     momenta = series.mass.sizes_of_momenta(rates[:2])
     moves = hy.select(hy.gt(before.left, 0.0), _OF_STATES * ROUNDING, 0.0)
     independent = np.array([*_sizes(before.state[:2]), *momenta], object) * moves
+    shared[2:] += np.array([bounds.shared1, bounds.shared2], object) * last
+    independent[2:] += np.array([bounds.independent1, bounds.independent2], object) * last
     M11, _, M22 = series.mass.entries
+    # The inverse of a time of the motion makes momenta angles.
+    scale = largest(before.frequency, 1.0 / bounds.cap)
     units = np.array([1.0, 1.0, M11 * scale, M22 * scale], object)
     region = Region.of(before.centre, before.shape)
     return region.with_step(truncation, shared, independent, units)
