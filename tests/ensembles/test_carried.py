@@ -79,19 +79,18 @@ def test_a_chain_at_rest_in_equilibrium_stays_there():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(4))
-def test_true_errors_of_random_scenes_are_below_their_bounds(seed):
+def test_true_errors_of_random_scenes_are_below_their_bounds():
     ratios = []
-    for index in range(40):
-        dice = Dice(seed + 700, index)
-        chain, duration = draw_chain(dice), dice.pick([0.5, 3.0, 10.0, 40.0])
+    for index in range(16):
+        dice = Dice(700, index)
+        chain, duration = draw_chain(dice), dice.pick([0.5, 3.0, 10.0])
         effects = tuple(smooth_effects(dice, chain, duration))
         accuracy = dice.pick([1e-1, 1e-3, 1e-5, 1e-7, 1e-9])
-        starts = [draw_start(dice, dice.pick(("random", "at rest", "stretched"))) for _ in range(4)]
+        starts = [draw_start(dice, dice.pick(("random", "at rest", "stretched"))) for _ in range(3)]
         scene = Scene(chain, *starts[0], duration, effects)
         if not has_events(scene):
             ratios += list(_ratios(scene, starts, accuracy))
-    assert len(ratios) > 40
+    assert len(ratios) > 15
     assert max(ratios) < 1
 
 
