@@ -28,8 +28,8 @@ _IN_LANES, _ALONE = 4096, 16
 # Memory of the results of a chunk, unless a few runs have more.
 _BYTES = 64_000_000
 
-# Chunks for small ensembles, so that several workers share them.
-_SHARES = 8
+# Chunks for small ensembles, in lanes and of runs by themselves, so that several workers share them.
+_SHARES_IN_LANES, _SHARES_ALONE = 8, 16
 
 
 def sweep(
@@ -102,9 +102,9 @@ def _chunk(ensemble: Ensemble) -> int:
     """Return the number of runs of a chunk."""
     count = ensemble.runs.count
     if not goes_in_lanes(ensemble):
-        return max(1, min(_ALONE, -(-count // _SHARES)))
+        return max(1, min(_ALONE, -(-count // _SHARES_ALONE)))
     size = sum(variable.empty(1).nbytes for variable in ensemble.variables)
-    share = min(_IN_LANES, -(-count // _SHARES), _BYTES // size)
+    share = min(_IN_LANES, -(-count // _SHARES_IN_LANES), _BYTES // size)
     return max(1, -(-share // LANES)) * LANES
 
 
