@@ -28,7 +28,7 @@ _IN_LANES, _ALONE = 4096, 16
 # Memory of the results of a chunk, unless a few runs have more.
 _BYTES = 64_000_000
 
-# Chunks for small ensembles, in lanes and of runs by themselves, so that several workers share them.
+# Chunks for small ensembles, in lanes or one by one, so that several workers share them.
 _SHARES_IN_LANES, _SHARES_ALONE = 8, 16
 
 
