@@ -79,6 +79,24 @@ def test_an_undecided_impact_counts_as_an_error_from_its_time_on(run, judge):
     assert errors[-1] == pytest.approx(2e-4)
 
 
+def test_a_doubt_counts_if_it_matters_and_is_asked_only_within_the_error(run, judge):
+    asked = []
+
+    def matters(answer):
+        return lambda: asked.append(answer) or answer
+
+    def last_error(within, answer):
+        trigger = Trigger(EventKind.STOPS, 0)
+        doubt = Doubt(1.25, trigger, np.inf, np.inf, 1.25, within, matters(answer))
+        return differences(run, replace(judge, doubts=(doubt,)), TIMES, 1e-9)[-1]
+
+    assert last_error(0.0, True) == np.inf
+    assert last_error(0.0, False) < 1e-12
+    assert asked == [True, False]
+    assert last_error(1e-3, True) < 1e-12
+    assert asked == [True, False]
+
+
 def test_the_change_by_an_undecided_impact_grows_with_the_errors(run, judge):
     """A difference that grows from 1e-9 to 1e-7 multiplies a change after the first by 300.
 

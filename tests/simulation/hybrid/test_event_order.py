@@ -11,11 +11,15 @@ import numpy as np
 import pytest
 
 from twolink.chain import Chain
+from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.joint_torque import JointTorque
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.scene import Scene
 from twolink.simulation import simulate
+from twolink.simulation.hybrid import event_order
 from twolink.simulation.hybrid.run import hybrid_run
 
 
@@ -135,6 +139,35 @@ def test_stops_at_one_instant_are_no_doubt_if_every_order_leads_to_rest():
     run = hybrid_run(at_once(static=(9.0, 9.0)), [0.0, 2.0])
     assert run.doubts == ()
     assert run.arcs[-1].end.u == (0.0, 0.0)
+
+
+def test_slides_of_a_chain_with_one_degree_of_freedom_stop_as_one_event():
+    """B is pressed on its stop, so that the slides in A and of D come to rest together.
+
+    Either of them, held by its static friction alone, would have been another motion.
+    """
+    effects = (
+        JointFriction((0.36, 0.0), (2.98, 0.0)),
+        EndForce(2.52, 0.17, static=0.68),
+        JointStop("B", upper=0.5),
+        JointTorque((-0.71, 2.0)),
+    )
+    start = Scene(Chain.uniform_bars(), (0.3, 0.8), (1.0, 1.0), 2.0, effects)
+    run = hybrid_run(start, [0.0, 2.0])
+    assert run.doubts == ()
+    assert run.arcs[-1].end.u == (0.0, 0.0)
+
+
+def test_an_order_is_replayed_where_an_error_may_swap_events(monkeypatch):
+    """Events 1e-4 s apart are followed once; their doubt says whether it matters when asked."""
+    replayed = []
+    monkeypatch.setattr(event_order, "_followed", lambda instant, order: replayed.append(order))
+    close = scene((0.6875, 1.0), (2.0, 0.5), (3.5, 1.5), (-4.0, 1.50015), constant(0.5, -1.0), 2.0)
+    (doubt,) = hybrid_run(close, [0.0, 2.0]).doubts
+    assert 0 < doubt.within < 1e-3
+    assert not replayed
+    monkeypatch.undo()
+    assert doubt.matters()
 
 
 @pytest.mark.slow_but_first

@@ -90,7 +90,7 @@ def _compared(first: HybridRun, second: HybridRun, moments: Array) -> tuple[Any,
     """
     both = {first.precision, second.precision} == {"quadruple"}
     finest = tolerances.CONTACT_GAP * PRECISIONS["long double"].rounding
-    if both and any(0 < doubt.within < finest for doubt in second.doubts):
+    if both and any(0 < doubt.within < finest and doubt.matters() for doubt in second.doubts):
         return _together(first.polynomials.at, second.polynomials.at, moments)
     return _together(first.polynomials.rounded_at, second.polynomials.rounded_at, moments)
 
@@ -125,6 +125,8 @@ def _with_doubts(
             earlier = _OF_GROWTH * _grown(factors[:since], found[:since], floor)
             if doubt.within > max(of_judge * so_far[before], shared, earlier) + finest:
                 continue
+        if not doubt.matters():
+            continue
         least[since] = max(least[since], doubt.change)
         factors[since] = max(factors[since], doubt.change / now)
     least, factors = (np.maximum.accumulate(each[:-1]) for each in (least, factors))

@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import permutations
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -94,19 +96,46 @@ def _lasts(arc: Arc) -> bool:
 def _on_order(
     system: HybridSystem, arc: Arc, switch: Switch | None, touched: Sequence[Doubt]
 ) -> tuple[Doubt, ...]:
-    """Return the doubt on the order of the events at the end of an arc, if it counts."""
-    cause = arc.event
+    """Return doubts on the order of more and more events at the end of an arc.
+
+    Events that coincide are taken in every order at once, and the others where an error of the run
+    turns out to reach them.
+    """
+    cause, now = arc.event, float(arc.end.t)
     following = sorted(_following(system, arc, switch, touched), key=lambda each: each.within)
+    found: list[Doubt] = []
     for count in range(1, min(len(following), MOST_TOGETHER - 1) + 1):
-        some = following[:count]
-        events = (cause, *(each.trigger for each in some))
-        if _depends(_Instant.of(system, arc, events, switch), events):
-            last = some[-1]
-            named = last.trigger or cause
-            assert named is not None
-            now = float(arc.end.t)
-            return (Doubt(now, named, _INFINITE, _INFINITE, now, last.within),)
-    return ()
+        last = following[count - 1]
+        order = _Order(system, arc, (cause, *(each.trigger for each in following[:count])), switch)
+        named = last.trigger or cause
+        assert named is not None
+        doubt = Doubt(now, named, _INFINITE, _INFINITE, now, last.within, order.matters)
+        if last.within:
+            found.append(doubt)
+        elif order.matters():
+            return (doubt,)
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class _Order:
+    """Events at the end of an arc, whose order may matter; `None` among them are the loads."""
+
+    system: HybridSystem
+    arc: Arc
+    events: tuple[Trigger | None, ...]
+    switch: Switch | None
+
+    def matters(self) -> bool:
+        """Return whether the events in another order lead to another motion."""
+        return self._depends
+
+    @cached_property
+    def _depends(self) -> bool:
+        instant = _Instant.of(self.system, self.arc, self.events, self.switch)
+        courses = (_followed(instant, order) for order in permutations(self.events))
+        first = next(courses)
+        return any(not _are_alike(first, other) for other in courses)
 
 
 def _following(
@@ -116,8 +145,9 @@ def _following(
     near = {doubt.trigger: doubt.within for doubt in touched}
     ends = _Ends(system, arc)
     own = 0.0 if arc.event is None else ends.uncertainty(arc.event)
+    together = _stopping_together(system, arc.mode, arc.event)
     for trigger in ends.triggers:
-        if trigger == arc.event or trigger.kind not in _KINDS:
+        if trigger in (arc.event, *together) or trigger.kind not in _KINDS:
             continue
         within = ends.within(trigger, own)
         if trigger in near:
@@ -128,6 +158,26 @@ def _following(
         within = ends.within_time(arc.event, float(switch.time - arc.end.t))
         if within <= CLOSING:
             yield _Next(_LOADS, within)
+
+
+def _stopping_together(system: HybridSystem, mode: Mode, event: Trigger | None) -> list[Trigger]:
+    """Return the ends of slides that are one event with another such end, by the constraints."""
+    if event is None or event.kind is not EventKind.STOPS:
+        return []
+    bound = _bound_slides(system, mode, event.index)
+    return [Trigger(EventKind.STOPS, index, mode.slides[index]) for index in bound]
+
+
+def _bound_slides(system: HybridSystem, mode: Mode, index: int) -> list[int]:
+    """Return the elements that slide as long as another one does, as a mode holds the chain."""
+    tangent = system.tangents[index]
+    assert tangent is not None
+    held = [*system.held(mode.states), tangent]
+    return [
+        other
+        for other, (own, direction) in enumerate(zip(system.tangents, mode.slides, strict=True))
+        if direction and own is not None and is_fixed(own, held, system.scene_chain)
+    ]
 
 
 class _End(NamedTuple):
@@ -339,8 +389,9 @@ class _Course(NamedTuple):
     def stopped(
         self, index: int, waiting: Mapping[Trigger, float] = MappingProxyType({})
     ) -> _Course | None:
-        """Return the course after an element has come to rest."""
-        sliding = put(self.state.sliding, index, 0)
+        """Return the course after an element has come to rest, and those that slide with it."""
+        bound = _bound_slides(self.system, self.mode, index)
+        sliding = tuple(0 if i in bound else own for i, own in enumerate(self.state.sliding))
         return self._replace(state=self.state._replace(sliding=sliding)).selected(waiting)
 
 
@@ -349,13 +400,6 @@ def _along(course: _Course, tangent: ConstraintCoordinate, du: Pair) -> float:
     system, state, _ = course
     x, y = system.pose(state.q).row(tangent)
     return float(x * du[0] + y * du[1] + tangent.bias(system.chain, state.q, state.u))
-
-
-def _depends(instant: _Instant, events: tuple[Trigger | None, ...]) -> bool:
-    """Return whether events in another order lead to another motion."""
-    courses = [_followed(instant, order) for order in permutations(events)]
-    first, others = courses[0], courses[1:]
-    return any(not _are_alike(first, other) for other in others)
 
 
 def _followed(instant: _Instant, order: Iterable[Trigger | None]) -> _Course | None:

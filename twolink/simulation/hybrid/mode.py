@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -99,6 +99,10 @@ class Trigger:
     sense: int = 0
 
 
+def _always() -> bool:
+    return True
+
+
 class Doubt(NamedTuple):
     """A choice at a time (s) that was made by round-off or by the limit of work.
 
@@ -106,7 +110,8 @@ class Doubt(NamedTuple):
     run, or bounces were omitted. `speed` (rad/s or m/s) is that of the impacts that may have been
     missed, or infinity, and `change` (rad/s) what they would change u by. The event function stays
     within its error `until` a time (s). A doubt counts only if the error of an angle may be
-    `within` (rad).
+    `within` (rad), and if it `matters`: whether another choice leads to another motion is computed
+    where it is asked for.
     """
 
     time: float
@@ -115,6 +120,7 @@ class Doubt(NamedTuple):
     change: float
     until: float
     within: float = 0.0
+    matters: Callable[[], bool] = _always
 
 
 class Remark(NamedTuple):
