@@ -12,6 +12,7 @@ from twolink.ensembles.alone import shares_round_off
 from twolink.ensembles.carried import carried_ends
 from twolink.ensembles.compiled import System
 from twolink.ensembles.marching import marched
+from twolink.ensembles.step import Rows
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.motion import has_events
@@ -67,6 +68,22 @@ def test_large_errors_are_unknown_and_leave_the_state():
     ends, lost, _ = ends_of(q, u, 1e-6, duration=60.0)
     assert ends.errors[0] == math.inf
     assert ends.errors[1] < 1e-6
+    assert not lost.any()
+    assert np.isfinite(ends.q).all()
+
+
+@pytest.mark.parametrize("part", ["centre", "shape"])
+def test_a_region_that_is_not_a_number_is_unknown(part, random, monkeypatch):
+    """Its largest size so far does not show it."""
+
+    def spoilt(step, runs):
+        found = marched(step, runs)
+        getattr(Rows.of(found), part)[1, 2] = math.nan
+        return found
+
+    monkeypatch.setattr(carried, "marched", spoilt)
+    ends, lost, _ = ends_of(*random_starts(random, 5), 1e-9)
+    assert np.isinf(ends.errors).tolist() == [False, False, True, False, False]
     assert not lost.any()
     assert np.isfinite(ends.q).all()
 

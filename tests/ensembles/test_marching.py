@@ -50,8 +50,7 @@ def test_bits_do_not_depend_on_the_neighbours(random):
     assert (other[STEPS, ::2] > 3 * one[STEPS, ::2]).all()
 
 
-def test_runs_that_are_not_finite_are_lost_alone(random, monkeypatch):
-    monkeypatch.setattr(marching, "MOST_STEPS", 1000)
+def test_runs_that_are_not_finite_are_lost_alone(random):
     q, u = random_starts(random, 20)
     u[:, 4] = 1e200
     q[0, 11] = np.nan
@@ -61,6 +60,18 @@ def test_runs_that_are_not_finite_are_lost_alone(random, monkeypatch):
     others = np.setdiff1d(np.arange(20), [4, 11])
     alone = Rows.of(marched(STEP, begun(q[:, others], u[:, others])))
     assert np.array_equal(alone.state, rows.state[:, others])
+
+
+def test_a_run_whose_terms_overflow_is_lost_at_once(monkeypatch):
+    calls = []
+
+    def counted(*arguments, **more):
+        calls.append(1)
+        return STEP(*arguments, **more)
+
+    found = marched(counted, begun(np.zeros((2, 1)), np.array([[1e30], [0.0]])))
+    assert np.isnan(found).all()
+    assert len(calls) < 20
 
 
 def test_runs_of_too_many_steps_have_no_end(random, monkeypatch):

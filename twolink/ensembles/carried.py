@@ -18,7 +18,7 @@ from twolink.ensembles.compiled import FORMULATION, System
 from twolink.ensembles.error import LINEAR, sizes_of, states_of
 from twolink.ensembles.following import check_rates
 from twolink.ensembles.marching import Begun, marched
-from twolink.ensembles.step import ROWS, Bounds, Rows, compiled_step
+from twolink.ensembles.step import ROWS, Rows, Settings, compiled_step
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.longest_step import longest_steps
 from twolink.simulation.smooth.round_off import A_VALUE
@@ -65,7 +65,7 @@ def _marched(system: System, lanes: Lanes, numbers: Array, tolerance: float) -> 
     start = np.array([*q, *np.broadcast_arrays(*p)])
     going = np.isfinite(cap) & np.isfinite(start).all(axis=0)
     shared, independent = round_off_of_loads(lanes, of_time=system.depends_on_time)
-    own = Bounds(np.full_like(cap, tolerance), cap, *_OF_LOADS * shared, *_OF_LOADS * independent)
+    own = Settings(np.full_like(cap, tolerance), cap, *_OF_LOADS * shared, *_OF_LOADS * independent)
     parameters = np.concatenate([numbers, own])[:, going]
     rows = np.full((ROWS, lanes.width), np.nan)
     rows[:, going] = marched(compiled_step(system), Begun(start[:, going], parameters, duration))
@@ -73,8 +73,12 @@ def _marched(system: System, lanes: Lanes, numbers: Array, tolerance: float) -> 
 
 
 def _bounds(rows: Rows) -> Array:
-    """Return bounds on the errors of states that are corrected (rad, rad/s), shape (n,)."""
-    return np.asarray(rows.spread + OF_CORRECTIONS * rows.shift)
+    """Return bounds on the errors of states that are corrected (rad, rad/s), shape (n,).
+
+    They are infinite where the region is no longer finite: its largest size so far leaves NaN out.
+    """
+    finite = np.isfinite([*rows.centre, *rows.shape]).all(axis=0)
+    return np.where(finite, rows.spread + OF_CORRECTIONS * rows.shift, np.inf)
 
 
 def _improves(rows: Rows, accuracy: float) -> Any:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.ensembles.following import MOST_STEPS
-from twolink.ensembles.step import FIRST, FREQUENCY, LAST, LEFT, ROWS, STEPS, Bounds, Rows
+from twolink.ensembles.step import FIRST, FREQUENCY, LAST, LEFT, ROWS, STEPS, Rows, Settings
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ _BETWEEN = 8
 class Begun(NamedTuple):
     """Runs at their start: states (q, p), shape (4, n), and their duration (s).
 
-    `parameters`, shape (parameters, n), are those of `compiled_step`; the last are `Bounds`.
+    `parameters`, shape (parameters, n), are those of `compiled_step`; the last are `Settings`.
     """
 
     state: Array
@@ -44,7 +44,7 @@ class Begun(NamedTuple):
         found = _stepped(step, first, parameters, 0.0, 1)
         rows = Rows.of(found)
         found[LEFT] = self.duration
-        cap = Bounds(*self.parameters[-len(Bounds._fields) :]).cap
+        cap = Settings(*self.parameters[-len(Settings._fields) :]).cap
         np.maximum(rows.frequency, 1 / (FIRST * cap), out=found[FREQUENCY])
         return found
 
@@ -52,7 +52,7 @@ class Begun(NamedTuple):
 def marched(step: Any, runs: Begun) -> Array:
     """Return the rows of runs after their last step, shape (ROWS, n).
 
-    The rows of runs that have no end, since they are no longer finite, are NaN.
+    The rows of runs that have no end, since they are not finite or take no further step, are NaN.
     """
     begun = runs.rows(step)
     found = np.full_like(begun, np.nan)
@@ -64,7 +64,9 @@ def marched(step: Any, runs: Begun) -> Array:
     while len(slots):
         now = _stepped(step, now, parameters, runs.duration, _BETWEEN)
         ended = (now[LEFT] == 0) & (now[LAST] == 0)
-        lost = ~np.isfinite(now[LEFT] + now[STEPS]) | (now[STEPS] > MOST_STEPS)
+        # Terms beyond the range of float64 leave no length for a step.
+        stuck = (now[LEFT] > 0) & (now[LAST] == 0)
+        lost = ~np.isfinite(now[LEFT]) | stuck | (now[STEPS] > MOST_STEPS)
         found[:, slots[ended]] = now[:, ended]
         free = np.flatnonzero(ended | lost)
         given = np.arange(coming, min(count, coming + len(free)))

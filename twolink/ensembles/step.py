@@ -77,7 +77,7 @@ class Rows(NamedTuple):
         return cls(*parts, *rows[ends[-1] : ROWS])
 
 
-class Bounds(NamedTuple):
+class Settings(NamedTuple):
     """The last parameters of a lane: the tolerance of steps (rad/s) and their longest length (s).
 
     The others are the round-off of generalized forces (N m), as from `round_off_of_loads`.
@@ -106,7 +106,7 @@ def compiled_step(system: System) -> Any:
     """Return the function of a system, or None for one whose effects it does not take.
 
     It is called with rows of shape (ROWS, n), the parameters of the runs and below them those of
-    `Bounds`, and with the times of the starts (s).
+    `Settings`, and with the times of the starts (s).
     """
     if not all(map(is_built_in, system.effects)):
         # Functions of one's own may change where no term of a series shows it.
@@ -139,13 +139,13 @@ def _series(system: System, before: Rows) -> MotionTerms:
 def _after(system: System, before: Rows, series: MotionTerms) -> list[Any]:
     """Return the expressions of all rows after a step."""
     hy, count = heyoka(), len(system.varying)
-    bounds = Bounds(*(hy.par[count + k] for k in range(len(Bounds._fields))))
-    region = _with_last_step(before, series, bounds)
+    settings = Settings(*(hy.par[count + k] for k in range(len(Settings._fields))))
+    region = _with_last_step(before, series, settings)
     directions = _of_angles_and_speeds(series)
     spread = largest(before.spread, region.spread(directions))
     shift = largest(before.shift, region.shift(directions))
-    most = smallest(largest(bounds.tolerance, _OF_REGION * spread), _MOST)
-    wanted = smallest(_length(series, most), bounds.cap, 1.0 / before.frequency)
+    most = smallest(largest(settings.tolerance, _OF_REGION * spread), _MOST)
+    wanted = smallest(_length(series, most), settings.cap, 1.0 / before.frequency)
     length = hy.select(hy.gte(wanted, before.left), before.left, wanted)
     left = before.left - length
     # This is exact, so that the times of all steps sum to the duration.
@@ -169,7 +169,7 @@ def _after(system: System, before: Rows, series: MotionTerms) -> list[Any]:
     ]
 
 
-def _with_last_step(before: Rows, series: MotionTerms, bounds: Bounds) -> Region:
+def _with_last_step(before: Rows, series: MotionTerms, settings: Settings) -> Region:
     """Return the region of the error with the truncation error and the round-off of the last step.
 
     The round-off of the start is that of the first step.
@@ -183,11 +183,11 @@ def _with_last_step(before: Rows, series: MotionTerms, bounds: Bounds) -> Region
     momenta = series.mass.sizes_of_momenta(rates[:2])
     moves = hy.select(hy.gt(before.left, 0.0), _OF_STATES * ROUNDING, 0.0)
     independent = np.array([*_sizes(before.state[:2]), *momenta], object) * moves
-    shared[2:] += np.array([bounds.shared1, bounds.shared2], object) * last
-    independent[2:] += np.array([bounds.independent1, bounds.independent2], object) * last
+    shared[2:] += np.array([settings.shared1, settings.shared2], object) * last
+    independent[2:] += np.array([settings.independent1, settings.independent2], object) * last
     M11, _, M22 = series.mass.entries
     # The inverse of a time of the motion makes momenta angles.
-    scale = largest(before.frequency, 1.0 / bounds.cap)
+    scale = largest(before.frequency, 1.0 / settings.cap)
     units = np.array([1.0, 1.0, M11 * scale, M22 * scale], object)
     region = Region.of(before.centre, before.shape)
     return region.with_step(truncation, shared, independent, units)

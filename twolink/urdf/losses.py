@@ -1,6 +1,7 @@
-"""What a URDF has that the file of another format, which was made from it, does not have.
+"""The losses of a conversion: properties of a URDF that the file made from it does not have.
 
-Both are read for what no comparison of motions shows: names, frames, limits, geometry.
+Both files are read for properties that a comparison of motions does not show: names, frames, limits
+and geometry.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ Properties = dict[str, Numbers]
 
 @dataclass(frozen=True)
 class Holdings:
-    """What a file has: its name, and the names of its frames (links among them) and joints.
+    """The properties of a file: its name, and those of its frames (links among them) and joints.
 
     `moving` has the properties of the joints that move, by their names in `_UNITS`; one that the
     file lacks has no numbers. `visual` and `collision` are numbers of shapes, `others` the tags of
