@@ -30,7 +30,6 @@ from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.compiled import FORMULATION
 from twolink.ensembles.ensemble import Ensemble
 from twolink.ensembles.file import ensemble_of
-from twolink.ensembles.motions import WIDTH
 from twolink.ensembles.run import sweep
 from twolink.integration.precisions import PRECISIONS
 from twolink.optional import heyoka
@@ -54,6 +53,10 @@ _SLOW, _ROUNDS = 3.0, 4
 # Values of a number that are tried; a method that needs more is left out.
 _TRIES = 12
 
+# Runs that a bare call integrates at once: in one register of AVX-512, the least cost of unrolled
+# code.
+_WIDTH = 8
+
 # Steps of MuJoCo between which its states are not kept.
 _AT_ONCE = 1000
 
@@ -74,7 +77,7 @@ def starts(count: int) -> Array:
     return np.concatenate(final.family.starts(final.values(0, count)))
 
 
-def bare(order: int, lanes: int = WIDTH) -> Any:
+def bare(order: int, lanes: int = _WIDTH) -> Any:
     """Return heyoka's batch integrator of the same equations."""
     q1, q2, x1, x2 = heyoka().make_vars("q1", "q2", "x1", "x2")
     first, second = EQUATIONS[FORMULATION].rates(

@@ -6,13 +6,17 @@ import pytest
 from tests.campaign.dice import Dice
 from tests.campaign.draw import draw_chain, draw_start
 from tests.campaign.draw_forces import smooth_effects
+from tests.ensembles.cases import starts
 from tests.ensembles.falls import DURATION, FALL, check_bounds, random_starts
 from twolink.ensembles import carried
 from twolink.ensembles.alone import shares_round_off
-from twolink.ensembles.carried import carried_ends
+from twolink.ensembles.carried import carried_ends, tolerances
+from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.compiled import System
 from twolink.ensembles.marching import marched
+from twolink.ensembles.quantity import Accumulator
 from twolink.ensembles.step import Rows
+from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.motion import has_events
@@ -20,56 +24,59 @@ from twolink.simulation.motion import has_events
 SYSTEM = System(FALL.moving_chain, FALL.effects, ())
 
 
-def ends_of(q, u, accuracy, system=SYSTEM, duration=DURATION):
+def carried_of(q, u, accuracy, system=SYSTEM, duration=DURATION, tolerance=None, **more):
     numbers = np.zeros((0, q.shape[1]))
-    return carried_ends(system, system.lanes(numbers, q, u, duration), numbers, accuracy)
+    lanes = system.lanes(numbers, q, u, duration)
+    tolerance = tolerance or tolerances(accuracy)[0]
+    return carried_ends(system, lanes, numbers, tolerance, accuracy, **more)
 
 
 @pytest.mark.slow_but_first
 @pytest.mark.parametrize("accuracy", [0.1, 1e-4, 1e-7, 1e-9])
 def test_the_bound_holds_and_is_not_far_above_the_error(accuracy, random):
     q, u = random_starts(random, 41)
-    ends, lost, steps = ends_of(q, u, accuracy)
-    assert not lost.any()
-    assert steps > 41 * 10
-    check_bounds(ends, q, u)
+    found = carried_of(q, u, accuracy)
+    assert not found.lost.any()
+    assert found.steps > 41 * 10
+    check_bounds(found.ends, q, u)
 
 
-def test_runs_are_made_again_where_shorter_steps_help(random, monkeypatch):
-    made = []
+def test_tolerances_fall_to_the_least():
+    assert tolerances(1e-6) == [pytest.approx(1e-12), 1e-15]
+    assert tolerances(1e-10) == [1e-15]
 
-    def noted(step, runs):
-        made.append((runs.state.shape[1], runs.parameters[0, 0]))
-        return marched(step, runs)
 
-    monkeypatch.setattr(carried, "marched", noted)
+def test_shorter_steps_improve_runs_that_are_inaccurate_by_truncation(random):
     q, u = random_starts(random, 40)
-    ends, _, _ = ends_of(q, u, 1e-6, duration=10.0)
-    (count, first), (again, last) = made
-    assert (count, first, last) == (40, pytest.approx(1e-12), 1e-15)
-    assert 0 < again < 10
-    # The others have grown round-off.
-    assert again < (ends.errors > 1e-6).sum() + 10
+    # Steps of a tolerance of 1e-8 for an accuracy of 1e-10.
+    found = carried_of(q, u, 1e-10, tolerance=1e-8)
+    finer = carried_of(q, u, 1e-10, tolerance=1e-15)
+    assert found.improvable.sum() > 5
+    assert (finer.bounds < found.bounds)[found.improvable].all()
+    assert (found.bounds > 1e-10)[found.improvable].all()
+    # Round-off that has grown stays.
+    assert not finer.improvable.any()
 
 
 def test_runs_without_a_finite_start_or_end_are_lost(random):
     q, u = random_starts(random, 9)
     u[0, 3] = math.inf
     q[1, 5] = math.nan
-    ends, lost, _ = ends_of(q, u, 1e-6)
-    assert np.flatnonzero(lost).tolist() == [3, 5]
-    assert np.isnan(ends.errors[lost]).all()
-    assert np.isfinite(ends.errors[~lost]).all()
+    found = carried_of(q, u, 1e-6)
+    assert np.flatnonzero(found.lost).tolist() == [3, 5]
+    assert np.isnan(found.ends.errors[found.lost]).all()
+    assert np.isfinite(found.ends.errors[~found.lost]).all()
 
 
 def test_large_errors_are_unknown_and_leave_the_state():
     # The unstable poses multiply errors over 60 s without a bound.
     q, u = np.array([[-1.4, 1.6], [3.0, 1.5]]), np.zeros((2, 2))
-    ends, lost, _ = ends_of(q, u, 1e-6, duration=60.0)
-    assert ends.errors[0] == math.inf
-    assert ends.errors[1] < 1e-6
-    assert not lost.any()
-    assert np.isfinite(ends.q).all()
+    found = carried_of(q, u, 1e-6, duration=60.0)
+    assert found.ends.errors[0] == math.inf
+    assert found.ends.errors[1] < 1e-6
+    assert found.improvable.tolist() == [True, False]
+    assert not found.lost.any()
+    assert np.isfinite(found.ends.q).all()
 
 
 @pytest.mark.parametrize("part", ["centre", "shape"])
@@ -82,17 +89,57 @@ def test_a_region_that_is_not_a_number_is_unknown(part, random, monkeypatch):
         return found
 
     monkeypatch.setattr(carried, "marched", spoilt)
-    ends, lost, _ = ends_of(*random_starts(random, 5), 1e-9)
-    assert np.isinf(ends.errors).tolist() == [False, False, True, False, False]
-    assert not lost.any()
-    assert np.isfinite(ends.q).all()
+    found = carried_of(*random_starts(random, 5), 1e-9)
+    assert np.isinf(found.ends.errors).tolist() == [False, False, True, False, False]
+    assert not found.lost.any()
+    assert np.isfinite(found.ends.q).all()
 
 
 def test_a_chain_at_rest_in_equilibrium_stays_there():
     hanging = np.full((2, 1), math.pi / 2)
-    ends, _, _ = ends_of(hanging, np.zeros((2, 1)), 0.1, duration=1000.0)
+    ends = carried_of(hanging, np.zeros((2, 1)), 0.1, duration=1000.0).ends
     assert np.abs(ends.q - math.pi / 2).max() < 1e-12
     assert ends.errors[0] < 1e-9
+
+
+class _Ending(Accumulator):
+    """An accumulator that asks for no step, and needs no more of half of the runs."""
+
+    def add(self, block):
+        raise AssertionError
+
+    def values(self, ends):
+        return {}
+
+    def known(self):
+        return np.arange(8) < 4
+
+
+def test_brief_runs_end_where_nothing_more_is_needed(random):
+    q, u = random_starts(random, 8)
+    whole = carried_of(q, u, 1e-6, accumulators=[_Ending()])
+    brief = carried_of(q, u, 1e-6, accumulators=[_Ending()], brief=True)
+    assert not brief.lost.any()
+    assert brief.steps < whole.steps
+    assert np.array_equal(brief.ends.q[:, 4:], whole.ends.q[:, 4:])
+    assert (brief.bounds <= whole.bounds).all()
+
+
+def test_compiled_rates_that_are_not_those_of_the_formulas_are_noticed(random):
+    heavier = System(FALL.moving_chain.convert(lambda x: 1.01 * float(x)), FALL.effects, ())
+    q, u = random_starts(random, 3)
+    none = np.zeros((0, 3))
+    with pytest.raises(SimulationError, match="must be those of the formulas; got others"):
+        carried_ends(SYSTEM, heavier.lanes(none, q, u, 1.0), none, 1e-12, 1e-6)
+
+
+def test_errors_are_measured_where_nothing_is_kept():
+    bare, kept = (
+        rows_of(starts(3, runs={"accuracy": 1e-8, "duration": 5.0}, keep=keep), 0, 9).arrays
+        for keep in ({}, {"final": True})
+    )
+    assert np.array_equal(bare["error"], kept["error"])
+    assert np.isfinite(bare["error"]).all()
 
 
 @pytest.mark.slow
@@ -115,7 +162,8 @@ def _ratios(scene, starts, accuracy):
     """Yield the true errors relative to the bounds where these are small."""
     system = System(scene.moving_chain, scene.effects, ())
     q, u = np.moveaxis(np.array(starts), 0, -1)
-    ends, lost, _ = ends_of(q, u, accuracy, system, scene.duration)
+    found = carried_of(q, u, accuracy, system, scene.duration)
+    ends, lost = found.ends, found.lost
     lanes = system.lanes(np.zeros((0, len(starts))), q, u, scene.duration)
     unfit = shares_round_off(lanes, carried=True) | lost
     for k, (q0, u0) in enumerate(starts):

@@ -77,12 +77,6 @@ def test_a_difference_that_is_not_small_bounds_nothing(difference):
     assert second == pytest.approx(MARGIN_OF_ORDERS * 0.0099, rel=1e-6)
 
 
-def test_notes_of_a_run_that_comes_twice_leave_the_largest():
-    measured = SoFar(*np.ones((3, 3)))
-    measured.note(np.array([2, 0, 2]), SoFar(*np.array([[5.0, 0.5, 3.0]] * 3)))
-    assert [rows.tolist() for rows in measured] == [[1, 1, 5]] * 3
-
-
 def test_states_of_variables_are_those_that_they_come_from(random):
     chain = Chain.uniform_bars()
     q, u = random.normal(size=(2, 2, 5, 3))

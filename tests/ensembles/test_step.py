@@ -66,9 +66,9 @@ def test_a_step_moves_the_state_and_keeps_the_time_exactly():
 def test_the_centre_is_the_truncation_error(monkeypatch):
     monkeypatch.setattr(step_module, "ORDER", 8)
     monkeypatch.setattr(step_module, "_MOST", 1.0)
-    step_module._compiled.cache_clear()
+    step_module._compiled_step.cache_clear()
     function = compiled_step(SYSTEM)
-    step_module._compiled.cache_clear()
+    step_module._compiled_step.cache_clear()
     rows = started(0.12, frequency=0.0)
     while rows[LEFT] > 0 or rows[LAST] > 0:
         rows = taken(function, rows, tolerance=1e-5)

@@ -1,32 +1,28 @@
-"""The ends of runs in lanes, each corrected by the error that its steps have carried.
-
-The result is the state less the centre of the region of its error (`deviations`). What is left is
-within the region. A part of the correction is added to the bound, for all that the linearized
-motion does not show.
-"""
+"""The ends of runs in lanes, each corrected by the error that its steps have carried."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twolink.ensembles.alone import round_off_of_loads
 from twolink.ensembles.blocks import ROUNDING, Ends, Lanes
+from twolink.ensembles.carried_bounds import corrected, known
 from twolink.ensembles.compiled import FORMULATION, System
-from twolink.ensembles.error import LINEAR, sizes_of, states_of
+from twolink.ensembles.error import sizes_of, states_of
 from twolink.ensembles.following import check_rates
 from twolink.ensembles.marching import Begun, marched
-from twolink.ensembles.step import ROWS, Rows, Settings, compiled_step
+from twolink.ensembles.quantity import Accumulator
+from twolink.ensembles.step import Rows, Settings, compiled_step
+from twolink.ensembles.watching import Watch
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.longest_step import longest_steps
 from twolink.simulation.smooth.round_off import A_VALUE
 
 Array = NDArray[np.float64]
-
-OF_CORRECTIONS = 0.1
-"""The part of the largest correction that is added to the bound of an error."""
 
 # The tolerance of a step (rad/s) for an accuracy, by which nine of ten random falls over 10 s reach
 # it, and the least one, at which round-off is larger.
@@ -36,68 +32,81 @@ _OF_ACCURACY, _LEAST = 1e-6, 1e-15
 _OF_LOADS = 4.0
 
 
-def carried_ends(
-    system: System, lanes: Lanes, numbers: Array, accuracy: float
-) -> tuple[Ends, Array, int]:
-    """Return the ends of runs, which of them are lost, shape (n,), and the steps of the others.
+def tolerances(accuracy: float) -> list[float]:
+    """Return the tolerances of steps (rad/s) for an accuracy (rad, rad/s), the least one last."""
+    first = max(_OF_ACCURACY * accuracy, _LEAST)
+    return [first, _LEAST] if first > _LEAST else [first]
 
-    `numbers` are the parameters, shape (parameters, n). Runs that are not accurate enough (rad,
-    rad/s) are made again by shorter steps if these can improve them.
+
+class Carried(NamedTuple):
+    """Runs at their ends: bounds on their errors (rad, rad/s), and which of them are lost, (n,).
+
+    `improvable` are those that shorter steps may make accurate enough, and `steps` is the number of
+    steps of those that are not lost.
     """
-    tolerance = max(_OF_ACCURACY * accuracy, _LEAST)
-    with np.errstate(all="ignore"):
-        rows = _marched(system, lanes, numbers, tolerance)
-        again = np.flatnonzero(_improves(Rows.of(rows), accuracy))
-        if tolerance > _LEAST and len(again):
-            own, q, u = numbers[:, again], lanes.q[:, again], lanes.u[:, again]
-            other = _marched(system, system.lanes(own, q, u, lanes.duration), own, _LEAST)
-            better = ~(_bounds(Rows.of(other)) >= _bounds(Rows.of(rows[:, again])))
-            rows[:, again[better]] = other[:, better]
-        return _ends(lanes, Rows.of(rows))
+
+    ends: Ends
+    bounds: Array
+    lost: Any
+    improvable: Any
+    steps: int
 
 
-def _marched(system: System, lanes: Lanes, numbers: Array, tolerance: float) -> Array:
-    """Return the last rows of runs, NaN for those that have no start or no end."""
+@np.errstate(all="ignore")
+def carried_ends(
+    system: System,
+    lanes: Lanes,
+    numbers: Array,
+    tolerance: float,
+    accuracy: float,
+    accumulators: Sequence[Accumulator] = (),
+    *,
+    brief: bool = False,
+) -> Carried:
+    """Return the ends of runs by steps of a tolerance (rad/s), for an accuracy (rad, rad/s).
+
+    `numbers` are the parameters, shape (parameters, n). Accumulators receive the steps that they
+    ask for; runs that are `brief` end where these need no more.
+    """
+    runs = _begun(system, lanes, numbers, tolerance)
+    if accumulators:
+        watch = Watch(runs, accumulators, brief)
+        rows = Rows.of(marched(compiled_step(system, paths=True), runs, watch))
+        watch.show(system)
+    else:
+        rows = Rows.of(marched(compiled_step(system), runs))
+    bounds, lost = corrected(rows), ~np.isfinite(rows.state).all(axis=0)
+    # The part of a region that is larger than its centre is round-off that has grown.
+    improvable = (bounds > accuracy) & (rows.spread - rows.shift <= accuracy)
+    return Carried(
+        _ends(lanes, rows, bounds, lost),
+        bounds,
+        lost,
+        ~known(bounds) | improvable,
+        int(rows.steps[~lost].sum()),
+    )
+
+
+def _begun(system: System, lanes: Lanes, numbers: Array, tolerance: float) -> Begun:
+    """Return the runs at their start, NaN for those that have none."""
     chain, effects, q, u, duration = lanes
     longest = longest_steps(chain, effects, tuple(q), tuple(u), duration)
     cap = np.broadcast_to(longest, q[0].shape)
     p = EQUATIONS[FORMULATION].from_speeds(chain, tuple(q), tuple(u))
     start = np.array([*q, *np.broadcast_arrays(*p)])
-    going = np.isfinite(cap) & np.isfinite(start).all(axis=0)
+    start[:, ~np.isfinite(cap)] = np.nan
     shared, independent = round_off_of_loads(lanes, of_time=system.depends_on_time)
     own = Settings(np.full_like(cap, tolerance), cap, *_OF_LOADS * shared, *_OF_LOADS * independent)
-    parameters = np.concatenate([numbers, own])[:, going]
-    rows = np.full((ROWS, lanes.width), np.nan)
-    rows[:, going] = marched(compiled_step(system), Begun(start[:, going], parameters, duration))
-    return rows
+    return Begun(start, np.concatenate([numbers, own]), duration)
 
 
-def _bounds(rows: Rows) -> Array:
-    """Return bounds on the errors of states that are corrected (rad, rad/s), shape (n,).
-
-    They are infinite where the region is no longer finite: its largest size so far leaves NaN out.
-    """
-    finite = np.isfinite([*rows.centre, *rows.shape]).all(axis=0)
-    return np.where(finite, rows.spread + OF_CORRECTIONS * rows.shift, np.inf)
-
-
-def _improves(rows: Rows, accuracy: float) -> Any:
-    """Return which runs shorter steps may make accurate enough, or give a known error.
-
-    The part of a region that is larger than its centre is round-off that has grown.
-    """
-    unknown = ~(_bounds(rows) <= LINEAR)
-    return unknown | ((_bounds(rows) > accuracy) & (rows.spread - rows.shift <= accuracy))
-
-
-def _ends(lanes: Lanes, rows: Rows) -> tuple[Ends, Array, int]:
+def _ends(lanes: Lanes, rows: Rows, bounds: Array, lost: Any) -> Ends:
     """Return the ends of runs from their last rows."""
-    lost = ~np.isfinite(rows.state).all(axis=0)
     # After a last step of length 0 these are the rates in the state.
-    check_rates(lanes, rows.state, rows.rates, lanes.duration)
-    bounds = _bounds(rows)
-    known = bounds <= LINEAR
-    states = states_of(lanes.chain, np.where(known, rows.state - rows.centre, rows.state))
+    at_the_end = np.where(rows.last == 0, rows.state, np.nan)
+    check_rates(lanes, at_the_end, rows.rates, lanes.duration)
+    fine = known(bounds)
+    states = states_of(lanes.chain, np.where(fine, rows.state - rows.centre, rows.state))
     errors = bounds + A_VALUE * ROUNDING * sizes_of(lanes.chain, states)
-    errors = np.where(lost, np.nan, np.where(known, errors, np.inf))
-    return Ends(states[:2], states[2:], errors), lost, int(rows.steps[~lost].sum())
+    errors = np.where(lost, np.nan, np.where(fine, errors, np.inf))
+    return Ends(states[:2], states[2:], errors)

@@ -183,20 +183,18 @@ def _in_lanes(ensemble: Ensemble, template: _Template, values: Array, rows: Rows
     for first in range(0, len(prepared.places), _AT_ONCE):
         part = prepared.of(slice(first, first + _AT_ONCE))
         stages = stages_of(ensemble, template.system, part)
-        left = np.arange(len(part.places))
+        again = np.full(len(part.places), True)
         for trial in stages.trials(ensemble.accuracy):
-            again = [left[:0]]
-            for done in stages.runs(left, trial):
+            for done in stages.runs(np.flatnonzero(again), trial):
                 alone += part.places[done.lost].tolist()
                 rows.steps += done.steps
                 rows.put(part.places[done.lanes], done.values, done.errors, "double")
-                fine = ~done.undecided
+                again[done.lost] = False
+                again[done.lanes] = done.undecided
                 if needs_state:
-                    fine &= done.errors <= ensemble.accuracy
-                again.append(done.lanes[~fine])
-            left = np.sort(np.concatenate(again))
+                    again[done.lanes] |= ~(done.errors <= ensemble.accuracy)
         if ensemble.refine:
-            alone += part.places[left].tolist()
+            alone += part.places[again].tolist()
     return sorted(alone)
 
 

@@ -30,12 +30,6 @@ Array = NDArray[np.float64]
 LANES = 32
 """Runs that are integrated at once. The callback that keeps a step costs as much as two lanes."""
 
-# The number of lanes up to which unrolled code takes half the time of loops.
-_UNROLLED = 8
-
-PATH_UNIT = 2.0**-20
-"""The integrals of squared speeds in this unit are too small to count in the choice of steps."""
-
 FORMULATION: EquationsName = "momenta"
 """The equations of ensembles: those of the least cost."""
 
@@ -56,13 +50,9 @@ class System:
         chain, effects = self._with(list(numbers))
         return Lanes(chain, effects, q, u, duration)
 
-    def integrator(self, order: int, width: int = LANES, *, paths: bool = False) -> IntegratorPool:
-        """Return compiled integrators of an order, for runs of a number of lanes.
-
-        With `paths` two more variables are the integrals of `PATH_UNIT` times u1² and u2².
-        """
-        both = Content((self.chain,)), Content(self.effects)
-        return _compiled(*both, self.varying, order, width, paths)
+    def integrator(self, order: int) -> IntegratorPool:
+        """Return compiled integrators of an order, for `LANES` runs."""
+        return _compiled(Content((self.chain,)), Content(self.effects), self.varying, order)
 
     def rates(self, q: Any, x: Any) -> Any:
         """Return the rates in the symbols of heyoka; raises `TypeError` where there are none."""
@@ -112,26 +102,17 @@ def _symbols() -> tuple[Any, Any]:
 
 @functools.lru_cache(maxsize=32)
 def _compiled(
-    chain: Content,
-    effects: Content,
-    varying: tuple[int, ...],
-    order: int,
-    width: int,
-    paths: bool,
+    chain: Content, effects: Content, varying: tuple[int, ...], order: int
 ) -> IntegratorPool:
     """Return compiled integrators, cached for ensembles of one scene."""
     q, x = _symbols()
     system = System(chain.objects[0], effects.objects, varying)
     first, second = system.rates(q, x)
-    equations = list(zip((*q, *x), (*first, *second), strict=True))
-    if paths:
-        squares = [PATH_UNIT * u * u for u in first]
-        equations += list(zip(heyoka().make_vars("w1", "w2"), squares, strict=True))
     integrator = heyoka().taylor_adaptive_batch(
-        equations,
-        np.zeros((len(equations), width)),
+        list(zip((*q, *x), (*first, *second), strict=True)),
+        np.zeros((4, LANES)),
         tol=PRECISIONS["double"].step_tolerance(order),
         # Loops, where unrolled code would take seconds to compile, and would be no faster.
-        compact_mode=width > _UNROLLED,
+        compact_mode=True,
     )
     return IntegratorPool(integrator)

@@ -37,20 +37,17 @@ class SoFar(NamedTuple):
     growths: Array
 
     @classmethod
-    def at_the_start(cls, lanes: Lanes, growths: Array | None = None) -> SoFar:
+    def at_the_start(cls, lanes: Lanes) -> SoFar:
         """Return the measures of runs that begin.
 
-        The given growths, shape (n,), are raised in place to the least growth of errors, and later
-        by `note`: the round-off of the first speeds, which all runs share, moves the angles by its
-        product with the time.
+        The round-off of the first speeds, which all runs share, moves the angles by its product
+        with the time.
         """
         chain, _, q, u, duration = lanes
-        known = np.zeros(lanes.width) if growths is None else growths
         with np.errstate(all="ignore"):
             sizes = sizes_of(chain, np.concatenate([q, u]))
             moved = EQUATIONS[FORMULATION].rounded_speeds(chain, q, u).max(axis=0) * duration
-            np.maximum(known, moved / MOST_ROUND_OFF, out=known)
-        return cls(np.zeros(lanes.width), sizes, known)
+        return cls(np.zeros(lanes.width), sizes, moved / MOST_ROUND_OFF)
 
     def of(self, which: Any) -> SoFar:
         """Return the measures of some rows, or of some runs."""
@@ -71,11 +68,6 @@ class SoFar(NamedTuple):
         differences = np.maximum.accumulate(np.maximum(now[0], self.differences))
         sizes = np.maximum.accumulate(np.maximum(now[1], self.sizes))
         return SoFar(differences, sizes, np.maximum(self.growths, differences / truncation(order)))
-
-    def note(self, which: Any, others: SoFar) -> None:
-        """Raise the measures of some runs in place to those of others; runs may come repeatedly."""
-        for own, new in zip(self, others, strict=True):
-            np.maximum.at(own, which, new)
 
     def bounds(self, steps: Array) -> Array:
         """Return bounds on the errors (rad, rad/s) of runs after some numbers of steps."""

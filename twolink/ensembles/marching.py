@@ -6,6 +6,7 @@ between it takes steps of length 0, which change nothing.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,13 +17,21 @@ from twolink.ensembles.step import FIRST, FREQUENCY, LAST, LEFT, ROWS, STEPS, Ro
 
 Array = NDArray[np.float64]
 
-# Lanes, whose rows stay in the memory of a core, no power of two, as rows would then compete for
-# one place there; and the number in the widest registers: all of them are computed alike, so that
-# bits do not depend on the others.
-_LANES, _TOGETHER = 760, 8
+TOGETHER = 8
+"""The lanes of the widest registers: all of them are computed alike, so that no bits differ."""
 
-# Steps between two looks at which lanes have ended.
-_BETWEEN = 8
+BETWEEN = 8
+"""Steps between two looks at which lanes have ended."""
+
+# Lanes, whose rows stay in the memory of a core; no power of two, as rows would then compete for
+# one place there.
+_LANES = 760
+
+Look = Callable[[Any, Array, Array], Any]
+"""A function of runs (n,) and of their rows before and after some steps, shape (ROWS, n).
+
+It returns which of them end early, shape (n,).
+"""
 
 
 class Begun(NamedTuple):
@@ -41,7 +50,7 @@ class Begun(NamedTuple):
         Rows.of(first).state[:] = self.state
         # A step to the end, which is at once, finds the frequencies.
         parameters = np.ascontiguousarray(self.parameters)
-        found = _stepped(step, first, parameters, 0.0, 1)
+        found = stepped(step, first, parameters, 0.0, 1)
         rows = Rows.of(found)
         found[LEFT] = self.duration
         cap = Settings(*self.parameters[-len(Settings._fields) :]).cap
@@ -49,25 +58,32 @@ class Begun(NamedTuple):
         return found
 
 
-def marched(step: Any, runs: Begun) -> Array:
+def marched(step: Any, runs: Begun, look: Look | None = None) -> Array:
     """Return the rows of runs after their last step, shape (ROWS, n).
 
     The rows of runs that have no end, since they are not finite or take no further step, are NaN.
+    `look` is called with the rows before and after `BETWEEN` steps, for which `Rows.paths` begin
+    at 0; lanes without a run of their own repeat another, which may come again after its end.
     """
     begun = runs.rows(step)
     found = np.full_like(begun, np.nan)
     count = begun.shape[1]
-    # Lanes without a run of their own repeat others.
-    slots = np.arange(min(_LANES, -(-count // _TOGETHER) * _TOGETHER)) % max(1, count)
+    slots = np.arange(min(_LANES, -(-count // TOGETHER) * TOGETHER)) % max(1, count)
     coming = len(slots) if len(slots) <= count else count
     now, parameters = _taken(begun, slots), _taken(runs.parameters, slots)
+    open_ = np.full(count, True)
     while len(slots):
-        now = _stepped(step, now, parameters, runs.duration, _BETWEEN)
+        Rows.of(now).paths[:] = 0.0
+        before = now.copy() if look else now
+        now = stepped(step, now, parameters, runs.duration, BETWEEN)
         ended = (now[LEFT] == 0) & (now[LAST] == 0)
+        if look:
+            ended |= look(slots, before, now)
         # Terms beyond the range of float64 leave no length for a step.
         stuck = (now[LEFT] > 0) & (now[LAST] == 0)
         lost = ~np.isfinite(now[LEFT]) | stuck | (now[STEPS] > MOST_STEPS)
-        found[:, slots[ended]] = now[:, ended]
+        new = ended & open_[slots]
+        found[:, slots[new]], open_[slots[new]] = now[:, new], False
         free = np.flatnonzero(ended | lost)
         given = np.arange(coming, min(count, coming + len(free)))
         coming += len(given)
@@ -80,21 +96,21 @@ def marched(step: Any, runs: Begun) -> Array:
     return found
 
 
-def _kept(count: int, empty: Any) -> Any:
-    """Return the lanes that go on, as many as are computed together: some of them are empty."""
-    spare = -(count - len(empty)) % _TOGETHER
-    going = np.full(count, len(empty) < count)
-    going[empty[spare:]] = False
-    return np.flatnonzero(going)
-
-
-def _stepped(step: Any, now: Array, parameters: Array, duration: float, count: int) -> Array:
+def stepped(step: Any, now: Array, parameters: Array, duration: float, count: int) -> Array:
     """Return the rows after a number of steps; the given ones may be overwritten."""
     other = np.empty_like(now)
     for _ in range(count):
         step(now, pars=parameters, time=duration - now[LEFT], outputs=other, batch_parallel=False)
         now, other = other, now
     return now
+
+
+def _kept(count: int, empty: Any) -> Any:
+    """Return the lanes that go on, as many as are computed together: some of them are empty."""
+    spare = -(count - len(empty)) % TOGETHER
+    going = np.full(count, len(empty) < count)
+    going[empty[spare:]] = False
+    return np.flatnonzero(going)
 
 
 def _taken(rows: Array, places: Any) -> Array:

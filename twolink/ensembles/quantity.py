@@ -83,7 +83,7 @@ class Accumulator(ABC):
 
     def open_spans(self, spans: Spans) -> Any:
         """Return in which intervals steps are needed, shape (m, n); by default in none."""
-        return False
+        return np.zeros(spans.errors.shape, bool)
 
     def known(self) -> Any:
         """Return which lanes need no more of their motions, shape (lanes,); none by default."""

@@ -1,6 +1,6 @@
 """Runs in lanes by one trial after another, the next one for those that need it.
 
-Quantities that depend on the motion follow its steps; where the ends suffice, no step is kept.
+Quantities that depend on the whole motion follow its steps; where few steps suffice, none is kept.
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from twolink.ensembles.blocks import Ends, Lanes
-from twolink.ensembles.carried import carried_ends
+from twolink.ensembles.blocks import Ends
+from twolink.ensembles.carried import carried_ends, tolerances
 from twolink.ensembles.compiled import LANES, System
-from twolink.ensembles.ending import Ending
 from twolink.ensembles.ensemble import Ensemble
 from twolink.ensembles.following import PLACES, Follower, LostError
 from twolink.ensembles.quantity import Accumulator
@@ -65,92 +64,70 @@ class Stages(ABC):
 
 def stages_of(ensemble: Ensemble, system: System, prepared: Prepared) -> Stages:
     """Return the stages of prepared runs."""
-    if any(quantity.of_steps for quantity in ensemble.kept):
-        return _Followed(ensemble, system, prepared)
-    if carries_errors(ensemble, system):
-        return _Carried(ensemble, system, prepared)
-    return _Ended(ensemble, system, prepared)
+    kind = _Carried if carries_errors(ensemble, system) else _Followed
+    return kind(ensemble, system, prepared)
 
 
 def carries_errors(ensemble: Ensemble, system: System) -> bool:
-    """Return whether runs are made by steps that carry their errors: where the ends suffice."""
-    ends_suffice = not any(kept.of_steps or kept.of_spans for kept in ensemble.kept)
-    return ends_suffice and compiled_step(system) is not None
+    """Return whether runs are made by steps that carry their errors: where few steps are kept."""
+    few = not any(quantity.of_steps for quantity in ensemble.kept)
+    return few and compiled_step(system) is not None
 
 
 @dataclass
 class _Carried(Stages):
-    """Runs to their ends, by steps that carry their errors. The only trial is the accuracy."""
+    """Runs by steps that carry their errors. A trial is a tolerance of steps.
+
+    `bounds` are those on the errors of earlier trials, shape (n,), NaN before the first.
+    """
 
     ensemble: Ensemble
     system: System
     prepared: Prepared
-
-    def trials(self, accuracy: float) -> list[float]:
-        """Return the accuracy itself."""
-        return [accuracy]
-
-    def runs(self, left: Any, trial: float) -> Iterator[Done]:
-        """Yield all runs."""
-        if not len(left):
-            return
-        _, numbers, q, u = self.prepared
-        numbers, q, u = numbers[:, left], q[:, left], u[:, left]
-        lanes = self.system.lanes(numbers, q, u, self.ensemble.duration)
-        ends, lost, steps = carried_ends(self.system, lanes, numbers, trial)
-        yield _done(left, _accumulators(self.ensemble, lanes), ends, lost, steps)
-
-
-class _OfOrders(Stages):
-    """Runs that are measured by others of a higher order. A trial is the order of a kept run."""
-
-    def trials(self, accuracy: float) -> list[int]:
-        """Return orders."""
-        highest = PRECISIONS["double"].truncated_order
-        # The growth of errors must be known where round-off is a part of them.
-        first = min(order_for(accuracy / MARGIN_OF_ORDERS / GROWTH), highest - MORE_ORDERS)
-        return [first, highest]
-
-
-@dataclass
-class _Ended(_OfOrders):
-    """Runs that are made all at once, to their ends."""
-
-    ensemble: Ensemble
-    system: System
-    prepared: Prepared
-    ending: Ending = field(init=False)
-    numbers: Any = field(init=False)
+    bounds: Array = field(init=False)
+    improvable: Any = field(init=False)
 
     def __post_init__(self) -> None:
-        """Begin with all runs."""
-        _, numbers, q, u = self.prepared
-        lanes = self.system.lanes(numbers, q, u, self.ensemble.duration)
+        """Begin without knowledge of errors."""
+        count = len(self.prepared.places)
+        self.bounds, self.improvable = np.full(count, np.nan), np.full(count, True)
+
+    def trials(self, accuracy: float) -> list[float]:
+        """Return tolerances of steps."""
+        return tolerances(accuracy)
+
+    def runs(self, left: Any, trial: float) -> Iterator[Done]:
+        """Yield runs that are better than before."""
+        left = left[self.improvable[left]]
+        if not len(left):
+            return
         kept = self.ensemble.kept
-        self.ending = Ending.at_the_start(
+        _, numbers, q, u = (rows[..., left] for rows in self.prepared)
+        lanes = self.system.lanes(numbers, q, u, self.ensemble.duration)
+        accumulators = [quantity.accumulator(lanes) for quantity in kept]
+        found = carried_ends(
             self.system,
             lanes,
             numbers,
+            trial,
+            self.ensemble.accuracy,
+            accumulators if any(quantity.of_spans for quantity in kept) else (),
             brief=bool(kept) and all(quantity.of_spans for quantity in kept),
         )
-        self.numbers = np.arange(lanes.width)
-
-    def runs(self, left: Any, trial: int) -> Iterator[Done]:
-        """Yield all runs; those that are left are among those of the last order."""
-        self.ending = self.ending.of(np.searchsorted(self.numbers, left))
-        self.numbers = left
-        if not len(left):
-            return
-        accumulators = _accumulators(self.ensemble, self.ending.lanes)
-        ends, lost, steps = self.ending.ends(trial, accumulators)
-        yield _done(left, accumulators, ends, lost, steps)
+        values, errors, undecided = _kept(accumulators, found.ends, len(left))
+        better = ~(found.bounds >= self.bounds[left])
+        lost, better = left[better & found.lost].tolist(), better & ~found.lost
+        self.bounds[left], self.improvable[left] = found.bounds, found.improvable
+        values = {name: array[better] for name, array in values.items()}
+        yield Done(left[better], values, errors[better], undecided[better], lost, found.steps)
 
 
 @dataclass
-class _Followed(_OfOrders):
-    """Runs whose steps are followed, in groups of lanes.
+class _Followed(Stages):
+    """Runs whose steps are followed, in groups of lanes, each measured by one of a higher order.
 
-    `growths` are those of errors, shape (places, n), that pairs of lower orders have measured.
+    A trial is the order of a kept run. `growths` are those of errors, shape (places, n), that pairs
+    of lower orders have measured.
     """
 
     ensemble: Ensemble
@@ -161,6 +138,13 @@ class _Followed(_OfOrders):
     def __post_init__(self) -> None:
         """Begin without knowledge of errors."""
         self.growths = np.zeros((PLACES + 1, len(self.prepared.places)))
+
+    def trials(self, accuracy: float) -> list[int]:
+        """Return orders."""
+        highest = PRECISIONS["double"].truncated_order
+        # The growth of errors must be known where round-off is a part of them.
+        first = min(order_for(accuracy / MARGIN_OF_ORDERS / GROWTH), highest - MORE_ORDERS)
+        return [first, highest]
 
     def runs(self, left: Any, trial: int) -> Iterator[Done]:
         """Yield runs in groups of lanes."""
@@ -185,7 +169,7 @@ class _Followed(_OfOrders):
         numbers, q, u = (np.ascontiguousarray(rows[:, filled]) for rows in self.prepared[1:])
         lanes = self.system.lanes(numbers, q, u, self.ensemble.duration)
         follower = Follower(self.system, lanes, numbers, order, self.growths[:, filled])
-        accumulators = _accumulators(self.ensemble, lanes)
+        accumulators = [quantity.accumulator(lanes) for quantity in self.ensemble.kept]
         with np.errstate(all="ignore"):
             for block in follower.blocks():
                 for each in accumulators:
@@ -202,17 +186,6 @@ class _Followed(_OfOrders):
             lost,
             follower.steps * count,
         )
-
-
-def _accumulators(ensemble: Ensemble, lanes: Lanes) -> list[Accumulator]:
-    return [quantity.accumulator(lanes) for quantity in ensemble.kept]
-
-
-def _done(left: Any, accumulators: list[Accumulator], ends: Ends, lost: Any, steps: int) -> Done:
-    """Return all runs of a trial but those that are lost."""
-    values, errors, undecided = _kept(accumulators, ends, len(left))
-    found = {name: array[~lost] for name, array in values.items()}
-    return Done(left[~lost], found, errors[~lost], undecided[~lost], left[lost].tolist(), steps)
 
 
 def _kept(

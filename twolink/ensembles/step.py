@@ -47,20 +47,26 @@ FIRST = 0.15
 _OF_STATES, _OF_RATES = 2.0, 0.5
 
 
+# The numbers of rows of the parts that have several.
+_LENGTHS = (4, 4, len(INDICES), 4, 2)
+
+
 class Rows(NamedTuple):
     """The rows of a lane at the start of a step.
 
     `state` is (q, p), `centre` and `shape` are those of the region of the error, without the
     truncation error of the last step. `rates` are the derivatives of the last polynomials at the
-    end of the last step, of the length `last` (s). `left` is the time to the end (s), `spread` and
-    `shift` are the largest sizes so far of the region and of its centre (rad, rad/s), `frequency`
-    is that of `linear_flow`, and `steps` is their number.
+    end of the last step, of the length `last` (s). `paths` bound how far both angles have turned in
+    total (rad). `left` is the time to the end (s), `spread` and `shift` are the largest sizes so
+    far of the region and of its centre (rad, rad/s), `frequency` is that of `linear_flow`, and
+    `steps` is their number.
     """
 
     state: Any
     centre: Any
     shape: Any
     rates: Any
+    paths: Any
     last: Any
     left: Any
     spread: Any
@@ -71,9 +77,8 @@ class Rows(NamedTuple):
     @classmethod
     def of(cls, rows: Any) -> Rows:
         """Return the parts of a list or an array of all rows."""
-        lengths = (4, 4, len(INDICES), 4)
-        ends = np.cumsum(lengths)
-        parts = [rows[end - n : end] for n, end in zip(lengths, ends, strict=True)]
+        ends = np.cumsum(_LENGTHS)
+        parts = [rows[end - n : end] for n, end in zip(_LENGTHS, ends, strict=True)]
         return cls(*parts, *rows[ends[-1] : ROWS])
 
 
@@ -91,7 +96,7 @@ class Settings(NamedTuple):
     independent2: Any
 
 
-ROWS = 12 + len(INDICES) + len(Rows._fields) - 4
+ROWS = sum(_LENGTHS) + len(Rows._fields) - len(_LENGTHS)
 """The number of all rows."""
 
 _FIRST_OF_SINGLE = ROWS - len(Rows._fields)
@@ -102,33 +107,54 @@ LAST, LEFT, FREQUENCY, STEPS = (
 """The places of some of them."""
 
 
-def compiled_step(system: System) -> Any:
-    """Return the function of a system, or None for one whose effects it does not take.
+def compiled_step(system: System, *, paths: bool = False) -> Any:
+    """Return the step of a system, or None for one whose effects it does not take.
 
     It is called with rows of shape (ROWS, n), the parameters of the runs and below them those of
-    `Settings`, and with the times of the starts (s).
+    `Settings`, and with the times of the starts (s). With `paths` it adds to those of the rows.
     """
     if not all(map(is_built_in, system.effects)):
         # Functions of one's own may change where no term of a series shows it.
         return None
-    return _compiled(Content((system.chain,)), Content(system.effects), system.varying)
+    return _compiled_step(*_key(system), paths)
+
+
+def compiled_angles(system: System) -> Any:
+    """Return the function that maps states (q, p), shape (4, n), to the angles of their next steps.
+
+    It is called as `compiled_step`, and returns the coefficients of q1 and below them those of q2.
+    """
+    return _compiled_angles(*_key(system))
+
+
+def _key(system: System) -> tuple[Content, Content, tuple[int, ...]]:
+    return Content((system.chain,)), Content(system.effects), system.varying
 
 
 @functools.lru_cache(maxsize=32)
-def _compiled(chain: Content, effects: Content, varying: tuple[int, ...]) -> Any:
+def _compiled_step(chain: Content, effects: Content, varying: tuple[int, ...], paths: bool) -> Any:
     system = System(chain.objects[0], effects.objects, varying)
     variables = heyoka().make_vars(*(f"x{k}" for k in range(ROWS)))
     before = Rows.of(variables)
     try:
-        series = _series(system, before)
+        series = _series(system, before.state)
     except TypeError:
         return None
-    return heyoka().cfunc(_after(system, before, series), variables, compact_mode=False)
+    after = _after(system, before, series, paths)
+    return heyoka().cfunc(after, variables, compact_mode=False)
 
 
-def _series(system: System, before: Rows) -> MotionTerms:
+@functools.lru_cache(maxsize=32)
+def _compiled_angles(chain: Content, effects: Content, varying: tuple[int, ...]) -> Any:
+    system = System(chain.objects[0], effects.objects, varying)
+    state = heyoka().make_vars(*(f"x{k}" for k in range(4)))
+    angles = [term for q in _series(system, state).q for term in q.terms(ORDER + 1)]
+    return heyoka().cfunc(angles, state, compact_mode=False)
+
+
+def _series(system: System, state: Any) -> MotionTerms:
     """Return the series of the motion; raises `TypeError` where an effect has none."""
-    q, p = before.state[:2], before.state[2:]
+    q, p = state[:2], state[2:]
     chain, effects = system.with_symbols()
     found = motion_terms(chain, effects, tuple(q), tuple(p), heyoka().time)
     for each in found.forces:
@@ -136,7 +162,7 @@ def _series(system: System, before: Rows) -> MotionTerms:
     return found
 
 
-def _after(system: System, before: Rows, series: MotionTerms) -> list[Any]:
+def _after(system: System, before: Rows, series: MotionTerms, paths: bool) -> list[Any]:
     """Return the expressions of all rows after a step."""
     hy, count = heyoka(), len(system.varying)
     settings = Settings(*(hy.par[count + k] for k in range(len(Settings._fields))))
@@ -155,11 +181,15 @@ def _after(system: System, before: Rows, series: MotionTerms) -> list[Any]:
     first, second, third = (_jacobian(system, polynomials, length * node) for node in NODES)
     region = region.carried(flow((first, second, third), length))
     moves = hy.select(hy.gt(before.left, 0.0), 1.0, 0.0)
+    turned = np.array(before.paths, object)
+    if paths:
+        turned += [_turned(x, length) for x in polynomials[:2]]
     return [
         *(value(terms, length) for terms in polynomials),
         *region.centre,
         *region.entries,
         *(value(terms, length) for terms in slopes),
+        *turned,
         length,
         left,
         spread,
@@ -219,6 +249,11 @@ def _length(series: MotionTerms, most: Any) -> Any:
         last = largest(*(size(u.term(k)) for u in series.u))
         lengths.append(hy.exp((logarithm - hy.log(last)) * (1.0 / k)))
     return smallest(*lengths)
+
+
+def _turned(terms: list[Any], t: Any) -> Any:
+    """Return a bound on how far an angle turns on a step (rad)."""
+    return value([size(x) for x in terms[1:]], t) * t
 
 
 def _jacobian(system: System, polynomials: list[Any], t: Any) -> Any:
