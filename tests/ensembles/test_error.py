@@ -44,7 +44,7 @@ def test_measures_are_the_largest_so_far():
 def test_measures_in_parts_are_those_of_the_whole(random):
     kept = random.normal(size=(4, 12, 3))
     judged = kept + 1e-8 * random.normal(size=kept.shape)
-    begun = SoFar.at_the_start(at_rest(3), np.array([0.0, 1e9, 3.0]))
+    begun = SoFar.at_the_start(at_rest(3))._replace(growths=np.array([0.0, 1e9, 3.0]))
     whole = begun.with_states(CHAIN, kept, judged, ORDER).of(-1)
     first = begun.with_states(CHAIN, kept[:, :5], judged[:, :5], ORDER).of(-1)
     second = first.with_states(CHAIN, kept[:, 5:], judged[:, 5:], ORDER).of(-1)
