@@ -154,6 +154,7 @@ def test_with_events_more_of_the_agreement_is_held_back(monkeypatch):
         (0, None, "digits must be a whole number from 1 to 1000; got 0"),
         (5, (1.0, 1.0), "times must increase from 0 to 10 s; got 1, 1"),
         (5, (11.0,), "times must increase from 0 to 10 s; got 11"),
+        (5, (10.0000001,), "times must increase from 0 to 10 s; got 10.0000001"),
         (5, (), "times must increase from 0 to 10 s; got an empty list"),
     ],
 )

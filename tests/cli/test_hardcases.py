@@ -79,3 +79,11 @@ def test_invalid_options(arguments, words):
     result = run(*arguments)
     assert result.exit_code == 2
     assert words in result.output
+
+
+@pytest.mark.parametrize("option", ["--case=zeno", "--engine=heyoka", "--ours", "--json=a.json"])
+def test_an_explanation_has_no_other_options(option):
+    result = run("--explain", "zeno", option)
+    assert result.exit_code == 2
+    name = option.partition("=")[0]
+    assert result.stderr == f"twolink: {name} must be left out with --explain; got both\n"

@@ -14,3 +14,13 @@ def test_a_time_goes_with_a_picture_alone(suffix, tmp_path):
     assert result.stderr == (f"twolink: --at must be left out with a {suffix} file; got both\n")
     assert result.stdout == ""
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_page_has_no_size(tmp_path):
+    words = ["record", "general", "--size", "640x480", "--out", str(tmp_path / "a.html")]
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 2
+    assert result.stderr == (
+        "twolink: --size must be left out with a .html file, which fills its window; got both\n"
+    )
+    assert list(tmp_path.iterdir()) == []

@@ -26,6 +26,7 @@ from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.motion import check_run, has_modes, motion_run
+from twolink.text import distinct
 
 # Motions with events use 113 bits, which have 34 digits; some are lost during the run.
 MOST_DIGITS_WITH_EVENTS = 28
@@ -207,8 +208,8 @@ def asked_times(scene: Scene, times: tuple[float, ...] | None) -> tuple[float, .
     rising = all(a < b for a, b in pairwise(times))
     if not times or not rising or not all(0 <= t <= scene.duration for t in times):
         raise SimulationError(
-            f"times must increase from 0 to {scene.duration:g} s; got "
-            f"{', '.join(f'{t:g}' for t in times) or 'an empty list'}"
+            f"times must increase from 0 to {distinct(scene.duration)} s; got "
+            f"{', '.join(map(distinct, times)) or 'an empty list'}"
         )
     return tuple(float(t) for t in times)
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from twolink.cli.options import check_unused
 from twolink.cli.progress import progress_bar
 from twolink.cli.terminal import (
     FAILED,
@@ -54,6 +55,7 @@ _JsonFile = Annotated[
 
 
 def hardcases(
+    context: typer.Context,
     case: _Case = None,
     engine: _Engine = None,
     ours: _Ours = False,
@@ -70,6 +72,7 @@ def hardcases(
     from twolink.hardcases.run import OURS, columns, document, failed_by_us
 
     if explain is not None:
+        check_unused(context, "--explain", "case", "engine", "ours", "json_file")
         chosen = CASES if explain == "all" else (case_named(explain),)
         page = console()
         for one in chosen:

@@ -60,6 +60,8 @@ def record(
     check_target("--out", out, RECORDINGS)
     if out.suffix != ".png":
         check_unused(context, f"a {out.suffix} file", "at")
+    if out.suffix == ".html":
+        check_unused(context, "a .html file, which fills its window", "size")
     rate = (25.0 if out.suffix == ".gif" else 30.0) if fps is None else fps
     pixels = _size(size)
     # Missing programs and invalid options are reported before anything is simulated.

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from twolink.errors import PictureError
-from twolink.text import printable
+from twolink.text import distinct, printable
 from twolink.times import merged
 from twolink.viz.commands import (
     background,
@@ -78,10 +78,8 @@ class Film:
             raise PictureError("a film must have at least one run; got none")
         check_rates(self.fps, self.speed)
         if self.still is not None and not self.start <= self.still <= self.start + self.duration:
-            raise PictureError(
-                f"at must be {self.start:g} to {self.start + self.duration:g} s; got "
-                f"{self.still:g} s"
-            )
+            start, end, still = map(distinct, (self.start, self.start + self.duration, self.still))
+            raise PictureError(f"at must be {start} to {end} s; got {still} s")
 
     @property
     def duration(self) -> float:
