@@ -485,15 +485,22 @@ def test_help_imports_nothing_heavy():
 
 
 def test_simulate_imports_only_the_effects_of_its_scene():
-    """SymPy, which heyoka would import, and SciPy are not needed; nor are effects left out."""
+    """SymPy, which heyoka would import, and SciPy are not needed; nor are effects left out.
+
+    A smooth motion has no modes, and its table needs no forces.
+    """
     program = (
         "from twolink.scene import Scene\n"
         "from twolink.simulation import simulate\n"
         "from twolink.data import data_path\n"
-        "simulate(Scene.load(data_path('scenes') / 'free_fall.toml'))\n"
+        "found = simulate(Scene.load(data_path('scenes') / 'free_fall.toml'))\n"
+        "assert found.summary().rows and found.log == ()\n"
         "import sys\n"
         "print(*[m for m in sys.modules if m.startswith('twolink.effects.')])\n"
-        "assert not {'sympy', 'scipy', 'matplotlib', 'pinocchio', 'rich'} & set(sys.modules)"
+        "assert not {'sympy', 'scipy', 'matplotlib', 'pinocchio', 'rich'} & set(sys.modules)\n"
+        "assert not {'twolink.simulation.hybrid.mode', 'twolink.contact.force_laws',\n"
+        "            'twolink.simulation.forces', 'twolink.simulation.work',\n"
+        "            'twolink.simulation.smooth.numeric'} & set(sys.modules)"
     )
     run = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT

@@ -356,7 +356,7 @@ def test_the_error_under_an_effect_without_an_expression_of_heyoka_is_an_estimat
     def refused(*given):
         raise TypeError("must be real number, not expression")
 
-    monkeypatch.setattr(sys.modules["twolink.simulation.simulate"], "steps_of_series", refused)
+    monkeypatch.setattr("twolink.simulation.smooth.stiffness.steps_of_series", refused)
     found = simulate(SHORT, samples=11, accuracy=1e-6, method="DOP853")
     assert found.met
     assert found.notes[-1].startswith("The error is an estimate")

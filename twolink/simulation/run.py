@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,9 @@ from twolink.integration.operations import Operations
 from twolink.integration.precisions import PrecisionName
 from twolink.names import EquationsName
 from twolink.scene import Scene
-from twolink.simulation.hybrid.mode import Event, Impact
+
+if TYPE_CHECKING:
+    from twolink.simulation.hybrid.mode import Event, Impact
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,12 +34,13 @@ from twolink.simulation.run import ENDS_EARLY, Array, MotionRun, Statistics
 from twolink.simulation.smooth.judging import MARGIN_OF_LIKE_PRECISIONS, difference
 from twolink.simulation.smooth.longest_step import intervals_to_check
 from twolink.simulation.smooth.measure import measured_run
-from twolink.simulation.smooth.numeric import NumericRun, numeric_run
 from twolink.simulation.smooth.round_off import rounding
-from twolink.simulation.smooth.stiffness import steps_of_series
 from twolink.simulation.smooth.taylor import heyoka_is_here
 from twolink.simulation.trajectory import Trajectory
 from twolink.times import merged
+
+if TYPE_CHECKING:
+    from twolink.simulation.smooth.numeric import NumericRun
 
 # The least number of times at which smooth runs are compared, in all and between two samples.
 _CHECKED_IN_ALL, _CHECKED = 256, 8
@@ -233,6 +234,8 @@ def _reference(asked: _Asked, run: NumericRun) -> Trajectory | None:
     """
     if not heyoka_is_here():
         return None
+    from twolink.simulation.smooth.stiffness import steps_of_series
+
     accuracy = max(_OF_REFERENCE * asked.accuracy, _FINEST_REFERENCE)
     try:
         if steps_of_series(asked.scene, asked.times, run) > _MOST_STEPS:
@@ -256,6 +259,8 @@ def _errors(asked: _Asked, runs: Sequence[NumericRun], reference: Trajectory | N
 
 
 def _numeric(asked: _Asked, method: NumericName, setting: float) -> NumericRun:
+    from twolink.simulation.smooth.numeric import numeric_run
+
     return numeric_run(
         asked.scene,
         asked.times,

@@ -19,17 +19,16 @@ from twolink.errors import SimulationError
 from twolink.inputs import as_floats, as_path, as_times, check_instance, refuse
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
-from twolink.simulation.forces import ContactForce, ModeForces, States
-from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.motion import motion_run
 from twolink.simulation.run import Array, MotionRun, Recipe, Statistics
 from twolink.simulation.views import Views
-from twolink.simulation.work import Work
 from twolink.text import distinct
 
 if TYPE_CHECKING:
     from twolink.integration.precisions import PrecisionName
     from twolink.names import EquationsName
+    from twolink.simulation.forces import ContactForce, ModeForces, States
+    from twolink.simulation.hybrid.mode import Event, Impact
 
 Dense = Callable[[Array, str], tuple[Any, Any]]
 
@@ -179,11 +178,15 @@ class Trajectory(Views):
     @property
     def samples(self) -> States:
         """The times, angles and speeds of all samples."""
+        from twolink.simulation.forces import States
+
         return States(self.t, self.q, self.u)
 
     @property
     def mode_forces(self) -> ModeForces:
         """The forces in each mode of the motion."""
+        from twolink.simulation.forces import ModeForces
+
         return ModeForces(self.scene, self.events)
 
     def reactions(self) -> tuple[Array, Array]:
@@ -203,7 +206,8 @@ class Trajectory(Views):
         states = self.samples
         if times is not None:
             moments = as_times(times)
-            states = States(moments, *self.at(moments))
+            q, u = self.at(moments)
+            states = states._replace(t=moments, q=q, u=u)
         return self.mode_forces.contact_forces(states)
 
     def work(self) -> dict[str, Array]:
@@ -218,6 +222,8 @@ class Trajectory(Views):
         Raises `SimulationError` for methods without polynomials, and `TooMuchError` for runs whose
         number of steps would exceed memory.
         """
+        from twolink.simulation.work import Work
+
         function = self._function()
         knots = np.empty(0) if self._knots is None else self._knots()
         number = float if knots.dtype == np.float64 else np.longdouble

@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Any
 from twolink import optional
 from twolink.errors import TwolinkError
 from twolink.scene import Scene
-from twolink.simulation.hybrid.mode import Event, Impact
-from twolink.simulation.log import LogEntry, log_of
 from twolink.simulation.run import Array, Recipe, Statistics
 from twolink.tables import Table, table
 
@@ -21,6 +19,8 @@ _LOG_LINES = 40
 
 
 if TYPE_CHECKING:
+    from twolink.simulation.hybrid.mode import Event, Impact
+    from twolink.simulation.log import LogEntry
 
     class _Motion:
         """The data of a trajectory that are shown."""
@@ -107,6 +107,10 @@ class Views(_Motion):
     @property
     def log(self) -> tuple[LogEntry, ...]:
         """The modes and impacts in order of time; sequences of bounces are one entry."""
+        if not (self.impacts or self.events):
+            return ()
+        from twolink.simulation.log import log_of
+
         return log_of(self.scene, self.impacts, self.events)
 
     def summary(self) -> Table:
