@@ -337,7 +337,7 @@ def test_a_slow_slide_that_goes_on_is_one_or_its_error_is_unknown(torque, roundi
     scene = Scene(BALANCED, (0.0, 0.0), u, 0.1, effects, 1e-9)
     system = system_of(*effects, chain=BALANCED)
     state = state_of(system, scene.q, scene.u)
-    doubts = doubts_of_start(scene, state)
+    doubts = doubts_of_start(system, scene, state)
     assert state.sliding == ((0,) if roundings < 10 else (1,))
     if torque == 1.0 and roundings < 10:
         (doubt,) = doubts
@@ -455,10 +455,11 @@ def test_a_graze_that_the_change_of_a_start_decides_is_in_the_error(share):
 
 def test_the_change_of_a_start_is_zero_within_the_rounding_of_a_scene():
     scene = Scene(BARS, (0.3, 1.2), (0.5, 0.0), 1.0)
-    state = start(q=scene.q, u=scene.u)
-    assert doubts_of_start(scene, state) == []
-    assert doubts_of_start(scene, state._replace(q=(0.3, 1.2 + 1e-16))) == []
-    (doubt,) = doubts_of_start(scene, state._replace(q=(0.3, 1.2 + 1e-12)))
+    system = system_of()
+    state = state_of(system, scene.q, scene.u)
+    assert doubts_of_start(system, scene, state) == []
+    assert doubts_of_start(system, scene, state._replace(q=(0.3, 1.2 + 1e-16))) == []
+    (doubt,) = doubts_of_start(system, scene, state._replace(q=(0.3, 1.2 + 1e-12)))
     assert doubt.change == pytest.approx(1e-12, rel=1e-3)
-    (doubt,) = doubts_of_start(scene, state._replace(u=(0.5, 1e-13)))
+    (doubt,) = doubts_of_start(system, scene, state._replace(u=(0.5, 1e-13)))
     assert (doubt.time, doubt.change) == (0.0, 1e-13)

@@ -76,7 +76,7 @@ class History:
         self.compile_seconds = 0.0
         self.exhausted = False
         self.state: HybridState = start_state(self.system, scene, as_given=as_given)
-        self.doubts: list[Doubt] = doubts_of_start(scene, self.state)
+        self.doubts: list[Doubt] = doubts_of_start(self.system, scene, self.state)
         self.undecided: list[Doubt] = []
 
     def follow(self, progress: Callable[[float], None]) -> None:

@@ -77,13 +77,17 @@ def start_state(system: HybridSystem, scene: Scene, *, as_given: bool = False) -
     return _at_rest_on_contacts(system, state, pose)
 
 
-def doubts_of_start(scene: Scene, state: HybridState) -> list[Doubt]:
+def doubts_of_start(system: HybridSystem, scene: Scene, state: HybridState) -> list[Doubt]:
     """Return the doubts on an initial state that is not that of its scene, within round-off.
 
     One is the largest change of q (rad) and u (rad/s). Runs and their judges share that of u, and
     their difference does not show it. Others are slides that count as rest within round-off.
     """
-    unsure = _slides_at_rest(scene, state) if 0 in state.sliding else []
+    at_rest = any(
+        tangent is not None and not direction
+        for tangent, direction in zip(system.tangents, state.sliding, strict=True)
+    )
+    unsure = _slides_at_rest(scene, state) if at_rest else []
     change = 0.0
     for given, own in ((scene.q, state.q), (scene.u, state.u)):
         moved = float(largest((own[0] - given[0], own[1] - given[1])))
@@ -102,12 +106,15 @@ def _slides_at_rest(scene: Scene, state: HybridState) -> list[Doubt]:
     A slide that its friction stops is at rest after a rounding of the time. One that the loads
     drive on may be held by static friction where it counts as rest: another motion.
     """
-    system = _system_of(scene)
-    pose = system.pose(scene.q)
-    senses = [_sense(pose, element, scene.u) for element in system.elements]
+    chain, effects = scene.moving_chain, pieces_at(scene.effects, 0.0)
+    pose = Pose(chain, FORMULATIONS["lagrange"].equations, scene.q)
+    senses = [_sense(pose, element, scene.u) for element in contact_elements(effects, chain)]
     slow = [i for i, sense in enumerate(senses) if sense and not state.sliding[i]]
     if not slow:
         return []
+    # Only here, as the longest step of a scene takes longer than two events.
+    system = _system_of(scene)
+    pose = system.pose(scene.q)
     given = start_state(system, scene)
     sliding = given.sliding
     for index in slow:
