@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.simulation.hybrid.tolerances import POLYNOMIAL
-from twolink.simulation.series import powers
+from twolink.simulation.series import powers_of
 
 Array = NDArray[np.float64]
 
@@ -81,7 +81,7 @@ def is_positive_until(
 
     `bound` is that on the error of its values, in the precision of the coefficients.
     """
-    cut = np.array(coefficients, dtype=float) * powers(np.array([end]), len(coefficients))[0]
+    cut = np.array(coefficients, dtype=float) * powers_of(np.array([end]), len(coefficients))
     rounding = POLYNOMIAL * EPSILON * float(np.abs(cut).sum())
     lowest_value = float(cut.dot(bernstein_matrix(len(cut))).min())
     return lowest_value > least + bound + rounding

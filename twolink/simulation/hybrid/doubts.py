@@ -30,7 +30,7 @@ from twolink.simulation.hybrid.tolerances import (
     SATURATED,
     STANDING_CLOCK,
 )
-from twolink.simulation.series import powers
+from twolink.simulation.series import powers_of
 
 _BREAKAWAY = (EventKind.BREAKS, EventKind.STOPS)
 _EDGES = (EventKind.CLEARS, EventKind.REACHES)
@@ -115,7 +115,7 @@ class StepOfArc(NamedTuple):
         """Return the terms of the series of a variable at x."""
         row = self.block.coefficients[self.place, variable]
         length = self.block.lengths[self.place : self.place + 1] * self.system.number(x)
-        terms: list[Any] = (row * powers(length, len(row))[0]).tolist()
+        terms: list[Any] = (row * powers_of(length, len(row))).tolist()
         return terms
 
 

@@ -16,7 +16,7 @@ from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import LEADING, LEADING_SHARE
-from twolink.simulation.series import powers
+from twolink.simulation.series import powers_of
 
 # Event functions that are places, speeds and forces.
 _HITS = EventKind.HITS
@@ -143,7 +143,7 @@ class StartOfArc:
         """
         if self._known_change is None:
             order = block.coefficients.shape[2]
-            rows = block.coefficients[0, 2:4] * powers(block.lengths[:1], order)
+            rows = block.coefficients[0, 2:4] * powers_of(block.lengths[:1], order)
             changes = float(np.abs(rows).astype(float).sum())
             least = 1 / float(self._system.longest_step)
             self._known_change = self._system.scale * max(changes, least)
@@ -191,7 +191,7 @@ class StartOfArc:
         if clock is None:
             return float(block.lengths[0])
         order = block.coefficients.shape[2]
-        row = block.coefficients[0, clock] * powers(block.lengths[:1], order)[0]
+        row = block.coefficients[0, clock] * powers_of(block.lengths[:1], order)
         return abs(float(row[1:].sum()))
 
     def _pressing(self) -> float:
