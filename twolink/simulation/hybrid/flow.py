@@ -35,7 +35,7 @@ from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.stepper import Stepper
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
-from twolink.simulation.series import powers
+from twolink.simulation.series import powers_of
 
 # Initial and largest number of steps between certificates, where no arc was in the same mode or it
 # was shorter. A step in a long precision costs more than its certificate.
@@ -231,7 +231,7 @@ def _springing_back(state: HybridState) -> tuple[int, ...]:
 
 def _set_up(course: _Course) -> None:
     """Set the integrator of a mode to the start of an arc."""
-    system, compiled, (integrator, _, values, _, parameters), mode, state, *_ = course
+    system, compiled, (integrator, _, values, _, parameters, _), mode, state, *_ = course
     compliant = state.compliant
     vector = [*state.q, *state.u]
     for index in compiled.gaps:
@@ -257,12 +257,12 @@ def _take_steps(course: _Course, ahead: int, longest: Any) -> tuple[Block, bool,
 
     In time they are at most as long as the `longest` (s).
     """
-    _, compiled, (integrator, step, values, tc, _), _, state, until, _ = course
+    _, compiled, (integrator, step, state, tc, _, values), _, begin, until, _ = course
     clock, integrals = compiled.clock, compiled.integrals
     by_time = clock is None
     complete = _complete()
     falling, watches_integrals = compiled.falling, integrals.stop > integrals.start
-    span, shortest = until - state.t, SHORTEST_STEP if by_time else 0
+    span, shortest = until - begin.t, SHORTEST_STEP if by_time else 0
     starts: list[Any] = []
     lengths: list[Any] = []
     coefficients: list[bytes] = []
@@ -284,7 +284,7 @@ def _take_steps(course: _Course, ahead: int, longest: Any) -> tuple[Block, bool,
         lengths.append(length)
         coefficients.append(tc.tobytes())
         if watches_integrals:
-            values[integrals] = 0
+            state[integrals] = 0
         over = by_time and length == left
         if over or (not by_time and values[clock] >= span):
             break
@@ -297,7 +297,7 @@ def _take_steps(course: _Course, ahead: int, longest: Any) -> tuple[Block, bool,
                 fallen = True
         if fallen:
             break
-    kind, shape = values.dtype, (len(lengths), *tc.shape)
+    kind, shape = state.dtype, (len(lengths), *tc.shape)
     # Bytes are joined several times faster than small arrays.
     joined: Any = np.ndarray(shape, kind, b"".join(coefficients))
     return Block(np.array(starts, kind), np.array(lengths, kind), joined), over, failure
@@ -334,7 +334,7 @@ def _end_state(course: _Course, last: Block, until: Any) -> HybridState:
     """
     system, compiled, _, mode, state, *_ = course
     coefficients = last.coefficients[-1]
-    by_power = powers(last.lengths[-1:], coefficients.shape[1])[0]
+    by_power = powers_of(last.lengths[-1:], coefficients.shape[1])
     values = product(coefficients, by_power).tolist()
     t = until
     if t is None and compiled.clock is None:

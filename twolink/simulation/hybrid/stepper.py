@@ -15,7 +15,7 @@ class Stepper(NamedTuple):
     """An integrator with views of its own memory, which take longer to make than a step to begin.
 
     `state`, `tc` and `pars` are its variables, their Taylor coefficients in the last step, and its
-    parameters.
+    parameters. `values` has the variables one by one, in numbers of Python where there are such.
     """
 
     integrator: Any
@@ -23,6 +23,7 @@ class Stepper(NamedTuple):
     state: Any
     tc: Any
     pars: Any
+    values: Any
 
     @classmethod
     def of(cls, integrator: Any) -> Stepper:
@@ -30,7 +31,10 @@ class Stepper(NamedTuple):
         tc, pars = integrator.tc, integrator.pars
         is_long = tc.dtype not in (np.float64, np.longdouble)
         step = functools.partial(_step, integrator) if is_long else integrator.step
-        return cls(integrator, step, integrator.state, tc, pars)
+        state = integrator.state
+        # A number of Python is read and compared twice as fast as one of NumPy.
+        values = state.data if state.dtype == np.float64 else state
+        return cls(integrator, step, state, tc, pars, values)
 
 
 # Later (s) than the end of any step.
