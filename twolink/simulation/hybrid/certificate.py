@@ -27,7 +27,7 @@ from twolink.simulation.hybrid.roots import Search, first_fall
 from twolink.simulation.hybrid.start_of_arc import StartOfArc
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.series import powers
+from twolink.simulation.series import powers, powers_of
 
 
 class Finding(NamedTuple):
@@ -141,9 +141,7 @@ class Certificate:
         _, functions, length = every.shape
         rounding = self._system.rounding
         margins, bernstein, bounds = margins_of(every.reshape(-1, length), rounding)
-        zeros: dict[int, int] = {}
-        for number in [*self._zero]:
-            zeros[number] = self._steps_of_zero(number, every[:, number])
+        zeros = {number: self._steps_of_zero(number, every[:, number]) for number in [*self._zero]}
         # The least margins by which event functions are certified.
         tails = self._tails if at_start else {}
         most = max((0.0, *self._near, *tails.values()))
@@ -244,7 +242,9 @@ class Certificate:
             if order is None:
                 self._zero[number] = self._start.zero_size(trigger, polynomial, block)
             elif order:
-                every[0, number] = polynomial[order:] + [0 * polynomial[0]] * order
+                row = every[0, number]
+                row[:-order] = row[order:]
+                row[-order:] = 0
                 # The last terms estimate the truncation error of the series.
                 self._tails[number] = float(abs(polynomial[-1])) + float(abs(polynomial[-2]))
 
@@ -263,7 +263,7 @@ class Certificate:
     def _clock_root(self, block: Block, place: int) -> Any:
         """Return the place on a step at which the clock reaches the end of the arc, or None."""
         row = block.coefficients[place, self._compiled.clock]
-        polynomial = -row * powers(block.lengths[place : place + 1], len(row))[0]
+        polynomial = -row * powers_of(block.lengths[place : place + 1], len(row))
         polynomial[0] = polynomial[0] + self._span
         if polynomial.sum() > 0:
             return None
