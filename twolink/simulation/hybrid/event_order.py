@@ -77,9 +77,10 @@ def doubts_on_order(
     the event that ends the arc comes at all.
     """
     cause = _LOADS if arc.event is None else arc.event
+    if cause is not None and cause.kind not in _KINDS:
+        return tuple(touched)
     hysteretic = any(element.hysteretic for element in system.elements)
-    others = cause is not None and cause.kind not in _KINDS
-    if others or not hysteretic or not _lasts(arc):
+    if not hysteretic or not _lasts(arc):
         # In an arc without a duration the events are those next after the arc before.
         return tuple(touched)
     # A function that stays zero within its error just until it falls has not passed zero.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -67,7 +66,7 @@ class History:
         self.since: list[float] = []
         self.strikes: list[Strike] = []
         self.notes: list[Remark] = []
-        self._bounces: Counter[int] = Counter()
+        self._bounces: dict[int, int] = {}
         self._tired: frozenset[int] = frozenset()
         self._last: dict[int, float] = {}
         self._last_arcs: dict[CompiledMode, Arc] = {}
@@ -112,8 +111,8 @@ class History:
                 reported = self._work.steps
                 reached(float(arc.end.t), 0)
             self._check_effort(arc)
-            if self.state.t < self.end:
-                self._doubt(self._doubts_at_end(arc, undecided))
+            if self.state.t < self.end and (doubts := self._doubts_at_end(arc, undecided)):
+                self._doubt(doubts)
             following = self._jump(arc, until)
             self._keep(following)
 
@@ -204,10 +203,11 @@ class History:
         self.state = self._sprung_back(following.state)
         self.strikes += following.strikes
         for strike in following.strikes:
-            self._bounces[strike.number] += 1
-            if self._bounces[strike.number] >= self._patience:
-                self._tired |= {strike.number}
-            self._last[strike.number] = strike.time
+            number = strike.number
+            count = self._bounces[number] = self._bounces.get(number, 0) + 1
+            if count >= self._patience:
+                self._tired |= {number}
+            self._last[number] = strike.time
         self.doubts += following.doubts
         self.exhausted = self.exhausted or following.endless
         self.notes += following.notes

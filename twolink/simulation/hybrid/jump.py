@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from twolink.arithmetic import Scalar
+from twolink.arithmetic import Pair
 from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState
 from twolink.errors import IntegrationError
@@ -118,7 +118,7 @@ def settle(
     `before` are impacts of the same jump that have changed the state already.
     """
     so_far = _NOTHING
-    fast = largest(before[0].u[0] if before else state.u)
+    fastest = before[0].u[0] if before else state.u
     if before:
         state = surfaces_after(system, state, system.pose(state.q))
     for _ in range(_MOST_ROUNDS):
@@ -126,7 +126,7 @@ def settle(
         state, pose, so_far = collided.state, collided.pose, so_far.after(collided)
         selection = _selected(system, state, pose, {} if so_far.strikes else known)
         if selection is None:
-            ended = _without_mode(system, state, pose, past, so_far.strikes, fast)
+            ended = _without_mode(system, state, pose, past, so_far.strikes, fastest)
             so_far = so_far.ended_by(ended, tuple(ended.strikes))
         else:
             mode = system.mode(selection.states, _dents(state))
@@ -175,15 +175,15 @@ def _without_mode(
     pose: Pose,
     past: Past,
     strikes: Sequence[Strike],
-    fast: Scalar,
+    fastest: Pair,
 ) -> LeftOut:
     """Return the state after the impacts that end a state from which the laws admit no motion.
 
     They are those of a jammed slide, or the last ones of a burst. Impacts without collision and
     other impacts may answer each other, ever more weakly: in the limit, from speeds on that are
-    round-off of the largest one before the jump, `fast` (rad/s), all contacts rest.
+    round-off of those before the jump, `fastest` (rad/s), all contacts rest.
     """
-    if 0 < largest(state.u) <= LEFT_OVER * system.rounding * fast:
+    if 0 < largest(state.u) <= LEFT_OVER * system.rounding * largest(fastest):
         rest = accumulated(system, state, pose, past, strikes)
         if rest is not None and not any(rest.state.u):
             return rest

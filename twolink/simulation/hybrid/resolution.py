@@ -60,8 +60,7 @@ def resolve(
                 strikes += ended(impacts, sorted(still), u)
             normals = [impacts.contact(i).normal for i in sorted(still)]
             u = stopped(impacts.pose, normals, u, rounding)
-        moving = [(i, row) for i, row in rows.items() if i not in still]
-        approached = [i for i, row in moving if approach(row, u, rounding)]
+        approached = [i for i, row in rows.items() if i not in still and approach(row, u, rounding)]
         if not approached:
             return Resolution(u, tuple(strikes), frozenset(still))
         index = strongest(impacts, approached, u)

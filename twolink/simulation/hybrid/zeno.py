@@ -105,15 +105,15 @@ def left_out(
     if not flying:
         return None
     # A contact with a very recent impact comes to rest with the others.
-    flying = list(dict.fromkeys(flying + [strike.number for strike in crowd]))
+    flying += [strike.number for strike in crowd]
     now = float(state.t)
-    latest = max(past.last.get(index, now) for index in flying)
+    latest = max([past.last.get(index, now) for index in flying])
     if not past.tired and now - latest > tolerances.LONG_FLIGHT * system.zeno_time:
         # Successive bounces do not shorten by so large a factor.
         return None
     flights = {
         index: _flight(system, state, pose, mode, index)
-        for index in flying
+        for index in dict.fromkeys(flying)
         if index not in state.touching
     }
     return _ended(system, state, pose, flights, (*past.strikes, *recent), past)
