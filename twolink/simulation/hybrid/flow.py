@@ -295,6 +295,7 @@ def _take_steps(course: _Course, ahead: int, longest: Any) -> tuple[Block, bool,
         for variable in falling:
             if values[variable] < 0:
                 fallen = True
+                break
         if fallen:
             break
     kind, shape = state.dtype, (len(lengths), *tc.shape)
@@ -321,10 +322,13 @@ def _now(course: _Course) -> Any:
 
 def _cut(block: Block, found: Finding) -> Block:
     """Return the steps of a block up to an event."""
+    starts, lengths, coefficients = block
     count = found.place + 1
-    lengths = block.lengths[:count].copy()
-    lengths[-1] = lengths[-1] * found.x
-    return Block(block.starts[:count], lengths, block.coefficients[:count])
+    if count < len(lengths):
+        starts, lengths, coefficients = starts[:count], lengths[:count], coefficients[:count]
+    lengths = lengths.copy()
+    lengths[-1] *= found.x
+    return Block(starts, lengths, coefficients)
 
 
 def _end_state(course: _Course, last: Block, until: Any) -> HybridState:

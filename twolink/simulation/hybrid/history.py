@@ -86,7 +86,7 @@ class History:
             self._work.check_memory(t / float(self.end), size)
             progress(t / self.scene.duration)
 
-        following = settle(self.system, self.state, {})
+        following, share = settle(self.system, self.state, {}), 0.0
         self._keep(following)
         while self.state.t < self.end:
             until = self._breaks[0] if self._breaks else self.end
@@ -95,10 +95,10 @@ class History:
             arc = flow(
                 self.system, self.state, following.mode, until, self.formulation,
                 reached, self._last_arcs, following.orders,
-                self._work.is_worth_optimising(following.mode.states, self._share),
+                self._work.is_worth_optimising(following.mode.states, share),
             )  # fmt: skip
             advanced = arc.end.t > self.state.t
-            self.state = arc.end
+            self.state, share = arc.end, float(arc.end.t) / float(self.end)
             undecided = self._add(arc, following.delay)
             at_once = 0 if advanced else at_once + 1
             if at_once > tolerances.MOST_JUMPS_AT_ONCE:
@@ -110,7 +110,7 @@ class History:
             if self._work.steps - reported >= _UNREPORTED or arc.end.t >= self.end:
                 reported = self._work.steps
                 reached(float(arc.end.t), 0)
-            self._check_effort(arc)
+            self._check_effort(arc, share)
             if self.state.t < self.end and (doubts := self._doubts_at_end(arc, undecided)):
                 self._doubt(doubts)
             following = self._jump(arc, until)
@@ -149,19 +149,17 @@ class History:
             self._coming = Switch(self._breaks[0], self.system.with_effects(effects))
         return self._coming
 
-    def _check_effort(self, arc: Arc) -> None:
-        """Raise `IntegrationError` if a run has taken more than its effort by the end of an arc."""
-        if self._work.is_too_much(self._share) or self._is_stuck():
+    def _check_effort(self, arc: Arc, share: float) -> None:
+        """Raise `IntegrationError` if a run has taken more than its effort by the end of an arc.
+
+        `share` is the part of the time that has passed.
+        """
+        if self._work.is_too_much(share) or self._is_stuck():
             self.exhausted = True
             raise IntegrationError(
                 f"the motion has {len(self.arcs)} modes by {float(arc.end.t):.6g} s, and is "
                 f"not followed further: {arc.mode}, then {_event_of(arc)}"
             )
-
-    @property
-    def _share(self) -> float:
-        """The part of the time that has passed."""
-        return float(self.state.t) / float(self.end)
 
     def _is_stuck(self) -> bool:
         """Return whether modes change without impacts so often that the run would not end."""

@@ -97,7 +97,8 @@ def left_out(
     which those in `struck` are the last.
     """
     crowd = _crowd(system, state, past, recent)
-    _check_energy(system, state, pose, crowd)
+    if crowd:
+        _check_energy(system, state, pose, crowd)
     # They need not bounce: a contact that stops another one may open by this, again and again.
     if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
         return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
