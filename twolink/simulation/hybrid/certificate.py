@@ -141,7 +141,9 @@ class Certificate:
         _, functions, length = every.shape
         rounding = self._system.rounding
         margins, bernstein, bounds = margins_of(every.reshape(-1, length), rounding)
-        zeros = {number: self._steps_of_zero(number, every[:, number]) for number in [*self._zero]}
+        zeros: dict[int, int] = {}
+        for number in tuple(self._zero):
+            zeros[number] = self._steps_of_zero(number, every[:, number])
         # The least margins by which event functions are certified.
         tails = self._tails if at_start else {}
         most = max((0.0, *self._near, *tails.values()))

@@ -54,7 +54,9 @@ def resolve(
     before = u
     for _ in range(MOST_IMPACTS):
         if strikes:
-            still.update([i for i, row in rows.items() if is_left_over(row, u, before, rounding)])
+            for index, row in rows.items():
+                if is_left_over(row, u, before, rounding):
+                    still.add(index)
         if strikes and still:
             if _is_lost(impacts, still, u, before):
                 strikes += ended(impacts, sorted(still), u)
