@@ -48,7 +48,7 @@ def test_mypy_refuses_confused_functions_and_formulations(tmp_path):
     file = tmp_path / "caller.py"
     file.write_text(PROGRAM)
     done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--no-incremental", str(file)],
+        [sys.executable, "-m", "mypy", str(file)],
         capture_output=True,
         text=True,
         check=False,

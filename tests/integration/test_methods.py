@@ -62,7 +62,7 @@ def test_mypy_refuses_a_misspelt_name(tmp_path):
         '    simulate(scene, formulation="kanes")\n'
     )
     run = subprocess.run(
-        [sys.executable, "-m", "mypy", "--no-incremental", str(file)],
+        [sys.executable, "-m", "mypy", str(file)],
         capture_output=True,
         text=True,
         check=False,
