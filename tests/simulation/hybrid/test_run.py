@@ -48,6 +48,18 @@ def test_bounces_come_at_their_instants_and_with_their_speeds(bounces):
     assert [i.speeds[0] for i in first] == pytest.approx([-2 * 0.5**k for k in range(20)])
 
 
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_an_impact_at_the_start_has_the_given_speeds_before_it(precision):
+    struck = scene(ONTO, STOP, u=(-1.0, 0.25))
+    run = hybrid_run(struck, np.array([0.0, 0.1]), precision=precision)
+    before, after = (run.dense()([0.0, 0.05], side) for side in ("left", "right"))
+    assert [run.impacts[0].time, float(run.u[0, 0])] == [0.0, 0.5]
+    assert before[1][:, 0].astype(float).tolist() == [-1.0, 0.25]
+    assert after[1][:, 0].astype(float).tolist() == [0.5, 0.25]
+    assert np.array_equal(before[0], after[0])
+    assert np.array_equal(before[1][:, 1], after[1][:, 1])
+
+
 def test_bounces_end_at_the_sum_of_their_flights(bounces):
     """At 1 + 1 + 1/2 + 1/4 + … = 3 s, and then the joint rests exactly."""
     assert bounces.impacts[-1].regime == Regime.BOUNCES_DIE_AWAY

@@ -75,6 +75,7 @@ class History:
         self.compile_seconds = 0.0
         self.exhausted = False
         self.state: HybridState = start_state(self.system, scene, as_given=as_given)
+        self.start = self.state.q, self.state.u
         self.doubts: list[Doubt] = doubts_of_start(self.system, scene, self.state)
         self.undecided: list[Doubt] = []
 

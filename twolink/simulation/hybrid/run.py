@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from twolink.arithmetic import Pair
 from twolink.errors import IntegrationError
 from twolink.integration.operations import Extent, Operations, total
 from twolink.integration.precisions import PRECISIONS, PrecisionName
@@ -34,6 +35,7 @@ from twolink.simulation.smooth.longest_step import default_longest_step
 class HybridRun(MotionRun):
     """A motion with events: arcs in one mode each, and the jumps between them.
 
+    `start` has q (rad) and u (rad/s) before an impact at the start, which are not in `polynomials`.
     `since` has the time (s) at which the mode of each arc begins: where bounces are left out, the
     time at which they would have ended, slightly later than the start of the arc. `failure` is the
     reason why the run ends early, at `reached` (s), or empty; q and u then have only the times up
@@ -43,6 +45,7 @@ class HybridRun(MotionRun):
 
     arcs: tuple[Arc, ...]
     polynomials: Polynomials
+    start: tuple[Pair, Pair]
     since: tuple[float, ...]
     strikes: tuple[Strike, ...]
     remarks: tuple[str, ...]
@@ -110,7 +113,12 @@ class HybridRun(MotionRun):
         """Return q and u as functions of time (s): the very polynomials of this run's steps."""
 
         def at(times: Any, side: Literal["left", "right"] = "right") -> tuple[Any, Any]:
-            return self.polynomials.at(times, side)
+            q, u = self.polynomials.at(times, side)
+            if side == "left":
+                # A run may begin with an impact.
+                at_start = np.atleast_1d(times) <= 0
+                q[:, at_start], u[:, at_start] = ([[x] for x in pair] for pair in self.start)
+            return q, u
 
         return at
 
@@ -195,6 +203,7 @@ def _run_of(history: History, asked: Any, failure: str, begun: float) -> HybridR
         run_seconds=perf_counter() - begun - history.compile_seconds,
         arcs=tuple(history.arcs),
         polynomials=polynomials,
+        start=history.start,
         since=tuple(history.since),
         strikes=tuple(history.strikes),
         remarks=sentences(history.notes),
