@@ -238,7 +238,7 @@ def test_simulate_uses_the_cheapest_precision_by_default():
 @pytest.mark.slow
 def test_across_events_time_and_integration_are_apart():
     scene = Scene.load(SCENES / "bounce_to_rest.toml")
-    found = study(scene, budget=3.0)
+    found = study(scene, budget=60.0)
     coarse, fine = (
         next(
             p
