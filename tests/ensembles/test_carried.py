@@ -1,4 +1,5 @@
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from tests.campaign.draw import draw_chain, draw_start
 from tests.campaign.draw_forces import smooth_effects
 from tests.ensembles.cases import starts
 from tests.ensembles.falls import DURATION, FALL, check_bounds, random_starts
+from twolink.effects import JointDamping, JointTorque
 from twolink.ensembles import carried
 from twolink.ensembles.alone import shares_round_off
 from twolink.ensembles.carried import carried_ends, tolerances
@@ -100,6 +102,20 @@ def test_a_chain_at_rest_in_equilibrium_stays_there():
     ends = carried_of(hanging, np.zeros((2, 1)), 0.1, duration=1000.0).ends
     assert np.abs(ends.q - math.pi / 2).max() < 1e-12
     assert ends.errors[0] < 1e-9
+
+
+def test_roundings_of_a_steady_spin_do_not_add_up():
+    """A torque against a damper: 8/3 u + c q1 = τ t + 8/3 u(0), with u = τ/c at the end."""
+    torque, duration = 1.4546, 1000.0
+    effects = (JointDamping((1.0, 1.0)), JointTorque((torque, 0.0)))
+    system = System(FALL.moving_chain, effects, ())
+    still = np.zeros((2, 1))
+    ends = carried_of(still, still, 1e-9, system, duration).ends
+    exact = Fraction(torque) * (Fraction(duration) - Fraction(8, 3))
+    error = abs(Fraction(float(ends.q[0, 0])) - exact)
+    # 1454 rad have roundings of 1e-13.
+    assert error < 3e-13
+    assert error < ends.errors[0]
 
 
 class _Ending(Accumulator):

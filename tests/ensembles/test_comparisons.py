@@ -1,8 +1,9 @@
 import math
+from fractions import Fraction
 
 import numpy as np
 
-from twolink.ensembles.comparisons import largest, size, smallest, total
+from twolink.ensembles.comparisons import largest, size, smallest, total, two_sum
 from twolink.optional import heyoka
 
 NAMES = heyoka().make_vars("x", "y", "z")
@@ -17,6 +18,15 @@ def test_sums_and_sizes():
     assert value(total(list(NAMES)), 1.0, 2.0, -4.0) == -1.0
     assert value(size(NAMES[0]), -3.0, 0.0, 0.0) == 3.0
     assert value(size(NAMES[0]), 3.0, 0.0, 0.0) == 3.0
+
+
+def test_a_sum_and_its_rest_are_exact(random):
+    high, low = two_sum(*NAMES[:2])
+    numbers = random.normal(size=(100, 2)) * 10.0 ** random.integers(-20, 20, (100, 2))
+    for a, b in numbers.tolist():
+        assert value(high, a, b, 0.0) == a + b
+        rest = value(low, a, b, 0.0)
+        assert Fraction(a) + Fraction(b) == Fraction(a + b) + Fraction(rest)
 
 
 def test_largest_and_smallest():

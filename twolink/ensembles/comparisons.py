@@ -12,6 +12,13 @@ def total(addends: list[Any]) -> Any:
     return heyoka().sum(addends)
 
 
+def two_sum(a: Any, b: Any) -> tuple[Any, Any]:
+    """Return a sum and the rest that its rounding leaves out, exactly (Knuth, TAOCP 2, 4.2.2)."""
+    found = a + b
+    of_b = found - a
+    return found, (a - (found - of_b)) + (b - of_b)
+
+
 def size(x: Any) -> Any:
     """Return the absolute value of an expression."""
     return heyoka().select(heyoka().lt(x, 0.0), -x, x)

@@ -5,6 +5,8 @@ The defect of a step is known at the start of the next: the derivative of the po
 less the rates there. It begins as a power N of the time in the step, whose integral is the error of
 the step; so no error is estimated by a term of the series, which may vanish by symmetry.
 
+States are summed with the rest of each sum: in a steady motion all roundings have the same sign.
+
 The lengths of steps follow from the last two terms of the speeds, which are to be a tolerance, or a
 small part of the region of the error so far if that is larger: where errors have grown, more of
 truncation does not count.
@@ -20,7 +22,7 @@ from numpy.typing import NDArray
 
 from twolink.effects import is_built_in
 from twolink.ensembles.blocks import ROUNDING
-from twolink.ensembles.comparisons import largest, size, smallest
+from twolink.ensembles.comparisons import largest, size, smallest, two_sum
 from twolink.ensembles.compiled import System
 from twolink.ensembles.deviations import INDICES, UNKNOWN, Region
 from twolink.ensembles.linear_flow import NODES, derivatives, flow, frequency
@@ -48,24 +50,25 @@ _OF_STATES, _OF_RATES = 2.0, 0.5
 
 
 # The numbers of rows of the parts that have several.
-_LENGTHS = (4, 4, len(INDICES), 4, 2)
+_LENGTHS = (4, 4, len(INDICES), 4, 4, 2)
 
 
 class Rows(NamedTuple):
     """The rows of a lane at the start of a step.
 
-    `state` is (q, p), `centre` and `shape` are those of the region of the error, without the
-    truncation error of the last step. `rates` are the derivatives of the last polynomials at the
-    end of the last step, of the length `last` (s). `paths` bound how far both angles have turned in
-    total (rad). `left` is the time to the end (s), `spread` and `shift` are the largest sizes so
-    far of the region and of its centre (rad, rad/s), `frequency` is that of `linear_flow`, and
-    `steps` is their number.
+    `state` is (q, p), and `low` the rest of its sum, below its rounding. `centre` and `shape` are
+    those of the region of the error, without the truncation error of the last step. `rates` are the
+    derivatives of the last polynomials at the end of the last step, of the length `last` (s).
+    `paths` bound how far both angles have turned in total (rad). `left` is the time to the end (s),
+    `spread` and `shift` are the largest sizes so far of the region and of its centre (rad, rad/s),
+    `frequency` is that of `linear_flow`, and `steps` is their number.
     """
 
     state: Any
     centre: Any
     shape: Any
     rates: Any
+    low: Any
     paths: Any
     last: Any
     left: Any
@@ -184,11 +187,16 @@ def _after(system: System, before: Rows, series: MotionTerms, paths: bool) -> li
     turned = np.array(before.paths, object)
     if paths:
         turned += [_turned(x, length) for x in polynomials[:2]]
+    sums = [
+        two_sum(start, value(terms[1:], length) * length + low)
+        for start, low, terms in zip(before.state, before.low, polynomials, strict=True)
+    ]
     return [
-        *(value(terms, length) for terms in polynomials),
+        *(high for high, _ in sums),
         *region.centre,
         *region.entries,
         *(value(terms, length) for terms in slopes),
+        *(low for _, low in sums),
         *turned,
         length,
         left,
