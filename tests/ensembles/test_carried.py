@@ -9,7 +9,8 @@ from tests.campaign.draw import draw_chain, draw_start
 from tests.campaign.draw_forces import smooth_effects
 from tests.ensembles.cases import starts
 from tests.ensembles.falls import DURATION, FALL, check_bounds, random_starts
-from twolink.effects import JointDamping, JointTorque
+from twolink.chain import Chain
+from twolink.effects import Gravity, JointDamping, JointTorque
 from twolink.ensembles import carried
 from twolink.ensembles.alone import shares_round_off
 from twolink.ensembles.carried import carried_ends, tolerances
@@ -116,6 +117,34 @@ def test_roundings_of_a_steady_spin_do_not_add_up():
     # 1454 rad have roundings of 1e-13.
     assert error < 3e-13
     assert error < ends.errors[0]
+
+
+@pytest.mark.parametrize(
+    ("g", "mass", "q", "u", "duration", "accuracy"),
+    [
+        (
+            6.608212099043481, 0.11432726018159851, (-0.34049655447313, -0.248589610642159),
+            (-0.5625085149348533, -0.5338774694412396), 0.1582773422670891, 1e-3,
+        ),
+        (
+            17.647272734727004, 0.10042263706958039, (2.9181065298819098, 2.63077505820071),
+            (0.5077346219976098, -0.2702120013903009), 0.16030284104442605, 0.1,
+        ),
+        (
+            5.619824909201586, 1.488116908348296, (2.6495736902502527, -1.9550732584526953),
+            (0.2710418290951873, 0.154323061309663), 0.43755078885834264, 0.1,
+        ),
+    ],
+)  # fmt: skip
+def test_a_bound_holds_where_the_last_defect_is_small_by_chance(g, mass, q, u, duration, accuracy):
+    scene = Scene(Chain.uniform_bars((1.0, mass)), q, u, duration, (Gravity(g),))
+    system = System(scene.moving_chain, scene.effects, ())
+    found = carried_of(np.array([q]).T, np.array([u]).T, accuracy, system, duration)
+    assert found.steps == 3
+    truth = simulate(scene, accuracy=1e-15, samples=2)
+    ends = np.concatenate([found.ends.q, found.ends.u])[:, 0]
+    error = np.abs(ends - np.concatenate([truth.q[:, -1], truth.u[:, -1]])).max()
+    assert 1e-13 < error < found.ends.errors[0]
 
 
 class _Ending(Accumulator):

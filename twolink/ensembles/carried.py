@@ -24,8 +24,8 @@ from twolink.simulation.smooth.round_off import A_VALUE
 
 Array = NDArray[np.float64]
 
-# The tolerance of a step (rad/s) for an accuracy, by which nine of ten random falls over 10 s reach
-# it, and the least one, at which round-off is larger.
+# The tolerance of a step (rad/s) for an accuracy, by which six of seven random falls over 10 s
+# reach it, and the least one, at which round-off is larger.
 _OF_ACCURACY, _LEAST = 1e-6, 1e-15
 
 # The round-off of loads in other poses, relative to that in the pose of the start.

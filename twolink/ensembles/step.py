@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from twolink.arithmetic import whole_power
 from twolink.effects import is_built_in
 from twolink.ensembles.blocks import ROUNDING
 from twolink.ensembles.comparisons import largest, size, smallest, two_sum
@@ -45,12 +46,15 @@ _OF_REGION, _MOST = 0.1, 1e-8
 # The length of the first step, in longest steps: more terms vanish at the start than later.
 FIRST = 0.15
 
+# The size of a term relative to the one before it, where steps are long.
+_OF_TERMS = 0.3
+
 # Roundings of a state in each step, and of the rates, which all steps share.
 _OF_STATES, _OF_RATES = 2.0, 0.5
 
 
 # The numbers of rows of the parts that have several.
-_LENGTHS = (4, 4, len(INDICES), 4, 4, 2)
+_LENGTHS = (4, 4, len(INDICES), 4, 4, 4, 2)
 
 
 class Rows(NamedTuple):
@@ -58,7 +62,8 @@ class Rows(NamedTuple):
 
     `state` is (q, p), and `low` the rest of its sum, below its rounding. `centre` and `shape` are
     those of the region of the error, without the truncation error of the last step. `rates` are the
-    derivatives of the last polynomials at the end of the last step, of the length `last` (s).
+    derivatives of the last polynomials at the end of the last step, of the length `last` (s), and
+    `tail` the sizes of the last terms of these there.
     `paths` bound how far both angles have turned in total (rad). `left` is the time to the end (s),
     `spread` and `shift` are the largest sizes so far of the region and of its centre (rad, rad/s),
     `frequency` is that of `linear_flow`, and `steps` is their number.
@@ -68,6 +73,7 @@ class Rows(NamedTuple):
     centre: Any
     shape: Any
     rates: Any
+    tail: Any
     low: Any
     paths: Any
     last: Any
@@ -196,6 +202,7 @@ def _after(system: System, before: Rows, series: MotionTerms, paths: bool) -> li
         *region.centre,
         *region.entries,
         *(value(terms, length) for terms in slopes),
+        *(_tail(terms, length) for terms in slopes),
         *(low for _, low in sums),
         *turned,
         length,
@@ -216,8 +223,10 @@ def _with_last_step(before: Rows, series: MotionTerms, settings: Settings) -> Re
     rates = np.array([x.term(0) for x in (*series.u, *series.forces)], object)
     last = before.last
     truncation = (np.array(before.rates, object) - rates) * (last * (1.0 / (ORDER + 1)))
+    # The defect may happen to be small where it is known: the terms show how large it is before.
+    sizes = _sizes(truncation) + np.array(before.tail, object) * (last * (_OF_TERMS / (ORDER + 1)))
     # The constants of the equations are rounded once.
-    shared = _sizes(truncation) * UNKNOWN + _sizes(rates) * (last * (_OF_RATES * ROUNDING))
+    shared = sizes * UNKNOWN + _sizes(rates) * (last * (_OF_RATES * ROUNDING))
     momenta = series.mass.sizes_of_momenta(rates[:2])
     moves = hy.select(hy.gt(before.left, 0.0), _OF_STATES * ROUNDING, 0.0)
     independent = np.array([*_sizes(before.state[:2]), *momenta], object) * moves
@@ -229,6 +238,12 @@ def _with_last_step(before: Rows, series: MotionTerms, settings: Settings) -> Re
     units = np.array([1.0, 1.0, M11 * scale, M22 * scale], object)
     region = Region.of(before.centre, before.shape)
     return region.with_step(truncation, shared, independent, units)
+
+
+def _tail(terms: list[Any], t: Any) -> Any:
+    """Return the size of the last term at a time, or that which the one before lets expect."""
+    power = whole_power(t, len(terms) - 2)
+    return power * largest(size(terms[-1]) * t, size(terms[-2]) * _OF_TERMS)
 
 
 def _sizes(expressions: Any) -> Any:
