@@ -9,7 +9,7 @@ from scipy.integrate import quad
 
 from twolink.contact.elastoplastic import ElastoPlastic, Material
 from twolink.contact.force_laws import Phase, PlasticState
-from twolink.errors import SimulationError
+from twolink.errors import IntegrationError, SimulationError
 
 STEEL = Material(modulus=1.15e11, radius=0.01, strength=3e8, poisson=0.3)
 SOFT = Material(modulus=1.1e8, radius=0.05, strength=1e6, poisson=0.4)
@@ -99,6 +99,25 @@ def test_the_law_ends_where_its_dent_is_as_wide_as_the_ball():
     with pytest.raises(SimulationError, match=r"pressed .* m deep, .* the contact radius must be"):
         LAW.turned(PlasticState(Phase.FLOWS), 9000 * STEEL.yield_depth)
     assert LAW.turned(PlasticState(Phase.FLOWS), 4000 * STEEL.yield_depth).residual > 0
+
+
+@pytest.mark.parametrize("material", [STEEL, SOFT, Material(1e6, 0.1, 2e5, 0.3)])
+def test_compression_ends_at_the_last_depth(material):
+    law, last = ElastoPlastic(material), material.last_depth
+    assert law.branch(PlasticState(Phase.FLOWS)).reach == pytest.approx(last**0.5, rel=1e-15)
+    with pytest.raises(IntegrationError, match="to the end of the range of the elasto-plastic law"):
+        law.reached(PlasticState(Phase.FLOWS))
+    ends = material.contact_radius(last), material.residual(last) / last
+    assert max(ends) == pytest.approx(1, rel=1e-12)
+    assert law.turned(PlasticState(Phase.FLOWS), last * (1 - 1e-9)).residual < last
+
+
+def test_a_material_that_yields_too_early_to_flow_is_out_of_range():
+    material = Material(1e6, 0.1, 9e5, 0.3)
+    assert material.last_depth == material.flow_depth
+    with pytest.raises(IntegrationError, match="to the end of the range"):
+        ElastoPlastic(material).reached(PlasticState(Phase.YIELDS))
+    assert ElastoPlastic(material).reached(PlasticState(Phase.WHOLE)).phase is Phase.YIELDS
 
 
 def test_a_law_takes_arrays():

@@ -21,7 +21,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.sampled_torque import SampledTorque
-from twolink.errors import ParameterError, SceneError
+from twolink.errors import ParameterError, SceneError, SimulationError
 from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
 from twolink.simulation.hybrid.run import hybrid_run
@@ -422,3 +422,20 @@ def test_a_scene_file_without_a_parameter_of_the_ball_is_refused():
     without = "\n".join(line for line in start.splitlines() if "modulus" not in line)
     with pytest.raises(SceneError, match=r"of elasto-plastic must be .*; got 'radius and poisson"):
         Scene.parse(without)
+
+
+def test_a_motion_ends_where_the_contact_is_as_wide_as_the_ball():
+    """On the way in, and not only where the point turns; the depth by the formula again."""
+    wide = brentq(lambda d: SLOPE * math.sqrt(d / D_Y * (d / D_Y / 1.9) ** B) - 1, D_Y, 1.0)
+    fast = replace(chain_on(floor()), q=Q, u=speeds_of(60.0), duration=0.02)
+    found = simulate(fast, samples=2001)
+    assert "to the end of the range of the elasto-plastic law" in found.failure
+    assert not found.met
+    depth = found.position(fast.chain.D)[1, -1] - HEIGHT
+    assert 0.9 * wide < depth < wide
+
+
+def test_a_start_beyond_the_range_of_the_law_is_refused():
+    deep = replace(chain_on(floor(HEIGHT - 0.02)), q=Q)
+    with pytest.raises(SimulationError, match="to the end of the range of the elasto-plastic law"):
+        simulate(deep)

@@ -36,7 +36,7 @@ from functools import cached_property
 
 from twolink.arithmetic import Scalar, cos, exp, sqrt
 from twolink.contact.force_laws import Branch, Hertz, Phase, PlasticState
-from twolink.errors import SimulationError
+from twolink.errors import IntegrationError
 
 # Compression follows Hertz's law up to this multiple of the yield depth.
 _HERTZ_UP_TO = 1.9
@@ -81,10 +81,22 @@ class Material:
         """1.9 δ_y (m), the end of Hertzian compression."""
         return _HERTZ_UP_TO * self.yield_depth
 
+    @cached_property
+    def exponent(self) -> float:
+        """B, by which contact radii grow faster than by Hertz's law."""
+        return 0.14 * math.exp(23 * self.strength / self.modulus)
+
+    @cached_property
+    def last_depth(self) -> float:
+        """The depth (m) up to which the fits hold: a < R, and a dent is shallower than the press."""
+        B = self.exponent
+        as_wide = math.exp((B * math.log(_HERTZ_UP_TO) - 2 * math.log(self.slope)) / (1 + B))
+        as_deep = 6.9 * (1 - 1 / 1.02) ** (-1 / 0.54) - 5.9
+        return self.yield_depth * max(_HERTZ_UP_TO, min(as_wide, as_deep))
+
     def contact_radius(self, depth: Scalar) -> Scalar:
         """Return a/R at a depth (m) beyond `flow_depth`."""
-        x = depth / self.yield_depth
-        B = 0.14 * math.exp(23 * self.strength / self.modulus)
+        x, B = depth / self.yield_depth, self.exponent
         return self.slope * (1 / _HERTZ_UP_TO) ** (B / 2) * x ** ((1 + B) / 2)
 
     def flow_force(self, depth: Scalar) -> Scalar:
@@ -144,7 +156,7 @@ class ElastoPlastic:
         if dent.is_kept:
             return Branch(Hertz(dent.stiffness), dent.residual, sqrt(dent.deepest - dent.residual))
         if dent.phase is Phase.FLOWS:
-            return Branch(Flow(material), turning=1)
+            return Branch(Flow(material), reach=math.sqrt(material.last_depth), turning=1)
         hertz = Hertz(material.stiffness)
         if dent.phase is Phase.YIELDS:
             return Branch(hertz, reach=math.sqrt(material.flow_depth), turning=1)
@@ -155,25 +167,33 @@ class ElastoPlastic:
         return dent
 
     def reached(self, dent: PlasticState) -> PlasticState:
-        """Return the dent when the point exceeds its largest depth."""
+        """Return the dent when the point exceeds its largest depth, or the last one of a branch.
+
+        Raises `IntegrationError` at the depth at which the published fits end.
+        """
         if dent.phase is Phase.WHOLE or (
             dent.is_kept and bool(dent.deepest < self.material.flow_depth)
         ):
             return PlasticState(Phase.YIELDS)
+        if dent.phase is Phase.FLOWS or self.material.last_depth <= self.material.flow_depth:
+            raise self._out_of_range(self.material.last_depth)
         return PlasticState(Phase.FLOWS)
 
     def turned(self, dent: PlasticState, depth: Scalar) -> PlasticState:
         """Return the dent when the point turns at a depth (m) below the undamaged surface.
 
-        Raises `SimulationError` where the published fits do not describe a dent.
+        Raises `IntegrationError` where the published fits do not describe a dent.
         """
         residual = self.material.residual(depth)
         if not (residual < depth and self.material.contact_radius(depth) < 1):
-            raise SimulationError(
-                f"a ball of radius {self.material.radius:.6g} m is pressed {float(depth):.3g} m "
-                "deep, beyond the range of the elasto-plastic law: the contact radius must be "
-                "smaller than the radius of the ball"
-            )
+            raise self._out_of_range(depth)
         spring = depth - residual
         stiffness = self.material.compression(depth) / (spring * sqrt(spring))
         return PlasticState(Phase.DENTED, stiffness, residual, depth)
+
+    def _out_of_range(self, depth: Scalar) -> IntegrationError:
+        return IntegrationError(
+            f"a ball of radius {self.material.radius:.6g} m is pressed {float(depth):.3g} m deep, to"
+            " the end of the range of the elasto-plastic law: the contact radius must be smaller"
+            " than the radius of the ball"
+        )

@@ -8,7 +8,7 @@ from typing import Any
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import EventKind, slipping
 from twolink.effects import contact_elements, pieces_at
-from twolink.errors import SimulationError
+from twolink.errors import IntegrationError, SimulationError
 from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
@@ -73,7 +73,11 @@ def start_state(system: HybridSystem, scene: Scene, *, as_given: bool = False) -
         if index in near:
             state = _touched(system, state, pose, index)
         elif element.normal is not None and state.gaps[index] < 0:  # type: ignore[operator]
-            state = _pressed_in(system, state, index, -state.gaps[index])  # type: ignore[operator]
+            try:
+                state = _pressed_in(system, state, index, -state.gaps[index])  # type: ignore[operator]
+            except IntegrationError as error:
+                # A start beyond the range of a law is refused.
+                raise SimulationError(str(error)) from error
     return _at_rest_on_contacts(system, state, pose)
 
 
