@@ -53,6 +53,28 @@ def test_a_level_at_the_start_is_undecided_or_crossed_at_once():
         assert found["x_time"][0] <= found["x_bound"][0]
 
 
+@pytest.mark.parametrize(
+    ("q", "u", "condition"),
+    [
+        # q2 - q1 is below the level by 1.1e-16 rad, and falls.
+        ((0.001, 1.7), (0.0, -1.0), {"of": "elbow", "level": 1.7 - 0.001}),
+        ((1e-17, 1.0), (0.0, -0.5), {"of": "elbow", "level": 1.0}),
+        # The floats are below 3.5 π and 1.5 π, and q1 falls.
+        ((10.995574287564276, 0.518763931453941), (-0.3, 0.0), {"of": "q1"}),
+        ((4.71238898038469, 0.36075401274724817), (-2.0, 1.0), {"of": "q1"}),
+    ],
+)
+def test_a_start_at_an_end_but_for_rounding_is_undecided(q, u, condition):
+    scene = {
+        "chain": {"mass": [1.0, 1.0], "length": [1.0, 1.0]},
+        "start": {"q": list(q), "u": list(u)},
+        "run": {"duration": 0.05},
+        "effects": {"gravity": {"g": 9.81}},
+    }
+    found = rows(ensemble(scene=scene, axes=[], keep={"first": [{"name": "x", **condition}]}))
+    assert found["x_verdict"].tolist() == [UNDECIDED]
+
+
 def test_levels_are_crossed_from_both_sides():
     falling = {"name": "x", "of": "q2", "level": -1.0}
     found = rows(torques(-0.5, keep={"first": [falling, {**LEVEL, "name": "y"}]}))

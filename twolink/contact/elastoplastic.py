@@ -88,7 +88,7 @@ class Material:
 
     @cached_property
     def last_depth(self) -> float:
-        """The depth (m) up to which the fits hold: a < R, and a dent is shallower than the press."""
+        """The depth (m) up to which the fits hold: a < R, and dents are shallower than presses."""
         B = self.exponent
         as_wide = math.exp((B * math.log(_HERTZ_UP_TO) - 2 * math.log(self.slope)) / (1 + B))
         as_deep = 6.9 * (1 - 1 / 1.02) ** (-1 / 0.54) - 5.9
@@ -193,7 +193,7 @@ class ElastoPlastic:
 
     def _out_of_range(self, depth: Scalar) -> IntegrationError:
         return IntegrationError(
-            f"a ball of radius {self.material.radius:.6g} m is pressed {float(depth):.3g} m deep, to"
-            " the end of the range of the elasto-plastic law: the contact radius must be smaller"
+            f"a ball of radius {self.material.radius:.6g} m is pressed {float(depth):.3g} m deep,"
+            " to the end of the range of the elasto-plastic law: the contact radius must be smaller"
             " than the radius of the ball"
         )

@@ -125,6 +125,18 @@ class _Interval(NamedTuple):
     low: Array
     high: Array
 
+    def is_unsure(self, lanes: Lanes) -> Any:
+        """Return in which lanes it has no ends, or the start is at one of them but for rounding.
+
+        Only one angle and a given level are exact.
+        """
+        parts = [w * q for w, q in zip(self.weights, lanes.q, strict=True)]
+        start, size = parts[0] + parts[1], np.abs(parts[0]) + np.abs(parts[1])
+        exact = not all(self.weights) and np.isinf(self.low - self.high)
+        slack = np.where(exact, 0.0, _OF_A_LEVEL * ROUNDING * (size + math.tau))
+        clear = np.minimum(start - self.low, self.high - start) > slack
+        return ~clear & ~(exact & np.isfinite(start))
+
     def of(self, which: Any) -> _Interval:
         """Return the interval of some lanes."""
         return _Interval(self.weights, self.low[which], self.high[which])
@@ -164,9 +176,10 @@ class _Watch(Accumulator):
         self._intervals = list(_intervals(asked, lanes))
         self._early = np.full(lanes.width, np.inf)
         self._late = np.full(lanes.width, np.inf)
-        ends = np.array([interval.low for interval in self._intervals])
-        # Without gravity no pose is upright, so that flips are undecided.
-        self._unknown = np.isnan(ends).any(axis=0)
+        # Undecided are flips without gravity, where no pose is upright, and starts at an end.
+        self._unknown = np.logical_or.reduce(
+            [interval.is_unsure(lanes) for interval in self._intervals]
+        )
         # Whether an angle has been seen outside of its interval between two steps that were added.
         self._seen = np.zeros(lanes.width, bool)
         # Whether the error has become unknown before.
