@@ -74,6 +74,17 @@ def test_a_run_whose_terms_overflow_is_lost_at_once(monkeypatch):
     assert len(calls) < 20
 
 
+@pytest.mark.parametrize(("angle", "speed"), [(2e9, 1.0), (1e15, 1.0), (0.5, 1e20), (0.5, 1e100)])
+def test_huge_angles_are_lost_and_change_no_bits_of_others(angle, speed, random):
+    q, u = random_starts(random, 16)
+    plain = marched(STEP, begun(q, u))
+    q[0, 5], u[0, 5] = angle, speed
+    found = marched(STEP, begun(q, u))
+    assert np.isnan(found[:, 5]).all()
+    others = np.setdiff1d(np.arange(16), [5])
+    assert np.array_equal(found[:, others], plain[:, others])
+
+
 def test_runs_of_too_many_steps_have_no_end(random, monkeypatch):
     monkeypatch.setattr(marching, "MOST_STEPS", 20)
     q, u = with_wild_neighbours(*random_starts(random, 8))

@@ -13,7 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.ensembles.following import MOST_STEPS
-from twolink.ensembles.step import FIRST, FREQUENCY, LAST, LEFT, ROWS, STEPS, Rows, Settings
+from twolink.ensembles.step import (
+    FIRST,
+    FREQUENCY,
+    LARGEST_ANGLE,
+    LAST,
+    LEFT,
+    ROWS,
+    STEPS,
+    Rows,
+    Settings,
+)
 
 Array = NDArray[np.float64]
 
@@ -81,8 +91,9 @@ def marched(step: Any, runs: Begun, look: Look | None = None) -> Array:
             ended |= look(slots, before, now)
         # Terms beyond the range of float64 leave no length for a step.
         stuck = (now[LEFT] > 0) & (now[LAST] == 0)
-        lost = ~np.isfinite(now[LEFT]) | stuck | (now[STEPS] > MOST_STEPS)
-        new = ended & open_[slots]
+        gone = ~(np.abs(Rows.of(now).state[:2]).max(axis=0) < LARGEST_ANGLE)
+        lost = ~np.isfinite(now[LEFT]) | gone | stuck | (now[STEPS] > MOST_STEPS)
+        new = ended & ~gone & open_[slots]
         found[:, slots[new]], open_[slots[new]] = now[:, new], False
         free = np.flatnonzero(ended | lost)
         given = np.arange(coming, min(count, coming + len(free)))

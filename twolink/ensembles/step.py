@@ -49,6 +49,12 @@ FIRST = 0.15
 # The size of a term relative to the one before it, where steps are long.
 _OF_TERMS = 0.3
 
+LARGEST_ANGLE = 1e9
+"""The angle (rad) from which on a run has no further step.
+
+Sines of larger ones, from 1e14, would be computed otherwise in all lanes of a register.
+"""
+
 # Roundings of a state in each step, and of the rates, which all steps share.
 _OF_STATES, _OF_RATES = 2.0, 0.5
 
@@ -163,7 +169,7 @@ def _compiled_angles(chain: Content, effects: Content, varying: tuple[int, ...])
 
 def _series(system: System, state: Any) -> MotionTerms:
     """Return the series of the motion; raises `TypeError` where an effect has none."""
-    q, p = state[:2], state[2:]
+    q, p = map(_within_range, state[:2]), state[2:]
     chain, effects = system.with_symbols()
     found = motion_terms(chain, effects, tuple(q), tuple(p), heyoka().time)
     for each in found.forces:
@@ -274,6 +280,11 @@ def _length(series: MotionTerms, most: Any) -> Any:
     return smallest(*lengths)
 
 
+def _within_range(angle: Any) -> Any:
+    """Return an angle, or 0 for one that is too large or not a number."""
+    return heyoka().select(heyoka().lt(size(angle), LARGEST_ANGLE), angle, 0.0)
+
+
 def _turned(terms: list[Any], t: Any) -> Any:
     """Return a bound on how far an angle turns on a step (rad)."""
     return value([size(x) for x in terms[1:]], t) * t
@@ -286,6 +297,7 @@ def _jacobian(system: System, polynomials: list[Any], t: Any) -> Any:
     rates = system.rates(tuple(names[:2]), tuple(names[2:]))
     shorter = hy.subs([plain(x) for pair in rates for x in pair], of_differences(*names[:2]))
     known = derivatives(shorter, names)
-    there = dict(zip(names, (value(terms, t) for terms in polynomials), strict=True))
+    values = [value(terms, t) for terms in polynomials]
+    there = dict(zip(names, (*map(_within_range, values[:2]), *values[2:]), strict=True))
     flat = hy.subs(known.ravel().tolist(), {**there, hy.time: hy.time + t})
     return np.array(flat, object).reshape(4, 4)
