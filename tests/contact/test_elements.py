@@ -173,7 +173,7 @@ KEPT = (MATERIAL.stiffness, 1e-6, 1e-5)
         (S.OPEN, PlasticState(Phase.DENTED, *KEPT), [(E.HITS, 0), (E.CLEARS, 0)]),
         (S.CLOSED, PlasticState(Phase.WHOLE), [(E.LEAVES, 0), (E.REACHES, 0)]),
         (S.CLOSED, PlasticState(Phase.YIELDS), [(E.LEAVES, 0), (E.REACHES, 0), (E.TURNS, 1)]),
-        (S.CLOSED, PlasticState(Phase.FLOWS), [(E.LEAVES, 0), (E.TURNS, 1)]),
+        (S.CLOSED, PlasticState(Phase.FLOWS), [(E.LEAVES, 0), (E.REACHES, 0), (E.TURNS, 1)]),
         (S.CLOSED, PlasticState(Phase.DENTED, *KEPT), [(E.LEAVES, 0), (E.REACHES, 0)]),
     ],
 )

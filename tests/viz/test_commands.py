@@ -109,8 +109,6 @@ def test_a_scene_s_own_urdf_is_shown(tmp_path):
         (["none.toml"], "none.toml: there is no file"),
         (["none.npz"], "none.npz: there is no file"),
         ([data_path("twolink.urdf")], "got a URDF, which has no motion: name it in a scene file"),
-        ([SCENES / "drop.toml", "--size", "wide"], "--size must be width x height in pixels"),
-        ([SCENES / "drop.toml", "--size", "9x9"], "must be 160 to 7680 pixels"),
         ([SCENES / "drop.toml", "--fps", "0"], "fps must be 0.01 to 240; got 0.0"),
         ([SCENES / "drop.toml", "--speed", "-1"], "speed must be 1e-06 to 1e+06; got -1"),
         ([SCENES / "drop.toml", "--fps", "1e-9"], "fps must be 0.01 to 240; got 1e-09"),
@@ -125,8 +123,23 @@ def test_a_scene_s_own_urdf_is_shown(tmp_path):
     ],
 )
 def test_bad_input_is_one_sentence(words, said, tmp_path, monkeypatch):
+    check_refused(words, said, "film.html", tmp_path, monkeypatch)
+
+
+@pytest.mark.parametrize(
+    ("size", "said"),
+    [
+        ("wide", "--size must be width x height in pixels"),
+        ("9x9", "must be 160 to 7680 pixels"),
+    ],
+)
+def test_bad_sizes_are_refused_before_a_browser_is_sought(size, said, tmp_path, monkeypatch):
+    check_refused([SCENES / "drop.toml", "--size", size], said, "a.png", tmp_path, monkeypatch)
+
+
+def check_refused(words, said, out, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    result = run("record", *words, "--out", "film.html")
+    result = run("record", *words, "--out", out)
     assert result.exit_code == 2, result.output
     assert said in result.output
     assert len(result.output.strip().splitlines()) == 1
