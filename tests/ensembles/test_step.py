@@ -1,10 +1,12 @@
+import math
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
 from tests.ensembles.falls import FALL
-from twolink.effects import Effect, JointTorque
+from twolink.chain import Chain
+from twolink.effects import Effect, JointSpring, JointTorque
 from twolink.ensembles import step as step_module
 from twolink.ensembles.compiled import System
 from twolink.ensembles.deviations import INDICES, UNKNOWN
@@ -112,6 +114,24 @@ def test_loads_depend_on_the_time():
         rates = MOMENTA.rates(FALL.chain, effects, *Rows.of(rows).state[:, 0].reshape(2, 2), time)
         found = Rows.of(taken(function, rows, time=time)).rates[:, 0]
         assert found == pytest.approx(np.concatenate(rates), rel=1e-13)
+
+
+@pytest.mark.parametrize(("angle", "speed"), [(2e9, 0.0), (-1e15, 0.0), (0.3, 1e200), (math.nan, 0)])
+def test_a_step_through_huge_angles_loses_the_run(angle, speed):
+    found = taken(compiled_step(SYSTEM), started(1.0, (angle, 0.2), (speed, 0.0)), cap=0.1)
+    assert math.isnan(found[LEFT, 0])
+
+
+def test_a_swing_through_huge_angles_and_back_loses_the_run():
+    """Link 1 of an uncoupled chain on a spring: within a few long steps it is back at 0 rad."""
+    chain = Chain((1.0, 1.0), (1.0, 1.0), ((0.5, 0.0), (0.0, 0.0)), (1 / 12, 0.5))
+    system = System(chain, (JointSpring((40.0, 0.0)),), ())
+    rows, function = started(1.0, (0.0, 0.0), (1e11, 0.0)), compiled_step(system)
+    reached = []
+    for _ in range(12):
+        rows = taken(function, rows, tolerance=1.0)
+        reached.append(math.isnan(rows[LEFT, 0]))
+    assert any(reached)
 
 
 class Own(Effect):

@@ -13,17 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.ensembles.following import MOST_STEPS
-from twolink.ensembles.step import (
-    FIRST,
-    FREQUENCY,
-    LARGEST_ANGLE,
-    LAST,
-    LEFT,
-    ROWS,
-    STEPS,
-    Rows,
-    Settings,
-)
+from twolink.ensembles.step import FIRST, FREQUENCY, LAST, LEFT, ROWS, STEPS, Rows, Settings
 
 Array = NDArray[np.float64]
 
@@ -81,7 +71,7 @@ def marched(step: Any, runs: Begun, look: Look | None = None) -> Array:
     slots = np.arange(min(_LANES, -(-count // TOGETHER) * TOGETHER)) % max(1, count)
     coming = len(slots) if len(slots) <= count else count
     now, parameters = _taken(begun, slots), _taken(runs.parameters, slots)
-    open_ = np.full(count, True)
+    unfinished = np.full(count, True)
     while len(slots):
         Rows.of(now).paths[:] = 0.0
         before = now.copy() if look else now
@@ -91,10 +81,9 @@ def marched(step: Any, runs: Begun, look: Look | None = None) -> Array:
             ended |= look(slots, before, now)
         # Terms beyond the range of float64 leave no length for a step.
         stuck = (now[LEFT] > 0) & (now[LAST] == 0)
-        gone = ~(np.abs(Rows.of(now).state[:2]).max(axis=0) < LARGEST_ANGLE)
-        lost = ~np.isfinite(now[LEFT]) | gone | stuck | (now[STEPS] > MOST_STEPS)
-        new = ended & ~gone & open_[slots]
-        found[:, slots[new]], open_[slots[new]] = now[:, new], False
+        lost = ~np.isfinite(now[LEFT]) | stuck | (now[STEPS] > MOST_STEPS)
+        new = ended & ~lost & unfinished[slots]
+        found[:, slots[new]], unfinished[slots[new]] = now[:, new], False
         free = np.flatnonzero(ended | lost)
         given = np.arange(coming, min(count, coming + len(free)))
         coming += len(given)

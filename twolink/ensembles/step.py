@@ -15,6 +15,7 @@ truncation does not count.
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -49,11 +50,9 @@ FIRST = 0.15
 # The size of a term relative to the one before it, where steps are long.
 _OF_TERMS = 0.3
 
-LARGEST_ANGLE = 1e9
-"""The angle (rad) from which on a run has no further step.
-
-Sines of larger ones, from 1e14, would be computed otherwise in all lanes of a register.
-"""
+# The angle (rad) from which on a run is lost. Sines of larger ones, from 1e14, would be computed
+# otherwise in all lanes of a register.
+_LARGEST_ANGLE = 1e9
 
 # Roundings of a state in each step, and of the rates, which all steps share.
 _OF_STATES, _OF_RATES = 2.0, 0.5
@@ -69,10 +68,10 @@ class Rows(NamedTuple):
     `state` is (q, p), and `low` the rest of its sum, below its rounding. `centre` and `shape` are
     those of the region of the error, without the truncation error of the last step. `rates` are the
     derivatives of the last polynomials at the end of the last step, of the length `last` (s), and
-    `tail` the sizes of the last terms of these there.
-    `paths` bound how far both angles have turned in total (rad). `left` is the time to the end (s),
-    `spread` and `shift` are the largest sizes so far of the region and of its centre (rad, rad/s),
-    `frequency` is that of `linear_flow`, and `steps` is their number.
+    `tail` the sizes of the last terms of these there. `paths` bound how far both angles have turned
+    in total (rad). `left` is the time to the end (s), NaN for a run that is lost, `spread` and
+    `shift` are the largest sizes so far of the region and of its centre (rad, rad/s), `frequency`
+    is that of `linear_flow`, and `steps` is the number of steps.
     """
 
     state: Any
@@ -195,6 +194,8 @@ def _after(system: System, before: Rows, series: MotionTerms, paths: bool) -> li
     slopes = [x.terms(ORDER) for x in (*series.u, *series.forces)]
     first, second, third = (_jacobian(system, polynomials, length * node) for node in NODES)
     region = region.carried(flow((first, second, third), length))
+    places = [value(x, length * node) for x in polynomials[:2] for node in NODES]
+    farthest = largest(*map(size, (*before.state[:2], *places)))
     moves = hy.select(hy.gt(before.left, 0.0), 1.0, 0.0)
     turned = np.array(before.paths, object)
     if paths:
@@ -212,7 +213,7 @@ def _after(system: System, before: Rows, series: MotionTerms, paths: bool) -> li
         *(low for _, low in sums),
         *turned,
         length,
-        left,
+        hy.select(hy.lt(farthest, _LARGEST_ANGLE), left, math.nan),
         spread,
         shift,
         frequency(third),
@@ -281,8 +282,8 @@ def _length(series: MotionTerms, most: Any) -> Any:
 
 
 def _within_range(angle: Any) -> Any:
-    """Return an angle, or 0 for one that is too large or not a number."""
-    return heyoka().select(heyoka().lt(size(angle), LARGEST_ANGLE), angle, 0.0)
+    """Return an angle, or 0 for one that is too large or not a number: its run is lost."""
+    return heyoka().select(heyoka().lt(size(angle), _LARGEST_ANGLE), angle, 0.0)
 
 
 def _turned(terms: list[Any], t: Any) -> Any:
