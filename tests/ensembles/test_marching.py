@@ -4,8 +4,9 @@ import pytest
 from tests.ensembles.falls import FALL, random_starts, with_wild_neighbours
 from twolink.ensembles import marching
 from twolink.ensembles.compiled import System
+from twolink.ensembles.lane_rows import LAST, LEFT, ROWS, STEPS, Rows
 from twolink.ensembles.marching import Begun, marched
-from twolink.ensembles.step import LAST, LEFT, ROWS, STEPS, Rows, compiled_step
+from twolink.ensembles.step import compiled_step
 from twolink.simulation.smooth.equations import EQUATIONS
 
 STEP = compiled_step(System(FALL.moving_chain, FALL.effects, ()))

@@ -6,11 +6,13 @@ import pytest
 
 from tests.ensembles.falls import FALL
 from twolink.chain import Chain
-from twolink.effects import Effect, JointSpring, JointTorque
+from twolink.effects import Effect, JointDamping, JointSpring, JointTorque
 from twolink.ensembles import step as step_module
 from twolink.ensembles.compiled import System
-from twolink.ensembles.deviations import INDICES, UNKNOWN
-from twolink.ensembles.step import FREQUENCY, LAST, LEFT, ORDER, ROWS, STEPS, Rows, compiled_step
+from twolink.ensembles.deviations import UNKNOWN
+from twolink.ensembles.lane_rows import LAST, LEFT, ROWS, Rows
+from twolink.ensembles.step import ORDER, compiled_step, has_step
+from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.smooth.equations import EQUATIONS
@@ -39,13 +41,6 @@ def truth(duration, q=Q, u=U):
     run = simulate(Scene(FALL.chain, q, u, duration, FALL.effects), accuracy=1e-15, samples=2)
     p = MOMENTA.from_speeds(FALL.chain, run.q[:, -1], run.u[:, -1])
     return np.array([*run.q[:, -1], *p], float)
-
-
-def test_the_places_of_rows():
-    rows = Rows.of(list(range(ROWS)))
-    assert (rows.last, rows.left, rows.frequency, rows.steps) == (LAST, LEFT, FREQUENCY, STEPS)
-    assert len(rows.shape) == len(INDICES)
-    assert rows.steps == ROWS - 1
 
 
 def test_a_step_moves_the_state_and_keeps_the_time_exactly():
@@ -116,7 +111,9 @@ def test_loads_depend_on_the_time():
         assert found == pytest.approx(np.concatenate(rates), rel=1e-13)
 
 
-@pytest.mark.parametrize(("angle", "speed"), [(2e9, 0.0), (-1e15, 0.0), (0.3, 1e200), (math.nan, 0)])
+@pytest.mark.parametrize(
+    ("angle", "speed"), [(2e9, 0.0), (-1e15, 0.0), (0.3, 1e200), (math.nan, 0)]
+)
 def test_a_step_through_huge_angles_loses_the_run(angle, speed):
     found = taken(compiled_step(SYSTEM), started(1.0, (angle, 0.2), (speed, 0.0)), cap=0.1)
     assert math.isnan(found[LEFT, 0])
@@ -140,4 +137,12 @@ class Own(Effect):
 
 
 def test_effects_of_ones_own_have_no_step():
-    assert compiled_step(System(FALL.moving_chain, (Own(),), ())) is None
+    assert not has_step(System(FALL.moving_chain, (Own(),), ()))
+
+
+def test_whether_there_is_a_step_is_known_without_compiling_it(monkeypatch):
+    def refused(*given, **more):
+        raise AssertionError
+
+    monkeypatch.setattr(heyoka(), "cfunc", refused)
+    assert has_step(System(FALL.moving_chain, (*FALL.effects, JointDamping((0.1, 0.2))), ()))

@@ -3,9 +3,10 @@ import pytest
 
 from tests.ensembles.falls import FALL, random_starts
 from twolink.ensembles.compiled import System
+from twolink.ensembles.lane_rows import LEFT, Settings
 from twolink.ensembles.marching import Begun, marched
 from twolink.ensembles.quantity import Accumulator
-from twolink.ensembles.step import LEFT, Settings, compiled_step
+from twolink.ensembles.step import compiled_step
 from twolink.ensembles.watching import Watch
 from twolink.scene import Scene
 from twolink.simulation import simulate

@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from twolink.ensembles.alone import round_off_of_loads
 from twolink.ensembles.blocks import ROUNDING, Ends, Lanes
-from twolink.ensembles.carried_bounds import corrected, known
+from twolink.ensembles.carried_bounds import corrected, known, of_last_steps
 from twolink.ensembles.compiled import FORMULATION, System
 from twolink.ensembles.error import sizes_of, states_of
 from twolink.ensembles.following import check_rates
+from twolink.ensembles.lane_rows import Rows, Settings
 from twolink.ensembles.marching import Begun, marched
 from twolink.ensembles.quantity import Accumulator
-from twolink.ensembles.step import Rows, Settings, compiled_step
+from twolink.ensembles.step import compiled_step
 from twolink.ensembles.watching import Watch
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.longest_step import longest_steps
@@ -75,7 +76,9 @@ def carried_ends(
         watch.show(system)
     else:
         rows = Rows.of(marched(compiled_step(system), runs))
-    bounds, lost = corrected(rows), ~np.isfinite(rows.state).all(axis=0)
+    lost = ~np.isfinite(rows.state).all(axis=0)
+    # The last step of a run that ends early is not yet in its region.
+    bounds = corrected(rows) + of_last_steps(rows, tolerance)
     # The part of a region that is larger than its centre is round-off that has grown.
     improvable = (bounds > accuracy) & (rows.spread - rows.shift <= accuracy)
     return Carried(

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.ensembles.error import LINEAR
-from twolink.ensembles.step import Rows
+from twolink.ensembles.lane_rows import Rows
+from twolink.ensembles.step import OF_REGION
 
 Array = NDArray[np.float64]
 
@@ -32,10 +33,18 @@ def corrected(rows: Rows) -> Array:
 def uncorrected(rows: Rows) -> Array:
     """Return bounds on the errors of states and steps so far (rad, rad/s), shape (n,).
 
-    The truncation error of the last step is left out. Errors that are too large are infinite.
+    Those of the last steps are left out. Errors that are too large are infinite.
     """
     bounds = corrected(rows)
     return np.where(known(bounds), bounds + rows.shift, np.inf)
+
+
+def of_last_steps(rows: Rows, tolerance: Any) -> Array:
+    """Return bounds on the truncation errors of last steps that are not yet in their regions.
+
+    The last terms of a step (rad/s) are larger: at most its tolerance, or a part of its region.
+    """
+    return np.where(rows.last > 0, np.maximum(tolerance, OF_REGION * rows.spread), 0.0)
 
 
 def known(bounds: Array) -> Any:

@@ -128,14 +128,13 @@ class _Interval(NamedTuple):
     def is_unsure(self, lanes: Lanes) -> Any:
         """Return in which lanes it has no ends, or the start is at one of them but for rounding.
 
-        Only one angle and a given level are exact.
+        A single angle and a level are as given, without rounding.
         """
-        parts = [w * q for w, q in zip(self.weights, lanes.q, strict=True)]
-        start, size = parts[0] + parts[1], np.abs(parts[0]) + np.abs(parts[1])
-        exact = not all(self.weights) and np.isinf(self.low - self.high)
-        slack = np.where(exact, 0.0, _OF_A_LEVEL * ROUNDING * (size + math.tau))
-        clear = np.minimum(start - self.low, self.high - start) > slack
-        return ~clear & ~(exact & np.isfinite(start))
+        first, second = (w * q for w, q in zip(self.weights, lanes.q, strict=True))
+        slack = _OF_A_LEVEL * ROUNDING * (np.abs(first) + np.abs(second) + math.tau)
+        apart = np.minimum(first + second - self.low, self.high - (first + second))
+        given = not all(self.weights) and np.isinf(self.low - self.high)
+        return ~(given | (apart > slack))
 
     def of(self, which: Any) -> _Interval:
         """Return the interval of some lanes."""

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.ensembles.following import MOST_STEPS
-from twolink.ensembles.step import FIRST, FREQUENCY, LAST, LEFT, ROWS, STEPS, Rows, Settings
+from twolink.ensembles.lane_rows import FREQUENCY, LAST, LEFT, ROWS, STEPS, Rows, Settings
+from twolink.ensembles.step import FIRST
 
 Array = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from twolink.ensembles.compiled import LANES, System
 from twolink.ensembles.ensemble import Ensemble
 from twolink.ensembles.following import PLACES, Follower, LostError
 from twolink.ensembles.quantity import Accumulator
-from twolink.ensembles.step import compiled_step
+from twolink.ensembles.step import has_step
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.smooth.judging import GROWTH, MARGIN_OF_ORDERS, MORE_ORDERS, order_for
 
@@ -71,7 +71,7 @@ def stages_of(ensemble: Ensemble, system: System, prepared: Prepared) -> Stages:
 def carries_errors(ensemble: Ensemble, system: System) -> bool:
     """Return whether runs are made by steps that carry their errors: where few steps are kept."""
     few = not any(quantity.of_steps for quantity in ensemble.kept)
-    return few and compiled_step(system) is not None
+    return few and has_step(system)
 
 
 @dataclass
@@ -117,7 +117,8 @@ class _Carried(Stages):
         values, errors, undecided = _kept(accumulators, found.ends, len(left))
         better = ~(found.bounds >= self.bounds[left])
         lost, better = left[better & found.lost].tolist(), better & ~found.lost
-        self.bounds[left], self.improvable[left] = found.bounds, found.improvable
+        self.bounds[left] = np.fmin(self.bounds[left], found.bounds)
+        self.improvable[left] = found.improvable
         values = {name: array[better] for name, array in values.items()}
         yield Done(left[better], values, errors[better], undecided[better], lost, found.steps)
 

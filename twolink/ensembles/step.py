@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,8 @@ from twolink.effects import is_built_in
 from twolink.ensembles.blocks import ROUNDING
 from twolink.ensembles.comparisons import largest, size, smallest, two_sum
 from twolink.ensembles.compiled import System
-from twolink.ensembles.deviations import INDICES, UNKNOWN, Region
+from twolink.ensembles.deviations import UNKNOWN, Region
+from twolink.ensembles.lane_rows import ROWS, Rows, Settings
 from twolink.ensembles.linear_flow import NODES, derivatives, flow, frequency
 from twolink.ensembles.motion_terms import MotionTerms, motion_terms
 from twolink.ensembles.terms import value
@@ -40,9 +41,11 @@ Array = NDArray[np.float64]
 ORDER = 20
 """The order of the series. Lower ones cost more: much is done once in each step."""
 
-# The part of the region so far that the last terms of a step may be, and the most that they may be
-# (rad/s).
-_OF_REGION, _MOST = 0.1, 1e-8
+OF_REGION = 0.1
+"""The part of the region so far that the last terms of a step may be."""
+
+# The most that they may be (rad/s).
+_MOST = 1e-8
 
 # The length of the first step, in longest steps: more terms vanish at the start than later.
 FIRST = 0.15
@@ -58,78 +61,17 @@ _LARGEST_ANGLE = 1e9
 _OF_STATES, _OF_RATES = 2.0, 0.5
 
 
-# The numbers of rows of the parts that have several.
-_LENGTHS = (4, 4, len(INDICES), 4, 4, 4, 2)
-
-
-class Rows(NamedTuple):
-    """The rows of a lane at the start of a step.
-
-    `state` is (q, p), and `low` the rest of its sum, below its rounding. `centre` and `shape` are
-    those of the region of the error, without the truncation error of the last step. `rates` are the
-    derivatives of the last polynomials at the end of the last step, of the length `last` (s), and
-    `tail` the sizes of the last terms of these there. `paths` bound how far both angles have turned
-    in total (rad). `left` is the time to the end (s), NaN for a run that is lost, `spread` and
-    `shift` are the largest sizes so far of the region and of its centre (rad, rad/s), `frequency`
-    is that of `linear_flow`, and `steps` is the number of steps.
-    """
-
-    state: Any
-    centre: Any
-    shape: Any
-    rates: Any
-    tail: Any
-    low: Any
-    paths: Any
-    last: Any
-    left: Any
-    spread: Any
-    shift: Any
-    frequency: Any
-    steps: Any
-
-    @classmethod
-    def of(cls, rows: Any) -> Rows:
-        """Return the parts of a list or an array of all rows."""
-        ends = np.cumsum(_LENGTHS)
-        parts = [rows[end - n : end] for n, end in zip(_LENGTHS, ends, strict=True)]
-        return cls(*parts, *rows[ends[-1] : ROWS])
-
-
-class Settings(NamedTuple):
-    """The last parameters of a lane: the tolerance of steps (rad/s) and their longest length (s).
-
-    The others are the round-off of generalized forces (N m), as from `round_off_of_loads`.
-    """
-
-    tolerance: Any
-    cap: Any
-    shared1: Any
-    shared2: Any
-    independent1: Any
-    independent2: Any
-
-
-ROWS = sum(_LENGTHS) + len(Rows._fields) - len(_LENGTHS)
-"""The number of all rows."""
-
-_FIRST_OF_SINGLE = ROWS - len(Rows._fields)
-
-LAST, LEFT, FREQUENCY, STEPS = (
-    _FIRST_OF_SINGLE + Rows._fields.index(name) for name in ("last", "left", "frequency", "steps")
-)
-"""The places of some of them."""
+def has_step(system: System) -> bool:
+    """Return whether a system has a step, without compiling it."""
+    return _has_step(*_key(system))
 
 
 def compiled_step(system: System, *, paths: bool = False) -> Any:
-    """Return the step of a system, or None for one whose effects it does not take.
+    """Return the step of a system that has one.
 
     It is called with rows of shape (ROWS, n), the parameters of the runs and below them those of
     `Settings`, and with the times of the starts (s). With `paths` it adds to those of the rows.
     """
-    if not all(map(is_built_in, system.effects)):
-        # Functions of one's own may change where no term of a series shows it.
-        return None
     return _compiled_step(*_key(system), paths)
 
 
@@ -146,22 +88,34 @@ def _key(system: System) -> tuple[Content, Content, tuple[int, ...]]:
 
 
 @functools.lru_cache(maxsize=32)
+def _has_step(chain: Content, effects: Content, varying: tuple[int, ...]) -> bool:
+    if not all(map(is_built_in, effects.objects)):
+        # Functions of one's own may change where no term of a series shows it.
+        return False
+    try:
+        _series(System(chain.objects[0], effects.objects, varying), _state())
+    except TypeError:
+        return False
+    return True
+
+
+def _state() -> Any:
+    return heyoka().make_vars(*(f"x{k}" for k in range(4)))
+
+
+@functools.lru_cache(maxsize=32)
 def _compiled_step(chain: Content, effects: Content, varying: tuple[int, ...], paths: bool) -> Any:
     system = System(chain.objects[0], effects.objects, varying)
     variables = heyoka().make_vars(*(f"x{k}" for k in range(ROWS)))
     before = Rows.of(variables)
-    try:
-        series = _series(system, before.state)
-    except TypeError:
-        return None
-    after = _after(system, before, series, paths)
+    after = _after(system, before, _series(system, before.state), paths)
     return heyoka().cfunc(after, variables, compact_mode=False)
 
 
 @functools.lru_cache(maxsize=32)
 def _compiled_angles(chain: Content, effects: Content, varying: tuple[int, ...]) -> Any:
     system = System(chain.objects[0], effects.objects, varying)
-    state = heyoka().make_vars(*(f"x{k}" for k in range(4)))
+    state = _state()
     angles = [term for q in _series(system, state).q for term in q.terms(ORDER + 1)]
     return heyoka().cfunc(angles, state, compact_mode=False)
 
@@ -184,7 +138,7 @@ def _after(system: System, before: Rows, series: MotionTerms, paths: bool) -> li
     directions = _of_angles_and_speeds(series)
     spread = largest(before.spread, region.spread(directions))
     shift = largest(before.shift, region.shift(directions))
-    most = smallest(largest(settings.tolerance, _OF_REGION * spread), _MOST)
+    most = smallest(largest(settings.tolerance, OF_REGION * spread), _MOST)
     wanted = smallest(_length(series, most), settings.cap, 1.0 / before.frequency)
     length = hy.select(hy.gte(wanted, before.left), before.left, wanted)
     left = before.left - length

@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.ensembles.blocks import Block, Spans
-from twolink.ensembles.carried_bounds import uncorrected
+from twolink.ensembles.carried_bounds import of_last_steps, uncorrected
 from twolink.ensembles.compiled import System
+from twolink.ensembles.lane_rows import LAST, LEFT, Rows, Settings
 from twolink.ensembles.marching import BETWEEN, TOGETHER, Begun, stepped
 from twolink.ensembles.quantity import Accumulator
-from twolink.ensembles.step import LAST, LEFT, Rows, Settings, compiled_angles, compiled_step
+from twolink.ensembles.step import compiled_angles, compiled_step
 
 Array = NDArray[np.float64]
 
@@ -54,10 +55,9 @@ class Watch:
         """Note the intervals that are asked for, and return which runs may end, shape (n,)."""
         first, last = Rows.of(before), Rows.of(after)
         tolerance = Settings(*self.runs.parameters[-len(Settings._fields) :, which]).tolerance
-        # The truncation error of the last step, not yet in the region, is a small part of this.
-        errors = uncorrected(last) + tolerance * last.last
-        angles = np.stack([first.state[:2], last.state[:2]], axis=1)
+        errors = uncorrected(last) + of_last_steps(last, tolerance)
         errors = np.where(np.isnan(errors), np.inf, errors)
+        angles = np.stack([first.state[:2], last.state[:2]], axis=1)
         # The rows are overwritten by later steps.
         paths = last.paths[:, None].copy()
         spans = Spans(which, angles, paths, errors[None])
@@ -96,7 +96,7 @@ def _block(system: System, runs: Begun, intervals: Interval) -> Block:
     starts = [runs.duration - each[LEFT] for each in rows[:BETWEEN]]
     found = [
         angles(np.ascontiguousarray(each[:4]), pars=parameters[: angles.nparams], time=time)
-        for each, time in zip(rows, starts, strict=False)
+        for each, time in zip(rows[:BETWEEN], starts, strict=True)
     ]
     return Block(
         np.array(starts)[:, :count],
