@@ -119,12 +119,6 @@ def _isolated(
     if hidden:
         waiting = _pieces_from_zero(coefficients, bound_until(1.0))
     else:
-        bound = bound_until(1.0)
-        if bernstein[-1] < -bound and bernstein[0] > bound:
-            # Most event functions that fall do so once.
-            near = _only_fall(bernstein, bound if strict else 0.0)
-            if near is not None:
-                return ((0.0, 1.0, near), None, False)
         waiting = [(lambda: bernstein, 0.0, 1.0)]
     return _first_in(waiting, coefficients, bound_until, strict)
 
