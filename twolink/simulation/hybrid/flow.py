@@ -7,7 +7,7 @@ together (`certificate`). The arc ends at the first event, or at the requested t
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from time import perf_counter
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -231,7 +231,7 @@ def _springing_back(state: HybridState) -> tuple[int, ...]:
 
 def _set_up(course: _Course) -> None:
     """Set the integrator of a mode to the start of an arc."""
-    system, compiled, (integrator, _, values, _, parameters, _), mode, state, *_ = course
+    system, compiled, (integrator, _, variables, _, parameters, _), mode, state, *_ = course
     compliant = state.compliant
     vector = [*state.q, *state.u]
     for index in compiled.gaps:
@@ -240,9 +240,9 @@ def _set_up(course: _Course) -> None:
         vector.append(compliant[index].residual_depth)  # type: ignore[union-attr]
     for index in compiled.roots:
         vector.append(compliant[index].sqrt_depth)  # type: ignore[union-attr]
-    if len(vector) < len(values):
-        vector += [system.number(0)] * (len(values) - len(vector))
-    values[:] = vector
+    if len(vector) < len(variables):
+        vector += [system.number(0)] * (len(variables) - len(vector))
+    variables[:] = vector
     integrator.time = system.number(0) if compiled.clock is not None else state.t
     if count := len(parameters):
         own = [system.number(n) for n in mode.numbers]
@@ -257,16 +257,13 @@ def _take_steps(course: _Course, ahead: int, longest: Any) -> tuple[Block, bool,
 
     In time they are at most as long as the `longest` (s).
     """
-    _, compiled, (integrator, step, state, tc, _, values), _, begin, until, _ = course
+    _, compiled, (integrator, step, variables, tc, _, values), _, state, until, _ = course
     clock, integrals = compiled.clock, compiled.integrals
-    by_time = clock is None
-    complete = _complete()
-    falling, watches_integrals = compiled.falling, integrals.stop > integrals.start
-    span, shortest = until - begin.t, SHORTEST_STEP if by_time else 0
-    starts: list[Any] = []
-    lengths: list[Any] = []
-    coefficients: list[bytes] = []
-    over, fallen, failure = False, False, ""
+    by_time, watches_integrals = clock is None, integrals.stop > integrals.start
+    complete, falling = _complete(), compiled.falling
+    span, shortest = until - state.t, SHORTEST_STEP if by_time else 0
+    taken = _Taken([], [], [])
+    over, failure = False, ""
     for _ in range(ahead):
         start = integrator.time
         if by_time:
@@ -280,28 +277,49 @@ def _take_steps(course: _Course, ahead: int, longest: Any) -> tuple[Block, bool,
         if outcome.value not in complete:
             failure = failure_of(outcome)
             break
-        starts.append(start)
-        lengths.append(length)
-        coefficients.append(tc.tobytes())
+        taken.add(start, length, tc)
         if watches_integrals:
-            state[integrals] = 0
+            variables[integrals] = 0
         over = by_time and length == left
         if over or (not by_time and values[clock] >= span):
             break
         if not length > shortest * start:
             failure = "its steps become too short"
             break
-        # An event has occurred if a variable that may fall is below zero.
-        for variable in falling:
-            if values[variable] < 0:
-                fallen = True
-                break
-        if fallen:
+        if _has_fallen(values, falling):
             break
-    kind, shape = state.dtype, (len(lengths), *tc.shape)
-    # Bytes are joined several times faster than small arrays.
-    joined: Any = np.ndarray(shape, kind, b"".join(coefficients))
-    return Block(np.array(starts, kind), np.array(lengths, kind), joined), over, failure
+    return taken.block(tc), over, failure
+
+
+class _Taken(NamedTuple):
+    """The starts, lengths and coefficients of steps, the last in bytes.
+
+    Bytes are joined several times faster than small arrays.
+    """
+
+    starts: list[Any]
+    lengths: list[Any]
+    coefficients: list[bytes]
+
+    def add(self, start: Any, length: Any, tc: Any) -> None:
+        """Add a step of the coefficients `tc`."""
+        self.starts.append(start)
+        self.lengths.append(length)
+        self.coefficients.append(tc.tobytes())
+
+    def block(self, tc: Any) -> Block:
+        """Return the steps, whose coefficients have the shape and the type of `tc`."""
+        kind, shape = tc.dtype, (len(self.lengths), *tc.shape)
+        joined: Any = np.ndarray(shape, kind, b"".join(self.coefficients))
+        return Block(np.array(self.starts, kind), np.array(self.lengths, kind), joined)
+
+
+def _has_fallen(values: Any, falling: Sequence[int]) -> bool:
+    """Return whether an event has occurred: a variable that may fall is below zero."""
+    for variable in falling:  # noqa: SIM110
+        if values[variable] < 0:
+            return True
+    return False
 
 
 @functools.cache
