@@ -161,7 +161,7 @@ def test_slides_of_a_chain_with_one_degree_of_freedom_stop_as_one_event():
 def test_an_order_is_replayed_where_an_error_may_swap_events(monkeypatch):
     """Events 1e-4 s apart are followed once; their doubt says whether it matters when asked."""
     replayed = []
-    monkeypatch.setattr(event_order, "_followed", lambda instant, order: replayed.append(order))
+    monkeypatch.setattr(event_order, "followed", lambda instant, order: replayed.append(order))
     close = scene((0.6875, 1.0), (2.0, 0.5), (3.5, 1.5), (-4.0, 1.50015), constant(0.5, -1.0), 2.0)
     (doubt,) = hybrid_run(close, [0.0, 2.0]).doubts
     assert 0 < doubt.within < 1e-3

@@ -176,11 +176,11 @@ GRAZING = 4096
 
 # Scaled force, or speed (rad/s or m/s). A static friction limit, or the end of a slide under one,
 # that comes as near leaves a doubt, which counts if the error of the run may bridge the distance.
-# Read by doubts and event_order.
+# Read by doubts and ends_of_events.
 NEAR_LIMIT = 0.1
 
 # Roundings of a static limit. Limits that are reached within this at one instant are reached
-# together. Read by breakaway_order and event_order.
+# together. Read by breakaway_order and replayed_order.
 SAME_LIMIT = 1024
 
 # Events at one instant that are taken in every order: the one that ends an arc and the next ones.
@@ -194,11 +194,11 @@ MOST_TOGETHER = 4
 NEAR_EDGE, NEAR_END = 1e-6, 1e-9
 
 # Change of an angle (rad) or a speed (rad/s) for the derivatives of event functions, and part of
-# the longest step for those in time. Read by doubts and event_order.
+# the longest step for those in time. Read by doubts and replayed_order.
 DIFFERENCE = 2.0**-20
 
 # The least derivative of an event function (1/rad, 1/s) that such differences show. Read by doubts
-# and event_order.
+# and ends_of_events.
 FLAT = 2.0**-30
 
 # Halvings of a step before a root that is not isolated counts as a double root. Read by roots.
@@ -212,7 +212,7 @@ MOST_PIECES = 1000
 JET_ORDER = 6
 
 # Part of the accelerations of a free chain. Modes whose accelerations differ by less are the same
-# motion. Read by event_order and select.
+# motion. Read by replayed_order and select.
 SAME_MOTION = 1e-6
 
 # Roundings of the time, or of the longest step. A contact that is approached and closes within this

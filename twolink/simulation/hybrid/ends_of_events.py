@@ -1,0 +1,85 @@
+"""Event functions at the end of an arc, and the error of a run by which they come there as well."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from twolink.simulation.hybrid.bernstein import rounding_bound
+from twolink.simulation.hybrid.block import Block
+from twolink.simulation.hybrid.certificate import Certificate
+from twolink.simulation.hybrid.doubts import StepOfArc
+from twolink.simulation.hybrid.flow import Arc
+from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.polishing import horner
+from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.tolerances import FLAT, NEAR_LIMIT
+
+
+class End(NamedTuple):
+    """An event function at the end of an arc: its value, its rate of fall (1/s), its round-off."""
+
+    left: float
+    fall: float
+    rounding: float
+
+
+class Ends:
+    """The event functions at the end of an arc."""
+
+    def __init__(self, system: HybridSystem, arc: Arc) -> None:
+        """Compute them from the last step."""
+        block, compiled = arc.blocks[-1], arc.compiled
+        place = len(block.lengths) - 1
+        start = float(arc.start.t)
+        self._step = StepOfArc(system, arc.mode, compiled.clock, start, block, place)
+        certificate = Certificate(system, compiled, arc.mode, 0.0, state=arc.start)
+        # The last step may be cut at its start.
+        one = 0 * block.lengths + system.number(1)
+        rows = certificate.polynomials(Block(block.starts, one, block.coefficients))[place]
+        self._length = block.lengths[place]
+        clock = None if compiled.clock is None else block.coefficients[place, compiled.clock]
+        self._rate = 1.0 if clock is None else float(self._slope(clock.tolist()))
+        self.triggers = compiled.layout.triggers
+        self._rows = dict(zip(self.triggers, rows.tolist(), strict=True))
+        self._time_of_rounding = system.rounding * float(arc.end.t)
+        self._rounding = system.rounding
+
+    def _at_end(self, trigger: Trigger) -> End:
+        row = self._rows[trigger]
+        fall = -float(self._slope(row)) / self._rate if self._rate > 0 else 0.0
+        scaled = [c * self._length**k for k, c in enumerate(row)]
+        rounding = rounding_bound(scaled, self._rounding) + abs(fall) * self._time_of_rounding
+        return End(float(sum(scaled)), fall, rounding)
+
+    def _slope(self, row: Sequence[Any]) -> Any:
+        """Return the derivative of a polynomial at the end of the step."""
+        return horner([k * c for k, c in enumerate(row)][1:], self._length)
+
+    def uncertainty(self, trigger: Trigger) -> float:
+        """Return the change of the time of an event by an error of every angle (s/rad)."""
+        return self._step.steepness(1.0, trigger) / max(self._at_end(trigger).fall, FLAT)
+
+    def within(self, trigger: Trigger, uncertainty: float) -> float:
+        """Return the error of an angle (rad) by which an event comes at the end of the arc.
+
+        The end itself moves by its `uncertainty`. The error is infinite for an event that is not
+        next.
+        """
+        left, fall, rounding = self._at_end(trigger)
+        if not (fall > 0 and left <= NEAR_LIMIT):
+            return math.inf
+        if left <= 2 * rounding:
+            return 0.0
+        return left / max(self._step.steepness(1.0, trigger) + fall * uncertainty, FLAT)
+
+    def within_time(self, trigger: Trigger, left: float) -> float:
+        """Return the error of an angle (rad) by which an event that ends the arc is later (s)."""
+        _, fall, rounding = self._at_end(trigger)
+        missed = fall * left
+        if not missed <= NEAR_LIMIT:
+            return math.inf
+        if missed <= 2 * rounding:
+            return 0.0
+        return missed / max(self._step.steepness(1.0, trigger), FLAT)
