@@ -30,7 +30,7 @@ _Out = Annotated[Path, typer.Option(help=f"The {either(RECORDINGS)} file to writ
 _Fps = Annotated[
     float | None, typer.Option(help="Frames per second. Default: 30, and 25 in a .gif.")
 ]
-_Size = Annotated[str, typer.Option(help="Width and height in pixels.")]
+_Size = Annotated[str, typer.Option(help="Width and height in pixels; a .html fills its window.")]
 _At = Annotated[float | None, typer.Option(help="The time of a .png (s). Default: the end.")]
 
 
