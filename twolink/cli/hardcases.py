@@ -47,7 +47,9 @@ _Engine = Annotated[
 _Ours = Annotated[bool, typer.Option("--ours", help="Only the columns of this library.")]
 _Explain = Annotated[
     str | None,
-    typer.Option("--explain", help="Print a description of this case alone, in Markdown; or 'all'."),
+    typer.Option(
+        "--explain", help="Print a description of this case alone, in Markdown; or 'all'."
+    ),
 ]
 _JsonFile = Annotated[
     Path | None, typer.Option("--json", help="Write the scoreboard to this file as JSON.")
