@@ -43,3 +43,12 @@ def test_times_are_checked_in_all_scenes_before_any_is_computed(options, tmp_pat
     assert result.stderr == "twolink: drop: times must increase from 0 to 5 s; got 6\n"
     assert result.stdout == ""
     assert list(tmp_path.iterdir()) == []
+
+
+def test_scenes_without_a_proof_are_refused_before_any_is_computed(tmp_path):
+    words = ["free_fall", "stick_slip", "--digits", 10, "--rigorous"]
+    result = run(*words, "--out", tmp_path / "a")
+    assert result.exit_code == 2
+    assert result.stderr.startswith("twolink: stick_slip: the scene of a rigorous enclosure must")
+    assert result.stdout == ""
+    assert list(tmp_path.iterdir()) == []

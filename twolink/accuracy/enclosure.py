@@ -147,7 +147,7 @@ def enclosure(
     check_run(scene, progress, limits)
     asked = asked_times(scene, times)
     digits = as_count("digits", digits)
-    _check(scene, digits)
+    check_enclosed(scene, digits)
     report = progress or (lambda stage, share: None)
     loss = 0.0 if has_modes(scene) else _expected_loss(scene, asked[-1])
     if loss > MOST_LOST:
@@ -190,7 +190,7 @@ def _proven(
     return found
 
 
-def _check(scene: Scene, digits: int) -> None:
+def check_enclosed(scene: Scene, digits: int) -> None:
     """Raise `SimulationError` for scenes and digits for which there is no proof."""
     contacts = contact_elements(scene.effects, scene.moving_chain)
     if discontinuities(scene.effects) or not all(contact.rigid for contact in contacts):

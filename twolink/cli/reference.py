@@ -87,7 +87,7 @@ def reference(
         check_target("--out", out, RESULTS)
     asked = _Asked(digits, _times(times), fifths, several, force)
     loaded = _loaded(scenes, several and out is not None)
-    asked.check_times(loaded)
+    asked.check(loaded, rigorous)
     complete = True
     for file, scene in loaded.items():
         found = asked.enclosed(file, scene) if rigorous else asked.computed(file, scene)
@@ -109,13 +109,17 @@ class _Asked:
     several: bool
     force: bool
 
-    def check_times(self, scenes: dict[Path, Scene]) -> None:
-        """Refuse times that are not all within the run of every scene."""
+    def check(self, scenes: dict[Path, Scene], rigorous: bool) -> None:
+        """Refuse times outside the run of a scene, and scenes for which there is no proof."""
         from twolink.accuracy.reference import asked_times
 
         for file, scene in scenes.items():
             try:
                 asked_times(scene, self.times)
+                if rigorous:
+                    from twolink.accuracy.enclosure import check_enclosed
+
+                    check_enclosed(scene, self.digits or _PROVEN)
             except SimulationError as error:
                 refuse(f"{one_line(file, 300)}: {error}")
 
