@@ -184,6 +184,15 @@ def test_streams_that_are_closed_are_not_taken_for_files(closed, tmp_path):
     assert "Traceback" not in run.stderr
 
 
+@pytest.fixture
+def _hangups_end_programs():
+    """Programs started by `nohup` ignore hangups, and so do their children."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.usefixtures("_hangups_end_programs")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_that_a_library_turns_into_an_error_ends_the_program(number):
     def turned():
@@ -268,6 +277,7 @@ def test_an_error_without_a_signal_is_raised_unchanged():
         raise ValueError("of its own")
 
 
+@pytest.mark.usefixtures("_hangups_end_programs")
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 )
