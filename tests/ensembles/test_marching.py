@@ -13,11 +13,11 @@ STEP = compiled_step(System(FALL.moving_chain, FALL.effects, ()))
 DURATION = 0.5
 
 
-def begun(q, u, duration=DURATION):
+def begun(q, u, duration=DURATION, longest=0.1):
     p = EQUATIONS["momenta"].from_speeds(FALL.chain, tuple(q), tuple(u))
     count = q.shape[1]
     parameters = np.zeros((6, count))
-    parameters[:2] = [[1e-12], [0.1]]
+    parameters[:2] = [[1e-12], [longest]]
     return Begun(np.array([*q, *p]), parameters, duration)
 
 
@@ -32,6 +32,14 @@ def test_all_runs_reach_their_ends(count, random):
 
 def test_no_runs():
     assert marched(STEP, begun(np.zeros((2, 0)), np.zeros((2, 0)))).shape == (ROWS, 0)
+
+
+def test_rows_of_the_start_do_not_depend_on_the_number_of_runs(random):
+    q, u = random_starts(random, 200)
+    wide = begun(q, u, longest=1e3).rows(STEP)
+    assert wide.shape == (ROWS, 200)
+    alone = [begun(q[:, [k]], u[:, [k]], longest=1e3).rows(STEP) for k in range(200)]
+    assert np.array_equal(np.hstack(alone), wide)
 
 
 def test_lanes_are_given_to_the_next_runs_with_the_same_bits(random, monkeypatch):

@@ -14,12 +14,9 @@ from numpy.typing import NDArray
 
 from twolink.ensembles.following import MOST_STEPS
 from twolink.ensembles.lane_rows import FREQUENCY, LAST, LEFT, ROWS, STEPS, Rows, Settings
-from twolink.ensembles.step import FIRST
+from twolink.ensembles.step import FIRST, TOGETHER
 
 Array = NDArray[np.float64]
-
-TOGETHER = 8
-"""The lanes of the widest registers: all of them are computed alike, so that no bits differ."""
 
 BETWEEN = 8
 """Steps between two looks at which lanes have ended."""
@@ -47,11 +44,12 @@ class Begun(NamedTuple):
 
     def rows(self, step: Any) -> Array:
         """Return the first rows, shape (ROWS, n)."""
-        first = np.zeros((ROWS, self.state.shape[1]))
-        Rows.of(first).state[:] = self.state
+        count = self.state.shape[1]
+        lanes = filled_lanes(count)
+        first = np.zeros((ROWS, len(lanes)))
+        Rows.of(first).state[:] = self.state[:, lanes]
         # A step to the end, which is at once, finds the frequencies.
-        parameters = np.ascontiguousarray(self.parameters)
-        found = stepped(step, first, parameters, 0.0, 1)
+        found = stepped(step, first, _taken(self.parameters, lanes), 0.0, 1)[:, :count]
         rows = Rows.of(found)
         found[LEFT] = self.duration
         cap = Settings(*self.parameters[-len(Settings._fields) :]).cap
@@ -69,7 +67,7 @@ def marched(step: Any, runs: Begun, look: Look | None = None) -> Array:
     begun = runs.rows(step)
     found = np.full_like(begun, np.nan)
     count = begun.shape[1]
-    slots = np.arange(min(_LANES, -(-count // TOGETHER) * TOGETHER)) % max(1, count)
+    slots = filled_lanes(count)[:_LANES]
     coming = len(slots) if len(slots) <= count else count
     now, parameters = _taken(begun, slots), _taken(runs.parameters, slots)
     unfinished = np.full(count, True)
@@ -104,6 +102,11 @@ def stepped(step: Any, now: Array, parameters: Array, duration: float, count: in
         step(now, pars=parameters, time=duration - now[LEFT], outputs=other, batch_parallel=False)
         now, other = other, now
     return now
+
+
+def filled_lanes(count: int) -> Any:
+    """Return the runs of as many lanes as are computed together: the last of them repeat others."""
+    return np.arange(-(-count // TOGETHER) * TOGETHER) % max(1, count)
 
 
 def _kept(count: int, empty: Any) -> Any:

@@ -41,6 +41,13 @@ Array = NDArray[np.float64]
 ORDER = 20
 """The order of the series. Lower ones cost more: much is done once in each step."""
 
+TOGETHER = 8
+"""The lanes that the compiled function computes together: those of the widest registers.
+
+Where registers are narrower each takes several. Lanes beyond a multiple of them are computed by
+other instructions, with other bits.
+"""
+
 OF_REGION = 0.1
 """The part of the region so far that the last terms of a step may be."""
 
@@ -70,7 +77,8 @@ def compiled_step(system: System, *, paths: bool = False) -> Any:
     """Return the step of a system that has one.
 
     It is called with rows of shape (ROWS, n), the parameters of the runs and below them those of
-    `Settings`, and with the times of the starts (s). With `paths` it adds to those of the rows.
+    `Settings`, and with the times of the starts (s); n is a multiple of `TOGETHER`. With `paths` it
+    adds to those of the rows.
     """
     return _compiled_step(*_key(system), paths)
 
@@ -109,7 +117,7 @@ def _compiled_step(chain: Content, effects: Content, varying: tuple[int, ...], p
     variables = heyoka().make_vars(*(f"x{k}" for k in range(ROWS)))
     before = Rows.of(variables)
     after = _after(system, before, _series(system, before.state), paths)
-    return heyoka().cfunc(after, variables, compact_mode=False)
+    return _function(after, variables)
 
 
 @functools.lru_cache(maxsize=32)
@@ -117,7 +125,12 @@ def _compiled_angles(chain: Content, effects: Content, varying: tuple[int, ...])
     system = System(chain.objects[0], effects.objects, varying)
     state = _state()
     angles = [term for q in _series(system, state).q for term in q.terms(ORDER + 1)]
-    return heyoka().cfunc(angles, state, compact_mode=False)
+    return _function(angles, state)
+
+
+def _function(outputs: list[Any], variables: Any) -> Any:
+    """Return compiled functions of rows of lanes."""
+    return heyoka().cfunc(outputs, variables, compact_mode=False, batch_size=TOGETHER)
 
 
 def _series(system: System, state: Any) -> MotionTerms:

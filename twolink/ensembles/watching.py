@@ -18,7 +18,7 @@ from twolink.ensembles.blocks import Block, Spans
 from twolink.ensembles.carried_bounds import of_last_steps, uncorrected
 from twolink.ensembles.compiled import System
 from twolink.ensembles.lane_rows import LAST, LEFT, Rows, Settings
-from twolink.ensembles.marching import BETWEEN, TOGETHER, Begun, stepped
+from twolink.ensembles.marching import BETWEEN, Begun, filled_lanes, stepped
 from twolink.ensembles.quantity import Accumulator
 from twolink.ensembles.step import compiled_angles, compiled_step
 
@@ -85,8 +85,7 @@ class Watch:
 def _block(system: System, runs: Begun, intervals: Interval) -> Block:
     """Return the steps of intervals."""
     count = len(intervals.which)
-    # Lanes without an interval repeat others.
-    lanes = np.arange(-(-count // TOGETHER) * TOGETHER) % count
+    lanes = filled_lanes(count)
     parameters = np.ascontiguousarray(runs.parameters[:, intervals.which[lanes]])
     rows = [np.ascontiguousarray(intervals.rows[:, lanes])]
     step, angles = compiled_step(system, paths=True), compiled_angles(system)
