@@ -163,7 +163,7 @@ def test_an_order_is_replayed_where_an_error_may_swap_events(monkeypatch):
     replayed = []
     monkeypatch.setattr(event_order, "followed", lambda instant, order: replayed.append(order))
     close = scene((0.6875, 1.0), (2.0, 0.5), (3.5, 1.5), (-4.0, 1.50015), constant(0.5, -1.0), 2.0)
-    (doubt,) = hybrid_run(close, [0.0, 2.0]).doubts
+    (doubt,) = hybrid_run(close, [0.0, 2.0], judges=True).doubts
     assert 0 < doubt.within < 1e-3
     assert not replayed
     monkeypatch.undo()

@@ -114,8 +114,11 @@ def _with_doubts(
     so_far = np.maximum.accumulate(np.maximum(found, shifts))
     # From a place in time on the error is at least this, and at least a factor of the difference.
     least, factors = np.zeros(len(moments) + 1), np.zeros(len(moments) + 1)
+    unknown = len(moments) + 1
     for doubt in sorted(second.doubts, key=lambda doubt: (doubt.within > 0, doubt.time)):
         since = int(np.searchsorted(moments, doubt.time))
+        if since >= unknown:
+            continue
         before = max(since - 1, 0)
         # An earlier peak of the difference is no part of it here.
         now = max(float(found[max(since - _AROUND, 0) : since].max(initial=0.0)), floor)
@@ -128,6 +131,9 @@ def _with_doubts(
         if not doubt.matters():
             continue
         least[since] = max(least[since], doubt.change)
+        if doubt.change == math.inf:
+            # Other doubts add nothing to an error that is unknown.
+            unknown = since
         factors[since] = max(factors[since], doubt.change / now)
     least, factors = (np.maximum.accumulate(each[:-1]) for each in (least, factors))
     since_doubts = _largest_since(np.maximum(found, floor), factors)

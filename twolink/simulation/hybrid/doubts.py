@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.dynamics import mode_solution
-from twolink.simulation.hybrid.event_functions import Surfaces, value
+from twolink.simulation.hybrid.event_functions import OF_FORCE, Surfaces, value
 from twolink.simulation.hybrid.impact import Impacts, usual_change
 from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
 from twolink.simulation.hybrid.polishing import horner, lowest
@@ -103,8 +103,12 @@ class StepOfArc(NamedTuple):
         """Return the event function of a trigger, in its unit, at q and u and a time (s)."""
         system, mode, (q1, q2, u1, u2) = self.system, self.mode, state
         pose, u = Pose(system.chain, system.formulation, (q1, q2)), (u1, u2)
-        dents = [mode.dent(i) for i in range(len(mode.states))]
-        solution = mode_solution(pose, system.effects, system.elements, mode.states, dents, u, time)
+        solution = None
+        if trigger.kind in OF_FORCE:
+            dents = [mode.dent(i) for i in range(len(mode.states))]
+            solution = mode_solution(
+                pose, system.effects, system.elements, mode.states, dents, u, time
+            )
         return value(trigger, system, mode, pose, u, solution, Surfaces({}, {}))
 
     def _state(self, x: float) -> list[Any]:

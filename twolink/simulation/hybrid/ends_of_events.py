@@ -45,6 +45,7 @@ class Ends:
         self._rows = dict(zip(self.triggers, rows.tolist(), strict=True))
         self._time_of_rounding = system.rounding * float(arc.end.t)
         self._rounding = system.rounding
+        self._uncertainties: dict[Trigger, float] = {}
 
     def _at_end(self, trigger: Trigger) -> End:
         row = self._rows[trigger]
@@ -59,27 +60,40 @@ class Ends:
 
     def uncertainty(self, trigger: Trigger) -> float:
         """Return the change of the time of an event by an error of every angle (s/rad)."""
-        return self._step.steepness(1.0, trigger) / max(self._at_end(trigger).fall, FLAT)
+        if trigger not in self._uncertainties:
+            steepness, fall = self._step.steepness(1.0, trigger), self._at_end(trigger).fall
+            self._uncertainties[trigger] = steepness / max(fall, FLAT)
+        return self._uncertainties[trigger]
 
-    def within(self, trigger: Trigger, uncertainty: float) -> float:
+    def arrives(self, trigger: Trigger) -> bool:
+        """Return whether an event comes at the end of the arc, within round-off."""
+        left, fall, rounding = self._at_end(trigger)
+        return fall > 0 and left <= min(NEAR_LIMIT, 2 * rounding)
+
+    def within(self, trigger: Trigger, cause: Trigger | None) -> float:
         """Return the error of an angle (rad) by which an event comes at the end of the arc.
 
-        The end itself moves by its `uncertainty`. The error is infinite for an event that is not
-        next.
+        The end itself moves with the event that is its `cause`, if it has one. The error is
+        infinite for an event that is not next.
         """
-        left, fall, rounding = self._at_end(trigger)
+        left, fall, _ = self._at_end(trigger)
         if not (fall > 0 and left <= NEAR_LIMIT):
             return math.inf
-        if left <= 2 * rounding:
+        if self.arrives(trigger):
             return 0.0
-        return left / max(self._step.steepness(1.0, trigger) + fall * uncertainty, FLAT)
+        moved = 0.0 if cause is None else fall * self.uncertainty(cause)
+        return left / max(self._step.steepness(1.0, trigger) + moved, FLAT)
+
+    def is_at(self, trigger: Trigger, left: float) -> bool:
+        """Return whether the event that ends the arc comes at a time after it (s)."""
+        _, fall, rounding = self._at_end(trigger)
+        return fall * left <= min(NEAR_LIMIT, 2 * rounding)
 
     def within_time(self, trigger: Trigger, left: float) -> float:
         """Return the error of an angle (rad) by which an event that ends the arc is later (s)."""
-        _, fall, rounding = self._at_end(trigger)
-        missed = fall * left
+        missed = self._at_end(trigger).fall * left
         if not missed <= NEAR_LIMIT:
             return math.inf
-        if missed <= 2 * rounding:
+        if self.is_at(trigger, left):
             return 0.0
         return missed / max(self._step.steepness(1.0, trigger), FLAT)

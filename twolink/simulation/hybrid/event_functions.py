@@ -15,6 +15,9 @@ from twolink.simulation.hybrid.tolerances import LOCKING
 # Events whose function is an integration variable, or a constant minus one.
 OF_GAP = (EventKind.HITS, EventKind.CLEARS)
 
+OF_FORCE = (EventKind.LEAVES, EventKind.BREAKS)
+"""Events whose functions are those of forces."""
+
 
 class Surfaces(NamedTuple):
     """Integration variables of the elements, by number: gaps (m), √depth (m^½)."""
@@ -38,23 +41,25 @@ def value(
     mode: Mode,
     pose: Pose,
     u: Pair,
-    solution: Solution,
+    solution: Solution | None,
     surfaces: Surfaces,
 ) -> Scalar:
     """Return the event function of a trigger, for numbers of any kind.
 
     It is a place (rad, m, m^½), a speed (rad/s, m/s), a force (N, N m), or a normal
-    acceleration per unit of normal force (1/kg).
+    acceleration per unit of normal force (1/kg). The solution is used for forces alone.
     """
     kind, index, sense = trigger.kind, trigger.index, trigger.sense
-    element, forces = system.elements[index], solution.forces[index]
+    element = system.elements[index]
     if kind in (EventKind.HITS, EventKind.CLEARS, EventKind.REACHES):
         return _place(trigger, system, mode, surfaces)
     if kind is EventKind.JAMS:
         return response_to_push(system, mode, pose, index)
-    if kind is EventKind.LEAVES:
-        return surfaces.roots.get(index, forces.normal)
-    if kind is EventKind.BREAKS:
+    if kind in OF_FORCE:
+        assert solution is not None
+        forces = solution.forces[index]
+        if kind is EventKind.LEAVES:
+            return surfaces.roots.get(index, forces.normal)
         # At the static limit against a direction the element begins to slide in that direction.
         return element.limits(forces.normal)[1] + sense * forces.tangential
     along = element.tangent if kind is EventKind.STOPS else element.normal

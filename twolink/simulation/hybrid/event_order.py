@@ -44,13 +44,19 @@ class _Next(NamedTuple):
 
 
 def doubts_on_order(
-    system: HybridSystem, arc: Arc, switch: Switch | None, touched: Sequence[Doubt] = ()
+    system: HybridSystem,
+    arc: Arc,
+    switch: Switch | None,
+    touched: Sequence[Doubt] = (),
+    *,
+    judges: bool = True,
 ) -> tuple[Doubt, ...]:
     """Return the doubts on events at the end of an arc, where the motion depends on their order.
 
     The arc ends by its event or, without one, by the `switch`, which otherwise may follow. Doubts
     that last until there have `touched` zero: they are on the order as well, but those on whether
-    the event that ends the arc comes at all.
+    the event that ends the arc comes at all. A run that `judges` no other has doubts only on events
+    that coincide.
     """
     cause = LOADS if arc.event is None else arc.event
     if cause is not None and cause.kind not in _KINDS:
@@ -62,7 +68,9 @@ def doubts_on_order(
     # A function that stays zero within its error just until it falls has not passed zero.
     end = math.nextafter(float(arc.end.t), _INFINITE)
     own = tuple(doubt for doubt in touched if doubt.trigger == cause and doubt.until > end)
-    return own + _on_order(system, arc, switch, touched)
+    coming = _following if judges else _coinciding
+    following = sorted(coming(system, arc, switch, touched), key=lambda each: each.within)
+    return own + _on_order(system, arc, switch, following)
 
 
 def _lasts(arc: Arc) -> bool:
@@ -71,15 +79,14 @@ def _lasts(arc: Arc) -> bool:
 
 
 def _on_order(
-    system: HybridSystem, arc: Arc, switch: Switch | None, touched: Sequence[Doubt]
+    system: HybridSystem, arc: Arc, switch: Switch | None, following: Sequence[_Next]
 ) -> tuple[Doubt, ...]:
-    """Return doubts on the order of more and more events at the end of an arc.
+    """Return doubts on the order of more and more events at the end of an arc, the next ones first.
 
     Events that coincide are taken in every order at once, and the others where an error of the run
     turns out to reach them.
     """
     cause, now = arc.event, float(arc.end.t)
-    following = sorted(_following(system, arc, switch, touched), key=lambda each: each.within)
     found: list[Doubt] = []
     for count in range(1, min(len(following), MOST_TOGETHER - 1) + 1):
         last = following[count - 1]
@@ -121,20 +128,37 @@ def _following(
     """Yield the events that come next after that at the end of an arc."""
     near = {doubt.trigger: doubt.within for doubt in touched}
     ends = Ends(system, arc)
-    own = 0.0 if arc.event is None else ends.uncertainty(arc.event)
-    together = _stopping_together(system, arc.mode, arc.event)
-    for trigger in ends.triggers:
-        if trigger in (arc.event, *together) or trigger.kind not in _KINDS:
-            continue
-        within = ends.within(trigger, own)
-        if trigger in near:
-            within = min(within, near[trigger])
+    for trigger in _others(system, arc, ends):
+        within = min(ends.within(trigger, arc.event), near.get(trigger, _INFINITE))
         if within <= CLOSING:
             yield _Next(trigger, within)
     if arc.event is not None and switch is not None:
         within = ends.within_time(arc.event, float(switch.time - arc.end.t))
         if within <= CLOSING:
             yield _Next(LOADS, within)
+
+
+def _coinciding(
+    system: HybridSystem, arc: Arc, switch: Switch | None, touched: Sequence[Doubt]
+) -> Iterator[_Next]:
+    """Yield the events that coincide with that at the end of an arc, within round-off."""
+    near = {doubt.trigger for doubt in touched if not doubt.within}
+    ends = Ends(system, arc)
+    for trigger in _others(system, arc, ends):
+        if trigger in near or ends.arrives(trigger):
+            yield _Next(trigger, 0.0)
+    if arc.event is None or switch is None:
+        return
+    if ends.is_at(arc.event, float(switch.time - arc.end.t)):
+        yield _Next(LOADS, 0.0)
+
+
+def _others(system: HybridSystem, arc: Arc, ends: Ends) -> Iterator[Trigger]:
+    """Yield the events that may change the forces beside that at the end of an arc."""
+    together = _stopping_together(system, arc.mode, arc.event)
+    for trigger in ends.triggers:
+        if trigger.kind in _KINDS and trigger not in (arc.event, *together):
+            yield trigger
 
 
 def _stopping_together(system: HybridSystem, mode: Mode, event: Trigger | None) -> list[Trigger]:

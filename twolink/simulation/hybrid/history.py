@@ -48,7 +48,7 @@ class History:
         end: float,
         effort: Effort,
         limits: Limits,
-        as_given: bool = False,
+        judges: bool = False,
     ) -> None:
         """Initialize at the start of a scene, to be integrated to an end (s)."""
         number = PRECISIONS[precision].number
@@ -61,6 +61,7 @@ class History:
             safe_order(elements, order), number, PRECISIONS[precision].rounding, cap,
         )  # fmt: skip
         self.system.check()
+        self._judges = judges
         self._breaks = [number(t) for t in discontinuities(scene.effects) if 0 < t < end]
         self._coming: Switch | None = None
         self.arcs: list[Arc] = []
@@ -75,7 +76,7 @@ class History:
         self._work = Work(effort, limits, precision, cap, scene.duration)
         self.compile_seconds = 0.0
         self.exhausted = False
-        self.state: HybridState = start_state(self.system, scene, as_given=as_given)
+        self.state: HybridState = start_state(self.system, scene, as_given=judges)
         self.start = self.state.q, self.state.u
         self.doubts: list[Doubt] = doubts_of_start(self.system, scene, self.state)
         self.undecided: list[Doubt] = []
@@ -142,7 +143,7 @@ class History:
         """Return what is left open by events at the end of an arc, until which doubts last."""
         if arc.event is None and not self._at_break():
             return undecided
-        return doubts_on_order(self.system, arc, self._switch(), undecided)
+        return doubts_on_order(self.system, arc, self._switch(), undecided, judges=self._judges)
 
     def _switch(self) -> Switch | None:
         """Return the next discontinuity of the effects, if there is one."""

@@ -247,7 +247,7 @@ class _Runs:
             partial=True, effort=effort, progress=advance,
             limits=replace(self.limits, memory=self.limits.memory / _RUNS_AT_ONCE),
             # The difference of the runs has the change of a start that is moved onto a contact.
-            as_given=by != self.own,
+            judges=by != self.own,
         )  # fmt: skip
 
 

@@ -156,20 +156,21 @@ def hybrid_run(
     partial: bool = False,
     effort: Effort = DEFAULT_EFFORT,
     limits: Limits = UNLIMITED,
-    as_given: bool = False,
+    judges: bool = False,
 ) -> HybridRun:
     """Return the hybrid motion of a scene at increasing times (s), the first of them 0.
 
     `progress` receives the completed share. Raises `IntegrationError` if the motion cannot be
     integrated to the last time, unless a `partial` run is accepted, or if that takes more than an
     `effort`, and `TooMuchError` where its steps would take more memory than the `limits` allow.
-    `as_given` is that of `start_state`.
+    A run that `judges` another one starts from the pose as it is given, and has doubts that the
+    error of that run decides.
     """
     # Modes are formulated in speeds, not in momenta.
     own = EQUATIONS[formulation].in_speeds
     cap = longest_step or default_longest_step(scene)
     begun, end = perf_counter(), min(float(times[-1]), effort.until)
-    history = History(scene, own, precision, order, cap, end, effort, limits, as_given)
+    history = History(scene, own, precision, order, cap, end, effort, limits, judges)
     failure = ""
     try:
         history.follow(progress or (lambda share: None))
