@@ -156,10 +156,11 @@ class ElastoPlastic:
         if dent.is_kept:
             return Branch(Hertz(dent.stiffness), dent.residual, sqrt(dent.deepest - dent.residual))
         if dent.phase is Phase.FLOWS:
-            return Branch(Flow(material), reach=math.sqrt(material.last_depth), turning=1)
+            last = math.sqrt(material.last_depth)
+            return Branch(Flow(material), reach=last, jumps=True, turning=1)
         hertz = Hertz(material.stiffness)
         if dent.phase is Phase.YIELDS:
-            return Branch(hertz, reach=math.sqrt(material.flow_depth), turning=1)
+            return Branch(hertz, reach=math.sqrt(material.flow_depth), jumps=True, turning=1)
         return Branch(hertz, reach=math.sqrt(material.yield_depth))
 
     def pressed(self, dent: PlasticState) -> PlasticState:

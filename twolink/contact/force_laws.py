@@ -151,12 +151,14 @@ class Branch:
 
     The `law` takes the depth below `residual` (m). The branch ends when the root of that depth
     rises to `reach` (m^½), unless that is None, or when the depth rate falls to `rate` (m/s) for
-    `turning` = 1, or rises to it for `turning` = −1.
+    `turning` = 1, or rises to it for `turning` = −1. At its reach the force is continuous, unless
+    it `jumps` or the law ends there.
     """
 
     law: ContactLaw
     residual: Scalar = 0.0
     reach: Scalar | None = None
+    jumps: bool = False
     turning: int = 0
     rate: float = 0.0
 

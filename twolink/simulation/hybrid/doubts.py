@@ -123,21 +123,33 @@ class StepOfArc(NamedTuple):
         return terms
 
 
-def near_to_zero(system: HybridSystem, trigger: Trigger) -> float:
+def near_to_zero(system: HybridSystem, mode: Mode, trigger: Trigger) -> float:
     """Return how near to zero an event function leaves a doubt, in its unit.
 
-    A gap does within the error of a run. So do friction limits and slides, if the static limit is
-    above the kinetic one, the edge of a dent, and the end of a branch of a force law: there the
-    motion changes by more than the event function. How large the error is then decides on the
-    doubt.
+    A gap does within the error of a run, and so do other functions at whose zero the motion changes
+    by more than the function. How large the error is then decides on the doubt.
     """
     if trigger.kind is EventKind.HITS:
         return system.grazing
-    if trigger.kind in _EDGES:
-        return NEAR_EDGE if trigger.kind is EventKind.CLEARS else NEAR_END
-    if trigger.kind in _BREAKAWAY and system.elements[trigger.index].hysteretic:
+    if not _may_jump(system, mode, trigger):
+        return 0.0
+    if trigger.kind in _BREAKAWAY:
         return NEAR_LIMIT
-    return 0.0
+    return NEAR_EDGE if trigger.kind is EventKind.CLEARS else NEAR_END
+
+
+def _may_jump(system: HybridSystem, mode: Mode, trigger: Trigger) -> bool:
+    """Return whether forces change by more than an event function where that is zero.
+
+    Friction does if its static limit is above the kinetic one. A point beyond the edge of its dent
+    meets an undamaged surface, and at the end of a branch of a force law the force may jump.
+    """
+    element = system.elements[trigger.index]
+    if trigger.kind in _BREAKAWAY:
+        return element.hysteretic
+    if trigger.kind is EventKind.REACHES:
+        return element.branch(mode.dent(trigger.index)).jumps
+    return trigger.kind is EventKind.CLEARS
 
 
 def doubt_of(
@@ -153,7 +165,7 @@ def doubt_of(
     `bound` is that on the error of the event function, or its depth, and `rounding` its round-off.
     The doubt begins where the event function comes within the bound.
     """
-    element, x = step.system.elements[trigger.index], float(search.touch or 0.0)
+    x = float(search.touch or 0.0)
     speed = change = math.inf
     within = 0.0
     slope, bend = (abs(derivative) for derivative in _derivatives(polynomial, x))
@@ -166,8 +178,7 @@ def doubt_of(
         speed = math.sqrt(2 * bend * bound) / pace if pace > 0 else math.inf
         change = step.change(before, trigger.index, speed)
     elif not search.unsure:
-        breaks_away = element.hysteretic and trigger.kind in _BREAKAWAY
-        if not (breaks_away or trigger.kind in _EDGES):
+        if not _may_jump(step.system, step.mode, trigger):
             return None
         # Above round-off, the error of a run decides only if it is as large.
         missed = abs(float(horner(polynomial, x)))
