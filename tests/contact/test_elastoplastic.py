@@ -60,6 +60,20 @@ def test_the_published_fits_join_as_well_as_the_docstring_says(poisson, jump):
     assert material.flow_force(material.flow_depth) / hertz - 1 == pytest.approx(jump, abs=5e-4)
 
 
+@pytest.mark.parametrize(
+    ("dent", "ends"),
+    [
+        (PlasticState(Phase.WHOLE), False),
+        (PlasticState(Phase.YIELDS), False),
+        (PlasticState(Phase.DENTED, deepest=1.5 * STEEL.yield_depth), False),
+        (PlasticState(Phase.DENTED, deepest=3.0 * STEEL.yield_depth), True),
+        (PlasticState(Phase.FLOWS), True),
+    ],
+)
+def test_the_force_jumps_where_the_fits_join_and_where_they_end(dent, ends):
+    assert LAW.jump(dent) == (STEEL.last_depth if ends else STEEL.flow_depth)
+
+
 @pytest.mark.parametrize("x", DEPTHS)
 def test_restitution_begins_where_compression_ends(x):
     deepest = x * STEEL.yield_depth

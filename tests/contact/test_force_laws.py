@@ -129,3 +129,4 @@ def test_hunt_and_crossleys_law_never_pulls():
     assert memory.branch(slack).law.stored(0.04, 0.2) == 0
     assert (memory.branch(slack).turning, memory.branch(slack).rate) == (-1, -2.0)
     assert memory.turned(slack, 0.04) == memory.reached(pushes) == pushes
+    assert memory.jump(pushes) == math.inf

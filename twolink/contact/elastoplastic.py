@@ -156,12 +156,17 @@ class ElastoPlastic:
         if dent.is_kept:
             return Branch(Hertz(dent.stiffness), dent.residual, sqrt(dent.deepest - dent.residual))
         if dent.phase is Phase.FLOWS:
-            last = math.sqrt(material.last_depth)
-            return Branch(Flow(material), reach=last, jumps=True, turning=1)
+            return Branch(Flow(material), reach=math.sqrt(material.last_depth), turning=1)
         hertz = Hertz(material.stiffness)
         if dent.phase is Phase.YIELDS:
-            return Branch(hertz, reach=math.sqrt(material.flow_depth), jumps=True, turning=1)
+            return Branch(hertz, reach=math.sqrt(material.flow_depth), turning=1)
         return Branch(hertz, reach=math.sqrt(material.yield_depth))
+
+    def jump(self, dent: PlasticState) -> Scalar:
+        """Return the depth (m) of the jump between both published fits, or that of their end."""
+        beyond = dent.is_kept and bool(dent.deepest >= self.material.flow_depth)
+        beyond = beyond or dent.phase is Phase.FLOWS
+        return self.material.last_depth if beyond else self.material.flow_depth
 
     def pressed(self, dent: PlasticState) -> PlasticState:
         """Return the same dent."""

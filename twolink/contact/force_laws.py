@@ -6,6 +6,7 @@ A law takes a depth and its square root. The root is a variable of the integrati
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
@@ -151,14 +152,12 @@ class Branch:
 
     The `law` takes the depth below `residual` (m). The branch ends when the root of that depth
     rises to `reach` (m^½), unless that is None, or when the depth rate falls to `rate` (m/s) for
-    `turning` = 1, or rises to it for `turning` = −1. At its reach the force is continuous, unless
-    it `jumps` or the law ends there.
+    `turning` = 1, or rises to it for `turning` = −1.
     """
 
     law: ContactLaw
     residual: Scalar = 0.0
     reach: Scalar | None = None
-    jumps: bool = False
     turning: int = 0
     rate: float = 0.0
 
@@ -174,6 +173,12 @@ class Hysteresis(Protocol):
 
     def reached(self, dent: PlasticState) -> PlasticState:
         """Return the dent after its branch has ended at its reach."""
+
+    def jump(self, dent: PlasticState) -> Scalar:
+        """Return the depth (m), at the reach of its branch or beyond, at which the force jumps.
+
+        It is infinite if the force is continuous; where the law ends counts as a jump.
+        """
 
     def turned(self, dent: PlasticState, depth: Scalar) -> PlasticState:
         """Return the dent after its branch has ended by the depth rate, at a depth (m)."""
@@ -218,6 +223,10 @@ class NoPull:
     def reached(self, dent: PlasticState) -> PlasticState:
         """Return the same state: no branch ends at a depth."""
         return dent
+
+    def jump(self, dent: PlasticState) -> Scalar:
+        """Return infinity: the force is continuous in the depth."""
+        return math.inf
 
     def turned(self, dent: PlasticState, depth: Scalar) -> PlasticState:
         """Return the state on the other branch."""

@@ -9,6 +9,7 @@ import pytest
 from tests.simulation.hybrid import BALANCED, BARS, mode_of, state_of, system_of
 from tests.simulation.hybrid.test_certificate import HITS, SYSTEM, block_of, certificate_of, first
 from twolink.chain import Chain
+from twolink.contact.force_laws import Phase, PlasticState
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
 from twolink.effects.compliant_surface import CompliantSurface
@@ -23,7 +24,7 @@ from twolink.simulation import simulate
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate
 from twolink.simulation.hybrid.compiled import CompiledMode, Watched
-from twolink.simulation.hybrid.doubts import remarks_of, undecided_at
+from twolink.simulation.hybrid.doubts import may_jump, remarks_of, undecided_at
 from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.pool import IntegratorPool
@@ -263,6 +264,27 @@ def test_the_end_of_a_branch_that_is_almost_reached_is_decided_in_longer_numbers
     scene = cushioned(0.958825191525093, -5.671739578247071e-15, 1.51, 0.05, 0.0, 1e9, 0.03)
     motion = simulate(replace(scene, q=(0.903, 0.8)), accuracy=1e-8)
     assert (motion.met, motion.precision) == (True, "quadruple")
+
+
+@pytest.mark.parametrize(
+    ("phase", "deepest", "jumps"),
+    [
+        (Phase.WHOLE, 0.0, False),
+        (Phase.YIELDS, 0.0, True),
+        (Phase.FLOWS, 0.0, True),
+        (Phase.DENTED, 0.9, False),
+        (Phase.DENTED, 1 - 1e-12, True),
+        (Phase.DENTED, 1.0, False),
+        (Phase.DENTED, 2.0, False),
+    ],
+)
+def test_dents_that_end_just_above_a_jump_of_the_force_leave_doubts(phase, deepest, jumps):
+    """`deepest` is in the depth of that jump, where compression no longer follows Hertz's law."""
+    system = system_of(*cushioned(0.0, 0.0, 1.51, 0.05, 0.3, 2e7, 1.0).effects)
+    flows = system.elements[0].hysteresis.material.flow_depth
+    dent = PlasticState(phase, 1e9, 0.1 * flows * deepest, flows * deepest)
+    mode = mode_of(system, S.CLOSED, dents=[dent])
+    assert may_jump(system, mode, Trigger(E.REACHES, 0, 0)) == jumps
 
 
 def test_the_largest_depth_of_a_dent_leaves_no_doubt():

@@ -86,7 +86,7 @@ class Certificate:
         # How near to zero event functions leave a doubt.
         near = system.near_to_zero.get(compiled)
         if near is None:
-            near = tuple(near_to_zero(system, mode, trigger) for trigger in self._triggers)
+            near = tuple(near_to_zero(system, trigger) for trigger in self._triggers)
             system.near_to_zero[compiled] = near
         self._near = near
         self._start = StartOfArc(system, compiled, mode, orders, state)

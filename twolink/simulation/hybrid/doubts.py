@@ -123,32 +123,38 @@ class StepOfArc(NamedTuple):
         return terms
 
 
-def near_to_zero(system: HybridSystem, mode: Mode, trigger: Trigger) -> float:
-    """Return how near to zero an event function leaves a doubt, in its unit.
+def near_to_zero(system: HybridSystem, trigger: Trigger) -> float:
+    """Return how near to zero an event function may leave a doubt, in its unit.
 
     A gap does within the error of a run, and so do other functions at whose zero the motion changes
     by more than the function. How large the error is then decides on the doubt.
     """
     if trigger.kind is EventKind.HITS:
         return system.grazing
-    if not _may_jump(system, mode, trigger):
-        return 0.0
-    if trigger.kind in _BREAKAWAY:
+    if trigger.kind in _EDGES:
+        return NEAR_EDGE if trigger.kind is EventKind.CLEARS else NEAR_END
+    if trigger.kind in _BREAKAWAY and system.elements[trigger.index].hysteretic:
         return NEAR_LIMIT
-    return NEAR_EDGE if trigger.kind is EventKind.CLEARS else NEAR_END
+    return 0.0
 
 
-def _may_jump(system: HybridSystem, mode: Mode, trigger: Trigger) -> bool:
+def may_jump(system: HybridSystem, mode: Mode, trigger: Trigger) -> bool:
     """Return whether forces change by more than an event function where that is zero.
 
     Friction does if its static limit is above the kinetic one. A point beyond the edge of its dent
-    meets an undamaged surface, and at the end of a branch of a force law the force may jump.
+    meets an undamaged surface, and at the end of a branch of a force law, or as near beyond it as
+    the function, the force may jump.
     """
     element = system.elements[trigger.index]
     if trigger.kind in _BREAKAWAY:
         return element.hysteretic
     if trigger.kind is EventKind.REACHES:
-        return element.branch(mode.dent(trigger.index)).jumps
+        hysteresis, dent = element.hysteresis, mode.dent(trigger.index)
+        assert hysteresis is not None
+        assert dent is not None
+        branch = hysteresis.branch(dent)
+        beyond = float(hysteresis.jump(dent)) - float(branch.residual)
+        return math.sqrt(beyond) - float(branch.reach or 0.0) <= NEAR_END
     return trigger.kind is EventKind.CLEARS
 
 
@@ -178,7 +184,7 @@ def doubt_of(
         speed = math.sqrt(2 * bend * bound) / pace if pace > 0 else math.inf
         change = step.change(before, trigger.index, speed)
     elif not search.unsure:
-        if not _may_jump(step.system, step.mode, trigger):
+        if not may_jump(step.system, step.mode, trigger):
             return None
         # Above round-off, the error of a run decides only if it is as large.
         missed = abs(float(horner(polynomial, x)))
