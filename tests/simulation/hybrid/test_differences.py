@@ -10,12 +10,15 @@ from twolink.chain import Chain
 from twolink.contact.impact_laws import Regime
 from twolink.contact.states import EventKind
 from twolink.effects.gravity import Gravity
+from twolink.effects.motor_inertia import MotorInertia
 from twolink.effects.surface import Surface
 from twolink.scene import Scene
+from twolink.simulation import simulate
 from twolink.simulation.hybrid.differences import (
     _grown,
     _inside,
     _largest_since,
+    _same,
     _with_doubts,
     _within,
     differences,
@@ -41,6 +44,54 @@ def test_a_wrong_step_is_seen_from_its_time_on(run, judge, variable, by):
     assert errors[TIMES < 1].max() < 1e-12
     assert errors[-1] == pytest.approx(abs(by), rel=1e-4)
     assert errors[TIMES > 1.6].min() == pytest.approx(errors[-1], rel=1e-9)
+
+
+def test_impacts_of_a_burst_are_counted_where_runs_are_further_apart_than_they():
+    """Bounces accumulate at 1 s; those of the other run come 1e-9 s later, and two more of them."""
+    ours = 1.0 - 0.1 ** np.arange(12.0)
+    theirs = 1.0 - 0.1 ** np.arange(14.0) + 1e-9
+    assert np.array_equal(_same(ours, theirs, 1e-6), [ours, theirs[:12]])
+    assert np.array_equal(_same(theirs, ours, 1e-6), [theirs[:12], ours])
+
+
+def test_impacts_that_one_run_lacks_do_not_shift_the_others():
+    """Nor do they where all impacts are close by a coarse accuracy."""
+    ours = np.arange(1.0, 20.0)
+    theirs = np.delete(ours, 4) + 1e-3
+    for most in (1.0, 100.0):
+        assert np.array_equal(_same(ours, theirs, most), [np.delete(ours, 4), theirs])
+        assert np.array_equal(_same(theirs, ours, most), [theirs, np.delete(ours, 4)])
+    assert _same(ours, theirs, 1e-4).shape == (2, 0)
+
+
+def test_bursts_of_two_contacts_leave_no_error_of_their_own():
+    """C2 on one wall and B on another answer each other 63 times within 1e-9 s.
+
+    Which impact of the other run is the same one was decided by its time: the error was 3e-3.
+    """
+    walls = (
+        Surface(
+            (0.3028674294584388, -0.46481069211516574),
+            (-0.705992074427116, -0.7082197334486646),
+            on=("C2",), restitution=0.95, name="s0",
+        ),
+        Surface(
+            (0.26749882860204544, -0.9635581854267488),
+            (0.9206901660111403, 0.3902942713010004),
+            on=("C1", "B", "C2"), restitution=0.049, friction=1.4, static=1.5143913870560775,
+            name="s1",
+        ),
+    )  # fmt: skip
+    rotors = MotorInertia((4.983980064079744e-06, 0.0010197710718002082), (53.0, 31.0))
+    chain, u = Chain.uniform_bars(), (0.2417630964047013, -0.0909171505243495)
+    scene = Scene(chain, (-1.3, 1.5), u, 0.2, (Gravity(), rotors, *walls))
+    motion = simulate(scene, accuracy=1e-9)
+    assert len(motion.impacts) > 60
+    assert motion.impacts[-1].time < 1e-9
+    assert motion.met
+    exact = hybrid_run(scene, motion.t, formulation="kane", precision="quadruple")
+    off = np.abs(np.concatenate([motion.q - exact.q, motion.u - exact.u])[:, 1:]).max()
+    assert float(off) <= motion.error
 
 
 def test_the_error_never_falls(run, judge):

@@ -25,6 +25,10 @@ MARGIN_OF_EQUALS = 3.0
 # Impacts of two runs that differ by less than this many times the accuracy (s) are identified.
 _SAME_IMPACT = 1e3
 
+# Impacts of two runs that follow each other within as many times the largest offset of an impact
+# are one burst.
+_OF_OFFSETS = 4.0
+
 # Units in the last place around the two instants of an impact.
 _SLACK = 4
 
@@ -86,11 +90,12 @@ def _compared(first: HybridRun, second: HybridRun, moments: Array) -> tuple[Any,
     """Return q and u of two runs at some times (s), each of shape (4, n).
 
     Two runs in quadruple precision differ by less than the roundings of long doubles, which take a
-    tenth of the time. Their own numbers are needed only for a doubt that is as fine.
+    tenth of the time. Their own numbers are needed only for a doubt that is as fine, and for the
+    growth of the change by a doubt.
     """
     both = {first.precision, second.precision} == {"quadruple"}
     finest = tolerances.CONTACT_GAP * PRECISIONS["long double"].rounding
-    if both and any(0 < doubt.within < finest and doubt.matters() for doubt in second.doubts):
+    if both and any(doubt.within < finest and doubt.matters() for doubt in second.doubts):
         return _together(first.polynomials.at, second.polynomials.at, moments)
     return _together(first.polynomials.rounded_at, second.polynomials.rounded_at, moments)
 
@@ -253,13 +258,32 @@ def _impacts_apart(first: HybridRun, second: HybridRun, accuracy: float) -> tupl
     found = [np.zeros((2, 0))]
     own, other = _times_of_impacts(first), _times_of_impacts(second)
     for number in own.keys() & other.keys():
-        ours, theirs = np.array(own[number]), np.array(other[number])
-        both = np.array([ours, theirs[_nearest(ours, theirs)]])
-        found.append(both[:, np.abs(both[0] - both[1]) <= _SAME_IMPACT * accuracy])
+        found.append(_same(np.array(own[number]), np.array(other[number]), _SAME_IMPACT * accuracy))
     instants = np.concatenate(found, axis=1)
     earlier, later = instants.min(axis=0), instants.max(axis=0)
     slack = _SLACK * np.spacing(np.maximum(later, 1e-300))
     return earlier - slack, later + slack
+
+
+def _same(ours: Array, theirs: Array, most: float) -> Array:
+    """Return the times (s) of impacts that two runs have, by their times, which rise: (2, n).
+
+    They differ by `most`. Of impacts that follow each other as fast as the runs are apart, as where
+    bounces accumulate, the nearest is another one: those are counted from the first of them.
+    """
+    nearest = _nearest(ours, theirs)
+    offsets = np.abs(ours - theirs[nearest])
+    mutual = (_nearest(theirs, ours)[nearest] == np.arange(len(ours))) & (offsets <= most)
+    apart = _OF_OFFSETS * float(offsets[mutual].max(initial=0.0))
+    every = np.sort(np.concatenate([ours, theirs]))
+    # A burst begins after each gap that is longer.
+    begins = every[np.concatenate([[True], np.diff(every) > apart])]
+    first, after = (np.searchsorted(theirs, [*begins, math.inf])[k:][: len(begins)] for k in (0, 1))
+    burst = np.searchsorted(begins, ours, side="right") - 1
+    counted = first[burst] + np.arange(len(ours)) - np.searchsorted(ours, begins)[burst]
+    both = counted < after[burst]
+    found = np.array([ours[both], theirs[counted[both]]])
+    return found[:, np.abs(found[0] - found[1]) <= most]
 
 
 def _times_of_impacts(run: HybridRun) -> dict[int, list[float]]:
