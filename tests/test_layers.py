@@ -139,7 +139,7 @@ ROWS = {
         "painleve",
         "flow reactions select",
         "dense effort ends_of_events jump replayed_order start",
-        "event_order",
+        "doubts_of_start event_order",
         "history",
         "run",
         "differences",

@@ -21,7 +21,6 @@ from twolink.kinematics import position
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.jump import settle
-from twolink.simulation.hybrid.start import doubts_of_start
 
 Q = (0.3, 1.2)
 HEIGHT = math.sin(0.3) + math.sin(1.2)
@@ -328,31 +327,6 @@ def test_a_stop_that_is_open_by_more_than_a_rounding_is_struck(gap):
     assert found.impacts[0].speeds[0] == pytest.approx(-math.sqrt(2e8 * (stop.upper - 0.5)))
 
 
-@pytest.mark.parametrize("roundings", [1, 7, 40, 63])
-@pytest.mark.parametrize("torque", [1.0, 0.05, -1.0])
-def test_a_slow_slide_that_goes_on_is_one_or_its_error_is_unknown(torque, roundings):
-    """Kinetic friction 0.1 stops it, or not; static friction 10 would hold link 2 to link 1."""
-    u = 1.0, 1.0 + roundings * 2.0**-52
-    effects = JointFriction((0.0, 0.1), (0.0, 10.0)), JointTorque((0.0, torque))
-    scene = Scene(BALANCED, (0.0, 0.0), u, 0.1, effects, 1e-9)
-    system = system_of(*effects, chain=BALANCED)
-    state = state_of(system, scene.q, scene.u)
-    doubts = doubts_of_start(system, scene, state)
-    assert state.sliding == ((0,) if roundings < 10 else (1,))
-    if torque == 1.0 and roundings < 10:
-        (doubt,) = doubts
-        assert doubt.change == math.inf
-        found = simulate(scene)
-        assert found.error == math.inf
-        (note,) = found.notes
-        assert "round-off decides at 0 s whether a slide comes to rest (B)" in note
-    else:
-        assert doubts == []
-    if torque == 1.0 and roundings > 10:
-        # 0.9 N m on 1/2 kg m².
-        assert simulate(scene).u[1, -1] == pytest.approx(1 + 0.18)
-
-
 @pytest.mark.parametrize("gap", [0.0, 4e-16, -4e-16, -1.3e-14])
 def test_a_gap_of_the_rounding_of_a_place_is_closed_in_every_pose(gap):
     state = start(above(gap), q=NEARLY_STRAIGHT)
@@ -451,15 +425,3 @@ def test_a_graze_that_the_change_of_a_start_decides_is_in_the_error(share):
     wall = Surface((one + share * (two - one), 0.0), normal, restitution=0.5, name="wall")
     scene = replace(free, effects=(Gravity(), above(-1.3e-14), wall), accuracy=1e-8)
     assert_bounded(scene, (Gravity(), wall), accuracy=1e-13, beside=(at,))
-
-
-def test_the_change_of_a_start_is_zero_within_the_rounding_of_a_scene():
-    scene = Scene(BARS, (0.3, 1.2), (0.5, 0.0), 1.0)
-    system = system_of()
-    state = state_of(system, scene.q, scene.u)
-    assert doubts_of_start(system, scene, state) == []
-    assert doubts_of_start(system, scene, state._replace(q=(0.3, 1.2 + 1e-16))) == []
-    (doubt,) = doubts_of_start(system, scene, state._replace(q=(0.3, 1.2 + 1e-12)))
-    assert doubt.change == pytest.approx(1e-12, rel=1e-3)
-    (doubt,) = doubts_of_start(system, scene, state._replace(u=(0.5, 1e-13)))
-    assert (doubt.time, doubt.change) == (0.0, 1e-13)

@@ -16,6 +16,7 @@ from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.compile import safe_order
 from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.doubts import undecided_at
+from twolink.simulation.hybrid.doubts_of_start import doubts_of_start
 from twolink.simulation.hybrid.effort import Effort, Work
 from twolink.simulation.hybrid.event_order import doubts_on_order
 from twolink.simulation.hybrid.flow import Arc, flow
@@ -23,7 +24,7 @@ from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.jump import Jump, jump, settle
 from twolink.simulation.hybrid.mode import Doubt, Remark
 from twolink.simulation.hybrid.replayed_order import Switch
-from twolink.simulation.hybrid.start import doubts_of_start, start_state
+from twolink.simulation.hybrid.start import start_state
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.zeno import Past

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from twolink.contact.elements import ContactElement
-from twolink.contact.states import EventKind, slipping
-from twolink.effects import contact_elements, pieces_at
 from twolink.errors import IntegrationError, SimulationError
-from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
-from twolink.simulation.hybrid.complementarity import States, noise_along, problem_at
 from twolink.simulation.hybrid.constraint import parallel
-from twolink.simulation.hybrid.dynamics import solve
 from twolink.simulation.hybrid.impact import (
     at_rest,
     is_left_over,
@@ -24,14 +18,11 @@ from twolink.simulation.hybrid.impact import (
     speed_along,
     stopped,
 )
-from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.reactions import press
-from twolink.simulation.hybrid.select import select
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import NO_LEVER
-from twolink.simulation.smooth.longest_step import default_longest_step
 
 # A start is given in float64.
 _ROUNDING = PRECISIONS["double"].rounding
@@ -46,7 +37,7 @@ def start_state(system: HybridSystem, scene: Scene, *, as_given: bool = False) -
     A start is given in float64, and lies on a contact within round-off of it. In every precision it
     is the state exactly on all contacts that are touched; depths and gaps are those of this state.
     With `as_given` the pose is that of the scene, and touched surfaces are moved instead, by
-    roundings of a place. `doubts_of_start` say how far the state is from the scene.
+    roundings of a place. `doubts_of_start` says how far the state is from the scene.
     Raises `SimulationError` if a point starts inside a rigid contact.
     """
     number = system.number
@@ -81,89 +72,10 @@ def start_state(system: HybridSystem, scene: Scene, *, as_given: bool = False) -
     return _at_rest_on_contacts(system, state, pose)
 
 
-def doubts_of_start(system: HybridSystem, scene: Scene, state: HybridState) -> list[Doubt]:
-    """Return the doubts on an initial state that is not that of its scene, within round-off.
-
-    One is the largest change of q (rad) and u (rad/s). Runs and their judges share that of u, and
-    their difference does not show it. Others are slides that count as rest within round-off.
-    """
-    at_rest = any(
-        tangent is not None and not direction
-        for tangent, direction in zip(system.tangents, state.sliding, strict=True)
-    )
-    unsure = _slides_at_rest(scene, state) if at_rest else []
-    change = 0.0
-    for given, own in ((scene.q, state.q), (scene.u, state.u)):
-        moved = float(largest((own[0] - given[0], own[1] - given[1])))
-        if moved > _ROUNDING * max(map(abs, given)):
-            change = max(change, moved)
-    if not change:
-        return unsure
-    # A contact that is closed; friction alone brings speeds to rest without one.
-    index = next((i for i, gap in enumerate(state.gaps) if gap == 0), 0)
-    return [Doubt(0.0, Trigger(EventKind.HITS, index), 0.0, change, 0.0), *unsure]
-
-
-def _slides_at_rest(scene: Scene, state: HybridState) -> list[Doubt]:
-    """Return the doubts on slides that count as rest, and would go on if they did not.
-
-    A slide that its friction stops is at rest after a rounding of the time. One that the loads
-    drive on may be held by static friction where it counts as rest: another motion.
-    """
-    chain, effects = scene.moving_chain, pieces_at(scene.effects, 0.0)
-    pose = Pose(chain, FORMULATIONS["lagrange"].equations, scene.q)
-    senses = [_sense(pose, element, scene.u) for element in contact_elements(effects, chain)]
-    slow = [i for i, sense in enumerate(senses) if sense and not state.sliding[i]]
-    if not slow:
-        return []
-    # Only here, as the longest step of a scene takes longer than two events.
-    system = _system_of(scene)
-    pose = system.pose(scene.q)
-    given = start_state(system, scene)
-    sliding = given.sliding
-    for index in slow:
-        sliding = put(sliding, index, senses[index])
-    at_rest = select(system, given, pose, {})
-    moving = given._replace(sliding=sliding)
-    found = select(system, moving, pose, {})
-    if at_rest is None:
-        return []
-    return [
-        Doubt(0.0, Trigger(EventKind.STOPS, index, senses[index]), math.inf, math.inf, 0.0)
-        for index in slow
-        if at_rest.states[index] is not slipping(senses[index])
-        and (found is None or _goes_on(system, moving, pose, found.states, index))
-    ]
-
-
-def _goes_on(
-    system: HybridSystem, state: HybridState, pose: Pose, states: States, index: int
-) -> bool:
-    """Return whether a slide is driven on in a mode, beyond the round-off of its acceleration."""
-    if not states[index].slips:
-        return False
-    tangent = system.elements[index].tangent
-    assert tangent is not None
-    problem = problem_at(system, state, pose, tuple((own,) for own in states))
-    du, row = solve(problem.equations, system.elements, states).du, pose.row(tangent)
-    gain = speed_along(row, du) + tangent.bias(system.chain, state.q, state.u)
-    return bool(states[index].direction * gain > noise_along(problem, row, du))
-
-
-def _sense(pose: Pose, element: ContactElement, u: Any) -> int:
+def sense_along(pose: Pose, element: ContactElement, u: Any) -> int:
     """Return the sign of the speed along an element's tangent, however slow, 0 without one."""
     speed = 0 if element.tangent is None else speed_along(pose.row(element.tangent), u)
     return 0 if speed == 0 else 1 if speed > 0 else -1
-
-
-def _system_of(scene: Scene) -> HybridSystem:
-    """Return the system at the start of a scene, in float64."""
-    chain, effects = scene.moving_chain, pieces_at(scene.effects, 0.0)
-    return HybridSystem(
-        chain, chain, FORMULATIONS["lagrange"].equations, effects,
-        contact_elements(effects, chain), "double", None, float, _ROUNDING,
-        default_longest_step(scene),
-    )  # fmt: skip
 
 
 def _touching(system: HybridSystem, pose: Pose) -> list[int]:
@@ -281,7 +193,7 @@ def _sliding(pose: Pose, element: ContactElement, u: Any) -> int:
         return 0
     first, second = (x * own for x, own in zip(pose.row(element.tangent), u, strict=True))
     known = tolerances.ROUNDED_PLACE * _ROUNDING * (abs(first) + abs(second))
-    return 0 if abs(first + second) <= known else _sense(pose, element, u)
+    return 0 if abs(first + second) <= known else sense_along(pose, element, u)
 
 
 def _pressed_in(system: HybridSystem, state: HybridState, index: int, depth: Any) -> HybridState:

@@ -1,0 +1,89 @@
+"""Doubts on initial states."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.simulation.hybrid import BALANCED, BARS, state_of, system_of
+from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_torque import JointTorque
+from twolink.scene import Scene
+from twolink.simulation import simulate
+from twolink.simulation.hybrid.doubts_of_start import doubts_of_start
+from twolink.simulation.hybrid.run import hybrid_run
+
+
+@pytest.mark.parametrize("roundings", [1, 7, 40, 63])
+@pytest.mark.parametrize("torque", [1.0, 0.05, -1.0])
+def test_a_slow_slide_that_goes_on_is_one_or_its_error_is_unknown(torque, roundings):
+    """Kinetic friction 0.1 stops it, or not; static friction 10 would hold link 2 to link 1."""
+    u = 1.0, 1.0 + roundings * 2.0**-52
+    effects = JointFriction((0.0, 0.1), (0.0, 10.0)), JointTorque((0.0, torque))
+    scene = Scene(BALANCED, (0.0, 0.0), u, 0.1, effects, 1e-9)
+    system = system_of(*effects, chain=BALANCED)
+    state = state_of(system, scene.q, scene.u)
+    doubts = doubts_of_start(system, scene, state)
+    assert state.sliding == ((0,) if roundings < 10 else (1,))
+    if torque == 1.0 and roundings < 10:
+        (doubt,) = doubts
+        assert doubt.change == math.inf
+        found = simulate(scene)
+        assert found.error == math.inf
+        (note,) = found.notes
+        assert "round-off decides at 0 s whether a slide comes to rest (B)" in note
+    else:
+        assert doubts == []
+    if torque == 1.0 and roundings > 10:
+        # 0.9 N m on 1/2 kg m².
+        assert simulate(scene).u[1, -1] == pytest.approx(1 + 0.18)
+
+
+def test_the_change_of_a_start_is_zero_within_the_rounding_of_a_scene():
+    scene = Scene(BARS, (0.3, 1.2), (0.5, 0.0), 1.0)
+    system = system_of()
+    state = state_of(system, scene.q, scene.u)
+    assert doubts_of_start(system, scene, state) == []
+    assert doubts_of_start(system, scene, state._replace(q=(0.3, 1.2 + 1e-16))) == []
+    (doubt,) = doubts_of_start(system, scene, state._replace(q=(0.3, 1.2 + 1e-12)))
+    assert doubt.change == pytest.approx(1e-12, rel=1e-3)
+    (doubt,) = doubts_of_start(system, scene, state._replace(u=(0.5, 1e-13)))
+    assert (doubt.time, doubt.change) == (0.0, 1e-13)
+
+
+@pytest.mark.parametrize(
+    ("poisson", "q", "u"),
+    [
+        (0.0, (0.9205344710695248, 0.2095396394398229), (0.0, 0.0)),
+        (0.0, (0.5987079411701514, 0.45599883660658447), (0.0, 0.0)),
+        (0.5, (0.7404732453136177, 0.3362858927619479), (-0.3, -0.3)),
+    ],
+)
+def test_a_press_to_a_depth_at_which_the_force_jumps_is_decided_in_longer_numbers(poisson, q, u):
+    """Starts within 4e-20 m of it: errors of 3e-13 rad/s were reported, and 0.15 to 0.5 true."""
+    floor = CompliantSurface(
+        (0.0, 1.0), (0.0, -1.0), "elasto-plastic", radius=0.05, modulus=(1e8, 2e11),
+        poisson=(poisson, poisson), strength=(1e7, 1e9), name="floor",
+    )  # fmt: skip
+    scene = Scene(BARS, q, u, 0.05, (Gravity(), floor), accuracy=1e-9)
+    motion = simulate(scene, samples=26)
+    assert (motion.met, motion.precision) == (True, "quadruple")
+    exact = hybrid_run(scene, motion.t, precision="quadruple", formulation="kane")
+    off = np.abs(np.concatenate([motion.q - exact.q, motion.u - exact.u])).max()
+    assert float(off) <= motion.error
+
+
+@pytest.mark.parametrize(("speed", "doubts"), [(-0.3, 1), (0.0, 1), (0.3, 0)])
+def test_a_point_that_moves_in_passes_a_jump_at_once(speed, doubts):
+    floor = CompliantSurface(
+        (0.0, 1.0), (0.0, -1.0), "elasto-plastic", radius=0.05, modulus=(1e8, 2e11),
+        poisson=(0.0, 0.0), strength=(1e7, 1e9),
+    )  # fmt: skip
+    scene = Scene(
+        BARS, (0.9205344710695248, 0.2095396394398229), (speed, speed), 0.05, (Gravity(), floor)
+    )
+    system = system_of(*scene.effects)
+    found = doubts_of_start(system, scene, state_of(system, scene.q, scene.u))
+    assert [doubt.change for doubt in found] == [math.inf] * doubts

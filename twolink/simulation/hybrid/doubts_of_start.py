@@ -1,0 +1,127 @@
+"""Doubts on the initial state of a run: it is that of its scene within round-off."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from twolink.contact.force_laws import Phase, PlasticState
+from twolink.contact.states import EventKind, slipping
+from twolink.effects import contact_elements, pieces_at
+from twolink.formulations import FORMULATIONS
+from twolink.integration.precisions import PRECISIONS
+from twolink.scene import Scene
+from twolink.simulation.hybrid.complementarity import States, noise_along, problem_at
+from twolink.simulation.hybrid.dynamics import solve
+from twolink.simulation.hybrid.impact import at_rest, largest, speed_along
+from twolink.simulation.hybrid.mode import Doubt, Trigger
+from twolink.simulation.hybrid.pose import Pose
+from twolink.simulation.hybrid.select import select
+from twolink.simulation.hybrid.start import sense_along, start_state
+from twolink.simulation.hybrid.state import HybridState, put
+from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.smooth.longest_step import default_longest_step
+
+# A start is given in float64.
+_ROUNDING = PRECISIONS["double"].rounding
+
+
+def doubts_of_start(system: HybridSystem, scene: Scene, state: HybridState) -> list[Doubt]:
+    """Return the doubts on an initial state that is not that of its scene, within round-off.
+
+    One is the largest change of q (rad) and u (rad/s). Runs and their judges share that of u, and
+    their difference does not show it. Others are slides that count as rest within round-off, and
+    presses to a depth at which a force jumps.
+    """
+    resting = any(
+        tangent is not None and not direction
+        for tangent, direction in zip(system.tangents, state.sliding, strict=True)
+    )
+    unsure = [*_presses_at_jumps(system, scene, state)]
+    unsure += _slides_at_rest(scene, state) if resting else []
+    change = 0.0
+    for given, own in ((scene.q, state.q), (scene.u, state.u)):
+        moved = float(largest((own[0] - given[0], own[1] - given[1])))
+        if moved > _ROUNDING * max(map(abs, given)):
+            change = max(change, moved)
+    if not change:
+        return unsure
+    # A contact that is closed; friction alone brings speeds to rest without one.
+    index = next((i for i, gap in enumerate(state.gaps) if gap == 0), 0)
+    return [Doubt(0.0, Trigger(EventKind.HITS, index), 0.0, change, 0.0), *unsure]
+
+
+def _presses_at_jumps(system: HybridSystem, scene: Scene, state: HybridState) -> Iterator[Doubt]:
+    """Yield doubts on starts in surfaces whose force jumps at their depth, within round-off.
+
+    A point that moves in passes the jump at once, and others turn on one side of it.
+    """
+    pose = system.pose(state.q)
+    for index, element in enumerate(system.elements):
+        law, normal, own = element.hysteresis, element.normal, state.compliant[index]
+        if law is None or normal is None or own is None or own.plastic is None:
+            continue
+        row = pose.row(normal)
+        if speed_along(row, state.u) < 0 and not at_rest(row, state.u, _ROUNDING):
+            continue
+        depth = element.bound - pose.value(normal, state.q)
+        jumps = {float(law.jump(PlasticState(phase))) for phase in Phase}
+        if any(abs(float(depth - jump)) <= system.place_of_rounding for jump in jumps):
+            trigger = Trigger(EventKind.REACHES, index)
+            yield Doubt(0.0, trigger, math.inf, math.inf, 0.0)
+
+
+def _slides_at_rest(scene: Scene, state: HybridState) -> list[Doubt]:
+    """Return the doubts on slides that count as rest, and would go on if they did not.
+
+    A slide that its friction stops is at rest after a rounding of the time. One that the loads
+    drive on may be held by static friction where it counts as rest: another motion.
+    """
+    chain, effects = scene.moving_chain, pieces_at(scene.effects, 0.0)
+    pose = Pose(chain, FORMULATIONS["lagrange"].equations, scene.q)
+    senses = [sense_along(pose, element, scene.u) for element in contact_elements(effects, chain)]
+    slow = [i for i, sense in enumerate(senses) if sense and not state.sliding[i]]
+    if not slow:
+        return []
+    # Only here, as the longest step of a scene takes longer than two events.
+    system = _system_of(scene)
+    pose = system.pose(scene.q)
+    given = start_state(system, scene)
+    sliding = given.sliding
+    for index in slow:
+        sliding = put(sliding, index, senses[index])
+    at_rest = select(system, given, pose, {})
+    moving = given._replace(sliding=sliding)
+    found = select(system, moving, pose, {})
+    if at_rest is None:
+        return []
+    return [
+        Doubt(0.0, Trigger(EventKind.STOPS, index, senses[index]), math.inf, math.inf, 0.0)
+        for index in slow
+        if at_rest.states[index] is not slipping(senses[index])
+        and (found is None or _goes_on(system, moving, pose, found.states, index))
+    ]
+
+
+def _goes_on(
+    system: HybridSystem, state: HybridState, pose: Pose, states: States, index: int
+) -> bool:
+    """Return whether a slide is driven on in a mode, beyond the round-off of its acceleration."""
+    if not states[index].slips:
+        return False
+    tangent = system.elements[index].tangent
+    assert tangent is not None
+    problem = problem_at(system, state, pose, tuple((own,) for own in states))
+    du, row = solve(problem.equations, system.elements, states).du, pose.row(tangent)
+    gain = speed_along(row, du) + tangent.bias(system.chain, state.q, state.u)
+    return bool(states[index].direction * gain > noise_along(problem, row, du))
+
+
+def _system_of(scene: Scene) -> HybridSystem:
+    """Return the system at the start of a scene, in float64."""
+    chain, effects = scene.moving_chain, pieces_at(scene.effects, 0.0)
+    return HybridSystem(
+        chain, chain, FORMULATIONS["lagrange"].equations, effects,
+        contact_elements(effects, chain), "double", None, float, _ROUNDING,
+        default_longest_step(scene),
+    )  # fmt: skip
