@@ -191,7 +191,7 @@ MOST_TOGETHER = 4
 # law. A point that comes as near leaves a doubt, which counts if the error of the run may bridge
 # the distance: beyond the edge the surface is undamaged, and at the end a force may jump. Read by
 # doubts.
-NEAR_EDGE, NEAR_END = 1e-6, 1e-9
+NEAR_EDGE, NEAR_END = 1e-6, 1e-6
 
 # Change of an angle (rad) or a speed (rad/s) for the derivatives of event functions, and part of
 # the longest step for those in time. Read by doubts and replayed_order.
