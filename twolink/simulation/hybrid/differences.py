@@ -266,10 +266,10 @@ def _impacts_apart(first: HybridRun, second: HybridRun, accuracy: float) -> tupl
 
 
 def _same(ours: Array, theirs: Array, most: float) -> Array:
-    """Return the times (s) of impacts that two runs have, by their times, which rise: (2, n).
+    """Return the times (s) of impacts that both runs have, at most `most` (s) apart, (2, n).
 
-    They differ by `most`. Of impacts that follow each other as fast as the runs are apart, as where
-    bounces accumulate, the nearest is another one: those are counted from the first of them.
+    The times of each run rise. Of impacts that follow each other as fast as the runs are apart, as
+    where bounces accumulate, the nearest is another one: they are counted from the first of them.
     """
     nearest = _nearest(ours, theirs)
     offsets = np.abs(ours - theirs[nearest])
@@ -278,10 +278,10 @@ def _same(ours: Array, theirs: Array, most: float) -> Array:
     every = np.sort(np.concatenate([ours, theirs]))
     # A burst begins after each gap that is longer.
     begins = every[np.concatenate([[True], np.diff(every) > apart])]
-    first, after = (np.searchsorted(theirs, [*begins, math.inf])[k:][: len(begins)] for k in (0, 1))
+    edges = np.searchsorted(theirs, [*begins, math.inf])
     burst = np.searchsorted(begins, ours, side="right") - 1
-    counted = first[burst] + np.arange(len(ours)) - np.searchsorted(ours, begins)[burst]
-    both = counted < after[burst]
+    counted = edges[burst] + np.arange(len(ours)) - np.searchsorted(ours, begins)[burst]
+    both = counted < edges[burst + 1]
     found = np.array([ours[both], theirs[counted[both]]])
     return found[:, np.abs(found[0] - found[1]) <= most]
 

@@ -37,7 +37,7 @@ def doubts_of_start(system: HybridSystem, scene: Scene, state: HybridState) -> l
         tangent is not None and not direction
         for tangent, direction in zip(system.tangents, state.sliding, strict=True)
     )
-    unsure = [*_presses_at_jumps(system, scene, state)]
+    unsure = [*_presses_at_jumps(system, state)]
     unsure += _slides_at_rest(scene, state) if resting else []
     change = 0.0
     for given, own in ((scene.q, state.q), (scene.u, state.u)):
@@ -51,7 +51,7 @@ def doubts_of_start(system: HybridSystem, scene: Scene, state: HybridState) -> l
     return [Doubt(0.0, Trigger(EventKind.HITS, index), 0.0, change, 0.0), *unsure]
 
 
-def _presses_at_jumps(system: HybridSystem, scene: Scene, state: HybridState) -> Iterator[Doubt]:
+def _presses_at_jumps(system: HybridSystem, state: HybridState) -> Iterator[Doubt]:
     """Yield doubts on starts in surfaces whose force jumps at their depth, within round-off.
 
     A point that moves in passes the jump at once, and others turn on one side of it.
