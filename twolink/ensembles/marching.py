@@ -96,7 +96,11 @@ def marched(step: Any, runs: Begun, look: Look | None = None) -> Array:
 
 
 def stepped(step: Any, now: Array, parameters: Array, duration: float, count: int) -> Array:
-    """Return the rows after a number of steps; the given ones may be overwritten."""
+    """Return the rows after a number of steps; the given ones may be overwritten.
+
+    Their number of lanes is a multiple of `TOGETHER`.
+    """
+    assert now.shape[1] % TOGETHER == 0
     other = np.empty_like(now)
     for _ in range(count):
         step(now, pars=parameters, time=duration - now[LEFT], outputs=other, batch_parallel=False)

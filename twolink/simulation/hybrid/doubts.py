@@ -142,8 +142,8 @@ def may_jump(system: HybridSystem, mode: Mode, trigger: Trigger) -> bool:
     """Return whether forces change by more than an event function where that is zero.
 
     Friction does if its static limit is above the kinetic one. A point beyond the edge of its dent
-    meets an undamaged surface, and at the end of a branch of a force law, or as near beyond it as
-    the function, the force may jump.
+    meets an undamaged surface. At the end of a branch of a force law, or within `NEAR_END` beyond
+    it, the force may jump.
     """
     element = system.elements[trigger.index]
     if trigger.kind in _BREAKAWAY:

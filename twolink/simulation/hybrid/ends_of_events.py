@@ -85,7 +85,7 @@ class Ends:
         return left / max(self._step.steepness(1.0, trigger) + moved, FLAT)
 
     def is_at(self, trigger: Trigger, left: float) -> bool:
-        """Return whether the event that ends the arc comes at a time after it (s)."""
+        """Return whether the event that ends the arc may come by a time later (s) by round-off."""
         _, fall, rounding = self._at_end(trigger)
         return fall * left <= min(NEAR_LIMIT, 2 * rounding)
 
