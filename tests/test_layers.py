@@ -132,7 +132,7 @@ ROWS = {
         "dynamics",
         "system",
         "compiled complementarity event_functions impact mode_at",
-        "breakaway_order compile confirm doubts impact_log resolution",
+        "breakaway_order compile confirm doubts impact_log resolution trials",
         "impact_order",
         "collision start_of_arc",
         "certificate singular_pose zeno",

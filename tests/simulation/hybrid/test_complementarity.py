@@ -1,5 +1,6 @@
 """The complementarity problem: which modes can be solved, its conditions, and their rounding."""
 
+import itertools
 import math
 
 import pytest
@@ -16,9 +17,10 @@ from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
     Condition,
     Law,
+    Noise,
+    conceivable,
     conditions,
     is_solvable,
-    noise_of,
     problem_at,
     value_of,
     vanishes,
@@ -36,6 +38,12 @@ def problem_of(*effects, q=(0.0, 0.0), u=(0.0, 0.0), chain=BALANCED, **more):
         for i, element in enumerate(system.elements)
     )
     return problem_at(system, state, pose, options)
+
+
+def value_in(problem, solution, condition):
+    """Return the value of a condition in a solved mode."""
+    forces = solution.forces[condition.number]
+    return value_of(problem.system, problem.equations, condition, solution.du, forces)
 
 
 def test_a_stop_and_the_friction_of_its_joint_cannot_both_hold_it():
@@ -65,7 +73,7 @@ def test_a_static_limit_is_violated_by_its_excess(torque, margins):
     solution = solve(problem.equations, problem.system.elements, (S.STICKS,))
     limits = list(conditions(problem, (S.STICKS,)))
     assert [limit.sense for limit in limits] == [1, -1]
-    found = [value_of(problem.system, problem.equations, solution, limit) for limit in limits]
+    found = [value_in(problem, solution, limit) for limit in limits]
     assert found == pytest.approx(margins, rel=1e-14)
 
 
@@ -75,7 +83,7 @@ def test_an_element_that_begins_to_slide_is_judged_by_its_acceleration():
     solution = solve(problem.equations, problem.system.elements, (S.FORWARD,))
     condition = Condition(Law.ACCELERATES, 0, 1)
     assert condition in list(conditions(problem, (S.FORWARD,)))
-    value = value_of(problem.system, problem.equations, solution, condition)
+    value = value_in(problem, solution, condition)
     assert value == pytest.approx(2 / 3, rel=1e-14)
 
 
@@ -88,7 +96,7 @@ def test_the_rounding_of_a_condition_grows_with_the_forces_and_shrinks_with_the_
                 JointTorque((torque, 0.0)), JointFriction((1.0, 0.0)), precision=precision
             )
             solution = solve(problem.equations, problem.system.elements, (S.STICKS,))
-            found[precision, torque] = noise_of(problem, condition, solution)
+            found[precision, torque] = problem.noise.of(condition, solution.du)
     assert found["double", 1000.0] == pytest.approx(1000 * found["double", 1.0])
     assert found["long double", 1.0] < found["double", 1.0] < 1e-6
 
@@ -120,8 +128,8 @@ def test_forces_that_vanish_in_a_pose_keep_the_round_off_of_its_angles(effects, 
     for states, law in (((S.CLOSED,), Law.PUSHES), ((S.OPEN,), Law.SEPARATES)):
         solution = solve(problem.equations, problem.system.elements, states)
         condition = Condition(law, 0)
-        value = float(value_of(problem.system, problem.equations, solution, condition))
-        assert 10 * abs(value) < noise_of(problem, condition, solution) < 1e-6
+        value = float(value_in(problem, solution, condition))
+        assert 10 * abs(value) < problem.noise.of(condition, solution.du) < 1e-6
 
 
 def test_forces_that_cancel_keep_the_round_off_of_each():
@@ -132,10 +140,35 @@ def test_forces_that_cancel_keep_the_round_off_of_each():
     condition = next(iter(conditions(problem, (S.STICKS,))))
     solution = solve(problem.equations, problem.system.elements, (S.STICKS,))
     unsure = tolerances.UNDECIDED * problem.system.resolution
-    assert noise_of(problem, condition, solution) > 2 * 14.715 * unsure
+    assert problem.noise.of(condition, solution.du) > 2 * 14.715 * unsure
 
 
 def test_a_row_of_round_off_counts_as_zero():
     system = system_of(chain=BALANCED)
     assert vanishes(system, (1e-16, -1e-15))
     assert not vanishes(system, (1e-12, 0.0))
+
+
+def test_modes_are_split_by_saturated_friction_and_know_their_conditions():
+    problem = problem_of(JointFriction((1.0, 1.0)), JointStop("A", lower=0.0))
+    pressed = [mode for mode in conceivable(problem, True)]
+    others = [mode for mode in conceivable(problem, False)]
+    assert pressed
+    assert others
+    assert all(any(state.pressed for state in mode.states) for mode in pressed)
+    assert not any(any(state.pressed for state in mode.states) for mode in others)
+    for mode in (*pressed, *others):
+        taken = [own[place] for own, place in zip(problem.options, mode.places, strict=True)]
+        assert mode.states == tuple(taken)
+        assert mode.conditions == tuple(conditions(problem, mode.states))
+        held = [len(e.holds(s)) for e, s in zip(problem.system.elements, mode.states, strict=True)]
+        assert [b - a for a, b in itertools.pairwise(mode.firsts)] == held
+        assert [index for index, _ in mode.bound] == [i for i, count in enumerate(held) if count]
+
+
+def test_no_force_known_leaves_a_row_of_zero_without_a_bound_on_its_round_off():
+    problem = problem_of(JointStop("A", lower=0.0))
+    row = problem.equations.terms[0].normal._replace(row=(0.0, 0.0))
+    terms = (problem.equations.terms[0]._replace(normal=row),)
+    noise = Noise(problem.system, problem.equations._replace(terms=terms), (0.0, 0.0))
+    assert noise.of(Condition(Law.PUSHES, 0), (0.0, 0.0)) == math.inf

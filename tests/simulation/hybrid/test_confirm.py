@@ -13,10 +13,10 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
-from twolink.simulation.hybrid import select as select_module
 from twolink.simulation.hybrid.confirm import Derivatives
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.select import select
+from twolink.simulation.hybrid.trials import Trials
 
 
 def selected(system, state, known=None):
@@ -81,10 +81,10 @@ def test_a_mode_that_every_derivative_contradicts_is_not_confirmed(monkeypatch):
     pose = Pose(system.chain, system.formulation, state.q)
     assert select(system, state, pose, {}).confirmed
     monkeypatch.setattr(Derivatives, "confirmed", lambda self, candidate: None)
-    candidates = select_module._candidates
+    candidates = Trials.candidates
     monkeypatch.setattr(
-        select_module,
-        "_candidates",
+        Trials,
+        "candidates",
         lambda *arguments: (c._replace(undecided=(None,)) for c in candidates(*arguments)),
     )
     assert not select(system, state, pose, {}).confirmed

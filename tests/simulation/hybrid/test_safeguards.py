@@ -17,7 +17,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
 from twolink.scene import Scene
-from twolink.simulation.hybrid import certificate, flow, impact, painleve, reactions, select, start
+from twolink.simulation.hybrid import certificate, flow, impact, painleve, reactions, start, trials
 from twolink.simulation.hybrid.bernstein import margins_of
 from twolink.simulation.hybrid.certificate import Certificate
 from twolink.simulation.hybrid.complementarity import Law
@@ -138,14 +138,15 @@ def test_a_slide_that_friction_locks_already_is_not_locked_again(removed, monkey
 
 def each_alone(others):
     """Return the values of conditions with all other joints in one state, whatever the mode."""
-    whole = select.value_of
+    whole = trials.value_of
 
-    def value_of(system, equations, solution, condition):
+    def value_of(system, equations, condition, du, forces):
         if condition.law is Law.WITHIN_LIMIT:
             states = [others] * len(system.elements)
             states[condition.number] = ContactState.STICKS
-            solution = select.solve(equations, system.elements, states)
-        return whole(system, equations, solution, condition)
+            du, every = trials.solve(equations, system.elements, states)
+            forces = every[condition.number]
+        return whole(system, equations, condition, du, forces)
 
     return value_of
 
@@ -161,7 +162,7 @@ def test_a_chain_rests_where_its_joints_can_hold_it_together(monkeypatch):
     _, q, _ = motion(scene)
     assert np.all(q == 0)
 
-    monkeypatch.setattr(select, "value_of", each_alone(ContactState.OPEN))
+    monkeypatch.setattr(trials, "value_of", each_alone(ContactState.OPEN))
     _, q, _ = motion(scene)
     assert q[:, -1].max() < -0.04
 
@@ -177,7 +178,7 @@ def test_a_joint_gives_no_more_than_its_static_limit(monkeypatch):
     assert np.all(0.5 * u2 <= 1.0 * times)
     assert u2[-1] > 0.1
 
-    monkeypatch.setattr(select, "value_of", each_alone(ContactState.STICKS))
+    monkeypatch.setattr(trials, "value_of", each_alone(ContactState.STICKS))
     times, _, (_, u2) = motion(scene)
     assert np.all(0.5 * u2[1:] > 4.0 * times[1:])
 

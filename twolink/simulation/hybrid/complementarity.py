@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain, Point
-from twolink.contact.coordinates import ConstraintCoordinate, PointCoordinate
-from twolink.contact.elements import ContactElement, ElementTerms, Terms
+from twolink.contact.coordinates import PointCoordinate
+from twolink.contact.elements import ContactElement, ContactForces, Terms
 from twolink.contact.states import ContactState
 from twolink.integration.precisions import PRECISIONS
 from twolink.loads import Torque
@@ -21,12 +22,13 @@ from twolink.simulation.hybrid.constraint import cramer, is_answered, parallel
 from twolink.simulation.hybrid.dynamics import (
     MOST_CONSTRAINTS,
     LocalEquations,
+    Share,
     Solution,
-    constraints_of,
     held_coordinates,
     is_fixed,
     local_equations,
     push_of,
+    shares_of,
 )
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.pose import Pose
@@ -84,19 +86,33 @@ class Condition(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """A mode selection: the equations at a state, and the possible states of each element.
-
-    `size` (N m) and `inertia` (kg m²) are the sizes of all forces and of M, by which the round-off
-    of conditions is known.
-    """
+    """A mode selection: the equations at a state, and the possible states of each element."""
 
     system: HybridSystem
     state: HybridState
     equations: LocalEquations
     directions: tuple[int, ...]
     options: tuple[States, ...]
-    size: float
-    inertia: tuple[float, float, float]
+    noise: Noise
+
+
+class Conceivable(NamedTuple):
+    """A mode that the options allow in some pose, and its conditions.
+
+    `places` are those of its states among the options of each element, `bound` the elements that
+    have constraints, with their states, and `firsts` the numbers of constraints before each.
+    """
+
+    states: States
+    conditions: tuple[Condition, ...]
+    places: tuple[int, ...]
+    bound: tuple[tuple[int, ContactState], ...]
+    firsts: tuple[int, ...]
+
+    @property
+    def pressed(self) -> bool:
+        """Whether it has saturated friction."""
+        return any(state.pressed for state in self.states)
 
 
 class Candidate(NamedTuple):
@@ -121,10 +137,183 @@ def problem_at(
         for i, (element, is_active) in enumerate(zip(elements, active, strict=True))
     ]
     equations = local_equations(pose, system.effects, elements, state.u, state.t, active, pushes)
-    (M11, M12), (_, M22) = equations.M
-    inertia = abs(float(M11)), abs(float(M12)), abs(float(M22))
-    size = _size_of_forces(equations, inertia, system.scene_chain.L1, state.u)
-    return Problem(system, state, equations, state.sliding, options, size, inertia)
+    noise = Noise(system, equations, state.u)
+    return Problem(system, state, equations, state.sliding, options, noise)
+
+
+def conceivable(problem: Problem, with_pressed: bool) -> tuple[Conceivable, ...]:
+    """Return the modes that the options allow in some pose, with or without saturated friction."""
+    return _conceivable(problem.system, problem.options, problem.directions)[with_pressed]
+
+
+@functools.lru_cache(maxsize=256)
+def _conceivable(
+    system: HybridSystem, options: tuple[States, ...], directions: tuple[int, ...]
+) -> tuple[tuple[Conceivable, ...], tuple[Conceivable, ...]]:
+    """Return the conceivable modes without saturated friction, and those with it."""
+    found: tuple[list[Conceivable], list[Conceivable]] = ([], [])
+    for places in itertools.product(*(range(len(states)) for states in options)):
+        states = tuple(own[place] for own, place in zip(options, places, strict=True))
+        if not _is_conceivable(system, states, directions):
+            continue
+        counts = [len(e.holds(own)) for e, own in zip(system.elements, states, strict=True)]
+        bound = tuple((i, states[i]) for i, count in enumerate(counts) if count)
+        firsts = tuple(itertools.accumulate(counts, initial=0))
+        law = tuple(_conditions(system, options, directions, states))
+        mode = Conceivable(states, law, places, bound, firsts)
+        found[mode.pressed].append(mode)
+    return tuple(found[0]), tuple(found[1])
+
+
+def _is_conceivable(system: HybridSystem, states: States, directions: tuple[int, ...]) -> bool:
+    """Return whether a mode has no more constraints than the chain takes, and its slides are free.
+
+    This does not depend on the pose.
+    """
+    held = held_coordinates(system.elements, states)
+    if len(held) > MOST_CONSTRAINTS:
+        return False
+    for index, (element, state) in enumerate(zip(system.elements, states, strict=True)):
+        if element.tangent is None or state in (ContactState.STICKS, ContactState.OPEN):
+            continue
+        still = is_fixed(element.tangent, held, system.scene_chain)
+        begins = state.slips and not directions[index]
+        if (begins and still) or (not state.slips and not still):
+            return False
+    return True
+
+
+def is_solvable(problem: Problem, states: States) -> bool:
+    """Return whether the constraints of a mode are independent and leave its slides free."""
+    if not _is_conceivable(problem.system, states, problem.directions):
+        return False
+    return is_independent(problem, shares_of(problem.equations, problem.system.elements, states))
+
+
+def is_independent(problem: Problem, shares: Sequence[Share]) -> bool:
+    """Return whether the constraints of a conceivable mode are independent in this pose."""
+    flat = [constraint for share in shares for constraint in share.constraints]
+    rows = [constraint.row for constraint in flat]
+    if any(vanishes(problem.system, row) for row in rows):
+        return False
+    if len(rows) < MOST_CONSTRAINTS:
+        return not flat or is_answered(problem.equations.M, flat[0], problem.system.rounding)
+    return not parallel(rows[0], rows[1], problem.system.lever)
+
+
+def conditions(problem: Problem, states: States) -> Iterator[Condition]:
+    """Return the conditions of a mode on the elements whose state is open.
+
+    A contact that opens has none where others hold its point, as its separation is zero.
+    """
+    return _conditions(problem.system, problem.options, problem.directions, states)
+
+
+def _conditions(
+    system: HybridSystem,
+    possible: tuple[States, ...],
+    directions: tuple[int, ...],
+    states: States,
+) -> Iterator[Condition]:
+    held = held_coordinates(system.elements, states)
+    for index, (element, state) in enumerate(zip(system.elements, states, strict=True)):
+        options = possible[index]
+        if len(options) == 1:
+            continue
+        if state is ContactState.OPEN:
+            assert element.normal is not None
+            if not is_fixed(element.normal, held, system.scene_chain):
+                yield Condition(Law.SEPARATES, index)
+            continue
+        if element.rigid:
+            yield Condition(Law.PUSHES, index)
+        if state is ContactState.STICKS:
+            yield Condition(Law.WITHIN_LIMIT, index, 1)
+            yield Condition(Law.WITHIN_LIMIT, index, -1)
+        elif state.slips and not directions[index] and ContactState.STICKS in options:
+            yield Condition(Law.ACCELERATES, index, state.direction)
+
+
+def value_of(
+    system: HybridSystem,
+    equations: LocalEquations,
+    condition: Condition,
+    du: Pair,
+    forces: ContactForces,
+) -> Any:
+    """Return the value of a condition, which is not negative if the condition holds.
+
+    It is a force (N, N m), or an acceleration (m/s², rad/s²) where the element is free to move.
+    `du` (rad/s²) and the `forces` of the element are those of a mode.
+    """
+    law, index, sense = condition
+    if law is Law.PUSHES:
+        return forces.normal
+    if law is Law.WITHIN_LIMIT:
+        return system.elements[index].limits(forces.normal)[1] + sense * forces.tangential
+    row, bias = _along(equations, condition)
+    return (sense or 1) * (row[0] * du[0] + row[1] * du[1] + bias)
+
+
+def _along(equations: LocalEquations, condition: Condition) -> Terms:
+    """Return the terms of the coordinate of a condition."""
+    terms = equations.terms[condition.number]
+    assert terms is not None
+    is_normal = condition.law in (Law.PUSHES, Law.SEPARATES)
+    along = terms.normal if is_normal else terms.tangent
+    assert along is not None
+    return along
+
+
+class Noise:
+    """The round-off of the conditions at a state, by the sizes of all forces there.
+
+    The part of a condition that does not depend on the mode is computed once.
+    """
+
+    def __init__(self, system: HybridSystem, equations: LocalEquations, u: Pair) -> None:
+        """Compute the sizes of the forces (N m) and of M (kg m²)."""
+        (M11, M12), (_, M22) = equations.M
+        inertia = abs(float(M11)), abs(float(M12)), abs(float(M22))
+        self._system, self._equations = system, equations
+        self._unsure = tolerances.UNDECIDED * system.resolution
+        self._forces = _size_of_forces(equations, inertia, system.scene_chain.L1, u)
+        self._inertia = inertia[0] + inertia[1], inertia[1] + inertia[2]
+        self._turning = size_of(u) * size_of(u)
+        self._gains: dict[Condition, float] = {}
+
+    def of(self, condition: Condition, du: Pair) -> float:
+        """Return the round-off of the value of a condition at du (rad/s²)."""
+        gain = self._gains.get(condition)
+        if gain is None:
+            gain = self._gains[condition] = self._gain(condition)
+        if condition.law in (Law.SEPARATES, Law.ACCELERATES):
+            return self._of_acceleration(gain, du)
+        return gain if math.isinf(gain) else self._unsure * self._forces_at(du) * gain
+
+    def along(self, row: Pair, du: Pair) -> float:
+        """Return the round-off of the acceleration along a row at du (rad/s²)."""
+        return self._of_acceleration(self._response(row), du)
+
+    def _gain(self, condition: Condition) -> float:
+        """Return the change of a condition by a generalized force (N m)."""
+        row, _ = _along(self._equations, condition)
+        if condition.law in (Law.SEPARATES, Law.ACCELERATES):
+            return self._response(row)
+        return math.inf if vanishes(self._system, row) else 1 / size_of(row)
+
+    def _response(self, row: Pair) -> float:
+        return size_of(cramer(self._equations.M, row, self._equations.det))
+
+    def _of_acceleration(self, response: float, du: Pair) -> float:
+        chain = self._system.scene_chain
+        own = float(chain.L1 + chain.L2) * (size_of(du) + self._turning)
+        return self._unsure * (self._forces_at(du) * response + own)
+
+    def _forces_at(self, du: Pair) -> float:
+        """Return the size (N m) of all forces at du (rad/s²), those of inertia included."""
+        one, two = self._inertia
+        return self._forces + one * abs(float(du[0])) + two * abs(float(du[1]))
 
 
 def _size_of_forces(
@@ -151,125 +340,6 @@ def _size_of_forces(
     return size
 
 
-def conceivable(problem: Problem, with_pressed: bool) -> tuple[States, ...]:
-    """Return the modes that the options allow in some pose, with or without saturated friction."""
-    return _conceivable(problem.system, problem.options, problem.directions)[with_pressed]
-
-
-@functools.lru_cache(maxsize=256)
-def _conceivable(
-    system: HybridSystem, options: tuple[States, ...], directions: tuple[int, ...]
-) -> tuple[tuple[States, ...], tuple[States, ...]]:
-    """Return the conceivable modes without saturated friction, and those with it."""
-    found = [s for s in itertools.product(*options) if _is_conceivable(system, s, directions)]
-    pressed = [any(state.pressed for state in states) for states in found]
-    return (
-        tuple(states for states, is_pressed in zip(found, pressed, strict=True) if not is_pressed),
-        tuple(states for states, is_pressed in zip(found, pressed, strict=True) if is_pressed),
-    )
-
-
-def _is_conceivable(system: HybridSystem, states: States, directions: tuple[int, ...]) -> bool:
-    """Return whether a mode has no more constraints than the chain takes, and its slides are free.
-
-    This does not depend on the pose.
-    """
-    held = held_coordinates(system.elements, states)
-    if len(held) > MOST_CONSTRAINTS:
-        return False
-    for index, (element, state) in enumerate(zip(system.elements, states, strict=True)):
-        if element.tangent is None or state in (ContactState.STICKS, ContactState.OPEN):
-            continue
-        still = is_fixed(element.tangent, held, system.scene_chain)
-        begins = state.slips and not directions[index]
-        if (begins and still) or (not state.slips and not still):
-            return False
-    return True
-
-
-def is_solvable(problem: Problem, states: States) -> bool:
-    """Return whether the constraints of a mode are independent and leave its slides free."""
-    return _is_conceivable(problem.system, states, problem.directions) and is_independent(
-        problem, states
-    )
-
-
-def is_independent(problem: Problem, states: States) -> bool:
-    """Return whether the constraints of a conceivable mode are independent in this pose."""
-    groups = constraints_of(problem.equations, problem.system.elements, states)
-    flat = [constraint for group in groups for constraint in group]
-    rows = [constraint.row for constraint in flat]
-    if any(vanishes(problem.system, row) for row in rows):
-        return False
-    if len(rows) < MOST_CONSTRAINTS:
-        return not flat or is_answered(problem.equations.M, flat[0], problem.system.rounding)
-    return not parallel(rows[0], rows[1], problem.system.lever)
-
-
-def conditions(problem: Problem, states: States) -> Iterator[Condition]:
-    """Yield the conditions of a mode on the elements whose state is open.
-
-    A contact that opens has none where others hold its point, as its separation is zero.
-    """
-    held: list[ConstraintCoordinate] | None = None
-    for index, (element, state) in enumerate(zip(problem.system.elements, states, strict=True)):
-        options = problem.options[index]
-        if len(options) == 1:
-            continue
-        if state is ContactState.OPEN:
-            if held is None:
-                held = held_coordinates(problem.system.elements, states)
-            assert element.normal is not None
-            if not is_fixed(element.normal, held, problem.system.scene_chain):
-                yield Condition(Law.SEPARATES, index)
-            continue
-        if element.rigid:
-            yield Condition(Law.PUSHES, index)
-        if state is ContactState.STICKS:
-            yield Condition(Law.WITHIN_LIMIT, index, 1)
-            yield Condition(Law.WITHIN_LIMIT, index, -1)
-        elif state.slips and not problem.directions[index] and ContactState.STICKS in options:
-            yield Condition(Law.ACCELERATES, index, state.direction)
-
-
-def value_of(
-    system: HybridSystem, equations: LocalEquations, solution: Solution, condition: Condition
-) -> Any:
-    """Return the value of a condition, which is not negative if the condition holds.
-
-    It is a force (N, N m), or an acceleration (m/s², rad/s²) where the element is free to move.
-    """
-    law, index, sense = condition
-    forces, terms = solution.forces[index], equations.terms[index]
-    assert terms is not None
-    if law is Law.PUSHES:
-        return forces.normal
-    if law is Law.WITHIN_LIMIT:
-        return system.elements[index].limits(forces.normal)[1] + sense * forces.tangential
-    row, bias = _along(terms, law)
-    return (sense or 1) * (row[0] * solution.du[0] + row[1] * solution.du[1] + bias)
-
-
-def _along(terms: ElementTerms, law: Law) -> Terms:
-    """Return the terms of the coordinate of a condition."""
-    along = terms.normal if law in (Law.PUSHES, Law.SEPARATES) else terms.tangent
-    assert along is not None
-    return along
-
-
-def noise_of(problem: Problem, condition: Condition, solution: Solution) -> float:
-    """Return the round-off of the value of a condition."""
-    terms = problem.equations.terms[condition.number]
-    assert terms is not None
-    row, _ = _along(terms, condition.law)
-    if condition.law in (Law.SEPARATES, Law.ACCELERATES):
-        return noise_along(problem, row, solution.du)
-    if vanishes(problem.system, row):
-        return float("inf")
-    unsure = tolerances.UNDECIDED * problem.system.resolution
-    return unsure * _forces_at(problem, solution.du) / size_of(row)
-
-
 def is_at_rest(state: HybridState) -> bool:
     """Return whether a chain is at rest, but for the speed at which roundings of a start vanish.
 
@@ -278,22 +348,6 @@ def is_at_rest(state: HybridState) -> bool:
     """
     beside = tolerances.CONTACT_GAP * PRECISIONS["double"].rounding
     return size_of(state.u) <= beside * tolerances.BAUMGARTE_RATE
-
-
-def noise_along(problem: Problem, row: Pair, du: Pair) -> float:
-    """Return the round-off of the acceleration along a row at du (rad/s²)."""
-    speed = size_of(problem.state.u)
-    chain, M, det = problem.system.scene_chain, problem.equations.M, problem.equations.det
-    own = float(chain.L1 + chain.L2) * (size_of(du) + speed * speed)
-    given = _forces_at(problem, du) * size_of(cramer(M, row, det))
-    return tolerances.UNDECIDED * problem.system.resolution * (given + own)
-
-
-def _forces_at(problem: Problem, du: Pair) -> float:
-    """Return the size (N m) of all generalized forces at du (rad/s²), those of inertia included."""
-    M11, M12, M22 = problem.inertia
-    du1, du2 = abs(float(du[0])), abs(float(du[1]))
-    return problem.size + (M11 + M12) * du1 + (M12 + M22) * du2
 
 
 def vanishes(system: HybridSystem, row: Pair) -> bool:

@@ -17,7 +17,6 @@ from twolink.simulation.hybrid.complementarity import (
     Law,
     Orders,
     Problem,
-    noise_of,
     value_of,
 )
 from twolink.simulation.hybrid.compliant_state import CompliantState
@@ -78,12 +77,14 @@ class Derivatives:
         The search ends at the first sign that contradicts the mode.
         """
         problem, start = self._problem, self._start
-        noise = {c: noise_of(problem, c, candidate.solution) for c in candidate.undecided}
+        noise = {c: problem.noise.of(c, candidate.solution.du) for c in candidate.undecided}
         rate = 1 / problem.system.longest_step
         with start.branch():
             solution = solve(start.equations, problem.system.elements, candidate.states)
             values = {
-                c: value_of(problem.system, start.equations, solution, c)
+                c: value_of(
+                    problem.system, start.equations, c, solution.du, solution.forces[c.number]
+                )
                 for c in candidate.undecided
             }
             for length in range(2, tolerances.JET_ORDER + 2):

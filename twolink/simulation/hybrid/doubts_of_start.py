@@ -11,7 +11,7 @@ from twolink.effects import contact_elements, pieces_at
 from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
-from twolink.simulation.hybrid.complementarity import States, noise_along, problem_at
+from twolink.simulation.hybrid.complementarity import States, problem_at
 from twolink.simulation.hybrid.dynamics import solve
 from twolink.simulation.hybrid.impact import at_rest, largest, speed_along
 from twolink.simulation.hybrid.mode import Doubt, Trigger
@@ -114,7 +114,7 @@ def _goes_on(
     problem = problem_at(system, state, pose, tuple((own,) for own in states))
     du, row = solve(problem.equations, system.elements, states).du, pose.row(tangent)
     gain = speed_along(row, du) + tangent.bias(system.chain, state.q, state.u)
-    return bool(states[index].direction * gain > noise_along(problem, row, du))
+    return bool(states[index].direction * gain > problem.noise.along(row, du))
 
 
 def _system_of(scene: Scene) -> HybridSystem:

@@ -112,14 +112,31 @@ def _terms(
     return Terms(pose.row(coordinate), bias)
 
 
-def constraints_of(
+class Share(NamedTuple):
+    """The constraints of an element in one of its states, and its known forces (N m)."""
+
+    constraints: tuple[Constraint, ...]
+    applied: tuple[Pair, ...]
+
+
+_NO_SHARE = Share((), ())
+
+
+def share_of(element: ContactElement, state: ContactState, terms: ElementTerms | None) -> Share:
+    """Return the share of an element in the equations of a mode."""
+    if terms is None:
+        return _NO_SHARE
+    return Share(element.constraints(state, terms), element.applied(state, terms))
+
+
+def shares_of(
     equations: LocalEquations,
     elements: Sequence[ContactElement],
     states: Sequence[ContactState],
-) -> list[tuple[Constraint, ...]]:
-    """Return the constraints of each element in a mode."""
+) -> list[Share]:
+    """Return the shares of all elements in the equations of a mode."""
     return [
-        () if terms is None else element.constraints(state, terms)
+        share_of(element, state, terms)
         for element, state, terms in zip(elements, states, equations.terms, strict=True)
     ]
 
@@ -155,35 +172,31 @@ def solve(
     states: Sequence[ContactState],
 ) -> Solution:
     """Return du/dt in a mode, and the forces that enforce its constraints."""
-    M, det, (r1, r2), every, _ = equations
-    for element, state, terms in zip(elements, states, every, strict=True):
-        for force in () if terms is None else element.applied(state, terms):
-            r1, r2 = r1 + force[0], r2 + force[1]
-    groups = constraints_of(equations, elements, states)
-    flat = [constraint for group in groups for constraint in group]
-    multipliers: tuple[Scalar, ...] = ()
-    if not flat:
-        du = cramer(M, (r1, r2), det)
-    elif len(flat) == 1:
-        du, multipliers = solved_with_one(M, (r1, r2), flat[0])
-    else:
-        du, multipliers = solved_with_two(M, (r1, r2), *flat)
-    return Solution(du, _forces(elements, states, every, groups, multipliers))
-
-
-def _forces(
-    elements: Sequence[ContactElement],
-    states: Sequence[ContactState],
-    every: Sequence[ElementTerms | None],
-    groups: list[tuple[Constraint, ...]],
-    multipliers: tuple[Scalar, ...],
-) -> tuple[ContactForces, ...]:
+    shares = shares_of(equations, elements, states)
+    du, multipliers = accelerated(equations, shares)
     found, place = [], 0
-    for element, state, terms, group in zip(elements, states, every, groups, strict=True):
-        own = multipliers[place : place + len(group)]
-        place += len(group)
+    for element, state, terms, share in zip(elements, states, equations.terms, shares, strict=True):
+        own = multipliers[place : place + len(share.constraints)]
+        place += len(share.constraints)
         found.append(NO_FORCES if terms is None else element.forces(state, terms, own))
-    return tuple(found)
+    return Solution(du, tuple(found))
+
+
+def accelerated(
+    equations: LocalEquations, shares: Sequence[Share]
+) -> tuple[Pair, tuple[Scalar, ...]]:
+    """Return du/dt by the shares of all elements, and the multipliers of their constraints."""
+    r1, r2 = equations.r
+    flat: tuple[Constraint, ...] = ()
+    for constraints, applied in shares:
+        for force in applied:
+            r1, r2 = r1 + force[0], r2 + force[1]
+        flat += constraints
+    if not flat:
+        return cramer(equations.M, (r1, r2), equations.det), ()
+    if len(flat) == 1:
+        return solved_with_one(equations.M, (r1, r2), flat[0])
+    return solved_with_two(equations.M, (r1, r2), *flat)
 
 
 def push_of(

@@ -39,21 +39,13 @@ from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
     NO_ORDERS,
     Candidate,
-    Condition,
-    Law,
     Orders,
     Problem,
     States,
     coincide,
-    conceivable,
-    conditions,
     is_at_rest,
-    is_independent,
     is_solvable,
-    noise_along,
-    noise_of,
     problem_at,
-    value_of,
 )
 from twolink.simulation.hybrid.confirm import Derivatives
 from twolink.simulation.hybrid.constraint import cramer
@@ -64,6 +56,7 @@ from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.singular_pose import wedged
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.trials import Trials
 
 # The events of contacts that open, and of elements that begin to slide: those have left the rest.
 _DEPARTS = (EventKind.HITS, EventKind.STOPS)
@@ -142,7 +135,7 @@ def _only(options: tuple[States, ...]) -> Selection | None:
 
 def _selected(problem: Problem, pose: Pose) -> Selection | None:
     """Return the next mode between the options of a problem, or None if the laws admit none."""
-    state, derivatives = problem.state, Derivatives(problem)
+    state, derivatives, trials = problem.state, Derivatives(problem), Trials(problem)
     at_rest = is_at_rest(state)
     orders: dict[States, Orders] = {}
     undecided: list[Candidate] = []
@@ -150,7 +143,7 @@ def _selected(problem: Problem, pose: Pose) -> Selection | None:
     for sticking_first, with_pressed in ((True, False), (True, True), (False, False)):
         if not sticking_first and (moving or undecided):
             break
-        candidates = list(_candidates(problem, with_pressed, sticking_first))
+        candidates = list(trials.candidates(with_pressed, sticking_first))
         holding = {c.states for c in candidates if at_rest and _rests(problem, c)}
         resting = [c for c in candidates if c.states in holding]
         taken = _first_confirmed(derivatives, problem, resting)
@@ -193,7 +186,7 @@ def _rests(problem: Problem, candidate: Candidate) -> bool:
         return held > 0
     du = candidate.solution.du
     return all(
-        abs(float(own)) <= noise_along(problem, row, du)
+        abs(float(own)) <= problem.noise.along(row, du)
         for own, row in zip(du, ((1, 0), (0, 1)), strict=True)
     )
 
@@ -208,53 +201,6 @@ def _departures(
         for c in found
         if c.states in at_once or any(each.kind in _DEPARTS for each in orders[c.states])
     )
-
-
-def _candidates(
-    problem: Problem, with_pressed: bool, sticking_first: bool = True
-) -> Iterator[Candidate]:
-    """Yield the modes that violate no law, with or without those that have saturated friction.
-
-    Rule 1 applies if sticking comes first.
-    """
-    for states in conceivable(problem, with_pressed):
-        if not is_independent(problem, states):
-            continue
-        solution = solve(problem.equations, problem.system.elements, states)
-        decided: list[Condition] = []
-        unsure: list[Condition] = []
-        violated = False
-        for condition in conditions(problem, states):
-            value = float(value_of(problem.system, problem.equations, solution, condition))
-            noise = noise_of(problem, condition, solution)
-            violated = value < -noise
-            if violated:
-                break
-            (decided if value > noise else unsure).append(condition)
-        if not violated and not (sticking_first and _could_stick(problem, states)):
-            yield Candidate(states, solution, tuple(decided), tuple(unsure))
-
-
-def _could_stick(problem: Problem, states: States) -> bool:
-    """Return whether an element that begins to slide could stick instead (rule 1)."""
-    elements = problem.system.elements
-    for index, state in enumerate(states):
-        begins = state.slips and not problem.directions[index] and len(problem.options[index]) > 1
-        if not begins or ContactState.STICKS not in problem.options[index]:
-            continue
-        if not elements[index].hysteretic:
-            continue
-        instead = (*states[:index], ContactState.STICKS, *states[index + 1 :])
-        if not is_solvable(problem, instead):
-            continue
-        solution = solve(problem.equations, elements, instead)
-        limits = [Condition(Law.WITHIN_LIMIT, index, sense) for sense in (1, -1)]
-        margin = min(
-            float(value_of(problem.system, problem.equations, solution, limit)) for limit in limits
-        )
-        if margin > noise_of(problem, limits[0], solution):
-            return True
-    return False
 
 
 def _preferred(

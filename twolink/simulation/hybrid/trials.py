@@ -1,0 +1,110 @@
+"""The trial of each conceivable mode by the laws: those that violate none are the candidates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from twolink.arithmetic import Scalar
+from twolink.contact.elements import ContactForces
+from twolink.contact.states import ContactState
+from twolink.simulation.hybrid.complementarity import (
+    Candidate,
+    Conceivable,
+    Condition,
+    Law,
+    Problem,
+    States,
+    conceivable,
+    is_independent,
+    is_solvable,
+    value_of,
+)
+from twolink.simulation.hybrid.dynamics import Share, accelerated, share_of, solve
+
+
+class Trials:
+    """The modes of a problem, each solved until a condition is violated.
+
+    The shares of the elements in the equations are computed once for each of their states, and the
+    forces of an element once a condition asks for them.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        """Compute the shares of the elements in all their states."""
+        self._problem = problem
+        elements, terms = problem.system.elements, problem.equations.terms
+        self._shares = [
+            [share_of(element, state, own) for state in options]
+            for element, own, options in zip(elements, terms, problem.options, strict=True)
+        ]
+        self._independent: dict[tuple[tuple[int, ContactState], ...], bool] = {}
+
+    def candidates(self, with_pressed: bool, sticking_first: bool = True) -> Iterator[Candidate]:
+        """Yield the modes that violate no law, with or without those that have saturated friction.
+
+        If sticking comes first, no element begins to slide that could stick (rule 1 of selection).
+        """
+        for mode in conceivable(self._problem, with_pressed):
+            shares = [own[place] for own, place in zip(self._shares, mode.places, strict=True)]
+            if not self._is_independent(mode, shares):
+                continue
+            candidate = self._tried(mode, shares)
+            if candidate is not None and not (sticking_first and self._could_stick(mode.states)):
+                yield candidate
+
+    def _is_independent(self, mode: Conceivable, shares: list[Share]) -> bool:
+        """Return whether the constraints of a mode are independent; others may have the same."""
+        found = self._independent.get(mode.bound)
+        if found is None:
+            found = self._independent[mode.bound] = is_independent(self._problem, shares)
+        return found
+
+    def _tried(self, mode: Conceivable, shares: list[Share]) -> Candidate | None:
+        """Return a mode as a candidate, or None at the first condition that it violates."""
+        system, equations, noise = (
+            self._problem.system,
+            self._problem.equations,
+            self._problem.noise,
+        )
+        du, multipliers = accelerated(equations, shares)
+        decided: list[Condition] = []
+        unsure: list[Condition] = []
+        for condition in mode.conditions:
+            forces = self._forces(mode, condition.number, multipliers)
+            value = float(value_of(system, equations, condition, du, forces))
+            small = noise.of(condition, du)
+            if value < -small:
+                return None
+            (decided if value > small else unsure).append(condition)
+        solution = solve(equations, system.elements, mode.states)
+        return Candidate(mode.states, solution, tuple(decided), tuple(unsure))
+
+    def _forces(
+        self, mode: Conceivable, index: int, multipliers: tuple[Scalar, ...]
+    ) -> ContactForces:
+        """Return the forces of one element in a mode."""
+        terms = self._problem.equations.terms[index]
+        assert terms is not None
+        own = multipliers[mode.firsts[index] : mode.firsts[index + 1]]
+        return self._problem.system.elements[index].forces(mode.states[index], terms, own)
+
+    def _could_stick(self, states: States) -> bool:
+        """Return whether an element that begins to slide could stick instead."""
+        problem, elements = self._problem, self._problem.system.elements
+        for index, state in enumerate(states):
+            options = problem.options[index]
+            begins = state.slips and not problem.directions[index] and len(options) > 1
+            if not (begins and ContactState.STICKS in options and elements[index].hysteretic):
+                continue
+            instead = (*states[:index], ContactState.STICKS, *states[index + 1 :])
+            if not is_solvable(problem, instead):
+                continue
+            du, every = solve(problem.equations, elements, instead)
+            limits = [Condition(Law.WITHIN_LIMIT, index, sense) for sense in (1, -1)]
+            margin = min(
+                float(value_of(problem.system, problem.equations, limit, du, every[index]))
+                for limit in limits
+            )
+            if margin > problem.noise.of(limits[0], du):
+                return True
+        return False
