@@ -18,7 +18,7 @@ from twolink.ensembles.compiled import FORMULATION
 from twolink.names import EquationsName
 from twolink.simulation.smooth.balance import rates_of_balance
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.load_sizes import LoadSizes, sizes_of_loads
+from twolink.simulation.smooth.load_sizes import LoadSizes, force_sizes
 from twolink.simulation.smooth.longest_step import longest_steps
 
 Array = NDArray[np.float64]
@@ -62,7 +62,7 @@ def _looks(lanes: Lanes, formulation: EquationsName, count: int) -> Iterator[Loa
     chain, effects, q, u, duration = lanes
     for t in np.linspace(0.0, duration, count):
         times = np.full(lanes.width, t)
-        yield sizes_of_loads(chain, effects, formulation, q, u, times)
+        yield force_sizes(chain, effects, q, u, times).in_rates(chain, formulation, q)
 
 
 def _cancel(lanes: Lanes, looks: int, *, spread: bool) -> Any:

@@ -32,7 +32,7 @@ from twolink.simulation.motion import has_events, has_modes
 from twolink.simulation.options import RunOptions
 from twolink.simulation.run import ENDS_EARLY, Array, MotionRun, Statistics
 from twolink.simulation.smooth.judging import MARGIN_OF_LIKE_PRECISIONS, difference
-from twolink.simulation.smooth.longest_step import intervals_to_check
+from twolink.simulation.smooth.longest_step import default_longest_step, intervals_to_check
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.round_off import rounding
 from twolink.simulation.smooth.taylor import heyoka_is_here
@@ -130,11 +130,14 @@ class _Asked:
         """
         return 1.0 if self.scene.joints is None else 2.0
 
-    @property
-    def checked(self) -> Array:
-        """The times (s) at which smooth runs are compared: the samples, and some between them."""
+    def checked(self, longest_step: float) -> Array:
+        """Return the times (s) at which smooth runs are compared: the samples, and some between.
+
+        `longest_step` (s) is the time in which the motion changes.
+        """
         between = _CHECKED * (len(self.times) - 1)
-        count = max(_CHECKED_IN_ALL, between, intervals_to_check(self.scene))
+        changes = intervals_to_check(self.scene.duration, longest_step)
+        count = max(_CHECKED_IN_ALL, between, changes)
         return merged(self.times, np.linspace(0.0, self.scene.duration, count + 1))
 
     def report(self, name: str) -> Callable[[float], None]:
@@ -160,7 +163,8 @@ def _by_taylor(asked: _Asked) -> Trajectory:
     """Return the trajectory of a scene by the cheapest run that meets the accuracy."""
     if has_events(asked.scene):
         return _through_events(asked)
-    checked = asked.checked
+    longest = default_longest_step(asked.scene)
+    checked = asked.checked(longest)
     found = measured_run(
         asked.scene,
         checked,
@@ -168,6 +172,7 @@ def _by_taylor(asked: _Asked) -> Trajectory:
         asked.options.formulation,
         asked.report,
         correct=True,
+        longest_step=longest,
     )
     place = np.searchsorted(checked, asked.times)
     kept = replace(found.kept, q=found.kept.q[:, place], u=found.kept.u[:, place])

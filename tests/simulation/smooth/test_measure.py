@@ -18,6 +18,7 @@ from twolink.simulation.smooth.judging import (
     difference,
     truncation,
 )
+from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.round_off import MOST_ROUND_OFF, sums
 from twolink.simulation.smooth.taylor import TaylorRun, taylor_run
@@ -54,7 +55,10 @@ def quiet(name):
 
 
 def measured(scene, accuracy, times=TIMES, correct=True):
-    return measured_run(scene, times, accuracy, "momenta", quiet, correct=correct)
+    longest = default_longest_step(scene)
+    return measured_run(
+        scene, times, accuracy, "momenta", quiet, correct=correct, longest_step=longest
+    )
 
 
 def true_errors(found, exact):

@@ -27,33 +27,50 @@ class LoadSizes(NamedTuple):
     spread: Array
 
 
-def load_sizes(scene: Scene, formulation: EquationsName, q: Any, u: Any, t: Any) -> LoadSizes:
-    """Return the round-off of a scene's loads at angles and speeds, shape (2, n), and times."""
-    return sizes_of_loads(scene.moving_chain.convert(float), scene.effects, formulation, q, u, t)
+class ForceSizes(NamedTuple):
+    """Generalized forces (N m) in states, and the round-off of their formulas, shape (2, n)."""
 
+    values: Array
+    excess: Array
+    spread: Array
 
-def sizes_of_loads(
-    chain: Chain, effects: tuple[Effect, ...], formulation: EquationsName, q: Any, u: Any, t: Any
-) -> LoadSizes:
-    """Return the round-off of loads at angles and speeds, shape (2, n), and times, shape (n,).
+    def in_rates(self, chain: Chain, formulation: EquationsName, q: Any) -> LoadSizes:
+        """Return the round-off that the forces give to the rates of some equations, at angles q.
 
-    Large terms that nearly cancel count by their own sizes, within one effect too. The numbers of
-    the chain, in float64, and of the effects may have shape (n,) as well.
-    """
-    angles, speeds = (Sized(q[0]), Sized(q[1])), (Sized(u[0]), Sized(u[1]))
-    with np.errstate(all="ignore"):
-        loads = smooth_loads(effects, chain, angles, speeds, Sized(t))
-        forces = [sized(force) for force in gathered_force(chain, angles, loads)]
-        values, excess, spread = (
-            np.array([np.broadcast_to(getattr(force, name), np.shape(t)) for force in forces])
-            for name in ("value", "excess", "spread")
-        )
-        none, of = np.zeros_like(excess[0]), EQUATIONS[formulation].by_forces
+        Large terms that nearly cancel count by their own sizes. The numbers of the chain are in
+        float64, and may have shape (n,).
+        """
+        none, of = np.zeros_like(self.excess[0]), EQUATIONS[formulation].by_forces
 
         def sizes(first: Array, second: Array) -> Array:
             """Return the size of the rates by forces that are independent."""
             single = of(chain, q, (first, none)), of(chain, q, (none, second))
             return np.abs(np.array(single)).sum(axis=0)
 
-        beyond = sizes(*excess)
-        return LoadSizes(np.abs(np.array(of(chain, q, values))) + beyond, beyond, sizes(*spread))
+        with np.errstate(all="ignore"):
+            beyond = sizes(*self.excess)
+            errors = np.abs(np.array(of(chain, q, self.values))) + beyond
+            return LoadSizes(errors, beyond, sizes(*self.spread))
+
+
+def load_sizes(scene: Scene, formulation: EquationsName, q: Any, u: Any, t: Any) -> LoadSizes:
+    """Return the round-off of a scene's loads at angles and speeds, shape (2, n), and times."""
+    chain = scene.moving_chain.convert(float)
+    return force_sizes(chain, scene.effects, q, u, t).in_rates(chain, formulation, q)
+
+
+def force_sizes(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, t: Any) -> ForceSizes:
+    """Return the forces of effects at angles and speeds, shape (2, n), and times, shape (n,).
+
+    The numbers of the chain, in float64, and of the effects may have shape (n,) as well.
+    """
+    angles, speeds = (Sized(q[0]), Sized(q[1])), (Sized(u[0]), Sized(u[1]))
+    with np.errstate(all="ignore"):
+        loads = smooth_loads(effects, chain, angles, speeds, Sized(t))
+        forces = [sized(force) for force in gathered_force(chain, angles, loads)]
+        return ForceSizes(
+            *(
+                np.array([np.broadcast_to(getattr(force, name), np.shape(t)) for force in forces])
+                for name in ("value", "excess", "spread")
+            )
+        )

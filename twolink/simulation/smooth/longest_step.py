@@ -39,12 +39,13 @@ def default_longest_step(scene: Scene) -> float:
     return cap
 
 
-def intervals_to_check(scene: Scene) -> int:
-    """Return the least number of intervals at whose ends two runs of a scene are compared.
+def intervals_to_check(duration: float, longest_step: float) -> int:
+    """Return the least number of intervals at whose ends two runs of a duration (s) are compared.
 
-    There are some for each time in which the motion changes: errors may decay within a few steps.
+    There are some for each time in which the motion changes, the `longest_step` (s): errors may
+    decay within a few steps.
     """
-    return math.ceil(min(_IN_A_CHANGE * scene.duration / default_longest_step(scene), MOST_STEPS))
+    return math.ceil(min(_IN_A_CHANGE * duration / longest_step, MOST_STEPS))
 
 
 def longest_steps(

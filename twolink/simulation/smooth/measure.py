@@ -50,7 +50,6 @@ from twolink.simulation.smooth.judging import (
     order_for,
     truncation,
 )
-from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.simulation.smooth.residuals import residuals_of
 from twolink.simulation.smooth.round_off import (
     MOST_ROUND_OFF,
@@ -120,15 +119,17 @@ def measured_run(
     progress: Callable[[str], Callable[[float], None]],
     *,
     correct: bool,
+    longest_step: float,
 ) -> Measured:
     """Return a run that meets an accuracy, or the most accurate one.
 
     With `correct` it may be a run whose estimated error is subtracted. `progress` maps the name of
-    a run to a function that receives its completed share. Raises `SimulationError` if the scene
+    a run to a function that receives its completed share. No step is longer than `longest_step`
+    (s). Raises `SimulationError` if the scene
     cannot be integrated to the last time.
     """
-    longest, balanced = default_longest_step(scene), is_balanced(scene)
-    search = _Search(scene, times, accuracy, formulation, progress, correct, longest, balanced)
+    balanced = is_balanced(scene)
+    search = _Search(scene, times, accuracy, formulation, progress, correct, longest_step, balanced)
     try:
         for found in search.attempts():
             if found.worst <= accuracy:

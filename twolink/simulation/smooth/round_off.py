@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from twolink.chain import Chain
 from twolink.effects import is_built_in
 from twolink.integration.precisions import PRECISIONS
 from twolink.names import EquationsName
-from twolink.scene import Scene
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.load_sizes import load_sizes
+from twolink.simulation.smooth.load_sizes import ForceSizes, force_sizes
 from twolink.simulation.smooth.taylor import TaylorRun
 
 MOST_ROUND_OFF = 8
@@ -76,11 +76,12 @@ class LoadsAlong(NamedTuple):
         # NumPy's `unique` imports another module, in a tenth of the time of a program.
         some = sorted(set(np.linspace(0, len(times) - 1, looks).astype(int).tolist()))
         q, u = run.q[:, some].astype(float), run.u[:, some].astype(float)
-        rates = [
-            _rates_of_loads(run.scene, formulation, q, u, times[some])
+        chain = run.scene.moving_chain.convert(float)
+        forces = force_sizes(chain, run.scene.effects, q, u, times[some])
+        (of_speeds, size), (of_run, _) = (
+            _rates_of_loads(forces, chain, formulation, q, u)
             for formulation in (EQUATIONS[run.formulation].in_speeds, run.formulation)
-        ]
-        (of_speeds, size), (of_run, _) = rates
+        )
         return cls(times[some], of_speeds, size, of_run)
 
     def errors(self, run: TaylorRun, times: Array, grown: Array) -> Array:
@@ -102,12 +103,12 @@ class LoadsAlong(NamedTuple):
 
 
 def _rates_of_loads(
-    scene: Scene, formulation: EquationsName, q: Array, u: Array, times: Array
+    forces: ForceSizes, chain: Chain, formulation: EquationsName, q: Array, u: Array
 ) -> tuple[Array, float]:
     """Return the roundings of the state per time (1/s) by loads, (n,), and its size, at least 1."""
-    x = EQUATIONS[formulation].from_speeds(scene.moving_chain.convert(float), tuple(q), tuple(u))
+    x = EQUATIONS[formulation].from_speeds(chain, tuple(q), tuple(u))
     size = max(1.0, float(np.abs(np.concatenate([q, x])).max()))
-    sizes = load_sizes(scene, formulation, q, u, times)
+    sizes = forces.in_rates(chain, formulation, q)
     return (sizes.excess + sizes.spread).max(axis=0) / size, size
 
 
