@@ -60,9 +60,9 @@ def test_a_mode_without_dents_is_its_own_kind():
 
 def test_a_dent_that_no_point_lies_in_is_not_displayed():
     away = replace(DENTED, states=(S.STICKS, S.OPEN))
-    assert away.for_display.dents == (None, None)
-    assert DENTED.for_display.dents == (None, DENT)
-    assert MODE.for_display is MODE
+    assert away.in_floats.dents == (None, None)
+    assert DENTED.in_floats.dents == (None, DENT)
+    assert MODE.in_floats is MODE
 
 
 def test_the_description_of_an_event_is_its_mode():

@@ -72,19 +72,17 @@ class StepOfArc(NamedTuple):
     def steepness(self, x: float, trigger: Trigger) -> float:
         """Return the change of an event function at x by one of every angle and speed (1/rad).
 
-        It is the sum of the sizes of the derivatives by q and u, by central differences.
+        It is the sum of the sizes of the derivatives by q and u, by differences in float64.
         """
-        state, time = self._state(x), self.system.number(self.time(x)[0])
         if trigger.kind in _EDGES:
-            return self._steepness_of_place(state, trigger)
-        found = 0.0
+            return self._steepness_of_place(self._state(x), trigger)
+        state = [float(each) for each in self._state(x)]
+        time, mode = self.time(x)[0], self.mode.in_floats
+        here, found = self._value(mode, state, time, trigger), 0.0
         for k in range(4):
-            ends = []
-            for sign in (1, -1):
-                moved = [*state]
-                moved[k] = moved[k] + self.system.number(sign * DIFFERENCE)
-                ends.append(self._value(moved, time, trigger))
-            found += abs(float(ends[0] - ends[1])) / (2 * DIFFERENCE)
+            moved = [*state]
+            moved[k] += DIFFERENCE
+            found += abs(self._value(mode, moved, time, trigger) - here) / DIFFERENCE
         return found * (self.system.force_scale if trigger.kind is EventKind.BREAKS else 1.0)
 
     def _steepness_of_place(self, state: Sequence[Any], trigger: Trigger) -> float:
@@ -99,17 +97,17 @@ class StepOfArc(NamedTuple):
         reach: Any = element.branch(self.mode.dent(trigger.index)).reach
         return found / max(2 * float(reach), FLAT)
 
-    def _value(self, state: Sequence[Any], time: Any, trigger: Trigger) -> Any:
+    def _value(self, mode: Mode, state: Sequence[float], time: float, trigger: Trigger) -> float:
         """Return the event function of a trigger, in its unit, at q and u and a time (s)."""
-        system, mode, (q1, q2, u1, u2) = self.system, self.mode, state
-        pose, u = Pose(system.chain, system.formulation, (q1, q2)), (u1, u2)
+        system, (q1, q2, u1, u2) = self.system.in_double, state
+        pose, u = system.pose((q1, q2)), (u1, u2)
         solution = None
         if trigger.kind in OF_FORCE:
             dents = [mode.dent(i) for i in range(len(mode.states))]
             solution = mode_solution(
                 pose, system.effects, system.elements, mode.states, dents, u, time
             )
-        return value(trigger, system, mode, pose, u, solution, Surfaces({}, {}))
+        return float(value(trigger, system, mode, pose, u, solution, Surfaces({}, {})))
 
     def _state(self, x: float) -> list[Any]:
         """Return q (rad) and u (rad/s) at x."""

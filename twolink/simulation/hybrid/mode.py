@@ -62,7 +62,7 @@ class Mode:
         return found if states == self.states else replace(found, states=states)
 
     @property
-    def for_display(self) -> Mode:
+    def in_floats(self) -> Mode:
         """The mode in floats, without dents that no point lies in."""
         if not self.dents:
             return self

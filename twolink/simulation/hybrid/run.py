@@ -68,7 +68,7 @@ class HybridRun(MotionRun):
             return ()
         found: list[Event] = []
         for arc, since in zip(self.arcs, self.since, strict=True):
-            mode = arc.mode.for_display
+            mode = arc.mode.in_floats
             goes_on = bool(found) and found[-1].mode == mode
             if arc.end.t > arc.start.t and not goes_on:
                 start = float(arc.start.t)

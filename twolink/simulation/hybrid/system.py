@@ -138,6 +138,17 @@ class HybridSystem:
         return self.number(self.longest_step)
 
     @cached_property
+    def in_double(self) -> HybridSystem:
+        """The system in float64, for values of which a few digits are enough."""
+        if self.number is float:
+            return self
+        return replace(
+            self, chain=self.scene_chain, precision="double", order=None, number=float,
+            elements=contact_elements(self.effects, self.scene_chain),
+            rounding=PRECISIONS["double"].rounding,
+        )  # fmt: skip
+
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """The names of the elements."""
         return tuple(element.name for element in self.elements)
