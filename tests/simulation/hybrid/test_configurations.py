@@ -82,6 +82,12 @@ def test_the_part_before_the_end_of_a_judge_counts():
     assert Seen(DOUBLE, TIMES, np.zeros(401)).expected(LONG) == 0
 
 
+def test_an_error_that_is_unknown_in_quadruple_precision_is_left_to_the_last_pair():
+    errors = np.where(TIMES < 2, 1e-24, np.inf)
+    assert Seen(FIRST, TIMES, errors).expected(SECOND) == np.inf
+    assert taken(FIRST, errors, 1e-9) == LAST
+
+
 def test_a_motion_that_is_chaotic_from_its_start_has_a_finite_expectation():
     errors = np.where(TIMES > 0, 0.3, 0.0)
     assert math.isfinite(Seen(LOW, TIMES, errors).expected(LAST))

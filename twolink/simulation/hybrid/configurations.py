@@ -78,9 +78,13 @@ class Seen(NamedTuple):
 
         The errors of steps grow alike in both. An error of the omitted part of bounces that
         accumulate goes with the square root of round-off (`tolerances.zeno_time`); in quadruple
-        precision it is far below any accuracy.
+        precision it is far below any accuracy. An error that is unknown in quadruple precision
+        depends on a choice there, which only the last pair has a chance to decide.
         """
-        finite = self.errors[np.isfinite(self.errors)]
+        known = np.isfinite(self.errors)
+        if self.configuration.is_long and not known.all():
+            return math.inf
+        finite = self.errors[known]
         worst = float(finite.max(initial=0.0))
         growth = self._growth(finite)
         expected = math.exp(min(growth + math.log(following.step_error), 700.0))
