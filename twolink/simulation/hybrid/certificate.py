@@ -22,7 +22,7 @@ from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.doubts import StepOfArc, doubt_of, near_to_zero, with_dip
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
-from twolink.simulation.hybrid.polishing import lowest
+from twolink.simulation.hybrid.polishing import horner, later_fall, lowest
 from twolink.simulation.hybrid.roots import Search, first_fall
 from twolink.simulation.hybrid.start_of_arc import StartOfArc
 from twolink.simulation.hybrid.state import HybridState
@@ -93,6 +93,8 @@ class Certificate:
         # The event functions that are zero within these sizes since the start of the arc.
         self._zero: dict[int, float] = {}
         self._tails: dict[int, float] = {}
+        # Gaps at the start, below round-off of a place, that division by time omits.
+        self._omitted: dict[int, Any] = {}
         self._offsets: dict[int, Any] = {}
         for place in layout.reversed:
             if self._triggers[place].kind in (EventKind.CLEARS, EventKind.REACHES):
@@ -125,12 +127,7 @@ class Certificate:
         suspects = self._suspects(block, at_start) if self._triggers else ()
         earliest = self._earliest(block, suspects, doubts) if suspects else None
         if self._compiled.clock is not None:
-            # The clock can reach its end only on the last step.
-            last = len(block.lengths) - 1
-            if earliest is None or earliest.place == last:
-                at_end = self._clock_root(block, last)
-                if at_end is not None and (earliest is None or at_end <= earliest.x):
-                    earliest = Finding(last, at_end, None)
+            earliest = self._at_end_of_clock(block, earliest) or earliest
         return earliest, tuple(doubts)
 
     def _suspects(self, block: Block, at_start: bool) -> list[_Suspect]:
@@ -206,6 +203,9 @@ class Certificate:
                 continue
             search, limit = _searched(suspect, least)
             fall = search.fall
+            if fall is not None and not suspect.whole and number in self._omitted:
+                fall = later_fall(polynomial, fall, self._omitted[number])
+                search = search._replace(fall=fall)
             shallow = suspect.whole and suspect.bernstein[-1] > -least
             if fall is not None and search.touch is None and shallow:
                 search, limit = with_dip(search, polynomial, least, limit)
@@ -244,6 +244,9 @@ class Certificate:
             if order is None:
                 self._zero[number] = self._start.zero_size(trigger, polynomial, block)
             elif order:
+                if trigger.kind is _HITS and polynomial[0] > 0:
+                    # A gap is a variable of its own, known relative to its size.
+                    self._omitted[number] = polynomial[0]
                 row = every[0, number]
                 row[:-order] = row[order:]
                 row[-order:] = 0
@@ -262,15 +265,21 @@ class Certificate:
         del self._zero[number]
         return int(grown[0]) + 1
 
-    def _clock_root(self, block: Block, place: int) -> Any:
-        """Return the place on a step at which the clock reaches the end of the arc, or None."""
+    def _at_end_of_clock(self, block: Block, earliest: Finding | None) -> Finding | None:
+        """Return where the clock reaches the end of the arc before the earliest event, or None.
+
+        The clock rises until a point leaves its surface, and falls beyond: only the part of the
+        step before the event counts.
+        """
+        place = len(block.lengths) - 1 if earliest is None else earliest.place
+        until = self._system.number(1) if earliest is None else earliest.x
         row = block.coefficients[place, self._compiled.clock]
         polynomial = -row * powers_of(block.lengths[place : place + 1], len(row))
         polynomial[0] = polynomial[0] + self._span
-        if polynomial.sum() > 0:
+        if horner(polynomial.tolist(), until) > 0:
             return None
         end = first_fall(polynomial, 0.0).fall
-        return 1 if end is None else end
+        return Finding(place, until if end is None or end > until else end, None)
 
 
 def _by_step(suspects: Sequence[_Suspect]) -> Sequence[Sequence[_Suspect]]:
