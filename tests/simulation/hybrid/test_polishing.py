@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 
 from tests.simulation.hybrid.polynomials import as_floats, expanded
-from twolink.simulation.hybrid.polishing import later_fall, lowest, polished
+from twolink.simulation.hybrid.polishing import lowest, polished
 
 
 def test_polishing_stays_inside_the_bracket():
@@ -46,20 +46,3 @@ def test_a_polished_root_does_not_depend_on_the_first_guess(near):
 )
 def test_the_lowest_place_is_a_minimum_inside_that_is_low_enough(coefficients, place):
     assert lowest(coefficients, 2e-3) == (place and pytest.approx(place))
-
-
-@pytest.mark.parametrize(
-    ("sum_of", "rest", "place"),
-    [
-        # 1/16 + x (1/2 − x): at (1/2 + √(1/4 + 1/4)) / 2.
-        ((0.5, -1.0), 1 / 16, (0.5 + math.sqrt(0.5)) / 2),
-        # The rest is still there at 1.
-        ((0.75, -1.0), 0.5, None),
-        # The sum rises again, and with the rest it does not fall at all.
-        ((0.5, -2.0, 1.75), 1e-16, 0.375),
-    ],
-)
-def test_a_fall_is_later_by_the_rest_that_the_sum_omits(sum_of, rest, place):
-    first = sum_of[0] / -sum_of[1] if len(sum_of) == 2 else 0.375
-    found = later_fall(sum_of, first, rest)
-    assert found == (None if place is None else pytest.approx(place, rel=1e-15))

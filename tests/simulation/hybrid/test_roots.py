@@ -15,7 +15,7 @@ from tests.simulation.hybrid.polynomials import EPSILON, as_floats, bound_of, ex
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid import bernstein, roots
 from twolink.simulation.hybrid.bernstein import bernstein_matrix
-from twolink.simulation.hybrid.roots import first_fall
+from twolink.simulation.hybrid.roots import Search, first_fall, with_rest
 from twolink.simulation.hybrid.tolerances import POLYNOMIAL
 
 
@@ -309,3 +309,32 @@ def test_a_search_that_gives_up_still_finds_the_fall_of_a_piece_that_ends_below_
     found = first_fall(waves(10, -2.5), 1.0)
     assert 0.7 < found.fall < 1
     assert found.touch < 0.1
+
+
+REST = Fraction(1, 16)
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+@pytest.mark.parametrize(
+    ("sum_of", "expected"),
+    [
+        # 1/16 + x (1/2 − x): at (1/2 + √(1/4 + 1/4)) / 2, where the sum falls at 1/2.
+        (("1/2", "-1"), Search(0.6035533905932737)),
+        # 1/16 + x (31/32 − x) is 1/32 at 1.
+        (("31/32", "-1"), Search()),
+        # 1/16 + x (1/2 − 2 x + 7/4 x²) has no root, and the sum falls at (4 − √2)/7.
+        (("1/2", "-2", "7/4"), Search(None, 0.3693980625181293)),
+        # 1/16 + x (1/2 − 3 x + 11/4 x²) falls and rises; the sum falls at 2/11.
+        (("1/2", "-3", "11/4"), Search(0.32935801040374285)),
+        # Neither falls.
+        (("1/2", "0"), Search()),
+    ],
+)
+def test_the_fall_of_a_gap_counts_the_rest_that_division_by_time_omits(precision, sum_of, expected):
+    number = PRECISIONS[precision].number
+    coefficients = [number(float(Fraction(c))) for c in sum_of] + [number(0)]
+    found = with_rest(first_fall(coefficients, 0.0), coefficients, number(float(REST)))
+    assert not found.unsure
+    for own, exact in zip(found[:2], expected[:2], strict=True):
+        in_float = None if own is None else float(own)
+        assert in_float == (None if exact is None else pytest.approx(exact, rel=1e-14))

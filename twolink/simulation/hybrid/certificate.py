@@ -22,8 +22,8 @@ from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.doubts import StepOfArc, doubt_of, near_to_zero, with_dip
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
-from twolink.simulation.hybrid.polishing import horner, later_fall, lowest
-from twolink.simulation.hybrid.roots import Search, first_fall
+from twolink.simulation.hybrid.polishing import horner, lowest
+from twolink.simulation.hybrid.roots import Search, first_fall, with_rest
 from twolink.simulation.hybrid.start_of_arc import StartOfArc
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
@@ -202,10 +202,9 @@ class Certificate:
             ):
                 continue
             search, limit = _searched(suspect, least)
+            if not suspect.whole and number in self._omitted:
+                search = with_rest(search, polynomial, self._omitted[number])
             fall = search.fall
-            if fall is not None and not suspect.whole and number in self._omitted:
-                fall = later_fall(polynomial, fall, self._omitted[number])
-                search = search._replace(fall=fall)
             shallow = suspect.whole and suspect.bernstein[-1] > -least
             if fall is not None and search.touch is None and shallow:
                 search, limit = with_dip(search, polynomial, least, limit)
@@ -244,7 +243,7 @@ class Certificate:
             if order is None:
                 self._zero[number] = self._start.zero_size(trigger, polynomial, block)
             elif order:
-                if trigger.kind is _HITS and polynomial[0] > 0:
+                if trigger.kind is _HITS and order == 1 and polynomial[0] > 0:
                     # A gap is a variable of its own, known relative to its size.
                     self._omitted[number] = polynomial[0]
                 row = every[0, number]

@@ -72,17 +72,24 @@ class StepOfArc(NamedTuple):
     def steepness(self, x: float, trigger: Trigger) -> float:
         """Return the change of an event function at x by one of every angle and speed (1/rad).
 
-        It is the sum of the sizes of the derivatives by q and u, by differences in float64.
+        It is the sum of the sizes of the derivatives by q and u, by central differences in float64,
+        and infinite where there is none. A point that is hardly pressed in leaves its surface on
+        one side, so that the difference on that side alone would be too small.
         """
         if trigger.kind in _EDGES:
             return self._steepness_of_place(self._state(x), trigger)
         state = [float(each) for each in self._state(x)]
         time, mode = self.time(x)[0], self.mode.in_floats
-        here, found = self._value(mode, state, time, trigger), 0.0
+        found = 0.0
         for k in range(4):
-            moved = [*state]
-            moved[k] += DIFFERENCE
-            found += abs(self._value(mode, moved, time, trigger) - here) / DIFFERENCE
+            ends = []
+            for change in (DIFFERENCE, -DIFFERENCE):
+                moved = [*state]
+                moved[k] += change
+                ends.append(self._value(mode, moved, time, trigger))
+            found += abs(ends[0] - ends[1]) / (2 * DIFFERENCE)
+        if not math.isfinite(found):
+            return math.inf
         return found * (self.system.force_scale if trigger.kind is EventKind.BREAKS else 1.0)
 
     def _steepness_of_place(self, state: Sequence[Any], trigger: Trigger) -> float:
@@ -98,15 +105,21 @@ class StepOfArc(NamedTuple):
         return found / max(2 * float(reach), FLAT)
 
     def _value(self, mode: Mode, state: Sequence[float], time: float, trigger: Trigger) -> float:
-        """Return the event function of a trigger, in its unit, at q and u and a time (s)."""
+        """Return the event function of a trigger, in its unit, at q and u and a time (s).
+
+        It is infinite where the constraints of the mode have no solution in float64.
+        """
         system, (q1, q2, u1, u2) = self.system.in_double, state
         pose, u = system.pose((q1, q2)), (u1, u2)
         solution = None
         if trigger.kind in OF_FORCE:
             dents = [mode.dent(i) for i in range(len(mode.states))]
-            solution = mode_solution(
-                pose, system.effects, system.elements, mode.states, dents, u, time
-            )
+            try:
+                solution = mode_solution(
+                    pose, system.effects, system.elements, mode.states, dents, u, time
+                )
+            except (ZeroDivisionError, OverflowError):
+                return math.inf
         return float(value(trigger, system, mode, pose, u, solution, Surfaces({}, {})))
 
     def _state(self, x: float) -> list[Any]:

@@ -64,20 +64,6 @@ def _least_change(kind: Any) -> Any:
     return rounding / 16
 
 
-def later_fall(coefficients: Sequence[Any], fall: Any, rest: Any) -> Any:
-    """Return where rest + x Σ c_k x^k falls through zero, the sum having fallen before.
-
-    The rest is positive. None says that it falls beyond 1. Where the sum is positive at 1, it only
-    touches zero within the rest, and the place of its own `fall` is returned.
-    """
-    at_end = sum(coefficients)
-    if at_end > 0 or not fall > 0:
-        return fall
-    if rest + at_end > 0:
-        return None
-    return bracketed([rest, *coefficients], fall, 1.0, float(fall))
-
-
 def lowest(coefficients: Sequence[Any], limit: float) -> float | None:
     """Return the place of a minimum inside (0, 1) with a value below a limit, or None."""
     descent = [-k * float(c) for k, c in enumerate(coefficients) if k]

@@ -77,6 +77,20 @@ def first_fall(
     return Search(bracketed(coefficients, low, high, near), touch, unsure)
 
 
+def with_rest(search: Search, coefficients: Sequence[Any], rest: Any) -> Search:
+    """Return the search for the fall of rest + x Σ c_k x^k, by that for the fall of the sum.
+
+    The rest and the first coefficient are positive, so that the sum falls first. Where it is
+    positive again at 1 and the rest has kept the whole from zero, its fall is a touch.
+    """
+    if search.fall is None:
+        return search
+    fall = first_fall([rest, *coefficients], 0.0).fall
+    if fall is None and search.touch is None and sum(coefficients) > 0:
+        return search._replace(fall=None, touch=float(search.fall))
+    return search._replace(fall=fall)
+
+
 def _proven(coefficients: Sequence[Any], bound: float) -> _Isolated | None:
     """Return the first fall of a polynomial in longer numbers, if float64 suffices to prove it.
 
