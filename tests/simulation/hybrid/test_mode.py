@@ -58,7 +58,7 @@ def test_a_mode_without_dents_is_its_own_kind():
     assert MODE.dent(1) is None
 
 
-def test_a_dent_that_no_point_lies_in_is_not_displayed():
+def test_a_mode_in_floats_has_no_dent_that_no_point_lies_in():
     away = replace(DENTED, states=(S.STICKS, S.OPEN))
     assert away.in_floats.dents == (None, None)
     assert DENTED.in_floats.dents == (None, DENT)

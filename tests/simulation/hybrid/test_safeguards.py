@@ -20,7 +20,7 @@ from twolink.scene import Scene
 from twolink.simulation.hybrid import certificate, flow, impact, painleve, reactions, start, trials
 from twolink.simulation.hybrid.bernstein import margins_of
 from twolink.simulation.hybrid.certificate import Certificate
-from twolink.simulation.hybrid.complementarity import Law
+from twolink.simulation.hybrid.conditions import Law
 from twolink.simulation.hybrid.run import hybrid_run
 
 

@@ -136,3 +136,13 @@ def test_numbers_of_effects_are_of_the_precision_of_the_system():
     found = system_of(pieces, precision="long double").effect_numbers
     assert [float(number) for number in found] == list(pieces.numbers)
     assert {type(number) for number in found} == {np.longdouble}
+
+
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+def test_a_system_in_double_has_the_numbers_of_the_scene(precision):
+    system = system_of(Gravity(), FLOOR, precision=precision)
+    found, exact = system.in_double, system_of(Gravity(), FLOOR)
+    assert (found.number, found.rounding) == (float, exact.rounding)
+    assert found.chain == exact.chain
+    assert found.elements == exact.elements
+    assert exact.in_double is exact

@@ -6,7 +6,8 @@ import pytest
 
 from tests.campaign.draw import draw_scene
 from tests.simulation.hybrid import BALANCED, state_of, system_of
-from tests.simulation.hybrid.test_complementarity import problem_of, value_in
+from tests.simulation.hybrid.test_complementarity import problem_of
+from tests.simulation.hybrid.test_conditions import value_in
 from twolink.contact.states import ContactState as S
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_torque import JointTorque

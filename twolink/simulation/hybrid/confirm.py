@@ -13,13 +13,11 @@ from twolink.contact.states import EventKind
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
     Candidate,
-    Condition,
-    Law,
     Orders,
     Problem,
-    value_of,
 )
 from twolink.simulation.hybrid.compliant_state import CompliantState
+from twolink.simulation.hybrid.conditions import Condition, Law, value_of
 from twolink.simulation.hybrid.dynamics import (
     LocalEquations,
     Solution,

@@ -12,13 +12,13 @@ from twolink.contact.elements import Constraint
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.collision import sliding_after, touched_names
-from twolink.simulation.hybrid.complementarity import vanishes
 from twolink.simulation.hybrid.constraint import is_answered
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
     stopped,
 )
+from twolink.simulation.hybrid.noise import vanishes
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.singular_pose import pinned, wedged
 from twolink.simulation.hybrid.state import HybridState, put

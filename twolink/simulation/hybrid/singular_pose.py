@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from twolink.contact.elements import ContactElement
-from twolink.simulation.hybrid.complementarity import size_of, vanishes
 from twolink.simulation.hybrid.constraint import parallel
+from twolink.simulation.hybrid.noise import size_of, vanishes
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem

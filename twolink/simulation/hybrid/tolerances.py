@@ -32,8 +32,8 @@ ROUNDED_PLACE = 8
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
 # smaller is zero within the precision, and the next derivatives decide. The factor
-# covers the solution of two equations in a pose near a singular one. Read by complementarity,
-# impact, resolution and start.
+# covers the solution of two equations in a pose near a singular one. Read by noise, impact,
+# resolution and start.
 UNDECIDED = 2.0**20
 
 # Roundings of the terms of a speed. A smaller speed along a coordinate is zero within round-off.
@@ -50,7 +50,7 @@ NO_REBOUND = 512
 
 # Part of the other row, or of the length of the chain. A shorter Jacobian row is the rounding of
 # zero: the point cannot move that way in this pose. A scene is given in float64, so this is the
-# same in all precisions. Read by impact, constraint, complementarity, start and zeno.
+# same in all precisions. Read by impact, constraint, noise, start and zeno.
 NO_LEVER = 2.0**-46
 
 # Part of the product of two rows. If their determinant is smaller, they are parallel. Read

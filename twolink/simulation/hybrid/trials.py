@@ -10,15 +10,13 @@ from twolink.contact.states import ContactState
 from twolink.simulation.hybrid.complementarity import (
     Candidate,
     Conceivable,
-    Condition,
-    Law,
     Problem,
     States,
     conceivable,
     is_independent,
     is_solvable,
-    value_of,
 )
+from twolink.simulation.hybrid.conditions import Condition, Law, value_of
 from twolink.simulation.hybrid.dynamics import Share, accelerated, share_of, solve
 
 
@@ -61,11 +59,8 @@ class Trials:
 
     def _tried(self, mode: Conceivable, shares: list[Share]) -> Candidate | None:
         """Return a mode as a candidate, or None at the first condition that it violates."""
-        system, equations, noise = (
-            self._problem.system,
-            self._problem.equations,
-            self._problem.noise,
-        )
+        problem = self._problem
+        system, equations, noise = problem.system, problem.equations, problem.noise
         du, multipliers = accelerated(equations, shares)
         decided: list[Condition] = []
         unsure: list[Condition] = []

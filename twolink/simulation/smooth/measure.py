@@ -125,8 +125,7 @@ def measured_run(
 
     With `correct` it may be a run whose estimated error is subtracted. `progress` maps the name of
     a run to a function that receives its completed share. No step is longer than `longest_step`
-    (s). Raises `SimulationError` if the scene
-    cannot be integrated to the last time.
+    (s). Raises `SimulationError` if the scene cannot be integrated to the last time.
     """
     balanced = is_balanced(scene)
     search = _Search(scene, times, accuracy, formulation, progress, correct, longest_step, balanced)

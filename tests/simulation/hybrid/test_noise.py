@@ -1,0 +1,76 @@
+"""The round-off of conditions: by the forces that act, and by the pose."""
+
+import math
+
+import pytest
+
+from tests.simulation.hybrid import BALANCED, BARS, system_of
+from tests.simulation.hybrid.test_complementarity import problem_of
+from tests.simulation.hybrid.test_conditions import value_in
+from twolink.contact.states import ContactState as S
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.joint_torque import JointTorque
+from twolink.simulation.hybrid import tolerances
+from twolink.simulation.hybrid.complementarity import conditions
+from twolink.simulation.hybrid.conditions import Condition, Law
+from twolink.simulation.hybrid.dynamics import solve
+from twolink.simulation.hybrid.noise import Noise, vanishes
+
+
+def test_the_rounding_of_a_condition_grows_with_the_forces_and_shrinks_with_the_precision():
+    condition = Condition(Law.WITHIN_LIMIT, 0, 1)
+    found = {}
+    for precision in ("double", "long double"):
+        for torque in (1.0, 1000.0):
+            problem = problem_of(
+                JointTorque((torque, 0.0)), JointFriction((1.0, 0.0)), precision=precision
+            )
+            solution = solve(problem.equations, problem.system.elements, (S.STICKS,))
+            found[precision, torque] = problem.noise.of(condition, solution.du)
+    assert found["double", 1000.0] == pytest.approx(1000 * found["double", 1.0])
+    assert found["long double", 1.0] < found["double", 1.0] < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("effects", "u"),
+    [((), (0.0, 3.0)), ((Gravity(9.81),), (0.0, 0.0)), ((Gravity(9.81),), (0.0, 3.0))],
+    ids=["inertia", "weight", "both"],
+)
+@pytest.mark.parametrize("turn", [1e-16, -3e-15])
+def test_forces_that_vanish_in_a_pose_keep_the_round_off_of_its_angles(effects, u, turn):
+    """Link 1 hangs on a stop and link 2 hangs almost straight: all that is left is round-off."""
+    stop = JointStop("A", lower=math.pi / 2)
+    q = (math.pi / 2, math.pi / 2 + turn)
+    problem = problem_of(*effects, stop, q=q, u=u, chain=BARS)
+    for states, law in (((S.CLOSED,), Law.PUSHES), ((S.OPEN,), Law.SEPARATES)):
+        solution = solve(problem.equations, problem.system.elements, states)
+        condition = Condition(law, 0)
+        value = float(value_in(problem, solution, condition))
+        assert 10 * abs(value) < problem.noise.of(condition, solution.du) < 1e-6
+
+
+def test_forces_that_cancel_keep_the_round_off_of_each():
+    """A motor at A holds the weight, 14.715 N m about A: the round-off is that of both."""
+    problem = problem_of(
+        Gravity(9.81), JointTorque((-14.715, 0.0)), JointFriction((1.0, 0.0)), chain=BARS
+    )
+    condition = next(iter(conditions(problem, (S.STICKS,))))
+    solution = solve(problem.equations, problem.system.elements, (S.STICKS,))
+    unsure = tolerances.UNDECIDED * problem.system.resolution
+    assert problem.noise.of(condition, solution.du) > 2 * 14.715 * unsure
+
+
+def test_a_row_of_round_off_counts_as_zero():
+    system = system_of(chain=BALANCED)
+    assert vanishes(system, (1e-16, -1e-15))
+    assert not vanishes(system, (1e-12, 0.0))
+
+
+def test_the_force_along_a_row_of_zero_has_no_bound_on_its_round_off():
+    problem = problem_of(JointStop("A", lower=0.0))
+    row = problem.equations.terms[0].normal._replace(row=(0.0, 0.0))
+    terms = (problem.equations.terms[0]._replace(normal=row),)
+    noise = Noise(problem.system, problem.equations._replace(terms=terms), (0.0, 0.0))
+    assert noise.of(Condition(Law.PUSHES, 0), (0.0, 0.0)) == math.inf

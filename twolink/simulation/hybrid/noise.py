@@ -1,0 +1,98 @@
+"""The round-off of the conditions of a mode selection, by the sizes of all forces."""
+
+from __future__ import annotations
+
+import math
+
+from twolink.arithmetic import Pair, Scalar
+from twolink.loads import Torque
+from twolink.simulation.hybrid import tolerances
+from twolink.simulation.hybrid.conditions import Condition, Law, along
+from twolink.simulation.hybrid.constraint import cramer
+from twolink.simulation.hybrid.dynamics import LocalEquations
+from twolink.simulation.hybrid.system import HybridSystem
+
+
+class Noise:
+    """The round-off of the conditions at a state, by the sizes of all forces there.
+
+    The part of a condition that does not depend on the mode is computed once.
+    """
+
+    def __init__(self, system: HybridSystem, equations: LocalEquations, u: Pair) -> None:
+        """Compute the sizes of the forces (N m) and of M (kg m²)."""
+        (M11, M12), (_, M22) = equations.M
+        inertia = abs(float(M11)), abs(float(M12)), abs(float(M22))
+        self._system, self._equations = system, equations
+        self._unsure = tolerances.UNDECIDED * system.resolution
+        self._forces = _size_of_forces(equations, inertia, system.scene_chain.L1, u)
+        self._inertia = inertia[0] + inertia[1], inertia[1] + inertia[2]
+        self._turning = size_of(u) * size_of(u)
+        self._gains: dict[Condition, float] = {}
+
+    def of(self, condition: Condition, du: Pair) -> float:
+        """Return the round-off of the value of a condition at du (rad/s²)."""
+        gain = self._gains.get(condition)
+        if gain is None:
+            gain = self._gains[condition] = self._gain(condition)
+        if condition.law in (Law.SEPARATES, Law.ACCELERATES):
+            return self._of_acceleration(gain, du)
+        return gain if math.isinf(gain) else self._unsure * self._forces_at(du) * gain
+
+    def along(self, row: Pair, du: Pair) -> float:
+        """Return the round-off of the acceleration along a row at du (rad/s²)."""
+        return self._of_acceleration(self._response(row), du)
+
+    def _gain(self, condition: Condition) -> float:
+        """Return the change of a condition by a generalized force (N m)."""
+        row, _ = along(self._equations, condition)
+        if condition.law in (Law.SEPARATES, Law.ACCELERATES):
+            return self._response(row)
+        return math.inf if vanishes(self._system, row) else 1 / size_of(row)
+
+    def _response(self, row: Pair) -> float:
+        return size_of(cramer(self._equations.M, row, self._equations.det))
+
+    def _of_acceleration(self, response: float, du: Pair) -> float:
+        chain = self._system.scene_chain
+        own = float(chain.L1 + chain.L2) * (size_of(du) + self._turning)
+        return self._unsure * (self._forces_at(du) * response + own)
+
+    def _forces_at(self, du: Pair) -> float:
+        """Return the size (N m) of all forces at du (rad/s²), those of inertia included."""
+        one, two = self._inertia
+        return self._forces + one * abs(float(du[0])) + two * abs(float(du[1]))
+
+
+def _size_of_forces(
+    equations: LocalEquations, inertia: tuple[float, float, float], length: Scalar, u: Pair
+) -> float:
+    """Return the sum of all generalized forces (N m), each as large as it is in some pose.
+
+    In one pose they may vanish or cancel, and their round-off remains: that of the angles times
+    their derivatives. `length` (m) is that of link 1.
+    """
+    M11, M12, M22 = inertia
+    speed = size_of(u)
+    size = (M11 + 2 * M12 + M22) * speed * speed
+    for load in equations.loads:
+        if isinstance(load, Torque):
+            size += abs(float(load.moment))
+        else:
+            point, force = load.point, size_of(load.components)
+            reach = abs(float(point.along)) + abs(float(point.across))
+            size += force * (reach + (float(length) if point.link == 2 else 0.0))
+    for terms in equations.terms:
+        if terms is not None and terms.normal is not None:
+            size += abs(float(terms.push)) * size_of(terms.normal.row)
+    return size
+
+
+def vanishes(system: HybridSystem, row: Pair) -> bool:
+    """Return whether a row is zero within round-off: no force acts along it in this pose."""
+    return size_of(row) <= tolerances.NO_LEVER * system.lever
+
+
+def size_of(row: Pair) -> float:
+    """Return the largest entry of a row."""
+    return max(abs(float(row[0])), abs(float(row[1])))
