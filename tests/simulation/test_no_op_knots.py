@@ -1,10 +1,13 @@
 """A sampled torque of zero changes nothing, wherever its knots are beside events."""
 
+import math
+
 import numpy as np
 import pytest
 
 from twolink.chain import Chain
 from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.scene import Scene
@@ -63,3 +66,34 @@ def test_a_knot_within_round_off_of_an_impact(after):
     assert second.time - first.time == pytest.approx(flight, abs=1e-15)
     exact = -e * e * v + a * (end - 1 - flight)
     assert abs(found.u[0, -1] - exact) <= found.error
+
+
+@pytest.mark.parametrize("knot", [None, 0.2, 0.3, 0.6, 0.8, 0.95])
+@pytest.mark.parametrize("spin", [0.0, 1.0])
+def test_two_static_frictions_hold_a_link_together_while_the_other_turns(knot, spin):
+    """A holds 2 N m, and B, pressed with N, 0.6 N sin 45° more; while they slide it is half.
+
+    A torque that grows moves link 1 at 1 s, when it exceeds the moment of N and both static limits,
+    and no knot before makes it slide against kinetic friction. Link 2 turns by itself.
+    """
+    depth, stiffness, lever = 1e-3, 4000.0, math.sqrt(0.5)
+    push = stiffness * depth
+    soft = CompliantSurface(
+        (0.0, lever - depth), (0.0, -1.0), "kelvin-voigt", stiffness=stiffness, on=("B",),
+        friction=0.3, static=0.6,
+    )  # fmt: skip
+    hold = 2.0 + 0.6 * push * lever
+    # The push turns link 1 backward.
+    most = hold + push * lever
+    torque = SampledTorque((0.0, 2.0), (0.0, 2 * most), (0.0, 0.0), "linear")
+    effects = (JointFriction((1.0, 0.0), (2.0, 0.0)), soft, torque)
+    if knot is not None:
+        effects = (*effects, held((0.0, knot), (0.0, 0.0)))
+    found = simulate(Scene(ALONE, (math.pi / 4, 0.0), (0.0, spin), 1.5, effects))
+    assert found.met
+    assert np.all(found.u[0, found.t < 1.0] == 0)
+    assert found.u[0].max() > 0.01
+    # Kinetic friction would not hold the link against the push alone.
+    assert found.notes[0].startswith("At 0 s the laws of contact leave a choice: A sticks, B on")
+    slides = [event.time for event in found.events if "A slips" in str(event.mode)]
+    assert slides[0] == pytest.approx(1.0, abs=1e-9)

@@ -12,8 +12,10 @@ If the laws admit more than one motion, these rules apply in this order:
    as where friction wedges link 1 against a surface that the loads would open, the choice is noted.
 1. An element at rest keeps sticking as long as its static limit can hold it with all others in
    their states of the same mode. So it begins to slide only in a mode in which sticking instead
-   would exceed its limit. If that leaves no mode, as it may where static limits are larger than
-   kinetic friction, a mode in which elements begin to slide need only satisfy the laws.
+   would exceed its limit, and only if elements that hold one link together, all but one of them
+   with saturated friction, cannot hold it; the choice is noted. If that leaves no mode, as it may
+   where static limits are larger than kinetic friction, a mode in which elements begin to slide
+   need only satisfy the laws.
 2. If the limits of several elements at rest are exceeded when all of them are held, the one that is
    exceeded by the largest factor begins to slide.
 3. The mode with the fewest elements that begin to slide, then with the fewest saturated frictions,
@@ -154,8 +156,10 @@ def _selected(problem: Problem, pose: Pose) -> Selection | None:
         if taken is not None:
             # The laws may admit that the chain leaves its rest as well.
             return taken._replace(others=_departures(problem, moving or found, orders))
-        if found and not at_rest:
-            return _preferred(problem, found, orders)
+        if found and not at_rest and (with_pressed or not _all_break_away(problem, found)):
+            held = [c for c in found if not _begins(problem, c)] if moving else []
+            taken = _preferred(problem, held or moving or found, orders)
+            return _with_others(taken, moving) if held else taken
         undecided += candidates
         moving = moving or found
     if moving:
@@ -163,6 +167,29 @@ def _selected(problem: Problem, pose: Pose) -> Selection | None:
     if not undecided or jammed(problem.system, state, pose) or wedged(problem.system, state, pose):
         return None
     return _preferred(problem, undecided, {})._replace(confirmed=False)
+
+
+def _all_break_away(problem: Problem, found: list[Candidate]) -> bool:
+    """Return whether elements with a higher static limit begin to slide in all modes.
+
+    With kinetic friction they may not hold a link that they hold with static friction.
+    """
+    hysteretic = any(element.hysteretic for element in problem.system.elements)
+    return hysteretic and all(_begins(problem, each) for each in found)
+
+
+def _with_others(selection: Selection, others: list[Candidate]) -> Selection:
+    """Return a selection beside which the laws admit other modes as well."""
+    every = (*selection.others, *(each.states for each in others))
+    return selection._replace(others=tuple(dict.fromkeys(every)))
+
+
+def _begins(problem: Problem, candidate: Candidate) -> int:
+    """Return how many elements begin to slide in a mode."""
+    return sum(
+        state.slips and not direction
+        for state, direction in zip(candidate.states, problem.directions, strict=True)
+    )
 
 
 def _first_confirmed(
@@ -249,15 +276,11 @@ def _cost(problem: Problem, candidate: Candidate) -> tuple[float, ...]:
     for index, (state, forces) in enumerate(zip(states, candidate.solution.forces, strict=True)):
         if problem.system.elements[index].rigid and state is not ContactState.OPEN:
             normal += abs(float(forces.normal))
-    begins = sum(
-        state.slips and not direction
-        for state, direction in zip(states, problem.directions, strict=True)
-    )
     opens = sum(
         state is ContactState.OPEN and index in problem.state.touching
         for index, state in enumerate(states)
     )
-    return begins, sum(state.pressed for state in states), opens, normal
+    return _begins(problem, candidate), sum(s.pressed for s in states), opens, normal
 
 
 def _most_overloaded(problem: Problem) -> int | None:
