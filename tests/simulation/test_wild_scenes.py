@@ -332,9 +332,22 @@ def test_a_ball_turns_in_its_dent_while_both_joints_slide():
     assert phases.count(Phase.DENTED) > 100
 
 
+def test_impacts_and_turning_slides_that_die_away_together_end_in_rest():
+    """Between the impacts of B and D on s0 the slides of all frictions turn, at one instant.
+
+    They were more jumps than were followed, before the impacts were as many as end a burst.
+    """
+    run = trajectory("impacts_and_turning_slides_die_away_together")
+    assert run.met
+    (burst,) = [event for event in run.events if str(event.mode).endswith("D on s0 rests")]
+    assert burst.entered == pytest.approx(0.341203391, abs=1e-9)
+    _, u = run.at([burst.time, run.scene.duration])
+    assert np.abs(u).max() == 0
+
+
 def test_each_scene_has_a_test():
     """The scenes are those in the folder, and each is named in a test."""
     text = Path(__file__).read_text(encoding="utf-8")
     names = [path.stem for path in SCENES.glob("*.toml")]
-    assert len(names) == 21
+    assert len(names) == 22
     assert [name for name in names if text.count(f'"{name}"') == 0] == []

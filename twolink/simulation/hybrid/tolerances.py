@@ -71,9 +71,9 @@ MOST_ENERGY = 1e6
 # of all contacts that take part. Each takes energy, so that they grow weaker. Read by resolution.
 MOST_IMPACTS = 1000
 
-# Jumps at one instant after which a run fails, as more would not end: more than the impacts of a
-# burst, which end by themselves (below). Read by history.
-MOST_JUMPS_AT_ONCE = 100
+# Jumps at one instant after which a run fails, as more would not end. A burst ends by itself after
+# its impacts (below), and some slides may end or turn between two of them. Read by history.
+MOST_JUMPS_AT_ONCE = 400
 
 # Bounces on a contact before further ones are left out if they would not end. The run that judges
 # another follows more of them. Read by effort and measure.
