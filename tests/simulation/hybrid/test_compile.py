@@ -140,7 +140,7 @@ def test_a_surface_that_springs_back_is_a_variable_that_decays():
 
 
 def test_modes_of_one_kind_share_an_integrator():
-    """Dents and torques that differ in numbers only are parameters."""
+    """Dents, torques and places that differ in numbers only are parameters."""
     system = system_of(Gravity(), FLOOR)
     assert compiled(system, S.OPEN, S.OPEN) is compiled(system, S.OPEN, S.OPEN)
     assert compiled(system, S.OPEN, S.OPEN) is not compiled(system, S.OPEN, S.CLOSED)
@@ -154,7 +154,10 @@ def test_modes_of_one_kind_share_an_integrator():
     dents = [PlasticState(Phase.DENTED, 1e9, 1e-6, x) for x in (1e-5, 2e-5)]
     first, second = (compiled(system, S.CLOSED, dents=(dent,)) for dent in dents)
     assert first is second
-    assert first.numbers == 3
+    # Three of the dent, and the place of D.
+    assert first.numbers == 4
+    moved = system.moved_to([place + 1e-9 for place in system.places])
+    assert compiled(moved, S.CLOSED, dents=dents[:1]).pool is first.pool
 
 
 def test_modes_that_slide_to_either_side_share_an_integrator():

@@ -21,6 +21,7 @@ from twolink.kinematics import position
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.jump import settle
+from twolink.simulation.hybrid.start import start_state, through_start
 
 Q = (0.3, 1.2)
 HEIGHT = math.sin(0.3) + math.sin(1.2)
@@ -425,3 +426,39 @@ def test_a_graze_that_the_change_of_a_start_decides_is_in_the_error(share):
     wall = Surface((one + share * (two - one), 0.0), normal, restitution=0.5, name="wall")
     scene = replace(free, effects=(Gravity(), above(-1.3e-14), wall), accuracy=1e-8)
     assert_bounded(scene, (Gravity(), wall), accuracy=1e-13, beside=(at,))
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+@pytest.mark.parametrize("gap", [1e-16, -1e-16])
+def test_contacts_that_are_moved_to_the_start_leave_the_pose_as_it_is(precision, gap):
+    """D is beside the floor by a rounding, on a wall within one, and 0.25 m above a ledge."""
+    wall = Surface((math.cos(0.3) + math.cos(1.2), 0.0), (-1.0, 0.0))
+    system = system_of(
+        floor(-gap), wall, floor(-0.25), JointFriction((1.0, 0.0)), precision=precision
+    )
+    scene = Scene(BARS, Q, (0.0, 0.0), 1.0, system.effects)
+    moved = through_start(system, scene)
+    state = start_state(moved, scene)
+    assert tuple(map(float, state.q)) == Q
+    assert state.touching == {0, 1}
+    assert state.gaps[:2] == (0, 0)
+    assert float(state.gaps[2]) == pytest.approx(0.25, abs=1e-15)
+    for before, after in zip(system.elements, moved.elements, strict=True):
+        assert abs(after.bound - before.bound) < 1e-15
+    assert moved.elements[2:] == system.elements[2:]
+    assert moved.with_effects(system.effects).places == moved.places
+    assert moved.in_double.places == pytest.approx(system.in_double.places, abs=1e-15)
+
+
+@pytest.mark.parametrize("q", [(-0.84, -0.93), (-1.21, 0.4), (-0.3, 2.0)])
+def test_a_chain_without_loads_stays_at_rest_on_a_rough_surface(q):
+    """The judge held B on the surface as it is given, beside the pose, and pulled B to it."""
+    chain = Chain((2.5, 0.19), (0.52, 0.21), ((0.26, 0.0), (0.105, 0.0)), (0.01, 0.001))
+    surface = Surface(
+        position(chain, q, chain.B), (0.0, -1.0), on=("B",), restitution=0.84, law="newton-routh",
+        friction=2.8, static=4.0, name="s",
+    )  # fmt: skip
+    run = simulate(Scene(chain, q, (0.0, 0.0), 2.7, (surface,)))
+    assert run.met
+    assert np.all(run.u == 0)
+    assert [str(event.mode) for event in run.events] == ["B on s rests"]

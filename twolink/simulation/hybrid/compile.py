@@ -96,7 +96,7 @@ def _compiled(
     )  # fmt: skip
     mode = mode.with_numbers(tuple(precise(hy.par[next(parameters)], number) for _ in mode.numbers))
     elements = _with_frictions(system.elements, mode.states, parameters, number)
-    system = replace(system, elements=elements)
+    system = replace(system, elements=_with_places(elements, parameters, number))
     return _Builder(system, mode, recovering, next(parameters)).compiled(optimised)
 
 
@@ -310,6 +310,18 @@ def _with_frictions(
         if state.direction
         else element
         for element, state in zip(elements, states, strict=True)
+    )
+
+
+def _with_places(
+    elements: tuple[Any, ...], parameters: itertools.count[int], number: Any
+) -> tuple[ContactElement, ...]:
+    """Return the elements with a parameter for the place of each (`HybridSystem.places`)."""
+    return tuple(
+        element
+        if element.normal is None
+        else replace(element, bound=precise(heyoka().par[next(parameters)], number))
+        for element in elements
     )
 
 

@@ -246,7 +246,7 @@ def _set_up(course: _Course) -> None:
     integrator.time = system.number(0) if compiled.clock is not None else state.t
     if count := len(parameters):
         own = [system.number(n) for n in mode.numbers]
-        own += system.frictions(mode.states)
+        own += (*system.frictions(mode.states), *system.places)
         every = [*system.effect_numbers, *own, system.number(system.force_scale), state.t]
         # The last parameters may not occur in the expressions of this mode.
         parameters[:] = every[:count]

@@ -24,7 +24,7 @@ from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.jump import Jump, jump, settle
 from twolink.simulation.hybrid.mode import Doubt, Remark
 from twolink.simulation.hybrid.replayed_order import Switch
-from twolink.simulation.hybrid.start import start_state
+from twolink.simulation.hybrid.start import start_state, through_start
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.zeno import Past
@@ -62,6 +62,8 @@ class History:
             safe_order(elements, order), number, PRECISIONS[precision].rounding, cap,
         )  # fmt: skip
         self.system.check()
+        if judges:
+            self.system = through_start(self.system, scene)
         self._judges = judges
         self._breaks = [number(t) for t in discontinuities(scene.effects) if 0 < t < end]
         self._coming: Switch | None = None
@@ -77,7 +79,7 @@ class History:
         self._work = Work(effort, limits, precision, cap, scene.duration)
         self.compile_seconds = 0.0
         self.exhausted = False
-        self.state: HybridState = start_state(self.system, scene, as_given=judges)
+        self.state: HybridState = start_state(self.system, scene)
         self.start = self.state.q, self.state.u
         self.doubts: list[Doubt] = doubts_of_start(self.system, scene, self.state)
         self.undecided: list[Doubt] = []

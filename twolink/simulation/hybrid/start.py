@@ -31,23 +31,18 @@ _ROUNDING = PRECISIONS["double"].rounding
 _NEWTON_STEPS = 2
 
 
-def start_state(system: HybridSystem, scene: Scene, *, as_given: bool = False) -> HybridState:
+def start_state(system: HybridSystem, scene: Scene) -> HybridState:
     """Return the initial state of a scene, before any impact.
 
     A start is given in float64, and lies on a contact within round-off of it. In every precision it
     is the state exactly on all contacts that are touched; depths and gaps are those of this state.
-    With `as_given` the pose is that of the scene, and touched surfaces are moved instead, by
-    roundings of a place. `doubts_of_start` says how far the state is from the scene.
+    `doubts_of_start` says how far the state is from the scene.
     Raises `SimulationError` if a point starts inside a rigid contact.
     """
     number = system.number
     u = number(scene.u[0]), number(scene.u[1])
-    given = system.pose((number(scene.q[0]), number(scene.q[1])))
-    near = _touching(system, given)
-    pose = _placed(system, given, near)
-    # Near a singular pose this closes rigid contacts that are open by little more than round-off.
-    near += [i for i, e in enumerate(system.elements) if e.rigid and _closed(system, e, pose.q)]
-    pose = given if as_given else pose
+    given = _given_pose(system, scene)
+    pose, near = _touched_pose(system, given)
     state = HybridState(
         t=number(0),
         q=pose.q,
@@ -70,6 +65,34 @@ def start_state(system: HybridSystem, scene: Scene, *, as_given: bool = False) -
                 # A start beyond the range of a law is refused.
                 raise SimulationError(str(error)) from error
     return _at_rest_on_contacts(system, state, pose)
+
+
+def through_start(system: HybridSystem, scene: Scene) -> HybridSystem:
+    """Return the system whose contacts that a scene touches pass through its pose as it is given.
+
+    They are moved by roundings of a place, instead of the chain.
+    """
+    given = _given_pose(system, scene)
+    _, near = _touched_pose(system, given)
+    places = [
+        element.normal.coordinate(system.chain, given.q) if index in near else element.bound
+        for index, element in enumerate(system.elements)
+        if element.normal is not None
+    ]
+    return system.moved_to(places)
+
+
+def _given_pose(system: HybridSystem, scene: Scene) -> Pose:
+    return system.pose((system.number(scene.q[0]), system.number(scene.q[1])))
+
+
+def _touched_pose(system: HybridSystem, given: Pose) -> tuple[Pose, list[int]]:
+    """Return the pose exactly on the contacts that a given one touches, and their numbers."""
+    near = _touching(system, given)
+    pose = _placed(system, given, near)
+    # Near a singular pose this closes rigid contacts that are open by little more than round-off.
+    closed = [i for i, e in enumerate(system.elements) if e.rigid and _closed(system, e, pose.q)]
+    return pose, list(dict.fromkeys([*near, *closed]))
 
 
 def sense_along(pose: Pose, element: ContactElement, u: Any) -> int:

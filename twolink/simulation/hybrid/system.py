@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -142,11 +143,12 @@ class HybridSystem:
         """The system in float64, for values of which a few digits are enough."""
         if self.number is float:
             return self
-        return replace(
+        found = replace(
             self, chain=self.scene_chain, precision="double", order=None, number=float,
             elements=contact_elements(self.effects, self.scene_chain),
             rounding=PRECISIONS["double"].rounding,
         )  # fmt: skip
+        return found.moved_to([float(place) for place in self.places])
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -234,6 +236,19 @@ class HybridSystem:
                     f"{element.name} has dry friction twice; the scene must have one for each"
                 )
 
+    @cached_property
+    def places(self) -> tuple[Any, ...]:
+        """The place (rad or m) of each contact: the bound of its coordinate."""
+        return tuple(element.bound for element in self.elements if element.normal is not None)
+
+    def moved_to(self, places: Sequence[Any]) -> HybridSystem:
+        """Return the system whose contacts are in other places (rad or m)."""
+        left = iter(places)
+        elements: Iterable[Any] = self.elements
+        moved = tuple(e if e.normal is None else replace(e, bound=next(left)) for e in elements)
+        return replace(self, elements=moved)
+
     def with_effects(self, effects: tuple[Effect, ...]) -> HybridSystem:
-        """Return the system under other effects that have the same elements."""
-        return replace(self, effects=effects, elements=contact_elements(effects, self.chain))
+        """Return the system under other effects that have the same elements, in their places."""
+        elements = contact_elements(effects, self.chain)
+        return replace(self, effects=effects, elements=elements).moved_to(self.places)
