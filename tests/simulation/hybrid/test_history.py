@@ -11,6 +11,7 @@ from twolink.scene import Scene
 from twolink.simulation.hybrid import history as history_module
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.run import hybrid_run
+from twolink.simulation.simulate import simulate
 
 
 def test_progress_is_reported():
@@ -56,6 +57,16 @@ def test_a_run_whose_modes_change_too_often_is_an_error(monkeypatch):
         hybrid_run(swinging, [0.0, 1000.0])
     # Enough modes for the time that is left are followed.
     assert not hybrid_run(scene(ONTO, STOP, q=(1.0, 0.0), duration=4.0), [0.0, 4.0]).failure
+
+
+@pytest.mark.parametrize("start", [0.0, 0.5])
+def test_a_motion_ends_before_an_impact_at_its_end_and_begins_with_one_at_its_start(start):
+    """Link 1 turns to its stop with −1 rad/s, and arrives at the end of the first motion."""
+    turning = Scene(BALANCED, (start, 0.0), (-1.0, 0.0), 0.5, (STOP,))
+    run = simulate(turning)
+    ends = run.at(0.5)[1][0, 0], run.at(0.5, side="left")[1][0, 0]
+    assert len(run.impacts) == (start == 0)
+    assert ends == ((-1.0, -1.0) if start else (0.5, 0.5))
 
 
 def test_friction_twice_is_refused():
