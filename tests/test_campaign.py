@@ -11,6 +11,7 @@ import pytest
 from tests.campaign.checks import CHECKS, violations
 from tests.campaign.draw import draw_scene
 from tests.campaign.judge import CRASH, HANG, OK, REFUSED, VIOLATION, Judged
+from tests.campaign.knots import undisturbed
 from tests.campaign.printing import Printed
 from tests.campaign.reference import parting
 from tests.campaign.report import is_good, report
@@ -203,6 +204,25 @@ def test_the_reported_error_is_held_against_a_reference(sliding):
     assert parting(moved(sliding, du=2e-8, since=1.2), sliding)
 
 
+@pytest.mark.parametrize("name", ["sliding", "bouncing", "cushioned"])
+def test_knots_of_a_zero_torque_are_held_against_a_trajectory(runs, name):
+    wrong, remark = undisturbed(runs[name], np.random.default_rng(3))
+    assert wrong == []
+    assert remark.startswith("knots to ")
+    wrong, _ = undisturbed(moved(runs[name], dq=1e-8, since=0.4), np.random.default_rng(3))
+    assert [check for check, _ in wrong] == [
+        "knots: reported error at samples", "knots: reported error between samples",
+    ]  # fmt: skip
+
+
+def test_comparisons_are_those_of_a_share_of_the_scenes():
+    campaign = Campaign(seed=7, shares={"reference": 0.1, "knots": 0.5})
+    drawn = [campaign.comparisons(index) for index in range(400)]
+    assert drawn == [campaign.comparisons(index) for index in range(400)]
+    assert 20 <= sum("reference" in names for names in drawn) <= 60
+    assert 160 <= sum("knots" in names for names in drawn) <= 240
+
+
 def test_motion_after_the_accuracy_is_lost_is_not_judged(sliding):
     late = moved(sliding, dq=1e-3, since=0.9)
     assert violations(late)
@@ -257,12 +277,12 @@ def test_slow_scenes_of_short_motions_are_named():
     assert "motions of at most 3 s that take above 10 s: 1, 1 (12.0 s)" in text
 
 
-def _sleep(seed, index, *, reference, report):
+def _sleep(seed, index, *, comparisons, report):
     report("simulate", Judged(index, HANG, 0.0))
     time.sleep(600)
 
 
-def _work(seed, index, *, reference, report):
+def _work(seed, index, *, comparisons, report):
     report("simulate", Judged(index, HANG, 0.0))
     while True:
         pass

@@ -11,6 +11,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+from tests.campaign.comparisons import COMPARISONS
 from tests.campaign.draw import draw_scene
 from tests.campaign.judge import OK, OUT_OF_RANGE, Judged
 from tests.campaign.report import is_good, report
@@ -20,7 +21,8 @@ from tests.campaign.run import Campaign, judged_scenes
 def main() -> int:
     """Run a campaign as the command line says, and return the exit code."""
     given = _arguments()
-    campaign = Campaign(given.seed, given.limit, given.reference_share, given.reference_limit)
+    shares = {name: getattr(given, f"{name}_share") for name in COMPARISONS}
+    campaign = Campaign(given.seed, given.limit, shares, given.comparison_limit)
     indices = given.only or list(range(given.first, given.first + given.scenes))
     started = time.monotonic()
     results: list[Judged] = []
@@ -37,8 +39,8 @@ def main() -> int:
             if given.keep is not None and judged.outcome not in (OK, OUT_OF_RANGE):
                 _keep(given.keep, given.seed, judged)
     print(file=sys.stderr)
-    share = "" if given.reference_share == 0.1 else f" --reference-share {given.reference_share}"
-    command = f"uv run python -m tests.campaign --seed {given.seed}{share}"
+    options = "".join(f" --{name}-share {own}" for name, own in shares.items() if own != 0.1)
+    command = f"uv run python -m tests.campaign --seed {given.seed}{options}"
     print(report(results, command))
     return 0 if is_good(results) and len(results) == len(indices) else 1
 
@@ -52,8 +54,9 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--workers", type=int, default=2, help="processes at a time")
     parser.add_argument("--keep", type=Path, help="a folder for scenes that are not ok, as TOML")
     parser.add_argument("--limit", type=float, default=60.0, help="seconds for a scene")
-    parser.add_argument("--reference-share", type=float, default=0.1, help="share with a reference")
-    parser.add_argument("--reference-limit", type=float, default=120.0, help="seconds for one")
+    for name in COMPARISONS:
+        parser.add_argument(f"--{name}-share", type=float, default=0.1, help="share compared")
+    parser.add_argument("--comparison-limit", type=float, default=120.0, help="seconds for one")
     return parser.parse_args()
 
 

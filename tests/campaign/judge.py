@@ -5,14 +5,16 @@ from __future__ import annotations
 import time
 import traceback
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from tests.campaign.checks import violations
+from tests.campaign.comparisons import COMPARISONS
 from tests.campaign.draw import draw_scene
 from tests.campaign.printing import Printed
-from tests.campaign.reference import compared
 from twolink import Scene, simulate
 from twolink.errors import TwolinkError
 
@@ -30,8 +32,7 @@ class Judged:
     """The judgement of a scene: `wrong` has the names of failed checks with their sentences.
 
     `seconds` is the computing time of the simulation of a motion of `duration` (s), `remark` the
-    sentence of a refusal or a note, and `compared_with` describes the outcome of the reference run,
-    if there was one.
+    sentence of a refusal or a note, and `compared_with` describes the outcomes of comparisons.
     """
 
     index: int
@@ -39,11 +40,13 @@ class Judged:
     seconds: float
     wrong: tuple[tuple[str, str], ...] = ()
     remark: str = ""
-    compared_with: str = ""
+    compared_with: tuple[str, ...] = ()
     duration: float = 0.0
 
 
-def judge(seed: int, index: int, *, reference: bool, report: Callable[[str, Any], None]) -> Judged:
+def judge(
+    seed: int, index: int, *, comparisons: Sequence[str], report: Callable[[str, Any], None]
+) -> Judged:
     """Return the judgement of a scene; `report` takes each stage and the judgement before it."""
     try:
         scene = draw_scene(seed, index)
@@ -51,13 +54,19 @@ def judge(seed: int, index: int, *, reference: bool, report: Callable[[str, Any]
     except Exception:
         return Judged(index, CRASH, 0.0, (("draw", traceback.format_exc(limit=-3)),))
     judged, trajectory = _simulated(scene, index, report)
-    if trajectory is None or not reference or not trajectory.met:
+    if trajectory is None or not trajectory.met:
         return judged
-    report("reference", replace(judged, compared_with="timed out"))
-    with Printed():
-        wrong, remark = compared(trajectory)
-    outcome = VIOLATION if wrong else judged.outcome
-    return replace(judged, outcome=outcome, wrong=(*judged.wrong, *wrong), compared_with=remark)
+    for name in comparisons:
+        before = judged.compared_with
+        report(name, replace(judged, compared_with=(*before, f"{name}: timed out")))
+        with Printed():
+            rng = np.random.default_rng([seed, index, *name.encode()])
+            wrong, remark = COMPARISONS[name](trajectory, rng)
+        outcome = VIOLATION if wrong else judged.outcome
+        judged = replace(
+            judged, outcome=outcome, wrong=(*judged.wrong, *wrong), compared_with=(*before, remark)
+        )
+    return judged
 
 
 def _simulated(scene: Scene, index: int, report: Callable[[str, Any], None]) -> tuple[Judged, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 
 from tests.campaign.seen import Seen
 from tests.campaign.verdict import worst
@@ -17,29 +18,34 @@ ACCURACY, FORMULATION = 1e-14, "kane"
 _CHOICE = "leave a choice"
 
 
-def compared(trajectory: Any) -> tuple[list[tuple[str, str]], str]:
-    """Return where a trajectory's error is above the reported one, and the compared states."""
+def compared(trajectory: Any, _: Generator) -> tuple[list[tuple[str, str]], str]:
+    """Return where a trajectory's error is above the reported one, and a remark."""
     try:
         reference = simulate(trajectory.scene, accuracy=ACCURACY, formulation=FORMULATION)
     except TwolinkError as error:
         return [], f"no reference: {error}"
     except Exception as error:
         return [("reference crash", f"{type(error).__name__}: {str(error)[:200]}")], "crash"
-    if any(_CHOICE in note for run in (trajectory, reference) for note in run.notes):
+    if leaves_a_choice(trajectory, reference):
         return [], "not compared: the laws of contact leave a choice"
     return parting(trajectory, reference), f"reference to {reference.error:.1g}"
+
+
+def leaves_a_choice(*runs: Any) -> bool:
+    """Return whether a note of a run says that the laws admit another motion."""
+    return any(_CHOICE in note for run in runs for note in run.notes)
 
 
 def parting(trajectory: Any, reference: Any) -> list[tuple[str, str]]:
     """Return where a trajectory differs from a reference by more than the errors of both.
 
     Times so near to an impact that they may be before or after it are left out, and those from
-    which on the reference is not known better than the trajectory.
+    which on the reference does not hold.
     """
     seen = Seen(trajectory)
     unsure = reference.error
     until = min(seen.until, float(reference.t[-1]))
-    if not unsure <= trajectory.accuracy / 10:
+    if not (reference.met or unsure <= trajectory.accuracy / 10):
         until, unsure = min(until, _known_until(reference)), reference.accuracy
         if reference.holds_until <= 0:
             return []

@@ -41,10 +41,10 @@ def report(results: list[Judged], command: str) -> str:
     if failed:
         lines += ["", "scenes by violated check"]
         lines += [f"  {name:<34}{count:>6}" for name, count in failed.most_common()]
-    compared = Counter(judged.compared_with.split(" to ")[0].split(":")[0] for judged in results)
-    compared.pop("", None)
+    remarks = [remark for judged in results for remark in judged.compared_with]
+    compared = Counter(remark.split(" to ")[0].split(":")[0] for remark in remarks)
     if compared:
-        lines += ["", "references"]
+        lines += ["", "comparisons"]
         lines += [f"  {name:<34}{count:>6}" for name, count in compared.most_common()]
     lines += ["", *_times(results)]
     for judged in sorted(results, key=lambda judged: judged.index):

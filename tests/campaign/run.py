@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import multiprocessing
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
 import numpy as np
 
+from tests.campaign.comparisons import COMPARISONS
 from tests.campaign.judge import CRASH, Judged, judge
 from tests.processes import computed
 
@@ -26,7 +27,7 @@ _CHECKS = 300.0
 
 @dataclass(frozen=True)
 class Campaign:
-    """A seed, time limits and the share of scenes that are compared with a reference.
+    """A seed, time limits and the shares of scenes in which the trajectory is compared.
 
     Limits are seconds of computing, so that other work on the machine does not change the outcome;
     a process that waits is ended after `_ASLEEP` times as many. `judge` judges one scene in a
@@ -35,18 +36,21 @@ class Campaign:
 
     seed: int
     limit: float = 60.0
-    reference_share: float = 0.1
-    reference_limit: float = 120.0
+    shares: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(COMPARISONS, 0.1))
+    comparison_limit: float = 120.0
     judge: Callable[..., Judged] = judge
 
-    def has_reference(self, index: int) -> bool:
-        """Return whether a scene is compared: always the same ones of a seed."""
-        rng = np.random.default_rng([self.seed, index, 1])
-        return bool(rng.random() < self.reference_share)
+    def comparisons(self, index: int) -> tuple[str, ...]:
+        """Return the comparisons of a scene: always the same ones of a seed."""
+        drawn = np.random.default_rng([self.seed, index, 1]).random(len(COMPARISONS))
+        return tuple(
+            name for name, x in zip(COMPARISONS, drawn, strict=True) if x < self.shares[name]
+        )
 
     def seconds(self, stage: str) -> float:
         """Return the time limit (s) of a stage."""
-        limits = {"simulate": self.limit, "check": _CHECKS, "reference": self.reference_limit}
+        limits = {"simulate": self.limit, "check": _CHECKS}
+        limits |= dict.fromkeys(COMPARISONS, self.comparison_limit)
         # The start of a worker includes imports.
         return limits.get(stage, 120.0)
 
@@ -141,8 +145,8 @@ def _work(campaign: Campaign, pipe: Connection) -> None:
             index = pipe.recv()
         except EOFError:
             return
-        reference = campaign.has_reference(index)
-        report("done", campaign.judge(campaign.seed, index, reference=reference, report=report))
+        comparisons = campaign.comparisons(index)
+        report("done", campaign.judge(campaign.seed, index, comparisons=comparisons, report=report))
 
 
 def judged_scenes(
