@@ -85,6 +85,6 @@ def test_a_mode_that_every_derivative_contradicts_is_not_confirmed(monkeypatch):
     monkeypatch.setattr(
         Trials,
         "candidates",
-        lambda *arguments: (c._replace(undecided=(None,)) for c in candidates(*arguments)),
+        lambda *own, **more: (c._replace(undecided=(None,)) for c in candidates(*own, **more)),
     )
     assert not select(system, state, pose, {}).confirmed

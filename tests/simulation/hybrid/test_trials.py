@@ -86,6 +86,8 @@ def test_an_element_that_could_stick_does_not_begin_to_slide_unless_asked():
     assert [c.states for c in shared.candidates(False)] == [(S.STICKS,)]
     modes = [c.states for c in shared.candidates(False, sticking_first=False)]
     assert modes == [(S.STICKS,), (S.FORWARD,)]
+    still = [c.states for c in shared.candidates(False, sticking_first=False, beginning=False)]
+    assert still == [(S.STICKS,)]
 
 
 def test_modes_with_the_same_constraints_are_checked_for_independence_once(monkeypatch):

@@ -78,7 +78,8 @@ class Conceivable(NamedTuple):
     """A mode that the options allow in some pose, and its conditions.
 
     `places` are those of its states among the options of each element, `bound` the elements that
-    have constraints, with their states, and `firsts` the numbers of constraints before each.
+    have constraints, with their states, and `firsts` the numbers of constraints before each. It
+    `begins` a slide if an element at rest slides.
     """
 
     states: States
@@ -86,6 +87,7 @@ class Conceivable(NamedTuple):
     places: tuple[int, ...]
     bound: tuple[tuple[int, ContactState], ...]
     firsts: tuple[int, ...]
+    begins: bool
 
     @property
     def pressed(self) -> bool:
@@ -138,7 +140,8 @@ def _conceivable(
         bound = tuple((i, states[i]) for i, count in enumerate(counts) if count)
         firsts = tuple(itertools.accumulate(counts, initial=0))
         law = tuple(_conditions(system, options, directions, states))
-        mode = Conceivable(states, law, places, bound, firsts)
+        begins = any(s.slips and not d for s, d in zip(states, directions, strict=True))
+        mode = Conceivable(states, law, places, bound, firsts, begins)
         found[mode.pressed].append(mode)
     return tuple(found[0]), tuple(found[1])
 

@@ -145,7 +145,8 @@ def _selected(problem: Problem, pose: Pose) -> Selection | None:
     for sticking_first, with_pressed in ((True, False), (True, True), (False, False)):
         if not sticking_first and (moving or undecided):
             break
-        candidates = list(trials.candidates(with_pressed, sticking_first))
+        # Beside others that begin slides, modes with saturated friction count if they begin none.
+        candidates = list(trials.candidates(with_pressed, sticking_first, beginning=not moving))
         holding = {c.states for c in candidates if at_rest and _rests(problem, c)}
         resting = [c for c in candidates if c.states in holding]
         taken = _first_confirmed(derivatives, problem, resting)

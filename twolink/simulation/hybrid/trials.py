@@ -37,12 +37,17 @@ class Trials:
         ]
         self._independent: dict[tuple[tuple[int, ContactState], ...], bool] = {}
 
-    def candidates(self, with_pressed: bool, sticking_first: bool = True) -> Iterator[Candidate]:
-        """Yield the modes that violate no law, with or without those that have saturated friction.
+    def candidates(
+        self, with_pressed: bool, sticking_first: bool = True, *, beginning: bool = True
+    ) -> Iterator[Candidate]:
+        """Yield the modes that violate no law: those with or without saturated friction.
 
         If sticking comes first, no element begins to slide that could stick (rule 1 of selection).
+        Without `beginning` no element begins to slide at all.
         """
         for mode in conceivable(self._problem, with_pressed):
+            if mode.begins and not beginning:
+                continue
             shares = [own[place] for own, place in zip(self._shares, mode.places, strict=True)]
             if not self._is_independent(mode, shares):
                 continue
