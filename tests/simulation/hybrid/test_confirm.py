@@ -6,6 +6,7 @@ import pytest
 
 from tests.simulation.hybrid import BALANCED, state_of, system_of
 from twolink.contact.states import ContactState as S
+from twolink.contact.states import EventKind
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
@@ -13,7 +14,9 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
+from twolink.simulation.hybrid.complementarity import Zero
 from twolink.simulation.hybrid.confirm import Derivatives
+from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.select import select
 from twolink.simulation.hybrid.trials import Trials
@@ -53,6 +56,17 @@ def test_in_the_stretched_pose_higher_derivatives_decide_the_direction_of_slidin
 def test_in_the_stretched_pose_a_wall_that_cannot_push_opens():
     wall = Surface((2.0, 0.0), (-1.0, 0.0), name="wall")
     assert states_of(Gravity(9.81), wall, q=(0.0, 0.0)) == (S.OPEN,)
+
+
+def test_a_force_without_any_derivative_is_zero_within_the_round_off_of_all_forces():
+    """The chain hangs, and touches a wall at B: its weight of 15 N m is balanced."""
+    wall = Surface((0.0, 0.0), (-1.0, 0.0), on=("B",), name="wall")
+    system = system_of(Gravity(9.81), wall)
+    found = selected(system, state_of(system, (math.pi / 2, math.pi / 2)))
+    assert found.states == (S.CLOSED,)
+    leaves = found.orders[Trigger(EventKind.LEAVES, 0)]
+    assert isinstance(leaves, Zero)
+    assert 1e-16 < leaves.size < 1e-8
 
 
 def test_derivatives_begin_at_the_depth_of_the_state():

@@ -450,6 +450,16 @@ def test_contacts_that_are_moved_to_the_start_leave_the_pose_as_it_is(precision,
     assert moved.in_double.places == pytest.approx(system.in_double.places, abs=1e-15)
 
 
+def test_a_surface_that_a_point_cannot_get_beyond_is_not_touched():
+    """The chain hangs down to a floor at exactly its length, and another one 1e-9 m below that."""
+    for depth, touching in ((2.0, set()), (2.0 - 1e-9, {0})):
+        below = Surface((0.0, depth), (0.0, -1.0), name="floor")
+        turned = 0.0 if depth == 2.0 else math.acos(1 - 1e-9)
+        state = start(below, q=(math.pi / 2 + turned, math.pi / 2))
+        assert state.touching == touching
+        assert state.gaps == (0,)
+
+
 @pytest.mark.parametrize("q", [(-0.84, -0.93), (-1.21, 0.4), (-0.3, 2.0)])
 def test_a_chain_without_loads_stays_at_rest_on_a_rough_surface(q):
     """The judge held B on the surface as it is given, beside the pose, and pulled B to it."""

@@ -13,6 +13,7 @@ from twolink.contact.force_laws import Hertz, Phase, PlasticState
 from twolink.contact.states import ContactState, EventKind
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compiled import CompiledMode
+from twolink.simulation.hybrid.complementarity import Zero
 from twolink.simulation.hybrid.compliant_state import CompliantState
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.start_of_arc import StartOfArc
@@ -108,6 +109,23 @@ def test_a_gap_of_zero_stays_zero_only_where_the_contact_touches():
     ]
     assert sizes[0] == math.inf
     assert sizes[1] == SYSTEM.place_of_rounding
+
+
+@pytest.mark.parametrize(
+    ("size", "value", "expected"),
+    [(1e-8, -1e-9, None), (1e-8, 1e-9, 0), (math.inf, -1e-9, 0), (0.0, -1e-9, 0)],
+)
+def test_a_force_that_is_zero_by_the_selection_does_not_fall_at_once(size, value, expected):
+    """Its own coefficients are above the round-off of the event function, not of all forces."""
+    compiled = compiled_with(clock=None)
+    polynomial = [value, 0.0, 0.0, 0.0, 0.0, 0.0]
+    block = Block(np.zeros(1), np.ones(1), np.array([[polynomial, CLOCK, CLOCK, CLOCK]]))
+    leaves = Trigger(EventKind.LEAVES, 0)
+    start = StartOfArc(SYSTEM, compiled, MODE, {leaves: Zero(size)}, None)
+    assert start.order(leaves, polynomial, block) == expected
+    kept = start.zero_size(leaves, polynomial, block)
+    assert kept == (pytest.approx(1e-8 * SYSTEM.force_scale) if size == 1e-8 else kept)
+    assert math.isfinite(kept)
 
 
 @pytest.mark.parametrize("residue", [-1e-15, 0.0, 1e-15])

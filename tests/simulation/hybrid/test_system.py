@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.simulation.hybrid import system_of
+from twolink.chain import Chain
 from twolink.contact.force_laws import Phase, PlasticState
 from twolink.contact.states import ContactState as S
 from twolink.effects.end_force import EndForce
@@ -74,11 +75,12 @@ def test_modes_of_rigid_elements_are_cached():
 
 
 def test_a_gap_is_closed_within_the_rounding_of_its_bound():
-    """Friction without a contact has no gap."""
+    """Friction without a contact has no gap, and short links do not get beyond the surfaces."""
     far = Surface((0.0, 8.0), (0.0, -1.0), on=("D",))
-    system = system_of(JointFriction((1.0, 0.0)), FLOOR, far)
-    unit = 64 * 2.0**-52
+    effects, unit = (JointFriction((1.0, 0.0)), FLOOR, far), 64 * 2.0**-52
+    system = system_of(*effects, chain=Chain.uniform_bars((1.0, 1.0), (5.0, 5.0)))
     assert system.near == ((1, unit), (2, unit), (3, 8 * unit))
+    assert system_of(*effects).near == ((2, unit),)
     assert system.tangents[0] is not None
     assert system.tangents[1:] == (None, None, None)
 

@@ -36,8 +36,14 @@ from twolink.simulation.hybrid.system import HybridSystem
 States = tuple[ContactState, ...]
 
 
-Orders = Mapping[Trigger, int]
-"""How many leading Taylor coefficients of an event function are zero, by its trigger."""
+class Zero(NamedTuple):
+    """A force (N or N m) that is zero within its round-off of this `size`, with its derivatives."""
+
+    size: float
+
+
+Orders = Mapping[Trigger, int | Zero]
+"""How many leading Taylor coefficients of an event function are zero, or `Zero`, by its trigger."""
 
 
 NO_ORDERS: Orders = MappingProxyType({})

@@ -15,6 +15,7 @@ from twolink.simulation.hybrid.complementarity import (
     Candidate,
     Orders,
     Problem,
+    Zero,
 )
 from twolink.simulation.hybrid.compliant_state import CompliantState
 from twolink.simulation.hybrid.conditions import Condition, Law, value_of
@@ -52,8 +53,10 @@ class Derivatives:
     def confirmed(self, candidate: Candidate) -> Orders | None:
         """Return the orders at which event functions grow from zero in a mode, None if one falls.
 
+        Forces without any derivative beyond round-off are `Zero`.
         Undecided conditions must hold immediately afterwards, in the motion of that mode.
         """
+        found: dict[Trigger, int | Zero]
         found = {_trigger(c): _EVENTS[c.law][1] for c in candidate.decided}
         if not candidate.undecided:
             return found
@@ -67,7 +70,12 @@ class Derivatives:
                 return None
             if sign > 0:
                 found[_trigger(condition)] = _EVENTS[condition.law][1] + order
+            elif condition.law in (Law.PUSHES, Law.WITHIN_LIMIT):
+                found[_trigger(condition)] = Zero(self._noise_of(condition, candidate))
         return found
+
+    def _noise_of(self, condition: Condition, candidate: Candidate) -> float:
+        return self._problem.noise.of(condition, candidate.solution.du)
 
     def _decided(self, candidate: Candidate) -> dict[Condition, tuple[int, int]]:
         """Return the order and the sign that decide each undecided condition, where there are any.
@@ -75,7 +83,7 @@ class Derivatives:
         The search ends at the first sign that contradicts the mode.
         """
         problem, start = self._problem, self._start
-        noise = {c: problem.noise.of(c, candidate.solution.du) for c in candidate.undecided}
+        noise = {c: self._noise_of(c, candidate) for c in candidate.undecided}
         rate = 1 / problem.system.longest_step
         with start.branch():
             solution = solve(start.equations, problem.system.elements, candidate.states)

@@ -197,9 +197,14 @@ def _gap(system: HybridSystem, element: ContactElement, q: Any) -> Any:
 
 
 def _touched(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> HybridState:
-    """Return the state in which a contact without a gap is touched or pressed, if it is."""
+    """Return the state in which a contact without a gap is touched or pressed, if it is.
+
+    At a surface that it cannot get beyond, the point has neither a force nor an impact.
+    """
     element = system.elements[index]
     assert element.normal is not None
+    if not element.reachable:
+        return state
     row = pose.row(element.normal)
     still = is_left_over(row, state.u, state.u, _ROUNDING)
     recedes = not still and speed_along(row, state.u) > 0

@@ -10,7 +10,7 @@ import numpy as np
 from twolink.contact.states import ContactState, EventKind
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compiled import CompiledMode
-from twolink.simulation.hybrid.complementarity import Orders
+from twolink.simulation.hybrid.complementarity import Orders, Zero
 from twolink.simulation.hybrid.dynamics import push_of
 from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.noise import size_of
@@ -47,7 +47,23 @@ class StartOfArc:
         self._known_change: float | None = None
 
     def order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
-        """Return how many leading coefficients are zero, None if all are."""
+        """Return how many leading coefficients are zero, None if all are.
+
+        A force that seems to fall is zero if it is so by the selection, whose round-off is that of
+        all forces.
+        """
+        order = self._order(trigger, polynomial, block)
+        falls = order is not None and polynomial[order] < 0
+        return None if falls and self._zero_of_selection(trigger) else order
+
+    def _zero_of_selection(self, trigger: Trigger) -> float:
+        """Return the scaled force that counts as zero by the selection, 0 if it is not zero."""
+        known = self._orders.get(trigger)
+        if not isinstance(known, Zero) or math.isinf(known.size):
+            return 0.0
+        return known.size * self._system.force_scale
+
+    def _order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
         if self._orders or self._compiled.clock is not None:
             order = self._known_order(trigger, polynomial, block)
             if order is not None:
@@ -99,7 +115,7 @@ class StartOfArc:
         order, clock = self._orders.get(trigger), self._compiled.clock
         if order is None and clock is not None and polynomial[0] == 0 and self._opens(trigger):
             order = 1
-        if order is None:
+        if order is None or isinstance(order, Zero):
             return None
         if clock is not None:
             row = block.coefficients[0, clock]
@@ -217,7 +233,7 @@ class StartOfArc:
         if trigger.kind is _HITS and (state is None or trigger.index in state.touching):
             # A touching contact that carries no force: its gap stays zero.
             return math.inf
-        return self._noise(trigger, polynomial, block)
+        return max(self._noise(trigger, polynomial, block), self._zero_of_selection(trigger))
 
 
 def _order_of_small(polynomial: list[Any], noise: float) -> int:

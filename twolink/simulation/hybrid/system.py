@@ -157,12 +157,15 @@ class HybridSystem:
 
     @cached_property
     def near(self) -> tuple[tuple[int, float], ...]:
-        """The numbers of the rigid contacts, each with the gap (rad or m) that counts as closed."""
+        """The numbers of the rigid contacts, each with the gap (rad or m) that counts as closed.
+
+        Without those that no point can get beyond.
+        """
         scale = tolerances.CONTACT_GAP * self.rounding
         return tuple(
             (index, scale * max(1.0, abs(float(element.bound))))
             for index, element in enumerate(self.elements)
-            if element.rigid
+            if element.rigid and element.reachable
         )
 
     @cached_property

@@ -1,0 +1,50 @@
+"""Contacts that carry no force: loads balance, or vanish, where the chain is at rest."""
+
+import math
+
+import numpy as np
+import pytest
+
+from twolink.chain import Chain
+from twolink.effects.gravity import Gravity
+from twolink.effects.surface import Surface
+from twolink.scene import Scene
+from twolink.simulation.simulate import simulate
+
+DOWN = math.pi / 2
+BARS = Chain.uniform_bars((1.0, 1.0), (1.0, 1.0))
+
+
+def wall(*on, **more):
+    """Return a vertical wall through A, on whose side of negative x the chain is."""
+    return Surface((0.0, 0.0), (-1.0, 0.0), on=on, name="wall", **more)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+@pytest.mark.parametrize("links", [(0.3, 0.3), (0.5, 0.4)])
+def test_a_chain_that_swings_onto_a_wall_below_its_base_hangs_there(friction, links):
+    """Without restitution it comes to rest in the pose in which it would hang by itself."""
+    start = (DOWN + links[0], DOWN + links[1])
+    flat = wall("B", "D", restitution=0.0, friction=friction)
+    run = simulate(Scene(BARS, start, (0.0, 0.0), 1.5, (Gravity(), flat)))
+    assert run.failure == ""
+    assert str(run.events[-1].mode) == "B on wall rests, D on wall rests"
+    assert run.q[:, -1] == pytest.approx([DOWN, DOWN], abs=1e-12)
+    assert np.abs(run.u[:, -1]).max() < 1e-12
+
+
+@pytest.mark.parametrize("on", [("B", "D"), ("D",), ("B",)])
+@pytest.mark.parametrize(
+    ("friction", "static", "duration"),
+    [(0.0, None, 1.0), (0.4, None, 1.0), (0.4, 0.6, 1.0), (0.9, None, 4.0)],
+)
+def test_a_chain_that_hangs_along_a_wall_down_to_a_floor_stays_at_rest(
+    on, friction, static, duration
+):
+    """It reaches the floor when it is straight, and cannot get beyond."""
+    floor = Surface((0.0, 2.0), (0.0, -1.0), on=("D",), friction=friction, name="floor")
+    effects = (Gravity(), wall(*on, restitution=0.0, friction=friction, static=static), floor)
+    run = simulate(Scene(BARS, (DOWN, DOWN), (0.0, 0.0), duration, effects))
+    assert run.met
+    assert np.abs(run.u).max() <= run.error
+    assert run.error < 1e-13
