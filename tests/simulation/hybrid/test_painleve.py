@@ -2,9 +2,10 @@
 
 import math
 
+import numpy as np
 import pytest
 
-from tests.simulation.hybrid import mode_of, sliding_painleve, state_of, system_of
+from tests.simulation.hybrid import BARS, mode_of, sliding_painleve, state_of, system_of
 from twolink import lagrange
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
@@ -34,15 +35,41 @@ def test_a_locked_slide_under_a_weight_is_struck_without_a_collision():
     assert sorted(kinds)[1] >= 1
 
 
-def test_a_slide_whose_force_grew_without_bound_is_stopped():
-    system, state = max(
-        sliding_painleve(), key=lambda pair: len(settle(pair[0], pair[1], {}).strikes)
+def at_the_limit(share):
+    """Return a slide whose friction cancels a push but for a share, with its mode and direction."""
+    q = (1.1, 1.3)
+    normal, tangent = np.array([-np.cos(q), -np.sin(q)])
+    answer = np.linalg.solve(lagrange.mass_matrix(BARS, q), normal)
+    direction = 1 if tangent @ answer > 0 else -1
+    friction = (1 - share) * (normal @ answer) / abs(tangent @ answer)
+    floor = Surface((0.0, float(np.sin(q).sum())), (0.0, -1.0), friction=friction)
+    system = system_of(Gravity(9.81), floor)
+    u = np.linalg.solve([normal, tangent], [0.0, 0.2 * direction])
+    state = state_of(system, q)._replace(
+        u=tuple(u.tolist()), touching=frozenset({0}), sliding=(direction,)
     )
-    direction = state.sliding[0]
-    slides = S.FORWARD if direction > 0 else S.BACKWARD
-    after = jump(system, state, mode_of(system, slides), Trigger(E.JAMS, 0, direction))
+    return system, state, mode_of(system, S.FORWARD if direction > 0 else S.BACKWARD), direction
+
+
+def test_a_slide_whose_force_grew_without_bound_is_stopped():
+    """Its friction takes all momenta: M u + N (n - s μ t) = 0 in the limit."""
+    system, state, mode, direction = at_the_limit(1e-4)
+    after = jump(system, state, mode, Trigger(E.JAMS, 0, direction))
     assert after.state.u == (0.0, 0.0)
-    assert after.strikes[0].impulse.regime == "slides, then sticks"
+    (strike,) = after.strikes
+    assert strike.impulse.regime == "slides, then sticks"
+    pose = system.pose(state.q)
+    rows = [pose.row(way) for way in (system.elements[0].normal, system.elements[0].tangent)]
+    given = np.array([strike.impulse.normal, strike.impulse.tangential]) @ np.array(rows)
+    momenta = np.array(lagrange.mass_matrix(BARS, state.q)) @ state.u
+    assert given == pytest.approx(-momenta, abs=1e-3 * np.abs(momenta).max())
+
+
+def test_a_slide_that_its_friction_cannot_stop_is_an_error():
+    """Half of the response to a push is left, and the links would have to be stopped otherwise."""
+    system, state, mode, direction = at_the_limit(0.5)
+    with pytest.raises(IntegrationError, match="no impulse of its friction stops the links"):
+        jump(system, state, mode, Trigger(E.JAMS, 0, direction))
 
 
 @pytest.mark.parametrize("u", [(1.0, -1.0), (0.0, 0.0)], ids=["turning", "at rest"])

@@ -22,6 +22,7 @@ from twolink.simulation.hybrid.constraint import parallel
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.tolerances import (
     AT_REST,
+    LEFT_BY_LOCKING,
     LEFT_OVER,
     NO_LEVER,
     UNDECIDED,
@@ -262,6 +263,16 @@ class Impacts:
         normal = -speed_along(tangent, u) / slope
         after = (0 * u[0], 0 * u[1])
         return self._strike(index, Impulse(normal, s * normal, Regime.SLIDES_THEN_STICKS), u, after)
+
+    def stops(self, strike: Strike) -> bool:
+        """Return whether the impulse of an impact takes most of the momenta: their sum is small."""
+        (M11, M12), (_, M22) = self.pose.inertia[0]
+        (u1, u2), tangent = strike.u[0], self.contact(strike.number).tangent
+        before = M11 * u1 + M12 * u2, M12 * u1 + M22 * u2
+        (x, y), (X, Y) = self.row(strike.number), self.pose.row(tangent)  # type: ignore[arg-type]
+        N, T = strike.impulse.normal, strike.impulse.tangential
+        after = before[0] + N * x + T * X, before[1] + N * y + T * Y
+        return bool(largest(after) <= LEFT_BY_LOCKING * largest(before))
 
     def largest_change(self, index: int, speed: float, u: Pair) -> float:
         """Return a bound on the change of u (rad/s) by an impact at about a normal speed.

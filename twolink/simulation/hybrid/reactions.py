@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from twolink.contact.states import ContactState, EventKind, pressed, slipping
+from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import compliant_state
 from twolink.simulation.hybrid.collision import nearby, place, sliding_after, sliding_of
 from twolink.simulation.hybrid.complementarity import States, coincide, is_at_rest
@@ -216,10 +217,22 @@ def _stops(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigge
     tangent = system.elements[index].tangent
     assert tangent is not None
     pose = system.pose(state.q)
-    if system.elements[index].rigid and locks(system, mode, pose, index):
+    if _is_locked(system, mode, pose, index):
         return _jams(system, state, mode, Trigger(EventKind.JAMS, index, trigger.sense))
     still = [tangent, *system.held(mode.states)]
     return Reaction(_brought_to_rest(system, state, still, trigger.index), {})
+
+
+def _is_locked(system: HybridSystem, mode: Mode, pose: Pose, index: int) -> bool:
+    """Return whether friction locks a slide that stops, and with it both links.
+
+    At a dead point the links turn on: the point cannot move along its normal either.
+    """
+    element = system.elements[index]
+    if not element.rigid or element.normal is None or element.tangent is None:
+        return False
+    rows = pose.row(element.normal), pose.row(element.tangent)
+    return not parallel(*rows, pose.lever) and locks(system, mode, pose, index)
 
 
 def _brought_to_rest(
@@ -263,6 +276,11 @@ def _jams(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger
     pose = system.pose(state.q)
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     strike = impacts.locked(trigger.index, state.u, trigger.sense)
+    if not impacts.stops(strike):
+        raise IntegrationError(
+            f"at {float(state.t):.9g} s the slide of {system.names[trigger.index]} jams, and no "
+            "impulse of its friction stops the links"
+        )
     after = strike.u[1]
     sliding = put(sliding_after(system, pose, state.u, after), trigger.index, 0)
     return Reaction(state._replace(u=after, sliding=sliding), {}, (strike,))

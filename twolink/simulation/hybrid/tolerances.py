@@ -146,6 +146,10 @@ HORIZON = 8
 # event_functions.
 LOCKING = 1e-2
 
+# Part of the momenta that the impulse of a locked slide may leave: none in the limit, where a
+# push has no response, and more where links that turn cannot be stopped. Read by impact.
+LEFT_BY_LOCKING = 0.1
+
 # Part of a number of steps from which on the pace of the steps so far counts: a run is given up,
 # and the code of a mode is optimised, if at this pace the number would be exceeded CERTAINLY times.
 # Read by effort.
