@@ -54,6 +54,19 @@ def test_the_first_order_suffices_for_the_accuracy(accuracy, first):
 
 
 @pytest.mark.parametrize(
+    ("configuration", "apart", "expected"),
+    [(DOUBLE, 1e-17, False), (FIRST, 1e-17, True), (FIRST, 0.0, False), (FIRST, 1e-36, False)],
+)
+def test_errors_of_a_start_that_was_moved_onto_a_contact_are_alike_in_every_precision(
+    configuration, apart, expected
+):
+    errors = np.full(401, 1e-8)
+    assert Seen(configuration, TIMES, errors, apart).is_of_start is expected
+    errors[300:] = np.inf
+    assert not Seen(configuration, TIMES, errors, apart).is_of_start
+
+
+@pytest.mark.parametrize(
     ("rate", "following"), [(2.0, DOUBLE), (4.5, FIRST), (8.0, SECOND), (10.0, LAST)]
 )
 def test_an_error_that_grows_exponentially_is_expected_to_go_on(rate, following):

@@ -334,6 +334,15 @@ def test_a_judge_that_is_known_to_fail_judges_no_other_run(monkeypatch):
     assert tried[-1] == ("quadruple", 35, 31)
 
 
+@pytest.mark.parametrize(("apart", "last"), [(0.0, 37), (1e-17, 25)])
+def test_no_pair_follows_one_whose_errors_are_those_of_the_start(monkeypatch, apart, last):
+    """D starts on the floor within a rounding, and the first pair in 113 bits shows 1e-6 rad."""
+    monkeypatch.setattr(measure._Trial, "apart", property(lambda self: apart))
+    tried = configurations_tried(monkeypatch, lambda run: 1e-6)
+    assert ("quadruple", 31, 25) in tried
+    assert tried[-1][2] == last
+
+
 @pytest.mark.slow
 def test_a_run_that_takes_a_small_speed_for_zero_is_judged_by_one_that_does_not():
     """D slides at 1e-18 m/s in a folded pose, which is a speed in long doubles only."""

@@ -66,12 +66,20 @@ class Configuration(NamedTuple):
 class Seen(NamedTuple):
     """The errors (rad, rad/s) up to each time that a configuration has shown, both of shape (n,).
 
-    They are infinite from the time on at which the judge ends.
+    They are infinite from the time on at which the judge ends. The two runs start `apart` (rad or
+    rad/s) if one of them was moved onto a contact.
     """
 
     configuration: Configuration
     times: Array
     errors: Array
+    apart: float = 0.0
+
+    @property
+    def is_of_start(self) -> bool:
+        """Whether the change of the start has caused the errors, and would in every precision."""
+        known = bool(np.isfinite(self.errors).all())
+        return self.configuration.is_long and known and self.apart > self.configuration.step_error
 
     def expected(self, following: Configuration) -> float:
         """Return the error (rad, rad/s) at the end that another configuration is expected to have.

@@ -122,9 +122,9 @@ def measured_run(
             continue
         if trial is None:
             continue
-        seen = Seen(configuration, times, trial.errors)
+        seen = Seen(configuration, times, trial.errors, trial.apart)
         best = _best_of(best, trial, times)
-        if trial.suffices or trial.ends_the_search:
+        if trial.suffices or trial.ends_the_search or seen.is_of_start:
             break
     if best is None:
         assert refused is not None
@@ -280,6 +280,14 @@ class _Trial:
         found = _MARGIN * differences(self.kept, judge, times, self.accuracy)
         reached = times[: len(found)] <= judge.reached
         return replace(self, errors=np.where(reached, np.maximum(self.errors, found), self.errors))
+
+    @property
+    def apart(self) -> float:
+        """The difference of the starts of two runs of one precision (rad, rad/s)."""
+        if self.kept.precision != self.judge.precision:
+            return 0.0
+        starts = ([*run.start[0], *run.start[1]] for run in (self.kept, self.judge))
+        return max(abs(float(y - x)) for x, y in zip(*starts, strict=True))
 
     @property
     def worst(self) -> float:
