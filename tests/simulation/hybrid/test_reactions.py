@@ -25,6 +25,7 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
+from twolink.errors import IntegrationError
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.compliant_state import CompliantState
@@ -360,3 +361,14 @@ def test_a_wedged_link_rests_on_its_normal_force_where_its_load_turns_back():
     )
     assert tuple(found.u[:, -1]) == (0.0, 0.0)
     assert [event.mode["B on floor"] for event in found.events] == [S.PRESSED_FORWARD, S.CLOSED]
+
+
+def test_links_that_turn_are_not_stopped_with_a_slide():
+    """B rests on its stop, and D slides on: an end of its slide would stop both links."""
+    system = system_of(JointStop("B", lower=0.5), Surface((0.0, 1.5), (0.0, -1.0), friction=0.3))
+    state = state_of(system, (0.3, 0.8))._replace(
+        u=(0.2, 0.2), touching=frozenset({0, 1}), sliding=(0, 1)
+    )
+    mode = mode_of(system, S.CLOSED, S.FORWARD)
+    with pytest.raises(IntegrationError, match=r"whether the links do: they turn at 0\.2 rad/s"):
+        REACTIONS[E.STOPS](system, state, mode, Trigger(E.STOPS, 1, 1))

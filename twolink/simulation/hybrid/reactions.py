@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from twolink.contact.states import ContactState, EventKind, pressed, slipping
 from twolink.errors import IntegrationError
-from twolink.simulation.hybrid import compliant_state
+from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.collision import nearby, place, sliding_after, sliding_of
 from twolink.simulation.hybrid.complementarity import States, coincide, is_at_rest
 from twolink.simulation.hybrid.constraint import parallel, same_line
@@ -19,6 +19,7 @@ from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
     approach,
+    largest,
     moves,
     speed_along,
     stopped,
@@ -241,10 +242,16 @@ def _brought_to_rest(
     """Return the state with zero speed along some coordinates and a stopped slide of an element.
 
     Other slides along the same line stop with it, except those of a point of link 1 in a singular
-    pose while the link turns.
+    pose while the link turns. Raises `IntegrationError` if more than round-off would stop.
     """
     pose = system.pose(state.q)
     u = stopped(pose, still, state.u, system.rounding)
+    change = float(largest((u[0] - state.u[0], u[1] - state.u[1])))
+    if change * system.longest_step > tolerances.MOST_STOPPED:
+        raise IntegrationError(
+            f"at {float(state.t):.9g} s {system.names[index]} comes to rest, and round-off does "
+            f"not decide whether the links do: they turn at {change:.2g} rad/s"
+        )
     if u[0] == 0 and u[1] == 0:
         return state._replace(u=u, sliding=(0,) * len(state.sliding))
     tangent, chain = system.elements[index].tangent, system.scene_chain

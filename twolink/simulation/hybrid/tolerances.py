@@ -146,6 +146,10 @@ HORIZON = 8
 # event_functions.
 LOCKING = 1e-2
 
+# Turn of a link (rad) in the longest step at a speed that counts as round-off where a slide comes
+# to rest: in thousands of stops it was below 1e-10. Read by reactions.
+MOST_STOPPED = 1e-6
+
 # Part of the momenta that the impulse of a locked slide may leave: none in the limit, where a
 # push has no response, and more where links that turn cannot be stopped. Read by impact.
 LEFT_BY_LOCKING = 0.1
