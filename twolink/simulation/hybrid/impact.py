@@ -256,11 +256,12 @@ class Impacts:
         It is the limit of an impact without collision in which the normal speed stays zero: the
         friction of the slide stops it, without a rebound.
         """
-        contact, row = self.contact(index), self.row(index)
+        contact, (x, y) = self.contact(index), self.row(index)
         assert contact.tangent is not None
-        tangent, s = self.pose.row(contact.tangent), -direction * contact.kinetic
-        slope = self.pose.response(tangent, (row[0] + s * tangent[0], row[1] + s * tangent[1]))
-        normal = -speed_along(tangent, u) / slope
+        (X, Y), s = self.pose.row(contact.tangent), -direction * contact.kinetic
+        push = x + s * X, y + s * Y
+        # Near a dead point the speed along the tangent says little of the links.
+        normal = -speed_along(push, u) / self.pose.response(push, push)
         after = (0 * u[0], 0 * u[1])
         return self._strike(index, Impulse(normal, s * normal, Regime.SLIDES_THEN_STICKS), u, after)
 

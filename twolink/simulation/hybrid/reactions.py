@@ -14,7 +14,6 @@ from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.collision import nearby, place, sliding_after, sliding_of
 from twolink.simulation.hybrid.complementarity import States, coincide, is_at_rest
 from twolink.simulation.hybrid.constraint import parallel, same_line
-from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
@@ -217,23 +216,8 @@ def _stops(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigge
     index = trigger.index
     tangent = system.elements[index].tangent
     assert tangent is not None
-    pose = system.pose(state.q)
-    if _is_locked(system, mode, pose, index):
-        return _jams(system, state, mode, Trigger(EventKind.JAMS, index, trigger.sense))
     still = [tangent, *system.held(mode.states)]
     return Reaction(_brought_to_rest(system, state, still, trigger.index), {})
-
-
-def _is_locked(system: HybridSystem, mode: Mode, pose: Pose, index: int) -> bool:
-    """Return whether friction locks a slide that stops, and with it both links.
-
-    At a dead point the links turn on: the point cannot move along its normal either.
-    """
-    element = system.elements[index]
-    if not element.rigid or element.normal is None or element.tangent is None:
-        return False
-    rows = pose.row(element.normal), pose.row(element.tangent)
-    return not parallel(*rows, pose.lever) and locks(system, mode, pose, index)
 
 
 def _brought_to_rest(
