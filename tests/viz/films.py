@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -59,6 +60,16 @@ def processes_with(word: str) -> list[int]:
             except OSError:
                 continue
     return [number for number in found if number != os.getpid()]
+
+
+def gone(word: str) -> bool:
+    """Return whether all processes of a word end within a moment: the system ends killed ones."""
+    end = time.monotonic() + 10
+    while processes_with(word):
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.02)
+    return True
 
 
 PRETENDER = """#!{python}

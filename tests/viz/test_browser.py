@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.viz.films import need_browser, processes_with
+from tests.viz.films import gone, need_browser, processes_with
 from twolink.errors import BrowserError, PictureError
 from twolink.viz.browser import BROWSER, Browser, find_browser
 
@@ -44,16 +44,6 @@ def test_a_browser_starts_with_a_long_temporary_path(scratch, monkeypatch):
 
 def left_in(scratch):
     return [path.name for path in scratch.iterdir() if path.name != "programs"]
-
-
-def gone(word):
-    """Whether all processes of a word end within a moment."""
-    end = time.monotonic() + 5
-    while processes_with(word):
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.02)
-    return True
 
 
 def test_a_missing_browser_is_reported_with_the_package(scratch, monkeypatch):
