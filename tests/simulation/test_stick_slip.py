@@ -10,9 +10,11 @@ from tests.verification.chains import GENERAL
 from twolink.chain import Chain
 from twolink.coordinates import JointConvention
 from twolink.data import data_path
+from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_torque import JointTorque
+from twolink.effects.sampled_torque import SampledTorque
 from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.errors import ParameterError, SimulationError
 from twolink.scene import Scene
@@ -221,3 +223,44 @@ def test_a_load_between_kinetic_and_static_friction_leaves_no_choice():
     trajectory = simulate(scene, samples=3)
     assert trajectory.notes == ()
     assert np.array_equal(trajectory.q[:, -1], scene.q)
+
+
+@pytest.mark.parametrize("spin", [0.0, 1.0])
+def test_a_link_that_stops_is_held_by_all_of_its_frictions(spin):
+    """Link 1 alone: it stops, and slides again when its torque exceeds the sum of static limits.
+
+    With link 2 at rest, its speeds after the stop were 1e-20 rad/s, and all slides but one went on:
+    the link broke loose 0.23 s too early against kinetic friction.
+    """
+    alone = Chain((1.0, 0.5), (1.0, 1.0), ((0.0, 0.0), (0.0, 0.0)), (0.5, 1.0))
+    surfaces = (
+        CompliantSurface(
+            (0.9821586056848767, -0.1608676269157735), (-0.887966081215816, 0.4599089459993433),
+            "kelvin-voigt", 295.7869, on=("B",), friction=0.567, static=1.1476, name="s0",
+        ),
+        CompliantSurface(
+            (0.9860828359186364, -0.15819382705060045), (-0.10312003446385626, 0.9946689190339533),
+            "kelvin-voigt", 127.9026, on=("B",), friction=0.5387, static=1.2946, name="s1",
+        ),
+    )  # fmt: skip
+    slope = 12.9894 / 1.2
+    torque = SampledTorque((0.0, 0.4, 1.6), (0.0, 0.0, 1.2 * slope), (0.0, 0.0, 0.0), "linear")
+    friction = JointFriction((1.3249, 0.0), (3.6493, 0.0))
+    start = Scene(alone, (-0.1639, -0.6591), (0.0179, spin), 1.6, (friction, *surfaces, torque))
+    run = simulate(start)
+    assert run.met
+    stop, *later = run.events[1:]
+    assert not any(state.slips for state in stop.mode.states)
+    slide = next(event for event in later if any(state.slips for state in event.mode.states))
+    q, u = run.at([stop.time])
+    assert u[0, 0] == 0
+    angle = float(q[0, 0])
+    along = np.array([-math.sin(angle), math.cos(angle)])
+    push, limit = 0.0, 3.6493
+    for surface in surfaces:
+        normal = np.array(surface.normal)
+        depth = normal @ (np.array(surface.point) - [math.cos(angle), math.sin(angle)])
+        push += surface.stiffness * depth * (normal @ along)
+        across = np.array([-normal[1], normal[0]]) @ along
+        limit += surface.static * surface.stiffness * depth * abs(across)
+    assert slide.time == pytest.approx(0.4 + (limit - push) / slope, abs=1e-12)

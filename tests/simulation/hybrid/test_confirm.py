@@ -5,6 +5,7 @@ import math
 import pytest
 
 from tests.simulation.hybrid import BALANCED, state_of, system_of
+from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind
 from twolink.effects.compliant_surface import CompliantSurface
@@ -67,6 +68,16 @@ def test_a_force_without_any_derivative_is_zero_within_the_round_off_of_all_forc
     leaves = found.orders[Trigger(EventKind.LEAVES, 0)]
     assert isinstance(leaves, Zero)
     assert 1e-16 < leaves.size < 1e-8
+
+
+@pytest.mark.parametrize("law", ["hertz", "hunt-crossley"])
+def test_a_point_in_the_base_presses_on_a_surface_however_the_links_turn(law):
+    """C1 lies in A: its depth does not depend on q."""
+    chain = Chain((1.0, 0.8), (1.0, 1.0), ((0.0, 0.0), (0.5, 0.0)), (0.1, 0.2))
+    soft = CompliantSurface((0.0, -5e-4), (0.0, -1.0), law, 1e5, on=("C1",), friction=0.5)
+    system = system_of(Gravity(9.81), soft, chain=chain)
+    found = selected(system, state_of(system, (0.3, 0.3)))
+    assert found.states == (S.CLOSED,)
 
 
 def test_derivatives_begin_at_the_depth_of_the_state():

@@ -14,6 +14,7 @@ from twolink.contact.elements import Constraint
 from twolink.simulation.hybrid.constraint import (
     cramer,
     is_answered,
+    is_immobile,
     parallel,
     same_line,
     solved_with_one,
@@ -192,3 +193,12 @@ def test_rows_that_are_round_off_of_a_stretched_pose_have_no_direction():
     """Half of the length of a chain is a lever, and 1e-12 of it is one only along the other row."""
     assert parallel((1.0, -1.0), (1.743e-13, -1.745e-13), 0.65)
     assert not parallel((1.0, -1.0), (1.743e-13, 1.745e-13), 0.65)
+
+
+def test_a_point_in_the_base_does_not_move():
+    in_base = Chain((1.0, 1.0), (1.0, 1.0), ((0.0, 0.0), (0.5, 0.0)), (0.1, 0.1))
+    centre, elbow = PointCoordinate("C1", (0.0, 1.0)), PointCoordinate("B", (0.0, 1.0))
+    assert is_immobile(centre, in_base)
+    assert not is_immobile(centre, BARS)
+    assert not is_immobile(elbow, in_base)
+    assert not is_immobile(JointCoordinate("A", 1), in_base)

@@ -277,18 +277,19 @@ def test_an_impact_at_the_edge_of_a_dent_ends_it(below, u, left):
     assert after.gaps[1] == (0.0 if left else 1e-6 - below)
 
 
+@pytest.mark.parametrize("u2", [1.0, 0.0])
 @pytest.mark.parametrize(("q1", "u1", "sliding"), [(0.0, 2.0, (1, 0)), (0.5, 1e-17, (0, 0))])
-def test_a_joint_turns_on_where_a_point_of_its_link_passes_a_dead_point(q1, u1, sliding):
+def test_a_joint_turns_on_where_a_point_of_its_link_passes_a_dead_point(q1, u1, sliding, u2):
     """B slides along x with −sin(q1) u1: it stops at q1 = 0 while link 1 turns on, or with it."""
     floor = CompliantSurface(
         (0.0, math.sin(q1) - 0.1), (0.0, -1.0), "kelvin-voigt", 100.0, friction=0.5, on=("B",)
     )
     system = system_of(JointFriction((1.0, 0.0)), floor)
-    state = state_of(system, (q1, 0.7), (u1, 1.0))._replace(sliding=(1, 1))
+    state = state_of(system, (q1, 0.7), (u1, u2))._replace(sliding=(1, 1))
     mode = mode_of(system, S.FORWARD, S.FORWARD)
     after = REACTIONS[E.STOPS](system, state, mode, Trigger(E.STOPS, 1, 1)).state
     assert after.sliding == sliding
-    assert after.u == (u1 if sliding[0] else 0.0, 1.0)
+    assert after.u == (u1 if sliding[0] else 0.0, u2)
 
 
 TWO_POINTS = Chain((1.0, 1.0), (1.0, 1.0), ((1.0, 0.0), (0.5, 0.0)), (0.05, 1 / 12))

@@ -127,6 +127,11 @@ def problem_at(
     return Problem(system, state, equations, state.sliding, options, noise)
 
 
+def begun(states: States, directions: tuple[int, ...]) -> int:
+    """Return how many elements begin to slide in their states: those without a direction before."""
+    return sum(s.slips and not d for s, d in zip(states, directions, strict=True))
+
+
 def conceivable(problem: Problem, with_pressed: bool) -> tuple[Conceivable, ...]:
     """Return the modes that the options allow in some pose, with or without saturated friction."""
     return _conceivable(problem.system, problem.options, problem.directions)[with_pressed]
@@ -140,39 +145,36 @@ def _conceivable(
     found: tuple[list[Conceivable], list[Conceivable]] = ([], [])
     for places in itertools.product(*(range(len(states)) for states in options)):
         states = tuple(own[place] for own, place in zip(options, places, strict=True))
-        if not _is_conceivable(system, states, directions):
+        if not _is_conceivable(system, states):
             continue
         counts = [len(e.holds(own)) for e, own in zip(system.elements, states, strict=True)]
         bound = tuple((i, states[i]) for i, count in enumerate(counts) if count)
         firsts = tuple(itertools.accumulate(counts, initial=0))
         law = tuple(_conditions(system, options, directions, states))
-        begins = any(s.slips and not d for s, d in zip(states, directions, strict=True))
-        mode = Conceivable(states, law, places, bound, firsts, begins)
+        mode = Conceivable(states, law, places, bound, firsts, begun(states, directions) > 0)
         found[mode.pressed].append(mode)
     return tuple(found[0]), tuple(found[1])
 
 
-def _is_conceivable(system: HybridSystem, states: States, directions: tuple[int, ...]) -> bool:
+def _is_conceivable(system: HybridSystem, states: States) -> bool:
     """Return whether a mode has no more constraints than the chain takes, and its slides are free.
 
-    This does not depend on the pose.
+    Saturated friction is where other elements hold. This does not depend on the pose.
     """
     held = held_coordinates(system.elements, states)
     if len(held) > MOST_CONSTRAINTS:
         return False
-    for index, (element, state) in enumerate(zip(system.elements, states, strict=True)):
+    for element, state in zip(system.elements, states, strict=True):
         if element.tangent is None or state in (ContactState.STICKS, ContactState.OPEN):
             continue
-        still = is_fixed(element.tangent, held, system.scene_chain)
-        begins = state.slips and not directions[index]
-        if (begins and still) or (not state.slips and not still):
+        if state.slips == is_fixed(element.tangent, held, system.scene_chain):
             return False
     return True
 
 
 def is_solvable(problem: Problem, states: States) -> bool:
     """Return whether the constraints of a mode are independent and leave its slides free."""
-    if not _is_conceivable(problem.system, states, problem.directions):
+    if not _is_conceivable(problem.system, states):
         return False
     return is_independent(problem, shares_of(problem.equations, problem.system.elements, states))
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from twolink.arithmetic import sqrt
+from twolink.arithmetic import Scalar, sqrt
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid import tolerances
@@ -174,7 +174,9 @@ def _pushes(problem: Problem, pose: Pose, u: tuple[Jet, Jet], active: Sequence[b
     return found
 
 
-def _root(problem: Problem, pose: Pose, element: ContactElement, own: CompliantState) -> Jet | None:
+def _root(
+    problem: Problem, pose: Pose, element: ContactElement, own: CompliantState
+) -> Jet | Scalar | None:
     """Return √depth (m^½) of a pressed surface as a jet that starts at the value of the state.
 
     √depth is a variable of its own: the depth that follows from q differs from its square by
@@ -184,5 +186,7 @@ def _root(problem: Problem, pose: Pose, element: ContactElement, own: CompliantS
     if not own.sqrt_depth or element.normal is None:
         return None
     place = element.normal.coordinate(problem.system.chain, pose.q)
-    root: Jet = sqrt(own.sqrt_depth * own.sqrt_depth - (place - place.terms[0]))
+    # A point in A does not move.
+    moved = place - place.terms[0] if isinstance(place, Jet) else 0
+    root: Jet | Scalar = sqrt(own.sqrt_depth * own.sqrt_depth - moved)
     return root

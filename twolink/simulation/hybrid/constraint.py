@@ -95,6 +95,14 @@ def same_line(first: ConstraintCoordinate, second: ConstraintCoordinate, chain: 
     return bool(x1 * y2 == x2 * y1)
 
 
+def is_immobile(coordinate: ConstraintCoordinate, chain: Chain) -> bool:
+    """Return whether a coordinate is that of a point in A, which does not move."""
+    if not isinstance(coordinate, PointCoordinate):
+        return False
+    point = coordinate.of(chain)
+    return bool(point.link == 1 and point.along == 0 and point.across == 0)
+
+
 def _motion(coordinate: ConstraintCoordinate, chain: Chain) -> tuple[Any, Pair]:
     """Return the motion along a coordinate: of a joint, or of a point of link 2 along a vector."""
     if isinstance(coordinate, JointCoordinate):

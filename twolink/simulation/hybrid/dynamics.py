@@ -27,6 +27,7 @@ from twolink.effects import Effect, smooth_loads
 from twolink.loads import Force, Load, Loads, Torque
 from twolink.simulation.hybrid.constraint import (
     cramer,
+    is_immobile,
     same_line,
     solved_with_one,
     solved_with_two,
@@ -155,9 +156,14 @@ def held_coordinates(
 def is_fixed(
     coordinate: ConstraintCoordinate, held: Sequence[ConstraintCoordinate], chain: Chain
 ) -> bool:
-    """Return whether a coordinate is at rest while others are held: two of them, or its own."""
-    return len(held) >= MOST_CONSTRAINTS or any(
-        same_line(coordinate, other, chain) for other in held
+    """Return whether a coordinate is at rest while others are held: two of them, or its own.
+
+    A point in A is always at rest.
+    """
+    return (
+        len(held) >= MOST_CONSTRAINTS
+        or is_immobile(coordinate, chain)
+        or any(same_line(coordinate, other, chain) for other in held)
     )
 
 

@@ -60,9 +60,17 @@ def at_rest(row: Pair, u: Pair, rounding: float) -> bool:
     return bool(abs(first + second) <= AT_REST * rounding * (abs(first) + abs(second)))
 
 
-def moves(row: Pair, u: Pair, rounding: float) -> bool:
-    """Return whether the speed row · u is more than the error of u at an event."""
-    return bool(abs(speed_along(row, u)) > UNDECIDED * rounding * largest(row) * largest(u))
+def moves(row: Pair, u: Pair, rounding: float, slowest: float) -> bool:
+    """Return whether the speed row · u is more than the error of u at an event.
+
+    Links that turn slower than the `slowest` speed (rad/s) are at rest.
+    """
+    return bool(abs(speed_along(row, u)) > largest(row) * _error_of(u, rounding, slowest))
+
+
+def _error_of(u: Pair, rounding: float, slowest: float) -> float:
+    """Return the error (rad/s) of u at an event: where all links stop, u itself is round-off."""
+    return max(UNDECIDED * rounding * float(largest(u)), slowest)
 
 
 def approach(row: Pair, u: Pair, rounding: float) -> Scalar:
@@ -107,12 +115,17 @@ def placed(
 
 
 def stopped(
-    pose: Pose, coordinates: Sequence[ConstraintCoordinate], u: Pair, rounding: float
+    pose: Pose,
+    coordinates: Sequence[ConstraintCoordinate],
+    u: Pair,
+    rounding: float,
+    slowest: float = 0.0,
 ) -> Pair:
     """Return u with exactly zero speed along coordinates where it was zero within round-off.
 
     Two independent coordinates leave no motion. A coordinate along which the chain cannot move in
-    this pose has zero speed at any u.
+    this pose has zero speed at any u. Links that turn slower than the `slowest` speed (rad/s) are
+    at rest.
     """
     if not coordinates:
         return u
@@ -127,8 +140,9 @@ def stopped(
         else:
             share = speed_along(row, u) / (row[0] * row[0] + row[1] * row[1])
             change = share * row[0], share * row[1]
-            if largest(change) <= UNDECIDED * rounding * largest(u):
-                u = u[0] - change[0], u[1] - change[1]
+            if largest(change) <= _error_of(u, rounding, slowest):
+                # Exactly zero for a point of link 1, whose row is one number.
+                u = u[0] - change[0] if row[1] else 0 * u[0], u[1] - change[1]
     return u
 
 

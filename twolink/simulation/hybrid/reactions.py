@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
+from twolink.arithmetic import Pair
 from twolink.contact.states import ContactState, EventKind, pressed, slipping
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import compliant_state, tolerances
@@ -226,16 +227,11 @@ def _brought_to_rest(
     """Return the state with zero speed along some coordinates and a stopped slide of an element.
 
     Other slides along the same line stop with it, except those of a point of link 1 in a singular
-    pose while the link turns. Raises `IntegrationError` if more than round-off would stop.
+    pose while the link turns.
     """
     pose = system.pose(state.q)
-    u = stopped(pose, still, state.u, system.rounding)
-    change = float(largest((u[0] - state.u[0], u[1] - state.u[1])))
-    if change * system.longest_step > tolerances.MOST_STOPPED:
-        raise IntegrationError(
-            f"at {float(state.t):.9g} s {system.names[index]} comes to rest, and round-off does "
-            f"not decide whether the links do: they turn at {change:.2g} rad/s"
-        )
+    u = stopped(pose, still, state.u, system.rounding, system.slowest)
+    _check_round_off(system, state, u, index)
     if u[0] == 0 and u[1] == 0:
         return state._replace(u=u, sliding=(0,) * len(state.sliding))
     tangent, chain = system.elements[index].tangent, system.scene_chain
@@ -244,11 +240,21 @@ def _brought_to_rest(
         0
         if element.tangent is not None
         and same_line(element.tangent, tangent, chain)
-        and not moves(pose.row(element.tangent), u, system.rounding)
+        and not moves(pose.row(element.tangent), u, system.rounding, system.slowest)
         else direction
         for element, direction in zip(system.elements, state.sliding, strict=True)
     )
     return state._replace(u=u, sliding=put(sliding, index, 0))
+
+
+def _check_round_off(system: HybridSystem, state: HybridState, u: Pair, index: int) -> None:
+    """Raise `IntegrationError` if a slide takes more than round-off from the speeds as it stops."""
+    change = float(largest((u[0] - state.u[0], u[1] - state.u[1])))
+    if change * system.longest_step > tolerances.MOST_STOPPED:
+        raise IntegrationError(
+            f"at {float(state.t):.9g} s {system.names[index]} comes to rest, and round-off does "
+            f"not decide whether the links do: they turn at {change:.2g} rad/s"
+        )
 
 
 def _breaks(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:

@@ -44,6 +44,7 @@ from twolink.simulation.hybrid.complementarity import (
     Orders,
     Problem,
     States,
+    begun,
     coincide,
     is_at_rest,
     is_solvable,
@@ -187,10 +188,7 @@ def _with_others(selection: Selection, others: list[Candidate]) -> Selection:
 
 def _begins(problem: Problem, candidate: Candidate) -> int:
     """Return how many elements begin to slide in a mode."""
-    return sum(
-        state.slips and not direction
-        for state, direction in zip(candidate.states, problem.directions, strict=True)
-    )
+    return begun(candidate.states, problem.directions)
 
 
 def _first_confirmed(

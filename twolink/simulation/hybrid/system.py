@@ -159,7 +159,7 @@ class HybridSystem:
     def near(self) -> tuple[tuple[int, float], ...]:
         """The numbers of the rigid contacts, each with the gap (rad or m) that counts as closed.
 
-        Without those that no point can get beyond.
+        Contacts that no point can get beyond are left out.
         """
         scale = tolerances.CONTACT_GAP * self.rounding
         return tuple(
@@ -210,6 +210,11 @@ class HybridSystem:
     def grazing(self) -> float:
         """The gap (rad or m) above which a flight is certain to pass a contact."""
         return self.scale * tolerances.GRAZING * self.rounding
+
+    @cached_property
+    def slowest(self) -> float:
+        """The speed (rad/s) below which links that stop are at rest: they have turned faster."""
+        return tolerances.UNDECIDED * self.rounding / float(self.longest_step)
 
     @cached_property
     def force_scale(self) -> float:
