@@ -22,6 +22,7 @@ from twolink.simulation.hybrid.collision import (
     collide,
     direction_of,
     nearby,
+    place,
     sliding_after,
     surfaces_after,
 )
@@ -164,3 +165,32 @@ def test_a_load_that_turns_while_bounces_die_away_does_not_strike_the_stop(befor
     ends = found.q[0, -1], found.u[0, -1]
     off = max(abs(float(x - Fraction(float(y)))) for x, y in zip(exact, ends, strict=True))
     assert off <= found.error < 1e-12
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_the_pose_of_a_contact_takes_the_gaps_and_depths_of_others_with_it(precision):
+    """Link 1 is placed on a stop; B is pressed into a cushion, and D is above a floor."""
+    cushion = CompliantSurface((0.0, 0.0), (0.0, -1.0), "hertz", 100.0, on=("B",))
+    floor = Surface((0.0, 1.5), (0.0, -1.0), on=("D",))
+    system = stopped_chain(cushion, floor, precision=precision)
+    first, press, of_floor = range(3)
+    assert [system.elements[i].rigid for i in (first, press, of_floor)] == [True, False, True]
+    moved = system.number(64 * system.rounding)
+    state = state_of(system, (0.0, 0.5))._replace(q=(moved, system.number(0.5)))
+    _, own, _ = state.compliant
+    depth = system.number(0.25)
+    pressed = state._replace(
+        t=system.number(1), compliant=(None, own._replace(sqrt_depth=depth), None)
+    )
+    placed, pose = place(system, pressed, system.pose(pressed.q), first)
+    assert placed.q == pose.q
+    assert placed.q[0] == 0
+    L1 = float(system.scene_chain.L1)
+    sinks = float(placed.compliant[press].sqrt_depth ** 2 - depth * depth)
+    assert sinks == pytest.approx(-L1 * float(moved), rel=0.1)
+    rises = float(placed.gaps[of_floor] - pressed.gaps[of_floor])
+    assert rises == pytest.approx(L1 * float(moved), rel=0.1)
+    # A gap within the rounding of a place is more accurate than the pose.
+    near = pressed.with_gap(of_floor, moved / 2**20)
+    again, _ = place(system, near, system.pose(near.q), first)
+    assert again.gaps[of_floor] == near.gaps[of_floor]

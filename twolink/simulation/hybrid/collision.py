@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from twolink.arithmetic import Pair
+from twolink.arithmetic import Pair, sqrt
 from twolink.contact.coordinates import ConstraintCoordinate
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid import compliant_state
@@ -96,7 +96,7 @@ def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
     if not _any_approached(system, state, pose, near):
         return Collision(state, pose)
     for index in near:
-        pose = place(system, pose, index, state)
+        state, pose = place(system, state, pose, index)
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     found = resolve(impacts, state.u, near, state.touching)
     undecided: tuple[Any, ...] = ((), ())
@@ -178,8 +178,14 @@ def _turns(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> 
     return bool(branch.turning * (speed + branch.rate) > 0)
 
 
-def place(system: HybridSystem, pose: Pose, index: int, state: HybridState) -> Pose:
-    """Return the pose in which the gap of a contact is exactly zero."""
+def place(
+    system: HybridSystem, state: HybridState, pose: Pose, index: int
+) -> tuple[HybridState, Pose]:
+    """Return the state and its pose in which the gap of a contact is exactly zero.
+
+    The gaps and depths of the other contacts, which are variables of their own, change with q.
+    Otherwise contacts that take turns could each undo the placing of the other, ever farther.
+    """
     element, own = system.elements[index], state.compliant[index]
     assert element.normal is not None
     surface = element.bound - (own.offset if own is not None else 0)
@@ -188,7 +194,31 @@ def place(system: HybridSystem, pose: Pose, index: int, state: HybridState) -> P
         max(system.resolution, PRECISIONS["double"].rounding) if state.t == 0 else system.resolution
     )
     q = placed(pose, element.normal, surface, known, system.rounding)
-    return pose if q == pose.q else system.pose(q)
+    if q == pose.q:
+        return state, pose
+    change = q[0] - pose.q[0], q[1] - pose.q[1]
+    return _moved(system, state, pose, change)._replace(q=q), system.pose(q)
+
+
+def _moved(system: HybridSystem, state: HybridState, pose: Pose, change: Pair) -> HybridState:
+    """Return the state in which gaps and depths have changed with q, by a `change` (rad).
+
+    Those within the round-off of a place are more accurate than q, and stay.
+    """
+    small, gaps, compliant = system.place_of_rounding, list(state.gaps), list(state.compliant)
+    for index, (gap, own) in enumerate(zip(state.gaps, state.compliant, strict=True)):
+        normal = system.elements[index].normal
+        if gap is None or normal is None:
+            continue
+        rise = speed_along(pose.row(normal), change)
+        if abs(gap) > small:
+            gaps[index] = gap + rise
+        if own is None or own.sqrt_depth is None:
+            continue
+        depth = own.sqrt_depth * own.sqrt_depth
+        if depth > small:
+            compliant[index] = own._replace(sqrt_depth=sqrt(depth - rise))
+    return state._replace(gaps=tuple(gaps), compliant=tuple(compliant))
 
 
 def sliding_after(system: HybridSystem, pose: Pose, before: Pair, u: Pair) -> tuple[int, ...]:

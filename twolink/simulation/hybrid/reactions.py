@@ -112,8 +112,7 @@ def _met(system: HybridSystem, state: HybridState, index: int) -> tuple[HybridSt
     state = state.with_gap(index, system.number(0))
     pose = system.pose(state.q)
     slow = not approach(pose.row(normal), state.u, system.rounding)
-    pose = place(system, pose, index, state)
-    state = state._replace(q=pose.q)
+    state, pose = place(system, state, pose, index)
     if slow:
         state = state._replace(u=stopped(pose, [normal], state.u, system.rounding))
     return state, pose, slow
