@@ -24,6 +24,7 @@ from twolink.simulation.hybrid.collision import (
     nearby,
     place,
     sliding_after,
+    still_sliding,
     surfaces_after,
 )
 from twolink.simulation.hybrid.pose import Pose
@@ -54,6 +55,14 @@ def test_the_direction_of_a_slide_is_the_sign_of_its_speed_beyond_rounding():
     assert sliding_after(system, pose, (5.0, 5.0), (1.0, 1.0 + 4e-16)) == (1, 0)
     assert direction_of(system, (1.0, 0.0), (5.0, 0.0), (1e-16, 0.0)) == 0
     assert direction_of(system, (1.0, 0.0), (1e-9, 0.0), (1e-16, 0.0)) == 1
+
+
+def test_a_slide_without_a_speed_has_only_begun():
+    system = system_of(JointFriction((1.0, 1.0)))
+    pose = Pose(system.chain, lagrange, (0.3, 0.2))
+    state = state_of(system, pose.q, (0.0, 3.0))._replace(sliding=(-1, 1))
+    assert still_sliding(system, state, pose) == (0, 1)
+    assert still_sliding(system, state._replace(sliding=(-1, 0)), pose) == (0, 0)
 
 
 @pytest.mark.parametrize(

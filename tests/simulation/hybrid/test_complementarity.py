@@ -78,3 +78,15 @@ def test_modes_are_split_by_saturated_friction_and_know_their_conditions():
         held = [len(e.holds(s)) for e, s in zip(problem.system.elements, mode.states, strict=True)]
         assert [b - a for a, b in itertools.pairwise(mode.firsts)] == held
         assert [index for index, _ in mode.bound] == [i for i, count in enumerate(held) if count]
+
+
+def test_no_element_slides_that_others_hold():
+    """Link 1 rests on the stop, so that A does not turn, in whatever direction it did."""
+    problem = problem_of(JointFriction((1.0, 0.0)), JointStop("A", lower=0.0), u=(1.0, 0.0))
+    friction = next(i for i, e in enumerate(problem.system.elements) if not e.rigid)
+    assert problem.directions[friction] == 1
+    states = [S.CLOSED, S.CLOSED]
+    states[friction] = S.FORWARD
+    assert not is_solvable(problem, tuple(states))
+    states[1 - friction] = S.OPEN
+    assert is_solvable(problem, tuple(states))

@@ -56,6 +56,26 @@ def test_two_modes_are_noted():
             assert "moves freely" in after.notes[0].sentence
 
 
+@pytest.mark.parametrize(
+    ("torque", "static", "expected"),
+    [
+        (-6.0, 1.0, (S.PRESSED_BACKWARD, S.CLOSED)),
+        (-6.0, 5.0, (S.PRESSED_BACKWARD, S.CLOSED)),
+        (-4.0, 5.0, (S.STICKS, S.OPEN)),
+    ],
+)
+def test_a_slide_that_has_just_begun_ends_on_a_contact_along_its_line(torque, static, expected):
+    """A has begun to slide backward, and has no speed yet, as link 1 touches its stop."""
+    friction = JointFriction((1.0, 0.0), (static, 0.0))
+    effects = friction, JointStop("A", lower=0.0), JointTorque((torque, 0.0))
+    system = system_of(*effects, chain=BALANCED)
+    assert [element.rigid for element in system.elements] == [False, True]
+    state = state_of(system, (0.0, 0.5), (0.0, 1.0))._replace(sliding=(-1, 0))
+    after = settle(system, state, {})
+    assert after.mode.states == expected
+    assert after.notes == ()
+
+
 def test_impacts_without_end_are_an_error(monkeypatch):
     monkeypatch.setattr("twolink.simulation.hybrid.jump._MOST_ROUNDS", 0)
     system = stopped_chain()

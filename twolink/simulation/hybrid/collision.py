@@ -231,6 +231,12 @@ def sliding_after(system: HybridSystem, pose: Pose, before: Pair, u: Pair) -> tu
     )
 
 
+def still_sliding(system: HybridSystem, state: HybridState, pose: Pose) -> tuple[int, ...]:
+    """Return the direction in which each element slides that has a speed, 0 for all others."""
+    known = sliding_after(system, pose, state.u, state.u)
+    return tuple([own and now for own, now in zip(state.sliding, known, strict=True)])
+
+
 def direction_of(system: HybridSystem, row: Pair, before: Pair, u: Pair) -> int:
     """Return the sign of row · u, 0 within round-off."""
     if at_rest(row, u, system.rounding) or is_left_over(row, u, before, system.rounding):

@@ -16,7 +16,12 @@ from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.breakaway_order import remarks_on_order
-from twolink.simulation.hybrid.collision import Collision, collide, surfaces_after
+from twolink.simulation.hybrid.collision import (
+    Collision,
+    collide,
+    still_sliding,
+    surfaces_after,
+)
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
 from twolink.simulation.hybrid.dynamics import is_fixed
 from twolink.simulation.hybrid.impact import Strike, largest
@@ -155,9 +160,20 @@ def _names(system: HybridSystem, strikes: Sequence[Strike]) -> str:
 def _selected(
     system: HybridSystem, state: HybridState, pose: Pose, known: Mapping[int, States]
 ) -> Selection | None:
-    """Return the next mode; the states that are `known` of elements hold if they admit one."""
+    """Return the next mode; the states that are `known` of elements hold if they admit one.
+
+    A slide that has just begun is one if a mode admits it: a contact along its line may end it.
+    """
     selection = select(system, state, pose, known)
-    return select(system, state, pose, {}) if selection is None and known else selection
+    if selection is None and known:
+        selection = select(system, state, pose, {})
+    if selection is not None and selection.confirmed:
+        return selection
+    sliding = still_sliding(system, state, pose)
+    if sliding == state.sliding:
+        return selection
+    at_rest = select(system, state._replace(sliding=sliding), pose, {})
+    return at_rest if at_rest is not None and at_rest.confirmed else selection or at_rest
 
 
 def _left_out(
