@@ -5,7 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from tests.campaign.checks import violations
 from twolink.chain import Chain
+from twolink.effects.end_drag import EndDrag
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.sampled_torque import SampledTorque
@@ -63,3 +65,30 @@ def test_a_point_that_is_named_twice_lifts_off_once(order):
         "B slips forward, C1 on surface rests",
         "B slips forward",
     ]
+
+
+@pytest.mark.parametrize("on", [("C2", "D"), ("D", "C2")])
+def test_a_jammed_slide_throws_both_names_of_a_point_off_the_surface(on):
+    """An impact without collision gives the point a normal speed of 0.014 m/s; it jammed at 0 s.
+
+    One of the names stayed in contact, and "sticks" with this speed was the mode from there on.
+    """
+    mass, length = (2.94085169812262, 0.44394324819789327), (0.379350812381307, 0.35461037766314607)
+    chain = Chain.point_masses(mass, length)
+    q, u = (0.7216611321859654, -1.772289219446069), (0.26687524631900317, 1.0709091830809283)
+    height = length[0] * math.sin(q[0]) + length[1] * math.sin(q[1])
+    effects = Gravity(), EndDrag(1.0079335580452513)
+
+    def motion(points):
+        floor = Surface(
+            (0.0, height), (0.0, -1.0), on=points, restitution=0.4113663962707481,
+            friction=0.6263089440537056,
+        )  # fmt: skip
+        return simulate(Scene(chain, q, u, 0.5, (*effects, floor)))
+
+    one, both = motion(("D",)), motion(on)
+    assert one.impacts[0].speeds == pytest.approx((0.0, 0.01388), abs=1e-5)
+    assert violations(both) == []
+    assert np.abs(both.q - one.q).max() <= one.error + both.error
+    # The point rests after its last small bounce.
+    assert str(both.events[-1].mode).endswith("on surface sticks")

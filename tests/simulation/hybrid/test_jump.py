@@ -113,3 +113,13 @@ def test_impacts_without_end_are_named(monkeypatch):
     system, q = between_floor_and_ceiling("double")
     with pytest.raises(IntegrationError, match="the impacts are on: D on floor, B on ceiling"):
         settle(system, state_of(system, q, (0.0, 7e-7)), {})
+
+
+def test_a_mode_that_holds_a_moving_element_is_an_error():
+    """The stop is said to touch, and link 1 leaves it, pressed by a torque."""
+    system = stopped_chain()
+    state = state_of(system, (0.0, 0.0))._replace(touching=frozenset({0}))
+    assert settle(system, state, {}).mode.states == (S.CLOSED,)
+    assert settle(system, state._replace(u=(1e-9, 0.0)), {}).mode.states == (S.CLOSED,)
+    with pytest.raises(IntegrationError, match=r"holds an element that moves at 0\.5 "):
+        settle(system, state._replace(u=(0.5, 0.0)), {})

@@ -24,7 +24,7 @@ from twolink.simulation.hybrid.collision import (
 )
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
 from twolink.simulation.hybrid.dynamics import is_fixed
-from twolink.simulation.hybrid.impact import Strike, largest
+from twolink.simulation.hybrid.impact import Strike, largest, speed_along
 from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
 from twolink.simulation.hybrid.painleve import jammed, strike_without_collision
 from twolink.simulation.hybrid.pose import Pose
@@ -33,7 +33,7 @@ from twolink.simulation.hybrid.select import Selection, select
 from twolink.simulation.hybrid.singular_pose import pinned
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import LEFT_OVER, MOST_IMPACTS_OF_A_BURST
+from twolink.simulation.hybrid.tolerances import LEFT_OVER, MOST_IMPACTS_OF_A_BURST, MOST_STOPPED
 from twolink.simulation.hybrid.zeno import NO_PAST, LeftOut, Past, accumulated, left_out
 
 # Largest number of impacts without collision and Zeno limits at one instant before failure: a burst
@@ -137,6 +137,7 @@ def settle(
             mode = system.mode(selection.states, _dents(state))
             rest = _left_out(system, state, pose, mode, past, so_far)
             if rest is None:
+                _check_held(system, state, pose, mode)
                 notes = so_far.notes
                 if selection.others or not selection.confirmed:
                     notes += (_note(system, state, mode, selection),)
@@ -150,6 +151,17 @@ def settle(
         f"at {float(state.t):.9g} s the laws of impact and friction lead from one impact to the "
         f"next without end; the impacts are on: {_names(system, so_far.strikes)}"
     )
+
+
+def _check_held(system: HybridSystem, state: HybridState, pose: Pose, mode: Mode) -> None:
+    """Raise `IntegrationError` if a mode holds elements that move by more than round-off."""
+    for coordinate in system.held(mode.states):
+        speed = abs(float(speed_along(pose.row(coordinate), state.u)))
+        if speed * system.longest_step > MOST_STOPPED * max(1.0, system.lever):
+            raise IntegrationError(
+                f"at {float(state.t):.9g} s the motion cannot be followed: the mode '{mode}' holds "
+                f"an element that moves at {speed:.3g} m/s or rad/s"
+            )
 
 
 def _names(system: HybridSystem, strikes: Sequence[Strike]) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from twolink.arithmetic import Pair
 from twolink.contact.elements import Constraint
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import tolerances
@@ -16,6 +17,8 @@ from twolink.simulation.hybrid.constraint import is_answered
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
+    largest,
+    speed_along,
     stopped,
 )
 from twolink.simulation.hybrid.noise import vanishes
@@ -69,18 +72,31 @@ def strike_without_collision(
     strike = impacts.impact(index, u, without_collision=True)
     # By definition the normal speed before it is zero, which its row times u is within round-off.
     strike = strike._replace(speeds=(0 * u[0], strike.speeds[1]))
-    after = strike.u[1]
-    leaves = abs(strike.speeds[1]) > tolerances.LEFT_OVER * system.rounding * max(
-        abs(x) for x in state.u
-    )
-    touching = state.touching - {index} if leaves else state.touching
-    if not leaves:
-        after = stopped(pose, [normal], after, system.rounding)
+    touching = _touching_after(system, state, pose, strike.u[1])
+    held = [system.elements[i].normal for i in sorted(touching) if system.elements[i].rigid]
+    after = stopped(pose, held, strike.u[1], system.rounding)  # type: ignore[arg-type]
     sliding = sliding_after(system, pose, state.u, after)
     if strike.impulse.regime.ends_sticking:
         sliding = put(sliding, index, 0)
     state = state._replace(u=after, touching=touching, sliding=sliding)
     return state, strike
+
+
+def _touching_after(
+    system: HybridSystem, state: HybridState, pose: Pose, after: Pair
+) -> frozenset[int]:
+    """Return the contacts that still touch after an impulse on one of them.
+
+    It gives others that touch a normal speed as well: they open, or are struck in turn.
+    """
+    least = tolerances.LEFT_OVER * system.rounding * largest(state.u)
+    moving = {
+        index
+        for index in state.touching
+        if system.elements[index].rigid
+        and abs(speed_along(pose.row(system.elements[index].normal), after)) > least  # type: ignore[arg-type]
+    }
+    return state.touching - moving
 
 
 def _without_motion(system: HybridSystem, state: HybridState, pose: Pose) -> str:

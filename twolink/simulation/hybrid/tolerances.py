@@ -147,7 +147,8 @@ HORIZON = 8
 LOCKING = 1e-2
 
 # Turn of a link (rad) in the longest step at a speed that counts as round-off where a slide comes
-# to rest: in thousands of stops it was below 1e-10. Read by reactions.
+# to rest, or a mode holds an element: in thousands of each it was below 1e-10. Read by jump and
+# reactions.
 MOST_STOPPED = 1e-6
 
 # Part of the momenta that the impulse of a locked slide may leave: none in the limit, where a
