@@ -57,7 +57,7 @@ class Seen:
 
     def _dense_times(self) -> Any:
         end = float(self.trajectory.t[-1])
-        offsets = np.geomspace(1e-12 * max(1.0, end), 1e-2 * end, _BESIDE)
+        offsets = np.geomspace(1e-12 * max(1.0, end), 1e-2 * max(1e-9, end), _BESIDE)
         chosen = self.moments
         if len(chosen) > _MOST_MOMENTS:
             chosen = chosen[np.linspace(0, len(chosen) - 1, _MOST_MOMENTS).astype(int)]

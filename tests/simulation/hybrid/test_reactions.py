@@ -65,6 +65,17 @@ def test_a_contact_that_is_reached_without_speed_is_not_struck():
     assert after.mode.states == (S.CLOSED,)
 
 
+@pytest.mark.parametrize(("u1", "touching"), [(1.64, {1}), (0.0, {0, 1})])
+def test_a_point_at_its_farthest_place_touches_alone_while_its_link_turns(u1, touching):
+    """B cannot move along the normal there; A is at its stop, and leaves it at u1."""
+    beyond = Surface((1.0, 1.0), (0.0, 1.0), on=("B",))
+    system = system_of(JointStop("A", lower=math.pi / 2), beyond)
+    state = state_of(system, (math.pi / 2, 0.0), (u1, 2.0))
+    state = state._replace(gaps=(0.0, 0.0), touching=frozenset())
+    hits = REACTIONS[E.HITS](system, state, mode_of(system, S.OPEN, S.OPEN), Trigger(E.HITS, 1))
+    assert hits.state.touching == touching
+
+
 def test_a_compliant_contact_that_is_hit_begins_to_press():
     ball = CompliantSurface((0.0, 0.0), (0.0, -1.0), "hertz", 1e6)
     system = system_of(ball)

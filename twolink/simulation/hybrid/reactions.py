@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from twolink.arithmetic import Pair
+from twolink.contact.coordinates import ConstraintCoordinate
 from twolink.contact.states import ContactState, EventKind, pressed, slipping
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid import compliant_state, tolerances
@@ -55,15 +56,28 @@ def _hits(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger
         return Reaction(state, {})
     state, pose, _ = _met(system, state, index)
     # Other points at this place touch with it.
-    alike = {
-        i
-        for i in nearby(system, state)
-        if same_line(system.elements[i].normal, element.normal, system.scene_chain)  # type: ignore[arg-type]
-    }
+    alike = _touched_with(system, state, pose, element.normal)
     for number in alike | {index}:
         sliding = put(state.sliding, number, sliding_of(system, pose, number, state.u))
         state = state._replace(touching=state.touching | {number}, sliding=sliding)
     return Reaction(state, {})
+
+
+def _touched_with(
+    system: HybridSystem, state: HybridState, pose: Pose, normal: ConstraintCoordinate
+) -> set[int]:
+    """Return the contacts nearby that are at rest along the line of one that is touched.
+
+    In a pose in which its row vanishes they may move.
+    """
+    found = set()
+    for index in nearby(system, state):
+        other = system.elements[index].normal
+        assert other is not None
+        alike = same_line(other, normal, system.scene_chain)
+        if alike and not moves(pose.row(other), state.u, system.rounding, system.slowest):
+            found.add(index)
+    return found
 
 
 def _out_of_dents(system: HybridSystem, state: HybridState) -> HybridState:
