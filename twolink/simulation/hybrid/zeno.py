@@ -183,10 +183,12 @@ def _check_energy(
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     first, last = impacts.energy(crowd[0].u[0]), impacts.energy(state.u)
     if not last <= tolerances.MOST_ENERGY * first:
-        names = ", ".join(system.names[i] for i in sorted({strike.number for strike in crowd}))
+        struck = {strike.number: impacts.contact(strike.number) for strike in crowd}
+        names = ", ".join(struck[index].name for index in sorted(struck))
+        laws = ", ".join(sorted({contact.law for contact in struck.values()}))
         raise IntegrationError(
             f"at {float(state.t):.9g} s the impacts on {names} follow each other without end, and "
-            "Newton's law of restitution with friction gives energy in them"
+            f"the chain, which had {first:.3g} J, gains energy in them (law: {laws})"
         )
 
 
