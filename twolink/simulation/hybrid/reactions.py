@@ -271,8 +271,14 @@ def _check_round_off(system: HybridSystem, state: HybridState, u: Pair, index: i
 
 
 def _breaks(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
-    """A static limit is reached: the element slides, or is saturated if other elements hold it."""
+    """A static limit is reached: the element slides, or is saturated if other elements hold it.
+
+    Where frictions are saturated already, it is their share of the forces that decides which of
+    the others comes to its limit, and the laws do not determine it: any of them may slide.
+    """
     sense = trigger.sense
+    if any(own.pressed for own in mode.states):
+        return Reaction(state, {})
     return Reaction(state, {trigger.index: (slipping(sense), pressed(sense))})
 
 
