@@ -184,7 +184,7 @@ def test_the_pose_of_a_contact_takes_the_gaps_and_depths_of_others_with_it(preci
     system = stopped_chain(cushion, floor, precision=precision)
     first, press, of_floor = range(3)
     assert [system.elements[i].rigid for i in (first, press, of_floor)] == [True, False, True]
-    moved = system.number(64 * system.rounding)
+    moved = system.number(2**16 * system.rounding)
     state = state_of(system, (0.0, 0.5))._replace(q=(moved, system.number(0.5)))
     _, own, _ = state.compliant
     depth = system.number(0.25)
@@ -203,3 +203,11 @@ def test_the_pose_of_a_contact_takes_the_gaps_and_depths_of_others_with_it(preci
     near = pressed.with_gap(of_floor, moved / 2**20)
     again, _ = place(system, near, system.pose(near.q), first)
     assert again.gaps[of_floor] == near.gaps[of_floor]
+    # So are those within the change.
+    shallow = pressed._replace(
+        compliant=(None, own._replace(sqrt_depth=moved**0.5 / 2), None)
+    ).with_gap(of_floor, moved / 2)
+    assert system.place_of_rounding < moved / 2
+    again, _ = place(system, shallow, system.pose(shallow.q), first)
+    assert again.gaps[of_floor] == shallow.gaps[of_floor]
+    assert again.compliant[press].sqrt_depth == shallow.compliant[press].sqrt_depth

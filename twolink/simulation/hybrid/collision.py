@@ -203,14 +203,15 @@ def place(
 def _moved(system: HybridSystem, state: HybridState, pose: Pose, change: Pair) -> HybridState:
     """Return the state in which gaps and depths have changed with q, by a `change` (rad).
 
-    Those within the round-off of a place are more accurate than q, and stay.
+    Those within the round-off of a place, or of the change, are more accurate than q, and stay.
     """
-    small, gaps, compliant = system.place_of_rounding, list(state.gaps), list(state.compliant)
+    gaps, compliant = list(state.gaps), list(state.compliant)
     for index, (gap, own) in enumerate(zip(state.gaps, state.compliant, strict=True)):
         normal = system.elements[index].normal
         if gap is None or normal is None:
             continue
         rise = speed_along(pose.row(normal), change)
+        small = max(system.place_of_rounding, 2 * abs(rise))
         if abs(gap) > small:
             gaps[index] = gap + rise
         if own is None or own.sqrt_depth is None:
