@@ -121,5 +121,5 @@ def test_a_mode_that_holds_a_moving_element_is_an_error():
     state = state_of(system, (0.0, 0.0))._replace(touching=frozenset({0}))
     assert settle(system, state, {}).mode.states == (S.CLOSED,)
     assert settle(system, state._replace(u=(1e-9, 0.0)), {}).mode.states == (S.CLOSED,)
-    with pytest.raises(IntegrationError, match=r"holds an element that moves at 0\.5 "):
+    with pytest.raises(IntegrationError, match=r"A on its lower stop is held, but moves at 0\.5 "):
         settle(system, state._replace(u=(0.5, 0.0)), {})

@@ -154,14 +154,16 @@ def settle(
 
 
 def _check_held(system: HybridSystem, state: HybridState, pose: Pose, mode: Mode) -> None:
-    """Raise `IntegrationError` if a mode holds elements that move by more than round-off."""
-    for coordinate in system.held(mode.states):
-        speed = abs(float(speed_along(pose.row(coordinate), state.u)))
-        if speed * system.longest_step > MOST_STOPPED * max(1.0, system.lever):
-            raise IntegrationError(
-                f"at {float(state.t):.9g} s the motion cannot be followed: the mode '{mode}' holds "
-                f"an element that moves at {speed:.3g} m/s or rad/s"
-            )
+    """Raise `IntegrationError` if a mode holds an element that moves by more than round-off."""
+    most = MOST_STOPPED * max(1.0, system.lever) / system.longest_step
+    for element, own in zip(system.elements, mode.states, strict=True):
+        for coordinate in element.holds(own):
+            speed = abs(float(speed_along(pose.row(coordinate), state.u)))
+            if speed > most:
+                raise IntegrationError(
+                    f"at {float(state.t):.9g} s the motion cannot be followed: in the mode "
+                    f"'{mode}' {element.name} is held, but moves at {speed:.3g} m/s or rad/s"
+                )
 
 
 def _names(system: HybridSystem, strikes: Sequence[Strike]) -> str:
@@ -174,7 +176,8 @@ def _selected(
 ) -> Selection | None:
     """Return the next mode; the states that are `known` of elements hold if they admit one.
 
-    A slide that has just begun is one if a mode admits it: a contact along its line may end it.
+    If no mode is confirmed, slides whose speed is still zero count as rest: a contact that is made
+    along their line ends them as they begin.
     """
     selection = select(system, state, pose, known)
     if selection is None and known:

@@ -11,14 +11,12 @@ from collections.abc import Sequence
 from twolink.arithmetic import Pair
 from twolink.contact.elements import Constraint
 from twolink.errors import IntegrationError
-from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.collision import sliding_after, touched_names
 from twolink.simulation.hybrid.constraint import is_answered
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
-    largest,
-    speed_along,
+    is_left_over,
     stopped,
 )
 from twolink.simulation.hybrid.noise import vanishes
@@ -85,18 +83,18 @@ def strike_without_collision(
 def _touching_after(
     system: HybridSystem, state: HybridState, pose: Pose, after: Pair
 ) -> frozenset[int]:
-    """Return the contacts that still touch after an impulse on one of them.
+    """Return the contacts that still touch at the speeds `after` an impulse on one of them.
 
-    It gives others that touch a normal speed as well: they open, or are struck in turn.
+    The impulse may give others that touch a normal speed as well: they open, or are struck in turn.
     """
-    least = tolerances.LEFT_OVER * system.rounding * largest(state.u)
-    moving = {
-        index
-        for index in state.touching
-        if system.elements[index].rigid
-        and abs(speed_along(pose.row(system.elements[index].normal), after)) > least  # type: ignore[arg-type]
-    }
-    return state.touching - moving
+    found = set()
+    for index in state.touching:
+        element = system.elements[index]
+        assert element.normal is not None
+        row = pose.row(element.normal)
+        if not element.rigid or is_left_over(row, after, state.u, system.rounding):
+            found.add(index)
+    return frozenset(found)
 
 
 def _without_motion(system: HybridSystem, state: HybridState, pose: Pose) -> str:

@@ -66,9 +66,9 @@ def _hits(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger
 def _touched_with(
     system: HybridSystem, state: HybridState, pose: Pose, normal: ConstraintCoordinate
 ) -> set[int]:
-    """Return the contacts nearby that are at rest along the line of one that is touched.
+    """Return the contacts nearby that are at rest on the line of one that is touched without speed.
 
-    In a pose in which its row vanishes they may move.
+    Where the row of that one vanishes, others on its line may move.
     """
     found = set()
     for index in nearby(system, state):
@@ -273,8 +273,8 @@ def _check_round_off(system: HybridSystem, state: HybridState, u: Pair, index: i
 def _breaks(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger) -> Reaction:
     """A static limit is reached: the element slides, or is saturated if other elements hold it.
 
-    Where frictions are saturated already, it is their share of the forces that decides which of
-    the others comes to its limit, and the laws do not determine it: any of them may slide.
+    Where frictions are saturated already, the shares of the forces are not unique, and so neither
+    is the element that reaches its limit: any element at rest may slide.
     """
     sense = trigger.sense
     if any(own.pressed for own in mode.states):

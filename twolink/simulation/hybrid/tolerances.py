@@ -41,7 +41,7 @@ UNDECIDED = 2.0**20
 AT_REST = 64
 
 # Roundings of the speeds before an impact. A smaller speed after it is round-off of zero. Read
-# by impact, jump and painleve.
+# by impact and jump.
 LEFT_OVER = 64
 
 # Roundings of the approach speed. A slower rebound counts as zero. Read by
