@@ -1,15 +1,15 @@
 """The price of a measured error: `uv run python -m benchmarks.certainty [--scenes N] [--seed S]`.
 
 Random general chains from random starts, 10 s, and random scenes with friction, stops and impacts
-(one for three smooth ones). For each decade of accuracy: the time of all runs of `simulate`,
-without compilation, divided by that of the cheapest bare run whose true error meets the accuracy,
-by the same integrator compiled in the same way, over its orders, precisions and formulations. The
-two are timed in turn, several times, and the shortest processor times are compared: those depend
-little on other load of the machine. Beside it is the ratio of floating-point operations of the
-steps, which does not depend on the machine, and does not count the evaluation of defects and
-events. Then the true error divided by the reported one, at 41 times: 21 samples, and 20 times
-between them. The true error is that to a quadruple run by Kane's equations, or, with events, to a
-run of accuracy 1e-14 by them.
+(one for three smooth ones). For each decade of accuracy: the time of all runs of `simulate` and of
+the measurement of their errors, without compilation, divided by that of the cheapest bare run whose
+true error meets the accuracy, by the same integrator compiled in the same way, over its orders,
+precisions and formulations. The two are timed in turn, several times, and the shortest processor
+times are compared: those depend little on other load of the machine. Beside it is the ratio of
+floating-point operations of the steps, which does not depend on the machine, and does not count the
+evaluation of defects and events. Then the true error divided by the reported one, at 41 times: 21
+samples, and 20 times between them. The true error is that to a quadruple run by Kane's equations,
+or, with events, to a run of accuracy 1e-14 by them.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,14 +45,22 @@ from twolink.simulation.hybrid import measure as hybrid_measure
 from twolink.simulation.motion import has_events, motion_run
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth import measure as smooth_measure
-from twolink.simulation.smooth import taylor
+from twolink.simulation.smooth import step_errors, taylor
 from twolink.simulation.smooth.taylor import taylor_run
 
 DECADES = tuple(range(3, 14))
 SAMPLES = 21
 ROUNDS: dict[str, int] = {"double": 9, "long double": 5, "quadruple": 2}
 # The modules whose times are taken, by this name.
-TIMED_MODULES, CLOCK = (taylor, run, flow), "perf_counter"
+TIMED_MODULES = (
+    import_module("twolink.simulation.simulate"),
+    taylor,
+    step_errors,
+    run,
+    flow,
+    hybrid_measure,
+)
+CLOCK = "perf_counter"
 AIM_OF_MEDIAN, AIM_OF_WORST = 4.0, 8.0
 # A bare run is tried with each of these, the cheapest precision first.
 ORDERS: dict[PrecisionName, range] = {

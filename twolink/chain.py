@@ -18,6 +18,8 @@ from numbers import Real
 from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from twolink import optional
 from twolink.arithmetic import Pair, Scalar, exactly, fraction_in, sqrt, times_power_of_two
 from twolink.chain_checks import (
@@ -33,6 +35,7 @@ from twolink.inputs import as_path, as_tuple, refuse
 from twolink.tables import table
 from twolink.uniform_bars import are_bars, inertia_of_bar, rounded
 from twolink.urdf.spatial import STANDARD_GRAVITY, Vector3
+from twolink.values import Kept
 
 if TYPE_CHECKING:
     from twolink.urdf import LinkParameters
@@ -57,7 +60,7 @@ class Rotor(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Chain:
+class Chain(Kept):
     """A planar two-link chain; each field is a pair with an entry for link 1 and link 2.
 
     `mass` in kg; `length` in m, from A to B and from B to D; `centre`, the mass centre's `along`
@@ -226,6 +229,17 @@ class Chain:
         """
         if number is float and self._is_of_floats:
             return self
+        if number is not np.longdouble:
+            return self._converted(number)
+        return self._in_long_doubles
+
+    @cached_property
+    def _in_long_doubles(self) -> Chain:
+        """The same chain in long doubles, which are wanted many times."""
+        return self._converted(np.longdouble)
+
+    def _converted(self, number: Callable[[Any], Scalar]) -> Chain:
+        """Return the same chain in another scalar type."""
 
         def pair(values: Pair) -> Pair:
             return _converted(values[0], number), _converted(values[1], number)

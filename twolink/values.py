@@ -6,6 +6,7 @@ from dataclasses import fields, is_dataclass
 from decimal import Decimal
 from enum import Enum
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -37,9 +38,22 @@ def content(value: Any) -> Any:
     if kind is frozenset:
         return kind, frozenset(map(content, value))
     if _is_frozen(value):
-        # Fields that are not arguments of the class follow from the arguments.
-        return (kind, *(content(getattr(value, f.name)) for f in fields(value) if f.init))
+        return value._content if isinstance(value, Kept) else _content_of_fields(value)
     raise NotAValueError(f"{kind.__name__} is no value")
+
+
+def _content_of_fields(value: Any) -> Any:
+    """Return the key of a frozen data class."""
+    # Fields that are not arguments of the class follow from the arguments.
+    return (type(value), *(content(getattr(value, f.name)) for f in fields(value) if f.init))
+
+
+class Kept:
+    """A frozen data class of values whose key is computed once."""
+
+    @cached_property
+    def _content(self) -> Any:
+        return _content_of_fields(self)
 
 
 def is_value(value: Any) -> bool:

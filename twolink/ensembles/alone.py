@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from twolink.ensembles.blocks import ROUNDING, Lanes
 from twolink.ensembles.compiled import FORMULATION
 from twolink.names import EquationsName
-from twolink.simulation.smooth.balance import rates_of_balance
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.load_sizes import LoadSizes, force_sizes
-from twolink.simulation.smooth.longest_step import longest_steps
+from twolink.simulation.smooth.longest_step import paces
 
 Array = NDArray[np.float64]
 
@@ -39,9 +38,10 @@ def shares_round_off(lanes: Lanes, *, carried: bool = False, of_time: bool = Tru
     `of_time`.
     """
     chain, effects, q, u, duration = lanes
-    balanced = rates_of_balance(chain, effects, tuple(q), tuple(u), duration) > 0
+    longest, leaving = paces(chain, effects, tuple(q), tuple(u), duration)
     looks = _LOOKS if of_time else 1
-    return np.broadcast_to(balanced, lanes.width) | _cancel(lanes, looks, spread=not carried)
+    cancelling = _cancel(lanes, looks, longest, spread=not carried)
+    return np.broadcast_to(leaving > 0, lanes.width) | cancelling
 
 
 def round_off_of_loads(lanes: Lanes, *, of_time: bool) -> tuple[Array, Array]:
@@ -65,17 +65,16 @@ def _looks(lanes: Lanes, formulation: EquationsName, count: int) -> Iterator[Loa
         yield force_sizes(chain, effects, q, u, times).in_rates(chain, formulation, q)
 
 
-def _cancel(lanes: Lanes, looks: int, *, spread: bool) -> Any:
+def _cancel(lanes: Lanes, looks: int, longest: Any, *, spread: bool) -> Any:
     """Return which runs have large loads whose terms nearly cancel, shape (n,).
 
-    With `spread` the round-off that is independent in each state counts as well.
+    Their steps are at most the `longest` (s). With `spread` the round-off that is independent in
+    each state counts as well.
     """
-    chain, effects, q, u, duration = lanes
     largest, beyond = np.zeros((2, lanes.width))
-    longest = longest_steps(chain, effects, tuple(q), tuple(u), duration)
     for found in _looks(lanes, EQUATIONS[FORMULATION].in_speeds, looks):
         largest = np.maximum(largest, (found.errors - found.excess).max(axis=0))
         own = found.excess + found.spread if spread else found.excess
         beyond = np.maximum(beyond, own.max(axis=0))
-    counts = longest * beyond > _COUNTING * np.maximum(1.0, np.abs(u).max(axis=0))
+    counts = longest * beyond > _COUNTING * np.maximum(1.0, np.abs(lanes.u).max(axis=0))
     return counts & (beyond > _CANCELLING * largest)

@@ -20,7 +20,7 @@ from twolink.ensembles.quantity import Accumulator
 from twolink.ensembles.step import compiled_step
 from twolink.ensembles.watching import Watch
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.longest_step import longest_steps
+from twolink.simulation.smooth.longest_step import paces
 from twolink.simulation.smooth.round_off import A_VALUE
 
 Array = NDArray[np.float64]
@@ -93,7 +93,7 @@ def carried_ends(
 def _begun(system: System, lanes: Lanes, numbers: Array, tolerance: float) -> Begun:
     """Return the runs at their start, NaN for those that have none."""
     chain, effects, q, u, duration = lanes
-    longest = longest_steps(chain, effects, tuple(q), tuple(u), duration)
+    longest = paces(chain, effects, tuple(q), tuple(u), duration).longest_step
     cap = np.broadcast_to(longest, q[0].shape)
     p = EQUATIONS[FORMULATION].from_speeds(chain, tuple(q), tuple(u))
     start = np.array([*q, *np.broadcast_arrays(*p)])

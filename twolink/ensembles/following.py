@@ -21,7 +21,7 @@ from twolink.errors import SimulationError
 from twolink.integration.outcomes import failed_lanes
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.judging import MORE_ORDERS
-from twolink.simulation.smooth.longest_step import longest_steps
+from twolink.simulation.smooth.longest_step import paces
 
 Array = NDArray[np.float64]
 
@@ -117,7 +117,7 @@ class Follower:
         """Yield the steps of all runs. Raises `LostError` for lanes that do not reach the end."""
         chain, effects, q, u, duration = self.lanes
         with np.errstate(all="ignore"):
-            cap = longest_steps(chain, effects, tuple(q), tuple(u), duration)
+            cap = paces(chain, effects, tuple(q), tuple(u), duration).longest_step
         _check(np.isfinite(cap))
         before, variables = np.zeros(LANES), np.empty((4, LANES))
         compare = _Comparison(self)

@@ -29,7 +29,7 @@ from twolink.simulation.hybrid.run import HybridRun
 from twolink.simulation.motion import has_events
 from twolink.simulation.series import powers
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.longest_step import default_longest_step, intervals_to_check
+from twolink.simulation.smooth.longest_step import intervals_to_check, pace_of
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.taylor import Steps, TaylorRun, taylor_run
 
@@ -105,14 +105,12 @@ def _once(scene: Scene, kept: Sequence[Quantity], accuracy: float, limits: Limit
 
 def _smooth(scene: Scene, accuracy: float, limits: Limits) -> _Run:
     """Return a measured run of a scene without events."""
-    longest = default_longest_step(scene)
-    places = max(_PLACES, intervals_to_check(scene.duration, longest) + 1)
+    pace = pace_of(scene)
+    places = max(_PLACES, intervals_to_check(scene.duration, pace.longest_step) + 1)
     times = np.linspace(0.0, scene.duration, places)
     progress = _progress(scene, limits)
     # Quantities are those of the polynomials of the steps, which a correction would leave.
-    found = measured_run(
-        scene, times, accuracy, FORMULATION, progress, correct=False, longest_step=longest
-    )
+    found = measured_run(scene, times, accuracy, FORMULATION, progress, correct=False, pace=pace)
     kept = found.kept
     assert isinstance(kept, TaylorRun)
     return _Run(

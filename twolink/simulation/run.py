@@ -28,7 +28,8 @@ ENDS_EARLY = "the run that measures it ends early"
 class Statistics:
     """The cost of a simulation: of the run whose result is returned, and of all runs.
 
-    `steps` of that run; `evaluations` of the rates, or of a series' terms; times in s.
+    `steps` of that run; `evaluations` of the rates, or of a series' terms; times in s, that of the
+    measurement of errors in `run_seconds`.
     """
 
     steps: int

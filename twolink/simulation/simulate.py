@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -32,7 +33,7 @@ from twolink.simulation.motion import has_events, has_modes
 from twolink.simulation.options import RunOptions
 from twolink.simulation.run import ENDS_EARLY, Array, MotionRun, Statistics
 from twolink.simulation.smooth.judging import MARGIN_OF_LIKE_PRECISIONS, difference
-from twolink.simulation.smooth.longest_step import default_longest_step, intervals_to_check
+from twolink.simulation.smooth.longest_step import intervals_to_check, pace_of
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.round_off import rounding
 from twolink.simulation.smooth.taylor import heyoka_is_here
@@ -163,8 +164,9 @@ def _by_taylor(asked: _Asked) -> Trajectory:
     """Return the trajectory of a scene by the cheapest run that meets the accuracy."""
     if has_events(asked.scene):
         return _through_events(asked)
-    longest = default_longest_step(asked.scene)
-    checked = asked.checked(longest)
+    begun = perf_counter()
+    pace = pace_of(asked.scene)
+    checked = asked.checked(pace.longest_step)
     found = measured_run(
         asked.scene,
         checked,
@@ -172,12 +174,13 @@ def _by_taylor(asked: _Asked) -> Trajectory:
         asked.options.formulation,
         asked.report,
         correct=True,
-        longest_step=longest,
+        pace=pace,
     )
     place = np.searchsorted(checked, asked.times)
     kept = replace(found.kept, q=found.kept.q[:, place], u=found.kept.u[:, place])
     errors = asked.share * found.errors[place]
-    return _trajectory(asked, kept, errors, found.runs, found.why_unknown)
+    spent = _Spent(found.compile_seconds, perf_counter() - begun - found.compile_seconds)
+    return _trajectory(asked, kept, errors, found.runs, spent, found.why_unknown)
 
 
 def _through_events(asked: _Asked) -> Trajectory:
@@ -194,7 +197,12 @@ def _through_events(asked: _Asked) -> Trajectory:
     )
     kept = found.kept
     errors = asked.share * (found.errors + rounding(kept))
-    made = _trajectory(asked, kept, errors, found.runs, found.why_unknown)
+    # The runs may go on at the same time.
+    spent = _Spent(
+        sum(run.compile_seconds for run in found.runs),
+        sum(run.run_seconds for run in found.runs) + found.measuring_seconds,
+    )
+    made = _trajectory(asked, kept, errors, found.runs, spent, found.why_unknown)
     if not kept.failure:
         return made
     note = f"{kept.failure[0].upper()}{kept.failure[1:]}; the trajectory ends there."
@@ -276,19 +284,27 @@ def _numeric(asked: _Asked, method: NumericName, setting: float) -> NumericRun:
     )
 
 
+class _Spent(NamedTuple):
+    """The time (s) of compilation, and that of all runs and the measurement of their errors."""
+
+    compiling: float
+    running: float
+
+
 def _trajectory(
     asked: _Asked,
     kept: MotionRun,
     errors: Array,
     runs: Sequence[MotionRun],
+    spent: _Spent,
     why_unknown: str = ENDS_EARLY,
 ) -> Trajectory:
     statistics = Statistics(
         steps=kept.steps,
         evaluations=sum(run.steps * run.order * run.operations for run in runs),
         runs=len(runs),
-        compile_seconds=sum(run.compile_seconds for run in runs),
-        run_seconds=sum(run.run_seconds for run in runs),
+        compile_seconds=spent.compiling,
+        run_seconds=spent.running,
     )
     made = _made(
         asked, kept.q, kept.u, errors, "taylor", kept.precision, statistics, dense=kept.dense,

@@ -18,7 +18,7 @@ from twolink.simulation.smooth.judging import (
     difference,
     truncation,
 )
-from twolink.simulation.smooth.longest_step import default_longest_step
+from twolink.simulation.smooth.longest_step import pace_of
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.round_off import MOST_ROUND_OFF, sums
 from twolink.simulation.smooth.taylor import TaylorRun, taylor_run
@@ -55,9 +55,8 @@ def quiet(name):
 
 
 def measured(scene, accuracy, times=TIMES, correct=True):
-    longest = default_longest_step(scene)
     return measured_run(
-        scene, times, accuracy, "momenta", quiet, correct=correct, longest_step=longest
+        scene, times, accuracy, "momenta", quiet, correct=correct, pace=pace_of(scene)
     )
 
 
@@ -119,8 +118,9 @@ def test_four_more_orders_measure_the_error(order, random):
         assert np.all(true_errors(judge, exact) <= known)
 
 
-def test_a_judge_is_the_result_if_only_it_has_the_accuracy():
+def test_a_judge_is_the_result_if_only_it_has_the_accuracy(monkeypatch):
     """The difference bounds its error as well, so that no third run is made."""
+    monkeypatch.setattr(measure, "GROWTH", 1e3)
     hard = HARD["no forces"]
     found = measured(hard, 1e-8)
     run, judge = found.runs
@@ -158,12 +158,16 @@ def test_round_off_ends_the_runs_of_a_precision():
     assert found.worst <= 1e-12
 
 
-def test_between_them_the_first_run_has_defects():
-    """Where round-off is too large for a pair in most motions, none is made."""
-    found = measured(HARD["chaotic"], 1e-11)
-    runs = [(run.precision, run.order) for run in found.runs]
-    assert runs == [("double", 17), ("long double", 23)]
-    assert found.worst <= 1e-11
+def test_no_pair_is_made_that_may_share_too_much_round_off():
+    """At 1e-11 it is made for a calm motion only, also where its truncation is a rounding."""
+    calm, chaotic = (measured(HARD[name], 1e-11) for name in ("damped", "chaotic"))
+    assert [run.order for run in calm.runs] == [11, 15, 19]
+    assert isinstance(calm.kept, TaylorRun)
+    assert [run.order for run in chaotic.runs] == [11, 15, 21]
+    assert isinstance(chaotic.kept, CorrectedRun)
+    calmest = measured(HARD["no forces"], 2.5e-12)
+    assert [run.order for run in calmest.runs] == [11, 15, 17, 21]
+    assert isinstance(calmest.kept, TaylorRun)
 
 
 @pytest.mark.slow
@@ -197,7 +201,8 @@ def test_the_growth_bounds_round_off_that_two_runs_share(monkeypatch):
     search = measure._Search(HARD["reference"], TIMES, 1e-8, "momenta", quiet, True, 1.0, False)
     next(search._judged_by_order("double"))
     monkeypatch.setattr(measure, "difference", lambda first, second: np.zeros(len(TIMES)))
-    equal = search._judged(search._run("double", 15), search._run("double", 19), 2.0)
+    runs = search._run("double", 15), search._run("double", 19)
+    equal = search._judged(search._compared(*runs), 2.0)
     monkeypatch.undo()
     exact = taylor_run(HARD["reference"], TIMES, formulation="kane", precision="long double")
     assert np.all(true_errors(search._run("double", 19), exact) <= equal)

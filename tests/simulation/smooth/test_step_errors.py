@@ -24,7 +24,7 @@ from twolink.integration.precisions import PRECISIONS, longer_than
 from twolink.scene import Scene
 from twolink.simulation.smooth import step_errors, taylor
 from twolink.simulation.smooth.corrected import corrected_run
-from twolink.simulation.smooth.longest_step import default_longest_step
+from twolink.simulation.smooth.longest_step import pace_of
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import Steps, taylor_run
@@ -364,7 +364,7 @@ def test_a_strongly_damped_motion_has_its_accuracy(accuracy):
         "momenta",
         lambda name: lambda share: None,
         correct=True,
-        longest_step=default_longest_step(STRONGLY_DAMPED),
+        pace=pace_of(STRONGLY_DAMPED),
     )
     assert found.worst <= accuracy
     assert np.all(true_errors(found.kept, exact) <= found.errors)

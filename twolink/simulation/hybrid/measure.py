@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,12 +71,16 @@ _MORE_PATIENCE = 2
 
 @dataclass(frozen=True)
 class Measured:
-    """The result, its largest error up to each time (rad, rad/s), its `judge`, and all runs."""
+    """The result, its largest error up to each time (rad, rad/s), its `judge`, and all runs.
+
+    Beside the runs, `measuring_seconds` were spent on comparisons.
+    """
 
     kept: HybridRun
     errors: Array
     judge: HybridRun
     runs: tuple[HybridRun, ...]
+    measuring_seconds: float
 
     @property
     def why_unknown(self) -> str:
@@ -103,6 +108,7 @@ def measured_run(
     runs = _Runs(scene, times, EQUATIONS[formulation].in_speeds, progress, limits)
     best: _Trial | None = None
     refused: TooMuchError | None = None
+    measuring = 0.0
     seen: Seen | None = None
     every = list(configurations(accuracy))
     for configuration in every:
@@ -123,14 +129,16 @@ def measured_run(
         if trial is None:
             continue
         seen = Seen(configuration, times, trial.errors, trial.apart)
+        begun = perf_counter()
         best = _best_of(best, trial, times)
+        measuring += perf_counter() - begun + trial.seconds
         if trial.suffices or trial.ends_the_search or seen.is_of_start:
             break
     if best is None:
         assert refused is not None
         raise refused
     kept = best.kept.decided(times, best.errors)
-    return Measured(kept, best.errors, best.judge, tuple(runs.known.values()))
+    return Measured(kept, best.errors, best.judge, tuple(runs.known.values()), measuring)
 
 
 _Key = tuple[PrecisionName, int, FormulationName]
@@ -162,8 +170,10 @@ class _Runs:
             return None
         judge = self.judge(configuration, kept)
         margin = _MARGIN if configuration.precision != configuration.judge else MARGIN_OF_EQUALS
+        begun = perf_counter()
         errors = margin * differences(kept, judge, self.times, accuracy)
-        return _Trial(kept, judge, errors, accuracy, float(self.times[-1]))
+        spent = perf_counter() - begun
+        return _Trial(kept, judge, errors, accuracy, float(self.times[-1]), spent)
 
     def judge_fails(self, configuration: Configuration) -> bool:
         """Return whether the judge of a configuration is known to end before the motion does."""
@@ -263,7 +273,7 @@ def _most_jumps(precision: PrecisionName, duration: float) -> int:
 class _Trial:
     """A run, the run that measures it, and its errors for an accuracy (rad, rad/s).
 
-    Both are to reach the time `end` (s).
+    Both are to reach the time `end` (s). The errors took `seconds`.
     """
 
     kept: HybridRun
@@ -271,6 +281,7 @@ class _Trial:
     errors: Array
     accuracy: float
     end: float
+    seconds: float = 0.0
 
     def judged_by(self, judge: HybridRun, times: Array) -> _Trial:
         """Return the trial with the errors that a more precise run shows, as far as it reaches.

@@ -13,7 +13,6 @@ import numpy as np
 
 from twolink.chain import Chain
 from twolink.effects import Effect
-from twolink.scene import Scene
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.equations import EQUATIONS
 
@@ -22,17 +21,6 @@ _SLOW = 1e-2
 
 # Change of an angle (rad) and of a speed (rad/s) for the derivatives of accelerations.
 _CHANGE = 1e-6
-
-
-def is_balanced(scene: Scene) -> bool:
-    """Return whether a scene starts in the balance of an unstable pose."""
-    chain, effects = scene.moving_chain.convert(float), scene.effects
-    try:
-        rate = rates_of_balance(chain, effects, scene.q, scene.u, scene.duration)
-    except (ArithmeticError, ValueError):
-        # Functions of floats raise errors where those of arrays return NaN.
-        return False
-    return bool(rate > 0)
 
 
 def rates_of_balance(

@@ -40,17 +40,14 @@ class ForceSizes(NamedTuple):
         Large terms that nearly cancel count by their own sizes. The numbers of the chain are in
         float64, and may have shape (n,).
         """
-        none, of = np.zeros_like(self.excess[0]), EQUATIONS[formulation].by_forces
-
-        def sizes(first: Array, second: Array) -> Array:
-            """Return the size of the rates by forces that are independent."""
-            single = of(chain, q, (first, none)), of(chain, q, (none, second))
-            return np.abs(np.array(single)).sum(axis=0)
-
+        # The forces, and then the excess and the spread of each alone, as they are independent.
+        alone = np.zeros((2, 5, *self.values.shape[1:]))
+        alone[:, 0] = self.values
+        alone[[0, 1], [1, 2]], alone[[0, 1], [3, 4]] = self.excess, self.spread
         with np.errstate(all="ignore"):
-            beyond = sizes(*self.excess)
-            errors = np.abs(np.array(of(chain, q, self.values))) + beyond
-            return LoadSizes(errors, beyond, sizes(*self.spread))
+            found = np.abs(np.array(EQUATIONS[formulation].by_forces(chain, q, alone)))
+            beyond = found[:, 1] + found[:, 2]
+            return LoadSizes(found[:, 0] + beyond, beyond, found[:, 3] + found[:, 4])
 
 
 def load_sizes(scene: Scene, formulation: EquationsName, q: Any, u: Any, t: Any) -> LoadSizes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,20 +23,38 @@ _IN_A_CHANGE = 4
 _LOOKS = 33
 
 
+class Pace(NamedTuple):
+    """The longest step (s) of motions, and the rate (1/s) at which they leave a balance, or 0.
+
+    Both are numbers, or arrays for motions side by side.
+    """
+
+    longest_step: Any
+    leaving: Any
+
+
 def default_longest_step(scene: Scene) -> float:
-    """Return the cap of the step (s) of a scene, as `longest_steps` does."""
+    """Return the cap of the step (s) of a scene, as `pace_of` does."""
+    return float(pace_of(scene).longest_step)
+
+
+def pace_of(scene: Scene) -> Pace:
+    """Return the pace of a scene.
+
+    Raises `SimulationError` if the accelerations at its start are not finite.
+    """
     chain, effects, duration = scene.moving_chain.convert(float), scene.effects, scene.duration
     try:
-        cap = float(longest_steps(chain, effects, scene.q, scene.u, duration))
+        found = Pace(*map(float, paces(chain, effects, scene.q, scene.u, duration)))
     except (ArithmeticError, ValueError):
         # Functions of floats raise errors where those of arrays return NaN.
-        cap = math.nan
-    if not cap > 0:
+        found = Pace(math.nan, 0.0)
+    if not found.longest_step > 0:
         raise SimulationError(
             "accelerations at the start must be finite in float64, under the loads at all times"
             f" until {duration:.6g} s; got non-finite ones at q = {scene.q!r}, u = {scene.u!r}"
         )
-    return cap
+    return found
 
 
 def intervals_to_check(duration: float, longest_step: float) -> int:
@@ -48,9 +66,7 @@ def intervals_to_check(duration: float, longest_step: float) -> int:
     return math.ceil(min(_IN_A_CHANGE * duration / longest_step, MOST_STEPS))
 
 
-def longest_steps(
-    chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, duration: float
-) -> Any:
+def paces(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, duration: float) -> Pace:
     """Return the cap of the step (s), from the initial speeds and from the accelerations over time.
 
     The series of a chain that turns through a radian in a time τ does not converge much beyond τ.
@@ -79,4 +95,4 @@ def longest_steps(
     growth = rates_of_balance(chain, effects, q, u, duration)
     cap = np.minimum(cap, 1 / np.maximum(growth, 1 / duration))
     cap = np.minimum(cap, longest_for_loads(chain, effects, q, u, duration))
-    return np.where(np.isfinite(strongest), cap, np.nan)
+    return Pace(np.where(np.isfinite(strongest), cap, np.nan), growth)

@@ -29,7 +29,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,7 +38,6 @@ from twolink.integration.precisions import PRECISIONS, PrecisionName, longer_tha
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array, MotionRun
-from twolink.simulation.smooth.balance import is_balanced
 from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.judging import (
@@ -50,6 +50,7 @@ from twolink.simulation.smooth.judging import (
     order_for,
     truncation,
 )
+from twolink.simulation.smooth.longest_step import Pace
 from twolink.simulation.smooth.residuals import residuals_of
 from twolink.simulation.smooth.round_off import (
     MOST_ROUND_OFF,
@@ -61,21 +62,22 @@ from twolink.simulation.smooth.round_off import (
 from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import Observer, Steps, TaylorRun, taylor_run
 
-# The accuracy (rad, rad/s) from which on a pair of runs in double precision is tried first. Below
-# it, round-off is too large in most motions.
+# The accuracy (rad, rad/s) from which on the first pair of runs in double precision is expected to
+# serve. Below it, round-off is too large in most motions, and the pair measures the growth of
+# errors at the least cost.
 _PAIRED = 3e-11
 
-# The accuracy below which two runs of low orders measure the growth of errors first: it decides
-# between precisions whose costs differ by a factor of ten.
-_EXPLORED = 3e-12
+# The orders beyond those of truncation above round-off that the run of a pair may have.
+_BEYOND = 2
 
 # The part of the accuracy for the truncation error of a run near round-off.
 _OF_TRUNCATION = 0.2
 
 # The part of the accuracy for the expected round-off of a run above which its defect is evaluated
-# in longer numbers at once: below it, the round-off of its own precision left room in half of the
-# motions, and above in one of five.
-_OF_ESTIMATE = 0.05
+# in longer numbers at once: above it, the round-off of its own precision leaves too little room in
+# most motions. An evaluation in long doubles costs a third more than one in double precision, and
+# one in quadruple precision five times as much as one in long doubles.
+_OF_ESTIMATE: dict[PrecisionName, float] = {"double": 0.05, "long double": 0.25}
 
 # The number of times that steps are shortened for the errors to be carried over them.
 _SHORTENINGS = 4
@@ -97,12 +99,14 @@ _PESSIMISM = 10.0
 class Measured:
     """The result, its largest error up to each time (rad, rad/s), and all runs.
 
-    `why_unknown` says why errors are infinite, where they are.
+    All compilation took `compile_seconds`. `why_unknown` says why errors are infinite, where they
+    are.
     """
 
     kept: MotionRun
     errors: Array
     runs: tuple[TaylorRun, ...]
+    compile_seconds: float = 0.0
     why_unknown: str = "it grows beyond what can be measured"
 
     @property
@@ -119,23 +123,25 @@ def measured_run(
     progress: Callable[[str], Callable[[float], None]],
     *,
     correct: bool,
-    longest_step: float,
+    pace: Pace,
 ) -> Measured:
     """Return a run that meets an accuracy, or the most accurate one.
 
     With `correct` it may be a run whose estimated error is subtracted. `progress` maps the name of
-    a run to a function that receives its completed share. No step is longer than `longest_step`
-    (s). Raises `SimulationError` if the scene cannot be integrated to the last time.
+    a run to a function that receives its completed share. No step is longer than that of the
+    `pace`. Raises `SimulationError` if the scene cannot be integrated to the last time.
     """
-    balanced = is_balanced(scene)
-    search = _Search(scene, times, accuracy, formulation, progress, correct, longest_step, balanced)
+    search = _Search(
+        scene, times, accuracy, formulation, progress, correct, pace.longest_step, pace.leaving > 0
+    )
     try:
         for found in search.attempts():
             if found.worst <= accuracy:
                 break
     except _UnseenError as error:
-        return search.unseen(error.run)
-    return found
+        found = search.unseen(error.run)
+    in_runs = sum(run.compile_seconds for run in found.runs)
+    return replace(found, compile_seconds=search.compile_seconds + in_runs)
 
 
 class _UnseenError(Exception):
@@ -153,7 +159,9 @@ class _Search:
 
     `runs` are those that may judge others; `made` are all, in their order. A motion that is
     `balanced` at the start grows from round-off, which runs of one precision share. `loads` have
-    their round-off along the motion, which is nearly the same in all runs.
+    their round-off along the motion, which is nearly the same in all runs; beside that of the
+    growth, two runs may have as many roundings as `shared` in common. Code for defects took
+    `compile_seconds`.
     """
 
     scene: Scene
@@ -166,6 +174,8 @@ class _Search:
     balanced: bool
     grown: Array | None = None
     loads: LoadsAlong | None = None
+    shared: float = 0.0
+    compile_seconds: float = 0.0
     runs: dict[tuple[PrecisionName, int], TaylorRun] = field(default_factory=dict)
     made: list[TaylorRun] = field(default_factory=list)
 
@@ -182,13 +192,13 @@ class _Search:
         # The finest run: the difference is the error of the coarser one, which is larger.
         finest = self._run(last, PRECISIONS[last].full_order)
         other = self._run(last, PRECISIONS[last].truncated_order)
-        yield self._of(finest, self._judged(finest, other, MARGIN_OF_LIKE_PRECISIONS))
+        compared = self._compared(finest, other)
+        yield self._of(finest, self._judged(compared, MARGIN_OF_LIKE_PRECISIONS))
 
     @property
     def _begins_with_a_pair(self) -> bool:
         """Whether the first two runs judge each other, or measure the growth of errors."""
-        served = self.accuracy >= _PAIRED or self.accuracy < _EXPLORED
-        return served and not self.balanced
+        return not self.balanced
 
     @property
     def growth(self) -> float:
@@ -198,21 +208,32 @@ class _Search:
 
     def _judged_by_order(self, precision: PrecisionName) -> Iterator[Measured]:
         """Yield runs that are judged by a higher order of their precision, until that is vain."""
-        highest = PRECISIONS[precision].truncated_order
-        # The judge then has half the accuracy; the rest is for round-off.
-        wanted = self.accuracy / MARGIN_OF_JUDGES / 2
-        order = order_for(wanted / self.growth)
-        if self.grown is None and (order <= highest or self.accuracy < _EXPLORED):
+        truncated = PRECISIONS[precision].truncated_order
+        order = self._order_of_pair(precision)
+        if self.grown is None:
             # The growth of errors selects all further runs, and bounds their round-off.
-            order = min(order, highest - MORE_ORDERS)
-        while order <= highest:
-            order = self._cheapest_pair(precision, order, highest)
-            kept, judge = (self._run(precision, own) for own in (order, order + MORE_ORDERS))
-            errors = self._judged(kept, judge, MARGIN_OF_ORDERS)
-            self._learn(errors / MARGIN_OF_ORDERS / truncation(order))
+            serves = self.accuracy >= _PAIRED
+            order = min(order, truncated if serves else truncated - MORE_ORDERS)
+        while order <= truncated + _BEYOND:
+            order = self._cheapest_pair(precision, order, truncated + _BEYOND)
+            kept, judge = (self._run(precision, each) for each in (order, order + MORE_ORDERS))
+            compared = self._compared(kept, judge)
+            errors = self._judged(compared, MARGIN_OF_ORDERS)
+            if order <= truncated:
+                self._learn(errors / MARGIN_OF_ORDERS / truncation(order))
             yield self._of(kept, errors)
-            yield self._of(judge, self._judged(judge, kept, MARGIN_OF_JUDGES))
-            order = max(order_for(wanted / self.growth), order + 2)
+            yield self._of(judge, self._judged(compared, MARGIN_OF_JUDGES))
+            order = max(self._order_of_pair(precision), order + 2)
+
+    def _order_of_pair(self, precision: PrecisionName) -> int:
+        """Return the lowest order of a run whose judge is expected to have the accuracy.
+
+        The judge then has half the error that its round-off leaves; the rest is for more of it.
+        """
+        known = 0.0 if self.grown is None else float(self.grown.max())
+        roundings = MOST_ROUND_OFF * known + self.shared
+        room = self.accuracy - PRECISIONS[precision].rounding * roundings
+        return order_for(max(room, 0.0) / MARGIN_OF_JUDGES / 2 / self.growth)
 
     def _cheapest_pair(self, precision: PrecisionName, order: int, highest: int) -> int:
         """Return the order from a lowest to a highest one that costs least with its judge.
@@ -234,7 +255,7 @@ class _Search:
         while order < own.full_order:
             needed = order_for(_OF_TRUNCATION * self.accuracy / self.growth)
             order = min(max(needed, order + 2), own.full_order)
-            hidden = self.correct and noise > _OF_ESTIMATE * self.accuracy
+            hidden = self.correct and noise > _OF_ESTIMATE[precision] * self.accuracy
             evaluated_in = longer_than(precision) if hidden else precision
             kept, errors = self._with_errors(precision, order, evaluated_in)
             self.runs[precision, order] = kept
@@ -246,6 +267,7 @@ class _Search:
                     # Only the round-off of the estimate is in the way.
                     finer = errors.again(longer_than(precision))
                     if finer is not None:
+                        self.compile_seconds += finer.compile_seconds
                         yield from self._by_errors(kept, finer)
             if self._is_vain(precision, noise) or conversions(kept).max() > self.accuracy:
                 return
@@ -259,6 +281,7 @@ class _Search:
         """Return a new run and its errors, with steps over which errors are carried."""
         for _ in range(_SHORTENINGS):
             errors = StepErrors(self.scene, self.formulation, precision, evaluated_in)
+            self.compile_seconds += errors.compile_seconds
             kept = self._taylor(precision, order, errors)
             if errors.longest_step >= self.longest_step:
                 break
@@ -285,7 +308,8 @@ class _Search:
             f"steps of {self.longest_step:.2g} s pass a change of the loads; an effect that changes"
             " so fast must declare its shortest_time"
         )
-        return Measured(run, np.full(len(self.times), math.inf), tuple(self.made), why)
+        unknown = np.full(len(self.times), math.inf)
+        return Measured(run, unknown, tuple(self.made), why_unknown=why)
 
     def _is_vain(self, precision: PrecisionName, noise: float) -> bool:
         """Return whether round-off (rad, rad/s) exceeds the accuracy at every order."""
@@ -334,17 +358,35 @@ class _Search:
         grown = np.where(np.isfinite(grown), grown, 0.0)
         self.grown = grown if self.grown is None else np.maximum(self.grown, grown)
 
-    def _judged(self, kept: TaylorRun, judge: TaylorRun, margin: float) -> Array:
-        """Return the error that the difference of a run from a judge of like precision bounds."""
+    def _compared(self, kept: TaylorRun, judge: TaylorRun) -> _Compared:
+        """Return the difference of two runs of one precision, and the round-off of both."""
         apart = difference(kept, judge)
-        errors = margin * apart + sums(kept, self.times)
-        grown = apart / truncation(min(kept.order, judge.order))
         if self.loads is None:
             self.loads = LoadsAlong.along(kept, self.times)
-        errors = errors + self.loads.errors(kept, self.times, grown)
-        if self.grown is not None:
-            errors = errors + MOST_ROUND_OFF * PRECISIONS[kept.precision].rounding * self.grown
-        return np.asarray(errors)
+        grown = apart / truncation(min(kept.order, judge.order))
+        # The run of the higher order takes the more steps, by a few hundredths.
+        most = max(kept, judge, key=lambda run: run.steps)
+        shared = sums(most, self.times) + self.loads.errors(most, self.times, grown)
+        rounding = PRECISIONS[kept.precision].rounding
+        self.shared = float(shared.max()) / rounding
+        return _Compared(apart, shared, rounding)
+
+    def _judged(self, compared: _Compared, margin: float) -> Array:
+        """Return the error that the difference of two runs bounds."""
+        apart, shared, rounding = compared
+        grown = 0.0 if self.grown is None else MOST_ROUND_OFF * rounding * self.grown
+        return np.asarray(margin * apart + shared + grown)
+
+
+class _Compared(NamedTuple):
+    """How far two runs are `apart`, and the round-off that they may share, of shape (n,).
+
+    In rad and rad/s, up to each time; `rounding` is that of their precision.
+    """
+
+    apart: Array
+    shared: Array
+    rounding: float
 
 
 def _both(*observers: Observer | None) -> Observer | None:

@@ -41,9 +41,7 @@ def rounding(run: Any) -> Array:
 
 def conversions(run: TaylorRun) -> Array:
     """Return the round-off (rad, rad/s) of values, which are converted from momenta and back."""
-    states = np.concatenate([run.q, run.u]).astype(float)
-    converted = np.abs(states[:, 0] - [*run.scene.q, *run.scene.u]).max()
-    return np.asarray(converted + A_VALUE * _rounding(run))
+    return _of_conversions(run, _roundings(run))
 
 
 def sums(run: TaylorRun, times: Array) -> Array:
@@ -51,10 +49,20 @@ def sums(run: TaylorRun, times: Array) -> Array:
 
     Runs share that of the first speeds, which move the angles in proportion to the time.
     """
+    roundings = _roundings(run)
     count = run.steps * times / float(times[-1])
     return np.asarray(
-        conversions(run) + _rounding(run) * count + _roundings(run)[2:, 0].max() * times
+        _of_conversions(run, roundings)
+        + _largest(roundings) * count
+        + roundings[2:, 0].max() * times
     )
+
+
+def _of_conversions(run: TaylorRun, roundings: Array) -> Array:
+    """Return the round-off of conversions from that of values, shape (4, n)."""
+    begun = np.concatenate([run.q[:, 0], run.u[:, 0]]).astype(float)
+    converted = np.abs(begun - [*run.scene.q, *run.scene.u]).max()
+    return np.asarray(converted + A_VALUE * _largest(roundings))
 
 
 class LoadsAlong(NamedTuple):
@@ -112,9 +120,9 @@ def _rates_of_loads(
     return (sizes.excess + sizes.spread).max(axis=0) / size, size
 
 
-def _rounding(run: TaylorRun) -> Array:
+def _largest(roundings: Array) -> Array:
     """Return a rounding of the largest value (rad, rad/s) up to each time."""
-    return np.asarray(np.maximum.accumulate(_roundings(run).max(axis=0)))
+    return np.asarray(np.maximum.accumulate(roundings.max(axis=0)))
 
 
 def _roundings(run: TaylorRun) -> Array:

@@ -15,33 +15,56 @@ import numpy as np
 class Sized:
     """Values, and the round-off of the formula that gave them, in roundings.
 
-    `error` is the round-off of the operations and constants, and zero for a number that is exact.
-    `spread` is that of the arguments of sines and exponentials, which differs from state to state
-    like a random number: an argument passes many roundings from one to the next. All three are
-    floats or arrays that broadcast.
+    `error` is the round-off of the operations and constants, and zero for a number that is `exact`;
+    `excess` is the part of it beyond a rounding of the value, by terms that cancel. `spread` is
+    that of the arguments of sines and exponentials, which differs from state to state like a random
+    number: an argument passes many roundings from one to the next. All are floats or arrays that
+    broadcast. Most formulas have no excess and no spread, which are then None, and cost nothing.
     """
 
-    __slots__ = ("error", "spread", "value")
+    __slots__ = ("_excess", "_spread", "exact", "value")
 
     # NumPy's arrays and scalars leave operations to this class.
     __array_ufunc__ = None
 
-    def __init__(self, value: Any, error: Any = 0.0, spread: Any = 0.0) -> None:
+    def __init__(
+        self, value: Any, excess: Any = None, spread: Any = None, *, exact: bool = True
+    ) -> None:
         """Store values of numbers, by default exact ones."""
-        self.value, self.error, self.spread = value, error, spread
+        self.value, self.exact = value, exact
+        self._excess, self._spread = excess, spread
+
+    @property
+    def error(self) -> Any:
+        """The round-off of the operations and constants."""
+        if self.exact:
+            return 0.0
+        size = np.abs(self.value)
+        return size if self._excess is None else size + self._excess
 
     @property
     def excess(self) -> Any:
-        """The part of the error beyond a rounding of the value: by terms that cancel."""
-        # An infinite value has no error beyond itself.
-        return np.fmax(self.error - np.abs(self.value), 0.0)
+        """The part of the error beyond a rounding of the value."""
+        return 0.0 if self._excess is None else self._excess
+
+    @property
+    def spread(self) -> Any:
+        """The round-off of arguments."""
+        return 0.0 if self._spread is None else self._spread
 
     def __add__(self, other: Any) -> Sized:
-        value, other = self.value, sized(other)
-        total = value + other.value
-        # The round-off of terms is independent, and a sum of like terms has one rounding.
-        error = np.maximum(np.abs(total), np.hypot(self.error, other.error))
-        return Sized(total, error, np.hypot(self.spread, other.spread))
+        a, b = self, sized(other)
+        if _is_zero(b):
+            return a
+        if _is_zero(a):
+            return b
+        total = a.value + b.value
+        excess = None
+        if not (a.exact and b.exact):
+            # The round-off of terms is independent, and a sum of like terms has one rounding. An
+            # infinite sum has no error beyond itself.
+            excess = np.fmax(np.hypot(a.error, b.error) - np.abs(total), 0.0)
+        return Sized(total, excess, _both(a._spread, b._spread), exact=False)
 
     def __sub__(self, other: Any) -> Sized:
         return self + -sized(other)
@@ -51,17 +74,18 @@ class Sized:
 
     def __mul__(self, other: Any) -> Sized:
         a, b = self, sized(other)
-        value = a.value * b.value
-        error = np.abs(value) + _known(np.abs(a.value) * b.excess + np.abs(b.value) * a.excess)
-        return Sized(value, error, _known(np.hypot(a.value * b.spread, b.value * a.spread)))
+        excess = _sum(_times(a.value, b._excess), _times(b.value, a._excess))
+        spread = _both(_times(a.value, b._spread), _times(b.value, a._spread))
+        return Sized(a.value * b.value, excess, spread, exact=False)
 
     def __truediv__(self, other: Any) -> Sized:
         a, b = self, sized(other)
         value, inverse = a.value / b.value, 1 / b.value
         # Relative errors of b: the square of its inverse would overflow.
-        excess, spread = np.abs(inverse) * b.excess, inverse * b.spread
-        error = np.abs(value) + _known(np.abs(inverse) * a.excess + np.abs(value) * excess)
-        return Sized(value, error, _known(np.hypot(inverse * a.spread, value * spread)))
+        relative, shaken = _times(inverse, b._excess), _times(inverse, b._spread)
+        excess = _sum(_times(inverse, a._excess), _times(value, relative))
+        spread = _both(_times(inverse, a._spread), _times(value, shaken))
+        return Sized(value, excess, spread, exact=False)
 
     def __rtruediv__(self, other: Any) -> Sized:
         return sized(other) / self
@@ -71,7 +95,7 @@ class Sized:
         return self._mapped(lambda x: x**n, lambda x: n * x ** (n - 1) if n else 0 * x)
 
     def __neg__(self) -> Sized:
-        return Sized(-self.value, self.error, self.spread)
+        return Sized(-self.value, self._excess, self._spread, exact=self.exact)
 
     def __pos__(self) -> Sized:
         return self
@@ -83,9 +107,33 @@ class Sized:
 
         With `of_argument` a rounding of the argument is no rounding of the result.
         """
-        value, steep = function(self.value), np.abs(slope(self.value))
-        spread = np.hypot(self.spread, self.error) if of_argument else self.spread
-        return Sized(value, np.abs(value) + _known(steep * self.excess), _known(steep * spread))
+        excess, spread = self._excess, self._spread
+        if of_argument and not self.exact:
+            spread = _both(spread, self.error)
+        if excess is not None or spread is not None:
+            steep = slope(self.value)
+            excess, spread = _times(steep, excess), _times(steep, spread)
+        return Sized(function(self.value), excess, spread, exact=False)
+
+
+def _is_zero(number: Sized) -> bool:
+    """Return whether a number is the constant 0, which leaves a sum as it is."""
+    return number.exact and isinstance(number.value, float) and number.value == 0
+
+
+def _times(factor: Any, size: Any) -> Any:
+    """Return the size of a factor times that of some round-off, which may be None."""
+    return None if size is None else _known(np.abs(factor) * size)
+
+
+def _sum(one: Any, other: Any) -> Any:
+    """Return the sum of two sizes, each of which may be None."""
+    return one if other is None else other if one is None else one + other
+
+
+def _both(one: Any, other: Any) -> Any:
+    """Return the size of two independent ones, each of which may be None."""
+    return one if other is None else other if one is None else np.hypot(one, other)
 
 
 def _known(size: Any) -> Any:
@@ -100,7 +148,7 @@ def sized(number: Any) -> Sized:
     if isinstance(number, np.ndarray):
         return Sized(number)
     value = float(number)
-    return Sized(value) if value == number else Sized(value, 2 * abs(value))
+    return Sized(value) if value == number else Sized(value, abs(value), exact=False)
 
 
 def sin(x: Sized) -> Sized:

@@ -20,6 +20,7 @@ small part of the error itself.
 from __future__ import annotations
 
 import math
+from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
@@ -101,12 +102,14 @@ class StepErrors:
         """Store the run: a scene, its equations, and its precision.
 
         Its defects are evaluated in its own precision, by default, or in a longer one, in which
-        their round-off is small.
+        their round-off is small. Their code took `compile_seconds`.
         """
         self._scene, self._formulation, self._precision = scene, formulation, precision
         self.evaluated_in = evaluated_in or precision
+        begun = perf_counter()
         self._evaluation = evaluation_of(scene, formulation, self.evaluated_in)
         self._derivatives = jacobians_of(scene, formulation)
+        self.compile_seconds = perf_counter() - begun
         self._begin()
 
     def _begin(self) -> None:
