@@ -120,7 +120,7 @@ ROWS = {
         "numeric stiffness taylor",
         "linear",
         "correction defect residuals round_off",
-        "step_errors",
+        "prediction step_errors",
         "corrected",
         "measure",
     ],

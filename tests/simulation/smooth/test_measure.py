@@ -10,7 +10,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
-from twolink.simulation.smooth import measure
+from twolink.simulation.smooth import measure, prediction
 from twolink.simulation.smooth.corrected import CorrectedRun
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
@@ -120,7 +120,7 @@ def test_four_more_orders_measure_the_error(order, random):
 
 def test_a_judge_is_the_result_if_only_it_has_the_accuracy(monkeypatch):
     """The difference bounds its error as well, so that no third run is made."""
-    monkeypatch.setattr(measure, "GROWTH", 1e3)
+    monkeypatch.setattr(prediction, "GROWTH", 1e3)
     hard = HARD["no forces"]
     found = measured(hard, 1e-8)
     run, judge = found.runs
@@ -210,7 +210,7 @@ def test_the_growth_bounds_round_off_that_two_runs_share(monkeypatch):
 
 def test_the_first_pair_selects_the_order(monkeypatch):
     """A growth above the assumed one leads to a higher order at once, not step by step."""
-    monkeypatch.setattr(measure, "GROWTH", 1.0)
+    monkeypatch.setattr(prediction, "GROWTH", 1.0)
     found = measured(HARD["reference"], 1e-7)
     assert len(found.runs) <= 4
     assert found.worst <= 1e-7

@@ -41,19 +41,17 @@ from twolink.simulation.run import Array, MotionRun
 from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.judging import (
-    GROWTH,
     MARGIN_OF_JUDGES,
     MARGIN_OF_LIKE_PRECISIONS,
     MARGIN_OF_ORDERS,
     MORE_ORDERS,
     difference,
-    order_for,
     truncation,
 )
 from twolink.simulation.smooth.longest_step import Pace
+from twolink.simulation.smooth.prediction import Prediction
 from twolink.simulation.smooth.residuals import residuals_of
 from twolink.simulation.smooth.round_off import (
-    MOST_ROUND_OFF,
     LoadsAlong,
     conversions,
     rounding,
@@ -70,9 +68,6 @@ _PAIRED = 3e-11
 # The orders beyond those of truncation above round-off that the run of a pair may have.
 _BEYOND = 2
 
-# The part of the accuracy for the truncation error of a run near round-off.
-_OF_TRUNCATION = 0.2
-
 # The part of the accuracy for the expected round-off of a run above which its defect is evaluated
 # in longer numbers at once: above it, the round-off of its own precision leaves too little room in
 # most motions. An evaluation in long doubles costs a third more than one in double precision, and
@@ -87,9 +82,8 @@ _SHORTENINGS = 4
 # times one in double precision.
 _OF_ROUND_OFF: dict[PrecisionName, float] = {"double": 100.0, "long double": 200.0}
 
-# The error that round-off leaves, in roundings times the growth, of motions where it is small (the
-# median is 0.4).
-_ROUND_OFF = 0.1
+# The same for a run that is not corrected.
+_OF_RAW_ROUND_OFF = 0.2
 
 # Allowance for the growth of truncation errors, where only that of round-off is known.
 _PESSIMISM = 10.0
@@ -155,12 +149,11 @@ class _UnseenError(Exception):
 
 @dataclass
 class _Search:
-    """The runs of a scene so far, and the `grown` error of a unit of truncation at each time.
+    """The runs of a scene so far, and the `prediction` of further ones.
 
     `runs` are those that may judge others; `made` are all, in their order. A motion that is
     `balanced` at the start grows from round-off, which runs of one precision share. `loads` have
-    their round-off along the motion, which is nearly the same in all runs; beside that of the
-    growth, two runs may have as many roundings as `shared` in common. Code for defects took
+    their round-off along the motion, which is nearly the same in all runs. Code for defects took
     `compile_seconds`.
     """
 
@@ -172,9 +165,8 @@ class _Search:
     correct: bool
     longest_step: float
     balanced: bool
-    grown: Array | None = None
+    prediction: Prediction = field(default_factory=Prediction)
     loads: LoadsAlong | None = None
-    shared: float = 0.0
     compile_seconds: float = 0.0
     runs: dict[tuple[PrecisionName, int], TaylorRun] = field(default_factory=dict)
     made: list[TaylorRun] = field(default_factory=list)
@@ -183,34 +175,22 @@ class _Search:
         """Yield measured runs, the cheapest first: the caller stops at one that suffices."""
         first, *_, last = PRECISIONS
         for precision in PRECISIONS:
-            if precision == last or (precision == first and self._begins_with_a_pair):
+            if precision == last or (precision == first and not self.balanced):
                 yield from self._judged_by_order(precision)
-            if precision != last and not self._is_vain(
-                precision, self._left_by_round_off(precision)
-            ):
-                yield from self._judged_by_defect(precision)
+            noise = self.prediction.left_by_round_off(precision)
+            if precision != last and not self._is_vain(precision, noise):
+                yield from self._judged_by_defect(precision, noise)
         # The finest run: the difference is the error of the coarser one, which is larger.
         finest = self._run(last, PRECISIONS[last].full_order)
         other = self._run(last, PRECISIONS[last].truncated_order)
         compared = self._compared(finest, other)
         yield self._of(finest, self._judged(compared, MARGIN_OF_LIKE_PRECISIONS))
 
-    @property
-    def _begins_with_a_pair(self) -> bool:
-        """Whether the first two runs judge each other, or measure the growth of errors."""
-        return not self.balanced
-
-    @property
-    def growth(self) -> float:
-        """The growth of the truncation error of a step over the run."""
-        known = 0.0 if self.grown is None else float(self.grown.max())
-        return known or GROWTH
-
     def _judged_by_order(self, precision: PrecisionName) -> Iterator[Measured]:
         """Yield runs that are judged by a higher order of their precision, until that is vain."""
         truncated = PRECISIONS[precision].truncated_order
-        order = self._order_of_pair(precision)
-        if self.grown is None:
+        order = self.prediction.order_of_pair(self.accuracy, precision)
+        if self.prediction.grown is None:
             # The growth of errors selects all further runs, and bounds their round-off.
             serves = self.accuracy >= _PAIRED
             order = min(order, truncated if serves else truncated - MORE_ORDERS)
@@ -220,20 +200,11 @@ class _Search:
             compared = self._compared(kept, judge)
             errors = self._judged(compared, MARGIN_OF_ORDERS)
             if order <= truncated:
-                self._learn(errors / MARGIN_OF_ORDERS / truncation(order))
+                grown = errors / MARGIN_OF_ORDERS / truncation(order)
+                self.prediction = self.prediction.learned(grown)
             yield self._of(kept, errors)
             yield self._of(judge, self._judged(compared, MARGIN_OF_JUDGES))
-            order = max(self._order_of_pair(precision), order + 2)
-
-    def _order_of_pair(self, precision: PrecisionName) -> int:
-        """Return the lowest order of a run whose judge is expected to have the accuracy.
-
-        The judge then has half the error that its round-off leaves; the rest is for more of it.
-        """
-        known = 0.0 if self.grown is None else float(self.grown.max())
-        roundings = MOST_ROUND_OFF * known + self.shared
-        room = self.accuracy - PRECISIONS[precision].rounding * roundings
-        return order_for(max(room, 0.0) / MARGIN_OF_JUDGES / 2 / self.growth)
+            order = max(self.prediction.order_of_pair(self.accuracy, precision), order + 2)
 
     def _cheapest_pair(self, precision: PrecisionName, order: int, highest: int) -> int:
         """Return the order from a lowest to a highest one that costs least with its judge.
@@ -248,12 +219,14 @@ class _Search:
         there = [own for kind, own in self.runs if kind == precision and order < own <= highest]
         return min([order, *there], key=cost)
 
-    def _judged_by_defect(self, precision: PrecisionName) -> Iterator[Measured]:
-        """Yield runs near round-off with their own defects, until a higher order is vain."""
+    def _judged_by_defect(self, precision: PrecisionName, noise: float) -> Iterator[Measured]:
+        """Yield runs near round-off with their own defects, until a higher order is vain.
+
+        Their expected error by round-off is `noise` (rad, rad/s).
+        """
         own, order = PRECISIONS[precision], 0
-        noise = self._left_by_round_off(precision)
         while order < own.full_order:
-            needed = order_for(_OF_TRUNCATION * self.accuracy / self.growth)
+            needed = self.prediction.order_by_defect(self.accuracy)
             order = min(max(needed, order + 2), own.full_order)
             hidden = self.correct and noise > _OF_ESTIMATE[precision] * self.accuracy
             evaluated_in = longer_than(precision) if hidden else precision
@@ -262,7 +235,8 @@ class _Search:
             yield from self._by_errors(kept, errors)
             if not hidden:
                 noise = float(errors.round_off_at(self.times).max())
-                self._learn(_PESSIMISM * errors.round_off_at(self.times) / own.rounding)
+                grown = _PESSIMISM * errors.round_off_at(self.times) / own.rounding
+                self.prediction = self.prediction.learned(grown)
                 if self.correct and errors.left_at(self.times).max() <= self.accuracy:
                     # Only the round-off of the estimate is in the way.
                     finer = errors.again(longer_than(precision))
@@ -273,7 +247,8 @@ class _Search:
                 return
             # Beyond that, the error is the round-off of the run.
             least = max(truncation(order), own.rounding / _PESSIMISM)
-            self._learn(errors.estimate_at(self.times) / least)
+            grown = errors.estimate_at(self.times) / least
+            self.prediction = self.prediction.learned(grown)
 
     def _with_errors(
         self, precision: PrecisionName, order: int, evaluated_in: PrecisionName
@@ -313,12 +288,8 @@ class _Search:
 
     def _is_vain(self, precision: PrecisionName, noise: float) -> bool:
         """Return whether round-off (rad, rad/s) exceeds the accuracy at every order."""
-        most = _OF_ROUND_OFF[precision] if self.correct else _OF_TRUNCATION
+        most = _OF_ROUND_OFF[precision] if self.correct else _OF_RAW_ROUND_OFF
         return noise > most * self.accuracy
-
-    def _left_by_round_off(self, precision: PrecisionName) -> float:
-        """Return the expected error (rad, rad/s) of a run without truncation error."""
-        return _ROUND_OFF * self.growth * PRECISIONS[precision].rounding
 
     def _run(self, precision: PrecisionName, order: int) -> TaylorRun:
         """Return the run of a precision and an order."""
@@ -353,11 +324,6 @@ class _Search:
                 raise _UnseenError(found)
             self.longest_step = residuals.longest_step
 
-    def _learn(self, grown: Array) -> None:
-        """Note the growth of errors that a measured run showed."""
-        grown = np.where(np.isfinite(grown), grown, 0.0)
-        self.grown = grown if self.grown is None else np.maximum(self.grown, grown)
-
     def _compared(self, kept: TaylorRun, judge: TaylorRun) -> _Compared:
         """Return the difference of two runs of one precision, and the round-off of both."""
         apart = difference(kept, judge)
@@ -368,14 +334,13 @@ class _Search:
         most = max(kept, judge, key=lambda run: run.steps)
         shared = sums(most, self.times) + self.loads.errors(most, self.times, grown)
         rounding = PRECISIONS[kept.precision].rounding
-        self.shared = float(shared.max()) / rounding
+        self.prediction = replace(self.prediction, shared=float(shared.max()) / rounding)
         return _Compared(apart, shared, rounding)
 
     def _judged(self, compared: _Compared, margin: float) -> Array:
         """Return the error that the difference of two runs bounds."""
         apart, shared, rounding = compared
-        grown = 0.0 if self.grown is None else MOST_ROUND_OFF * rounding * self.grown
-        return np.asarray(margin * apart + shared + grown)
+        return np.asarray(margin * apart + shared + self.prediction.shared_round_off(rounding))
 
 
 class _Compared(NamedTuple):
