@@ -5,7 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
+from tests.campaign.checks import violations
 from tests.verification.chains import GENERAL
 from twolink.chain import Chain
 from twolink.coordinates import JointConvention
@@ -15,8 +17,10 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.sampled_torque import SampledTorque
+from twolink.effects.surface import Surface
 from twolink.engines.pinocchio_chain import PinocchioChain
 from twolink.errors import ParameterError, SimulationError
+from twolink.kinematics import position
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.run import hybrid_run
@@ -311,3 +315,70 @@ def test_the_element_that_breaks_loose_does_not_depend_on_shares_that_the_laws_l
     assert "the laws of contact leave a choice" in one.notes[0]
     # It counts the choice at 0.8958 s as well.
     assert "until 0.89" in one.notes[0]
+
+
+REST_IN_ROOM = {
+    # The angles, the friction of the wall and of the joints, the torques at 1 s, and the normal.
+    "a floor": ((0.8, 2.2), 0.4, (1.4, 3.7), (-23.0, -16.0), (0.0, -1.0), 0.873337),
+    "a ceiling": ((2.0, -1.3), 0.6, (7.7, 2.6), (10.0, 2.0), (0.0, 1.0), math.inf),
+}
+
+
+def rest_is_possible(q, friction, joints, torques, normal):
+    """Return whether forces within the laws balance bars of 1 kg and 1 m whose D touches a wall."""
+    (c1, c2), (s1, s2) = np.cos(q), np.sin(q)
+    loads = np.array([1.5 * 9.81 * c1 + torques[0] - torques[1], 0.5 * 9.81 * c2 + torques[1]])
+    end = np.array([[-s1, -s2], [c1, c2]])
+    push, slide = np.array(normal) @ end, np.array([-normal[1], normal[0]]) @ end
+    # Torques of friction in A and B, the normal force, and the tangential one, at most the other.
+    found = linprog(
+        np.zeros(4),
+        A_eq=np.column_stack([[1.0, 0.0], [-1.0, 1.0], push, slide]),
+        b_eq=-loads,
+        A_ub=[[0, 0, -friction, 1], [0, 0, -friction, -1]],
+        b_ub=[0, 0],
+        bounds=[(-joints[0], joints[0]), (-joints[1], joints[1]), (0, None), (None, None)],
+    )
+    return found.status == 0
+
+
+@pytest.mark.parametrize("name", REST_IN_ROOM)
+def test_a_chain_rests_until_no_forces_can_hold_it(name):
+    """Frictions in both joints and a rough wall, under torques that rise from zero.
+
+    At 0.586 s and 0.644 s the mode in which the chain is held ended, and one that begins a slide
+    without an acceleration was taken for rest, though other forces hold the chain.
+    """
+    q, friction, joints, torques, normal, until = REST_IN_ROOM[name]
+    chain = Chain.uniform_bars()
+    at = tuple(map(float, position(chain, q, chain.D)))
+    effects = (
+        Gravity(9.81),
+        SampledTorque((0.0, 1.0), (0.0, torques[0]), (0.0, torques[1]), "linear"),
+        JointFriction(joints),
+        Surface(at, normal, ("D",), friction=friction, name="wall"),
+    )
+    found = simulate(Scene(chain, q, (0.0, 0.0), 1.0, effects))
+    assert found.met
+    departs = min((e.time for e in found.events if "slips" in e.description), default=math.inf)
+    assert departs == pytest.approx(until, abs=1e-6)
+    for t in np.linspace(0.01, 0.99, 99):
+        possible = rest_is_possible(q, friction, joints, np.array(torques) * t, normal)
+        assert possible == (t < departs)
+        assert possible == (np.abs(found.at([t])[1]).max() == 0)
+    assert "the laws of contact leave a choice" in found.notes[0]
+
+
+def test_a_corner_whose_frictions_push_along_one_line():
+    """With a coefficient of 1 the forces of two slides in a right-angled corner are parallel."""
+    chain, q = Chain.uniform_bars(), (0.8217701239287258, -1.3812797174167781)
+    at = tuple(map(float, position(chain, q, chain.D)))
+    for turned, torques in ((1.879621435201635, (-27.5, -29.0)), (0.0, (-40.0, 10.0))):
+        walls = [
+            Surface(at, (math.cos(a), math.sin(a)), friction=1.0, name=f"wall {k}")
+            for k, a in enumerate((turned, turned + math.pi / 2))
+        ]
+        effects = (Gravity(9.81), JointTorque(torques), *walls)
+        found = simulate(Scene(chain, q, (0.0, 0.0), 0.3, effects))
+        assert found.met
+        assert not violations(found)

@@ -12,6 +12,7 @@ from twolink.chain import Chain
 from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from twolink.contact.elements import Constraint
 from twolink.simulation.hybrid.constraint import (
+    are_answered,
     cramer,
     is_answered,
     is_immobile,
@@ -202,3 +203,19 @@ def test_a_point_in_the_base_does_not_move():
     assert not is_immobile(centre, BARS)
     assert not is_immobile(elbow, in_base)
     assert not is_immobile(JointCoordinate("A", 1), in_base)
+
+
+@pytest.mark.parametrize(
+    ("forces", "expected"),
+    [
+        (((1.0, 2.0), (0.5, 1.0)), False),
+        (((0.1, 0.3), (0.3, 0.9 * (1 + 2.0**-52))), False),
+        (((0.1, 0.3), (0.3, 0.9 * (1 + 1e-13))), True),
+        (((1.0, 0.0), (0.0, 1.0)), True),
+        (((1e-9, 0.0), (1.0, 1.0)), True),
+    ],
+)
+def test_two_forces_along_one_line_enforce_one_constraint(forces, expected):
+    """To round-off, whatever their sizes."""
+    one, other = (Constraint(row, 0, f) for row, f in zip(((1, 0), (0, 1)), forces, strict=True))
+    assert are_answered(one, other, 2.0**-52) is expected

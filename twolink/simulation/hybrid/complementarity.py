@@ -15,7 +15,7 @@ from twolink.contact.states import ContactState
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.conditions import Condition, Law
-from twolink.simulation.hybrid.constraint import is_answered, parallel
+from twolink.simulation.hybrid.constraint import are_answered, is_answered, parallel
 from twolink.simulation.hybrid.dynamics import (
     MOST_CONSTRAINTS,
     LocalEquations,
@@ -187,7 +187,9 @@ def is_independent(problem: Problem, shares: Sequence[Share]) -> bool:
         return False
     if len(rows) < MOST_CONSTRAINTS:
         return not flat or is_answered(problem.equations.M, flat[0], problem.system.rounding)
-    return not parallel(rows[0], rows[1], problem.system.lever)
+    if parallel(rows[0], rows[1], problem.system.lever):
+        return False
+    return are_answered(flat[0], flat[1], problem.system.rounding)
 
 
 def conditions(problem: Problem, states: States) -> Iterator[Condition]:

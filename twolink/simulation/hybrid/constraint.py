@@ -71,6 +71,17 @@ def is_answered(M: Matrix, constraint: Constraint, rounding: float) -> bool:
     return bool(abs(sum(terms)) > NO_RESPONSE * rounding * sum(map(abs, terms)))
 
 
+def are_answered(one: Constraint, other: Constraint, rounding: float) -> bool:
+    """Return whether the forces of two constraints are independent, so that they enforce both.
+
+    Friction may turn the forces of two contacts into one line, as in a corner of a right angle with
+    a coefficient of 1.
+    """
+    (X1, Y1), (X2, Y2) = one.force, other.force
+    terms = X1 * Y2, -X2 * Y1
+    return bool(abs(sum(terms)) > NO_RESPONSE * rounding * sum(map(abs, terms)))
+
+
 def parallel(first: Pair, second: Pair, lever: float) -> bool:
     """Return whether two rows of a chain of length `lever` (m) are parallel within round-off.
 

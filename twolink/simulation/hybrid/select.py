@@ -205,8 +205,12 @@ def _first_confirmed(
 def _rests(problem: Problem, candidate: Candidate) -> bool:
     """Return whether a mode holds a chain at rest: by two constraints, or by one that suffices.
 
-    Where the loads on one link balance, it stays at rest while only the other one is held.
+    Where the loads on one link balance, it stays at rest while only the other one is held. A mode
+    in which an element begins to slide leaves the rest, though it may do so without an acceleration
+    at first.
     """
+    if _begins(problem, candidate):
+        return False
     held = constraint_count(problem.system.elements, candidate.states)
     if held in (0, MOST_CONSTRAINTS):
         return held > 0
