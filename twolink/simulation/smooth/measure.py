@@ -65,9 +65,6 @@ from twolink.simulation.smooth.taylor import Observer, Steps, TaylorRun, taylor_
 # errors at the least cost.
 _PAIRED = 3e-11
 
-# The orders beyond those of truncation above round-off that the run of a pair may have.
-_BEYOND = 2
-
 # The part of the accuracy for the expected round-off of a run above which its defect is evaluated
 # in longer numbers at once: above it, the round-off of its own precision leaves too little room in
 # most motions. An evaluation in long doubles costs a third more than one in double precision, and
@@ -194,14 +191,13 @@ class _Search:
             # The growth of errors selects all further runs, and bounds their round-off.
             serves = self.accuracy >= _PAIRED
             order = min(order, truncated if serves else truncated - MORE_ORDERS)
-        while order <= truncated + _BEYOND:
-            order = self._cheapest_pair(precision, order, truncated + _BEYOND)
+        while order <= truncated:
+            order = self._cheapest_pair(precision, order, truncated)
             kept, judge = (self._run(precision, each) for each in (order, order + MORE_ORDERS))
             compared = self._compared(kept, judge)
             errors = self._judged(compared, MARGIN_OF_ORDERS)
-            if order <= truncated:
-                grown = errors / MARGIN_OF_ORDERS / truncation(order)
-                self.prediction = self.prediction.learned(grown)
+            grown = errors / MARGIN_OF_ORDERS / truncation(order)
+            self.prediction = self.prediction.learned(grown)
             yield self._of(kept, errors)
             yield self._of(judge, self._judged(compared, MARGIN_OF_JUDGES))
             order = max(self.prediction.order_of_pair(self.accuracy, precision), order + 2)
