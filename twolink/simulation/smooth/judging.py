@@ -23,7 +23,7 @@ MARGIN_OF_ORDERS = 2.0
 MARGIN_OF_JUDGES = 1 / 8
 """Factor on the difference that bounds the error of the judge itself, as r < 1/9."""
 
-GROWTH = 3e5
+GROWTH = 5e3
 """The growth of the truncation error of a step over a run, before the first measurement.
 
 It is that of one in four random chains over 10 s, since a judge that is too coarse is the next run

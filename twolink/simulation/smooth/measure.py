@@ -60,11 +60,6 @@ from twolink.simulation.smooth.round_off import (
 from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import Observer, Steps, TaylorRun, taylor_run
 
-# The accuracy (rad, rad/s) from which on the first pair of runs in double precision is expected to
-# serve. Below it, round-off is too large in most motions, and the pair measures the growth of
-# errors at the least cost.
-_PAIRED = 3e-11
-
 # The part of the accuracy for the expected round-off of a run above which its defect is evaluated
 # in longer numbers at once: above it, the round-off of its own precision leaves too little room in
 # most motions. An evaluation in long doubles costs a third more than one in double precision, and
@@ -188,9 +183,9 @@ class _Search:
         truncated = PRECISIONS[precision].truncated_order
         order = self.prediction.order_of_pair(self.accuracy, precision)
         if self.prediction.grown is None:
-            # The growth of errors selects all further runs, and bounds their round-off.
-            serves = self.accuracy >= _PAIRED
-            order = min(order, truncated if serves else truncated - MORE_ORDERS)
+            # The growth of errors selects all further runs, and bounds their round-off. A pair near
+            # round-off does not show it where its truncation errors cancel.
+            order = min(order, truncated - MORE_ORDERS)
         while order <= truncated:
             order = self._cheapest_pair(precision, order, truncated)
             kept, judge = (self._run(precision, each) for each in (order, order + MORE_ORDERS))
