@@ -19,7 +19,7 @@ from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.load_sizes import ForceSizes, force_sizes
 from twolink.simulation.smooth.taylor import TaylorRun
 
-MOST_ROUND_OFF = 8
+MOST_ROUND_OFF = 16
 """The error that round-off leaves, in roundings times the growth, of motions where it is large."""
 
 A_VALUE = 4
