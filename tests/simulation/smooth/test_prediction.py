@@ -48,8 +48,9 @@ def test_no_order_is_high_enough_if_round_off_exceeds_the_accuracy():
     assert known.order_of_pair(1e-8, "double") < 20
     assert known.order_of_pair(1e-9, "double") > 300
     assert known.order_of_pair(1e-9, "long double") < 20
-    beside = Prediction(np.array([1.0]), shared=1e8)
-    assert beside.order_of_pair(1e-8, "double") > 300
+    for shared in (1e8, math.inf, math.nan):
+        beside = Prediction(np.array([1.0]), shared=shared)
+        assert beside.order_of_pair(1e-8, "double") > 300
 
 
 def test_an_order_by_defect_leaves_four_fifths_of_the_accuracy():

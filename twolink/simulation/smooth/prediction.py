@@ -51,8 +51,9 @@ class Prediction:
         The judge then has half the error that its round-off leaves; the rest is for more of it.
         """
         roundings = MOST_ROUND_OFF * self._largest + self.shared
-        room = accuracy - PRECISIONS[precision].rounding * roundings
-        return order_for(max(room, 0.0) / MARGIN_OF_JUDGES / 2 / self.growth)
+        # Sizes of a motion that diverges may be no numbers: there is no room then.
+        room = max(0.0, accuracy - PRECISIONS[precision].rounding * roundings)
+        return order_for(room / MARGIN_OF_JUDGES / 2 / self.growth)
 
     def order_by_defect(self, accuracy: float) -> int:
         """Return the order of a run near round-off whose truncation error leaves room for it."""
