@@ -8,6 +8,7 @@ import pytest
 
 from tests.simulation.hybrid import BALANCED, mode_of, state_of, system_of
 from tests.simulation.smooth.test_taylor import Kinked
+from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
 from twolink.effects.compliant_surface import CompliantSurface
@@ -17,10 +18,12 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
+from twolink.scene import Scene
 from twolink.simulation.hybrid import flow as flow_module
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.flow import flow
 from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.run import hybrid_run
 
 
 def arc_of(system, q, u, *states, until=10.0, state=None, formulation="lagrange"):
@@ -241,3 +244,13 @@ def test_as_many_steps_are_taken_at_first_as_by_the_last_arc_in_the_mode(monkeyp
     again = flow(system, state, mode, 10.0, "lagrange", lambda t, size: None, lasts)
     assert sum(taken) == first.step_count == again.step_count
     assert again.end == first.end
+
+
+def test_a_surface_that_recovers_too_fast_is_named():
+    """In 1e-14 s: steps as short as roundings of the time."""
+    cushion = CompliantSurface(
+        (0.0, 1.2), (0.0, -1.0), "kelvin-voigt", stiffness=1e8, loss=1e-6, name="cushion"
+    )
+    scene = Scene(Chain.uniform_bars(), (0.3, 0.1), (0.0, 0.0), 1.0, (Gravity(9.81), cushion))
+    with pytest.raises(IntegrationError, match=r"while D on cushion recovers at 1e\+14 1/s\)"):
+        hybrid_run(scene, np.array([0.0, 1.0]))

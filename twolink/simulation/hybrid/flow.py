@@ -215,9 +215,24 @@ def _failed(course: _Course, blocks: list[Block], doubts: list[Doubt], failure: 
         if element.rigid and own.slips and locks(system, mode, pose, index):
             return arc._replace(event=Trigger(EventKind.JAMS, index, own.direction))
     raise IntegrationError(
-        f"the motion could not be integrated beyond {float(arc.end.t):.9g} s ({failure}), in the "
-        f"mode '{mode}'; it must stay finite, and its loads smooth"
+        f"the motion could not be integrated beyond {float(arc.end.t):.9g} s "
+        f"({failure}{_recovering(course)}), in the mode '{mode}'; it must stay finite, and its "
+        "loads smooth"
     )
+
+
+def _recovering(course: _Course) -> str:
+    """Return the fastest surface that recovers on an arc, in words; empty if none does."""
+    elements = course.system.elements
+    rates = {
+        i: force_law.relaxation
+        for i in _springing_back(course.state)
+        if (force_law := elements[i].compliant) is not None and force_law.relaxation is not None
+    }
+    if not rates:
+        return ""
+    fastest = max(rates, key=rates.__getitem__)
+    return f", while {course.mode.names[fastest]} recovers at {rates[fastest]:.2g} 1/s"
 
 
 def _springing_back(state: HybridState) -> tuple[int, ...]:
