@@ -148,13 +148,18 @@ def _selected(problem: Problem, pose: Pose) -> Selection | None:
             break
         # Beside others that begin slides, modes with saturated friction count if they begin none.
         candidates = list(trials.candidates(with_pressed, sticking_first, beginning=not moving))
-        holding = {c.states for c in candidates if at_rest and _rests(problem, c)}
+        locked = {c.states for c in candidates if at_rest and _is_locked(problem, c)}
+        every = {c.states: derivatives.confirmed(c) for c in candidates if c.states not in locked}
+        confirmed = {states: known for states, known in every.items() if known is not None}
+        orders |= confirmed
+        holding = locked | {
+            c.states
+            for c in candidates
+            if c.states in confirmed and at_rest and _rests(problem, c, confirmed[c.states])
+        }
         resting = [c for c in candidates if c.states in holding]
         taken = _first_confirmed(derivatives, problem, resting)
-        leaving = [c for c in candidates if c.states not in holding]
-        every = {c.states: derivatives.confirmed(c) for c in leaving}
-        orders |= {states: known for states, known in every.items() if known is not None}
-        found = [c for c in candidates if every.get(c.states) is not None]
+        found = [c for c in candidates if c.states in confirmed and c.states not in holding]
         if taken is not None:
             # The laws may admit that the chain leaves its rest as well.
             return taken._replace(others=_departures(problem, moving or found, orders))
@@ -202,18 +207,19 @@ def _first_confirmed(
     return None
 
 
-def _rests(problem: Problem, candidate: Candidate) -> bool:
-    """Return whether a mode holds a chain at rest: by two constraints, or by one that suffices.
+def _is_locked(problem: Problem, candidate: Candidate) -> bool:
+    """Return whether a mode holds a chain at rest by two constraints."""
+    return constraint_count(problem.system.elements, candidate.states) == MOST_CONSTRAINTS
 
-    Where the loads on one link balance, it stays at rest while only the other one is held. A mode
-    in which an element begins to slide leaves the rest, though it may do so without an acceleration
-    at first.
+
+def _rests(problem: Problem, candidate: Candidate, orders: Orders) -> bool:
+    """Return whether a mode holds a chain at rest by one constraint, with these orders of events.
+
+    Where the loads on one link balance, it stays at rest while only the other one is held. They may
+    balance for an instant only: then the chain leaves its rest by a higher derivative.
     """
-    if _begins(problem, candidate):
+    if constraint_count(problem.system.elements, candidate.states) == 0 or _departs(orders):
         return False
-    held = constraint_count(problem.system.elements, candidate.states)
-    if held in (0, MOST_CONSTRAINTS):
-        return held > 0
     du = candidate.solution.du
     return all(
         abs(float(own)) <= problem.noise.along(row, du)
@@ -221,16 +227,17 @@ def _rests(problem: Problem, candidate: Candidate) -> bool:
     )
 
 
+def _departs(orders: Orders) -> bool:
+    """Return whether contacts open, or elements begin to slide, in a mode with these orders."""
+    return any(each.kind in _DEPARTS for each in orders)
+
+
 def _departures(
     problem: Problem, found: list[Candidate], orders: Mapping[States, Orders]
 ) -> tuple[States, ...]:
     """Return the modes in which the chain leaves its rest, at once or by a higher derivative."""
     at_once = _other_motions(problem, found, (0.0, 0.0))
-    return tuple(
-        c.states
-        for c in found
-        if c.states in at_once or any(each.kind in _DEPARTS for each in orders[c.states])
-    )
+    return tuple(c.states for c in found if c.states in at_once or _departs(orders[c.states]))
 
 
 def _preferred(
