@@ -15,6 +15,7 @@ from twolink.data import data_path
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
@@ -367,6 +368,77 @@ def test_a_chain_rests_until_no_forces_can_hold_it(name):
         assert possible == (t < departs)
         assert possible == (np.abs(found.at([t])[1]).max() == 0)
     assert "the laws of contact leave a choice" in found.notes[0]
+
+
+def departures(found):
+    """Return the times (s) from which a chain moves that was at rest, after 0 s."""
+    times = [event.time for event in found.events[1:] if event.time + 1e-3 < found.t[-1]]
+    before = [np.abs(found.at([t], side="left")[1]).max() for t in times]
+    after = [np.abs(found.at([t + 1e-3])[1]).max() for t in times]
+    pairs = zip(times, before, after, strict=True)
+    return [t for t, one, other in pairs if one == 0 and other > 0]
+
+
+def test_a_mode_in_which_a_contact_opens_by_a_higher_derivative_is_no_rest():
+    """At 0.0703 s friction in A holds the chain without D for an instant, and with D for longer.
+
+    From 0.08264 s on no forces can hold it: a linear program finds that as well.
+    """
+    chain = Chain(
+        (0.414030855675315, 0.8833500675981099),
+        (0.6519527724251217, 0.9061079154462136),
+        (
+            (0.461428968082033, -0.060356403445920664),
+            (0.2991529203958608, -0.0041551163031094684),
+        ),
+        (0.008799033790228446, 0.03626291395548524),
+    )
+    effects = (
+        Gravity(9.81),
+        JointTorque(
+            (-4.643383343573073, -2.784280993619375), (2.01813072629303, -5.277492896641737),
+            (2.3955539433509374, 3.516546222827984), (1.8877143245204273, -0.9813314788677712),
+        ),
+        JointFriction((0.37634206046561136, 0.0)),
+        Surface(
+            (0.053723635980086226, -0.29422600177197267), (0.17373214092317826, 0.9847929443341118),
+            friction=0.21799756681799343, name="s0",
+        ),
+    )  # fmt: skip
+    found = simulate(
+        Scene(chain, (1.0849366115075734, -1.8511522145111667), (0.0, 0.0), 0.2, effects)
+    )
+    assert found.met
+    assert departures(found)[0] == pytest.approx(0.082642, abs=1e-6)
+    assert "At 0.0702552901 s the laws of contact leave a choice" in found.notes[0]
+
+
+def test_a_stop_that_has_opened_at_rest_may_hold_the_chain_again():
+    """Friction in B takes over from its stop at 0.727 s, and cannot hold from 0.805 s on."""
+    chain = Chain(
+        (0.5762253150161091, 1.246123550851881),
+        (0.5159201404393323, 0.570494211360163),
+        ((0.25796007021966616, 0.0), (0.2852471056800815, 0.0)),
+        (0.012781330125176307, 0.033797326102013026),
+    )
+    effects = (
+        Gravity(9.81),
+        JointTorque(
+            (0.327986279270101, -0.8958902041355079), (-15.406995688611557, -2.3165722315172985),
+            (5.816558747592004, 2.935961073770847), (2.2548635963553725, -0.7686052165613861),
+        ),
+        JointFriction((0.22553314098436633, 4.011146237165521)),
+        Surface(
+            (0.010689590636844548, -0.8332990474412028), (0.0, -1.0), restitution=0.0,
+            friction=0.389486299915669, name="s0",
+        ),
+        JointStop("B", upper=-1.3951510460229395, restitution=0.0),
+    )  # fmt: skip
+    q, u = (-0.8183152495240416, -2.213466295546981), (0.6069698477647867, 1.218969254238131)
+    found = simulate(Scene(chain, q, u, 1.0, effects))
+    assert found.met
+    assert departures(found) == []
+    assert np.abs(found.u[:, 1:]).max() == 0
 
 
 def test_a_corner_whose_frictions_push_along_one_line():
