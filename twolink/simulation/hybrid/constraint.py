@@ -67,8 +67,7 @@ def is_answered(M: Matrix, constraint: Constraint, rounding: float) -> bool:
     """
     (M11, M12), (_, M22) = M
     (x, y), _, (X, Y) = constraint
-    terms = Y * M11 * y, -Y * M12 * x, -X * M12 * y, X * M22 * x
-    return bool(abs(sum(terms)) > NO_RESPONSE * rounding * sum(map(abs, terms)))
+    return _exceed_round_off((Y * M11 * y, -Y * M12 * x, -X * M12 * y, X * M22 * x), rounding)
 
 
 def are_answered(one: Constraint, other: Constraint, rounding: float) -> bool:
@@ -78,7 +77,11 @@ def are_answered(one: Constraint, other: Constraint, rounding: float) -> bool:
     a coefficient of 1.
     """
     (X1, Y1), (X2, Y2) = one.force, other.force
-    terms = X1 * Y2, -X2 * Y1
+    return _exceed_round_off((X1 * Y2, -X2 * Y1), rounding)
+
+
+def _exceed_round_off(terms: tuple[Scalar, ...], rounding: float) -> bool:
+    """Return whether a sum of terms is more than their round-off."""
     return bool(abs(sum(terms)) > NO_RESPONSE * rounding * sum(map(abs, terms)))
 
 

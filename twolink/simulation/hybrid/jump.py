@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from twolink.arithmetic import Pair
-from twolink.contact.coordinates import JointCoordinate
 from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState
 from twolink.errors import IntegrationError
@@ -129,8 +128,7 @@ def settle(
         state = surfaces_after(system, state, system.pose(state.q))
     for _ in range(_MOST_ROUNDS):
         collided = collide(system, state, system.pose(state.q))
-        pose, so_far = collided.pose, so_far.after(collided)
-        state = _touching_at_rest(system, collided.state)
+        state, pose, so_far = collided.state, collided.pose, so_far.after(collided)
         selection = _selected(system, state, pose, {} if so_far.strikes else known)
         if selection is None:
             ended = _without_mode(system, state, pose, past, so_far.strikes, fastest)
@@ -252,25 +250,6 @@ def _note(system: HybridSystem, state: HybridState, mode: Mode, selection: Selec
     )
     choice = "the laws of contact leave a choice"
     return Remark(choice, now, f"At {now:.9g} s {choice}: {mode} is taken; or {others}.")
-
-
-def _touching_at_rest(system: HybridSystem, state: HybridState) -> HybridState:
-    """Return the state in which joint stops touch that have opened while the chain stays at rest.
-
-    Other forces have held it then, and theirs may do so again. Points may lie in a singular pose,
-    in which no finite force holds them.
-    """
-    if state.u[0] != 0 or state.u[1] != 0:
-        return state
-    there = {
-        index
-        for index, (element, gap) in enumerate(zip(system.elements, state.gaps, strict=True))
-        if isinstance(element.normal, JointCoordinate)
-        and element.rigid
-        and gap is not None
-        and gap == 0
-    }
-    return state if there <= state.touching else state._replace(touching=state.touching | there)
 
 
 def _tidied(system: HybridSystem, state: HybridState, mode: Mode) -> HybridState:

@@ -169,11 +169,11 @@ def _leaves(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigg
 def _opened(system: HybridSystem, state: HybridState, mode: Mode, index: int) -> Reaction:
     """Return the state after a rigid contact, and others in one place with it, have no force left.
 
-    A chain at rest may stay there: friction that does not slide may wedge it against the surface
-    that the loads would open.
+    A chain at rest may stay there, where other forces hold it, and the contact still touches:
+    friction that does not slide may wedge the chain against it, or the loads may press it again.
     """
     element, own, chain = system.elements[index], mode.states[index], system.scene_chain
-    if element.rough and own is not ContactState.STICKS and is_at_rest(state):
+    if own is not ContactState.STICKS and is_at_rest(state):
         return Reaction(state, {index: tuple(x for x in element.options(True, 0) if x is not own)})
     together = {i for i in state.touching if coincide(system.elements[i], element, chain)}
     gaps = tuple(system.number(0) if i in together else gap for i, gap in enumerate(state.gaps))

@@ -57,8 +57,9 @@ NO_LEVER = 2.0**-46
 # by constraint.
 PARALLEL = 1e-9
 
-# Roundings of the terms of the response of a coordinate to a force. A smaller one is round-off of
-# zero: the terms are products of an inertia and two entries of rows, each of some roundings. Read
+# Roundings of the terms of the response of a coordinate to a force, or of the determinant of two
+# forces. A smaller one is round-off of zero: the terms are products of entries of rows and of an
+# inertia, each of some roundings. Read
 # by constraint.
 NO_RESPONSE = 16
 

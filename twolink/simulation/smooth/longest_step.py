@@ -39,7 +39,7 @@ def default_longest_step(scene: Scene) -> float:
 
 
 def pace_of(scene: Scene) -> Pace:
-    """Return the pace of a scene.
+    """Return the longest step of a scene and the rate at which it leaves a balance, in floats.
 
     Raises `SimulationError` if the accelerations at its start are not finite.
     """
@@ -67,7 +67,7 @@ def intervals_to_check(duration: float, longest_step: float) -> int:
 
 
 def paces(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, duration: float) -> Pace:
-    """Return the cap of the step (s), from the initial speeds and from the accelerations over time.
+    """Return the longest steps (s), from the speeds and accelerations, and the rates of leaving.
 
     The series of a chain that turns through a radian in a time τ does not converge much beyond τ.
     A longer step results from last coefficients that vanish by symmetry: a torque that begins as
