@@ -59,8 +59,7 @@ PARALLEL = 1e-9
 
 # Roundings of the terms of the response of a coordinate to a force, or of the determinant of two
 # forces. A smaller one is round-off of zero: the terms are products of entries of rows and of an
-# inertia, each of some roundings. Read
-# by constraint.
+# inertia, each of some roundings. Read by constraint.
 NO_RESPONSE = 16
 
 # Times the kinetic energy before. Newton's law of restitution with friction can create energy, near
