@@ -103,6 +103,13 @@ def test_arguments_may_have_any_name():
     assert compiled((2.0, 3.0), (1.0, 4.0)) == (7.0, math.sin(6.0) - 4.0)
 
 
+def test_sizes():
+    compiled = Compiled(lambda q: (abs(q[0]) + q[1], abs(-q[0]), -abs(q[0] - q[1])))
+    assert compiled((-3.0, 5.0)) == (8.0, 3.0, -8.0)
+    assert compiled.operations == {"+": 1, "-": 1, "abs": 2}
+    assert compiled.batch([[-3.0, 1.0], [5.0, -2.0]]).tolist() == [[8, -1], [3, 1], [-8, -3]]
+
+
 def test_division_and_constants():
     compiled = Compiled(lambda q: (q[0] / q[1], -1.0 / q[0], q[0] / -4.0, 0 / q[1], 7.0))
     assert compiled((3.0, 5.0)) == (3.0 / 5.0, -1.0 / 3.0, -0.75, 0.0, 7.0)

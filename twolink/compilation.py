@@ -146,6 +146,9 @@ class TracingNumber:
         word, negative = _signed(other)
         return self._result(self.recording.write("/", word, self.name), negative != self.negative)
 
+    def __abs__(self) -> TracingNumber:
+        return self._result(self.recording.write("abs", self.name), False)
+
     def __pow__(self, exponent: int) -> Any:
         if not isinstance(exponent, int) or exponent < 0:
             return NotImplemented
@@ -186,7 +189,7 @@ class Compiled:
     """A formula compiled for a state of floats, and for arrays of states.
 
     `source` is the generated Python, and `of_floats` its function; `operations` counts each kind of
-    operation in it (sin, cos, sqrt, exp, +, -, *, /); `depth` is the longest chain of operations
+    operation in it (sin, cos, sqrt, exp, abs, +, -, *, /); `depth` is the longest chain of them
     from a state to a result.
     """
 

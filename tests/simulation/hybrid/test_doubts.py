@@ -21,11 +21,10 @@ from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 from twolink.scene import Scene
 from twolink.simulation import simulate
-from twolink.simulation.hybrid import doubts
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate
 from twolink.simulation.hybrid.compiled import CompiledMode, Watched
-from twolink.simulation.hybrid.doubts import StepOfArc, may_jump, remarks_of, undecided_at
+from twolink.simulation.hybrid.doubts import may_jump, remarks_of, undecided_at
 from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.pool import IntegratorPool
@@ -143,49 +142,6 @@ def test_a_doubt_on_a_limit_counts_for_errors_that_bridge_the_distance(stiffness
     scene = Scene(BALANCED, (0.0, 0.0), (0.0, 0.0), 2.0, effects)
     (doubt,) = hybrid_run(scene, [0.0, 2.0], precision=precision).doubts
     assert doubt.within == pytest.approx(1e-5 / stiffness, rel=1e-3)
-
-
-def steepness_at(system, mode, q, trigger):
-    """Return the steepness of an event function at rest in a pose."""
-    one = system.number(1)
-    states = [system.number(x) for x in (*q, 0.0, 0.0)]
-    rows = np.array([[[x, 0 * one] for x in states]])
-    block = Block(np.array([0 * one]), np.array([one]), rows)
-    return StepOfArc(system, mode, None, 0.0, block, 0).steepness(0.0, trigger)
-
-
-@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
-@pytest.mark.parametrize("depth", [1e-9, 1e-7, 1e-4])
-@pytest.mark.parametrize("mirrored", [False, True])
-def test_the_steepness_of_a_force_is_not_too_small_where_a_point_is_hardly_pressed_in(
-    precision, depth, mirrored
-):
-    """B presses with K δ^1.5, of the slope 1.5 K √δ, and not at all off the surface."""
-    soft = CompliantSurface(
-        (0.0, math.sin(0.5)), (0.0, -1.0), "hertz", stiffness=1e4, on=("B",), friction=0.5, static=5
-    )
-    system = system_of(soft, chain=BALANCED, precision=precision)
-    mode = mode_of(system, S.STICKS)
-    turned = math.asin(math.sin(0.5) + depth)
-    q = math.pi - turned if mirrored else turned, 0.3
-    found = [steepness_at(system, mode, q, Trigger(E.BREAKS, 0, sense)) for sense in (1, -1)]
-    # The sum of both functions is twice the limit, whose depth changes by cos q1.
-    slope = 5 * 1.5e4 * math.sqrt(depth) * math.cos(turned) * system.force_scale
-    assert sum(found) > 2 * 0.99 * slope
-
-
-def test_a_steepness_is_infinite_where_constraints_have_no_solution(monkeypatch):
-    """Nothing is known of the error by which the event comes: its doubt counts in any case."""
-
-    def parallel(*arguments):
-        raise ZeroDivisionError
-
-    system = system_of(JointFriction((1.0, 0.0), (1.5, 0.0)), chain=BALANCED)
-    mode = mode_of(system, *[S.STICKS] * len(system.elements))
-    limit = (system, mode, (0.0, 0.0), Trigger(E.BREAKS, 0, 1))
-    assert math.isfinite(steepness_at(*limit))
-    monkeypatch.setattr(doubts, "mode_solution", parallel)
-    assert steepness_at(*limit) == math.inf
 
 
 def test_a_limit_that_is_reached_at_the_end_of_a_motion_leaves_no_doubt():

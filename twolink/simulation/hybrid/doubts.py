@@ -13,16 +13,14 @@ from typing import Any, NamedTuple
 
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.block import Block
-from twolink.simulation.hybrid.dynamics import mode_solution
-from twolink.simulation.hybrid.event_functions import OF_FORCE, Surfaces, value
 from twolink.simulation.hybrid.impact import Impacts, usual_change
 from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
 from twolink.simulation.hybrid.polishing import horner, lowest
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.roots import Search
+from twolink.simulation.hybrid.steepness import EDGES, steepness
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import (
-    DIFFERENCE,
     FLAT,
     NEAR_EDGE,
     NEAR_END,
@@ -33,7 +31,6 @@ from twolink.simulation.hybrid.tolerances import (
 from twolink.simulation.series import powers_of
 
 _BREAKAWAY = (EventKind.BREAKS, EventKind.STOPS)
-_EDGES = (EventKind.CLEARS, EventKind.REACHES)
 
 
 class StepOfArc(NamedTuple):
@@ -70,57 +67,8 @@ class StepOfArc(NamedTuple):
         return impacts.largest_change(index, speed, (u1, u2))
 
     def steepness(self, x: float, trigger: Trigger) -> float:
-        """Return the change of an event function at x by one of every angle and speed (1/rad).
-
-        It is the sum of the sizes of the derivatives by q and u, by central differences in float64,
-        and infinite where there is none. A point that is hardly pressed in leaves its surface on
-        one side, so that the difference on that side alone would be too small.
-        """
-        if trigger.kind in _EDGES:
-            return self._steepness_of_place(self._state(x), trigger)
-        state = [float(each) for each in self._state(x)]
-        time, mode = self.time(x)[0], self.mode.in_floats
-        found = 0.0
-        for k in range(4):
-            ends = []
-            for change in (DIFFERENCE, -DIFFERENCE):
-                moved = [*state]
-                moved[k] += change
-                ends.append(self._value(mode, moved, time, trigger))
-            found += abs(ends[0] - ends[1]) / (2 * DIFFERENCE)
-        if not math.isfinite(found):
-            return math.inf
-        return found * (self.system.force_scale if trigger.kind is EventKind.BREAKS else 1.0)
-
-    def _steepness_of_place(self, state: Sequence[Any], trigger: Trigger) -> float:
-        """Return the sum of the sizes of the derivatives by q of a gap, or of √depth."""
-        element = self.system.elements[trigger.index]
-        assert element.normal is not None
-        pose = Pose(self.system.chain, self.system.formulation, (state[0], state[1]))
-        found = sum(abs(float(each)) for each in pose.row(element.normal))
-        if trigger.kind is EventKind.CLEARS:
-            return found
-        # √δ has the derivative 1 / (2 √δ) by the depth.
-        reach: Any = element.branch(self.mode.dent(trigger.index)).reach
-        return found / max(2 * float(reach), FLAT)
-
-    def _value(self, mode: Mode, state: Sequence[float], time: float, trigger: Trigger) -> float:
-        """Return the event function of a trigger, in its unit, at q and u and a time (s).
-
-        It is infinite where the constraints of the mode have no solution in float64.
-        """
-        system, (q1, q2, u1, u2) = self.system.in_double, state
-        pose, u = system.pose((q1, q2)), (u1, u2)
-        solution = None
-        if trigger.kind in OF_FORCE:
-            dents = [mode.dent(i) for i in range(len(mode.states))]
-            try:
-                solution = mode_solution(
-                    pose, system.effects, system.elements, mode.states, dents, u, time
-                )
-            except (ZeroDivisionError, OverflowError):
-                return math.inf
-        return float(value(trigger, system, mode, pose, u, solution, Surfaces({}, {})))
+        """Return the change of an event function at x by one of every angle and speed (1/rad)."""
+        return steepness(self.system, self.mode, self._state(x), self.time(x)[0], trigger)
 
     def _state(self, x: float) -> list[Any]:
         """Return q (rad) and u (rad/s) at x."""
@@ -142,7 +90,7 @@ def near_to_zero(system: HybridSystem, trigger: Trigger) -> float:
     """
     if trigger.kind is EventKind.HITS:
         return system.grazing
-    if trigger.kind in _EDGES:
+    if trigger.kind in EDGES:
         return NEAR_EDGE if trigger.kind is EventKind.CLEARS else NEAR_END
     if trigger.kind in _BREAKAWAY and system.elements[trigger.index].hysteretic:
         return NEAR_LIMIT

@@ -76,7 +76,7 @@ def local_equations(
     chain, formulation, q = pose.chain, pose.formulation, pose.q
     loads = smooth_loads(effects, chain, q, u, t)
     Q1, Q2 = formulation.generalized_active_force(chain, q, loads)
-    C1, C2 = formulation.velocity_terms(chain, q, u)
+    C1, C2 = pose.velocity_terms(u)
     M, det = pose.inertia
     terms = tuple(
         _element_terms(pose, element, u, push, rate) if is_active else None
@@ -104,12 +104,11 @@ def _terms(
     A held joint does not move. A held point drifts by the round-off of each step; the stabilization
     prevents this from accumulating.
     """
-    chain, q = pose.chain, pose.q
-    bias = coordinate.bias(chain, q, u)
+    bias = pose.bias(coordinate, u)
     if rate and not isinstance(coordinate, JointCoordinate):
-        bias = bias + 2 * rate * coordinate.speed(chain, q, u)
+        bias = bias + 2 * rate * pose.speed(coordinate, u)
         if bound is not None:
-            bias = bias + rate * rate * (coordinate.coordinate(chain, q) - bound)
+            bias = bias + rate * rate * (pose.value(coordinate, pose.q) - bound)
     return Terms(pose.row(coordinate), bias)
 
 
@@ -219,11 +218,11 @@ def push_of(
     if element.compliant is None or element.normal is None:
         return 0
     branch = element.branch(dent)
-    rate = -element.normal.speed(pose.chain, pose.q, u)
+    rate = -pose.speed(element.normal, u)
     if root is not None:
         return branch.law.force(root * root, root, rate)
     surface = element.bound - branch.residual
-    depth = surface - element.normal.coordinate(pose.chain, pose.q)
+    depth = surface - pose.value(element.normal, pose.q)
     if not branch.law.uses_root:
         return branch.law.force(depth, 0, rate)
     depth = (depth + abs(depth)) / 2

@@ -36,9 +36,10 @@ class Ends:
         self._step = StepOfArc(system, arc.mode, compiled.clock, start, block, place)
         certificate = Certificate(system, compiled, arc.mode, 0.0, state=arc.start)
         # The last step may be cut at its start.
-        one = 0 * block.lengths + system.number(1)
-        rows = certificate.polynomials(Block(block.starts, one, block.coefficients))[place]
         self._length = block.lengths[place]
+        one = 0 * block.lengths[place:] + system.number(1)
+        last = Block(block.starts[place:], one, block.coefficients[place:])
+        (rows,) = certificate.polynomials(last)
         clock = None if compiled.clock is None else block.coefficients[place, compiled.clock]
         self._rate = 1.0 if clock is None else float(self._slope(clock.tolist()))
         self.triggers = compiled.layout.triggers
@@ -46,8 +47,16 @@ class Ends:
         self._time_of_rounding = system.rounding * float(arc.end.t)
         self._rounding = system.rounding
         self._uncertainties: dict[Trigger, float] = {}
+        self._known: dict[Trigger, End] = {}
 
     def _at_end(self, trigger: Trigger) -> End:
+        """Return an event function at the end of the arc, computed once."""
+        found = self._known.get(trigger)
+        if found is None:
+            found = self._known[trigger] = self._computed(trigger)
+        return found
+
+    def _computed(self, trigger: Trigger) -> End:
         row = self._rows[trigger]
         fall = -float(self._slope(row)) / self._rate if self._rate > 0 else 0.0
         scaled = [c * self._length**k for k, c in enumerate(row)]

@@ -64,7 +64,7 @@ def value(
         return element.limits(forces.normal)[1] + sense * forces.tangential
     along = element.tangent if kind is EventKind.STOPS else element.normal
     assert along is not None
-    speed = along.speed(pose.chain, pose.q, u)
+    speed = pose.speed(along, u)
     if kind is EventKind.STOPS:
         return sense * speed
     return -sense * (speed + element.branch(mode.dent(index)).rate)

@@ -15,10 +15,16 @@ from twolink.simulation.hybrid.constraint import cramer
 
 
 class CoordinateFormulas(NamedTuple):
-    """The value (rad or m) and the Jacobian row of a coordinate, as functions of q."""
+    """The value (rad or m) and the Jacobian row of a coordinate, as functions of q.
+
+    Its `speed` (rad/s or m/s) and its `bias`, the second derivative without accelerations, are
+    functions of q and u.
+    """
 
     value: Callable[[Pair], Scalar]
     row: Callable[[Pair], Pair]
+    speed: Callable[[Pair, Pair], Scalar]
+    bias: Callable[[Pair, Pair], Scalar]
 
 
 class PoseFormulas:
@@ -36,6 +42,8 @@ class PoseFormulas:
         self._known: dict[int, tuple[ConstraintCoordinate, CoordinateFormulas]] = {}
         make = _compiled_inertia if compiled else _inertia
         self.inertia: Callable[[Pair], tuple[Scalar, ...]] = make(chain, formulation)
+        by_speeds = _compiled_velocity_terms if compiled else _velocity_terms
+        self.velocity_terms: Callable[[Pair, Pair], Pair] = by_speeds(chain, formulation)
 
     def of(self, coordinate: ConstraintCoordinate) -> CoordinateFormulas:
         """Return the formulas of a coordinate."""
@@ -58,6 +66,15 @@ def _inertia(chain: Chain, formulation: EquationsOfMotion) -> Callable[[Pair], t
     return inertia
 
 
+def _velocity_terms(chain: Chain, formulation: EquationsOfMotion) -> Callable[[Pair, Pair], Pair]:
+    """Return C u (N m) as a function of q and u."""
+
+    def velocity_terms(q: Pair, u: Pair) -> Pair:
+        return formulation.velocity_terms(chain, q, u)
+
+    return velocity_terms
+
+
 def _formulas(
     chain: Chain, formulation: EquationsOfMotion, coordinate: ConstraintCoordinate
 ) -> CoordinateFormulas:
@@ -70,7 +87,13 @@ def _formulas(
     def row(q: Pair) -> Pair:
         return formulation.generalized_active_force(chain, q, loads)
 
-    return CoordinateFormulas(value, row)
+    def speed(q: Pair, u: Pair) -> Scalar:
+        return coordinate.speed(chain, q, u)
+
+    def bias(q: Pair, u: Pair) -> Scalar:
+        return coordinate.bias(chain, q, u)
+
+    return CoordinateFormulas(value, row, speed, bias)
 
 
 @functools.lru_cache(maxsize=64)
@@ -80,12 +103,19 @@ def _compiled_inertia(
     return Compiled(_inertia(chain, formulation)).of_floats
 
 
+@functools.lru_cache(maxsize=64)
+def _compiled_velocity_terms(
+    chain: Chain, formulation: EquationsOfMotion
+) -> Callable[[Pair, Pair], Pair]:
+    return Compiled(_velocity_terms(chain, formulation)).of_floats
+
+
 @functools.lru_cache(maxsize=256)
 def _compiled_formulas(
     chain: Chain, formulation: EquationsOfMotion, coordinate: ConstraintCoordinate
 ) -> CoordinateFormulas:
-    value, row = _formulas(chain, formulation, coordinate)
-    return CoordinateFormulas(Compiled(value).of_floats, Compiled(row).of_floats)
+    plain = _formulas(chain, formulation, coordinate)
+    return CoordinateFormulas(*(Compiled(formula).of_floats for formula in plain))
 
 
 class Pose:
@@ -120,6 +150,18 @@ class Pose:
     def value(self, coordinate: ConstraintCoordinate, q: Pair) -> Scalar:
         """Return a coordinate (rad or m) in a pose q of the same chain."""
         return self._formulas.of(coordinate).value(q)
+
+    def speed(self, coordinate: ConstraintCoordinate, u: Pair) -> Scalar:
+        """Return the rate of a coordinate (rad/s or m/s)."""
+        return self._formulas.of(coordinate).speed(self.q, u)
+
+    def bias(self, coordinate: ConstraintCoordinate, u: Pair) -> Scalar:
+        """Return the second derivative of a coordinate without accelerations (rad/s² or m/s²)."""
+        return self._formulas.of(coordinate).bias(self.q, u)
+
+    def velocity_terms(self, u: Pair) -> Pair:
+        """Return C u (N m)."""
+        return self._formulas.velocity_terms(self.q, u)
 
     @property
     def lever(self) -> float:

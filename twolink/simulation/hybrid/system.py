@@ -30,8 +30,9 @@ class HybridSystem:
 
     `chain` has numbers of the type `number`, of the named `precision` whose relative spacing is
     `rounding`; `scene_chain` is the same in float64. `longest_step` is in s. `compiled` has the
-    modes that were entered, for `compile`, and `near_to_zero` the distances from zero at which
-    their event functions leave a doubt, for `certificate`.
+    modes that were entered, for `compile`, `near_to_zero` the distances from zero at which their
+    event functions leave a doubt, for `certificate`, and `event_functions` those that were
+    evaluated, for `steepness`.
     """
 
     scene_chain: Chain
@@ -47,6 +48,7 @@ class HybridSystem:
     own: Own = field(default_factory=Own, repr=False)
     compiled: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     near_to_zero: dict[Any, tuple[float, ...]] = field(default_factory=dict, init=False, repr=False)
+    event_functions: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     _last_pose: list[Pose] = field(default_factory=list, init=False, repr=False)
     _held: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     _frictions: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
