@@ -32,11 +32,21 @@ def test_the_forecast_of_a_run_without_progress_is_infinite():
     assert forecast.total(0.2, 3.0) == math.inf
 
 
-def set_clock(monkeypatch, readings):
-    """Let each report read the next of these times (s)."""
+def set_clock(monkeypatch, readings, idle=0.0):
+    """Let a run begin at the first of these times (s), and each report come at the next.
+
+    The thread has been computing all the time but the first `idle` seconds.
+    """
     clock = iter(readings)
+    now = [0.0]
+
+    def perf_counter():
+        now[0] = next(clock)
+        return now[0]
+
     monkeypatch.setattr(limits, "_READING", 0.0)
-    monkeypatch.setattr(limits, "thread_time", lambda: next(clock))
+    monkeypatch.setattr(limits, "perf_counter", perf_counter)
+    monkeypatch.setattr(limits, "thread_time", lambda: 7.0 + max(0.0, now[0] - idle))
 
 
 def test_the_clock_of_a_thread_is_read_seldom(monkeypatch):
@@ -46,7 +56,14 @@ def test_the_clock_of_a_thread_is_read_seldom(monkeypatch):
     report = Limits().timed("a run")
     for _ in range(100):
         report(0.5)
-    assert next(readings) == 1
+    assert next(readings) == 0
+
+
+def test_a_run_spends_the_time_of_its_thread_after_the_first_report(monkeypatch):
+    """Other work of the machine between two reports, of 100 s, does not count."""
+    set_clock(monkeypatch, [0.0, 2.0, 102.0, 103.0], idle=101.0)
+    clock = limits._ThreadClock()
+    assert [clock.spent() for _ in range(3)] == [2.0, 3.0, 4.0]
 
 
 @pytest.mark.parametrize(("share", "words"), [(1e-9, "about .* years"), (0.0, "more time")])

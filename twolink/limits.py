@@ -101,18 +101,25 @@ _USED = 1 / 8
 
 
 class _ThreadClock:
-    """The processor time of the thread (s), at most `_READING` of wall time old."""
+    """The processor time of the thread (s), at most `_READING` of wall time old.
+
+    Until the first reading it is wall time, so that a short run reads no clock of its thread.
+    """
 
     def __init__(self) -> None:
         """Begin at 0."""
-        self._start = thread_time()
-        self._read, self._spent = perf_counter(), 0.0
+        self._begun = self._read = perf_counter()
+        self._start: float | None = None
+        self._spent = 0.0
 
     def spent(self) -> float:
         """Return the processor time since the beginning (s)."""
         now = perf_counter()
         if now - self._read >= _READING:
-            self._read, self._spent = now, thread_time() - self._start
+            read = thread_time()
+            if self._start is None:
+                self._start = read - (now - self._begun)
+            self._read, self._spent = now, read - self._start
         return self._spent
 
 

@@ -42,7 +42,7 @@ def difference(first: Any, second: Any) -> Array:
 
 def apart(earlier: Any, later: Any) -> Array:
     """Return the sizes of the differences of arrays, the second in numbers as long or longer."""
-    if earlier.dtype != later.dtype:
+    if later.dtype not in (earlier.dtype, np.longdouble):
         # NumPy does not convert between long double and heyoka's quadruple numbers.
         earlier = np.vectorize(type(later.flat[0]), otypes=[later.dtype])(earlier)
     return np.asarray(np.abs(later - earlier).astype(float))
