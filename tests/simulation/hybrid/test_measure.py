@@ -21,7 +21,6 @@ from twolink.simulation.hybrid import measure
 from twolink.simulation.hybrid.configurations import Configuration
 from twolink.simulation.hybrid.measure import measured_run
 from twolink.simulation.hybrid.run import hybrid_run
-from twolink.simulation.hybrid.tolerances import MOST_JUMPS
 
 TIMES = np.linspace(0, 2.5, 26)
 SCENE = Scene(
@@ -125,7 +124,7 @@ def test_a_motion_is_known_until_the_laws_end_its_reference(run, judge, failure,
 
 
 def test_a_run_that_ends_early_is_measured_slightly_beyond_its_end(monkeypatch):
-    monkeypatch.setattr(measure, "MOST_JUMPS", 1)
+    monkeypatch.setattr(measure, "_OF_JUMPS_OF_A_JUDGE", 2e-4)
     measured = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
     judge = next(run for run in measured.runs if run.formulation == "kane")
     assert measured.kept.failure
@@ -152,7 +151,8 @@ def test_a_judge_follows_as_many_jumps_as_its_motion_may_take():
     jumps = {t: measure._most_jumps("long double", t) for t in (0.5, 3.0, 4.0, 6.0, 1e3)}
     assert jumps == {0.5: 6_000, 3.0: 6_000, 4.0: 8_000, 6.0: 12_000, 1e3: 12_000}
     assert measure._most_jumps("quadruple", 1.0) == measure._most_jumps("quadruple", 1e3) == 2_000
-    assert measure._most_jumps("double", 0.1) == MOST_JUMPS
+    assert measure._most_jumps("double", 0.1) == 5_625
+    assert measure._most_jumps("double", 1e3) == 11_250
 
 
 def test_a_longer_run_replaces_a_shorter_one():

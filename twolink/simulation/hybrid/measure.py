@@ -29,7 +29,7 @@ from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS, differences
 from twolink.simulation.hybrid.doubts import reason_of
 from twolink.simulation.hybrid.effort import Effort
 from twolink.simulation.hybrid.run import HybridRun, hybrid_run
-from twolink.simulation.hybrid.tolerances import BEYOND, MOST_JUMPS, PATIENCE
+from twolink.simulation.hybrid.tolerances import BEYOND, PATIENCE
 from twolink.simulation.run import ENDS_EARLY
 from twolink.simulation.smooth.equations import EQUATIONS
 
@@ -51,6 +51,10 @@ _MOST_JUMPS: dict[PrecisionName, int] = {
 # takes half a millisecond, and motions with more of them in a short time do not end in most cases:
 # bounces accumulate while a load presses on.
 _JUMPS_OF_A_SECOND, _JUMPS_OF_ANY = 2_000, 6_000
+
+# The part of these jumps that a run in double precision may take: the one that measures it in long
+# doubles goes slightly beyond its end.
+_OF_JUMPS_OF_A_JUDGE = 15 / 16
 
 # A step on a pressed stiff surface takes a quarter of a millisecond in long double precision. Runs
 # with more of them are ended.
@@ -263,10 +267,11 @@ class _Runs:
 
 def _most_jumps(precision: PrecisionName, duration: float) -> int:
     """Return the number of jumps after which a run of a motion (s) is ended."""
-    most = _MOST_JUMPS.get(precision, MOST_JUMPS)
-    if precision != "long double":
-        return most
-    return min(most, max(_JUMPS_OF_ANY, math.ceil(_JUMPS_OF_A_SECOND * duration)))
+    if precision == "quadruple":
+        return _MOST_JUMPS[precision]
+    of_time = max(_JUMPS_OF_ANY, math.ceil(_JUMPS_OF_A_SECOND * duration))
+    of_judge = min(_MOST_JUMPS["long double"], of_time)
+    return of_judge if precision == "long double" else int(_OF_JUMPS_OF_A_JUDGE * of_judge)
 
 
 @dataclass(frozen=True)

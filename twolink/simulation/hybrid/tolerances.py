@@ -80,8 +80,7 @@ MOST_JUMPS_AT_ONCE = 400
 PATIENCE = 1500
 
 # Jumps before a run is given up: bounces without loss that a load presses on never end, and take a
-# time that grows without bound as they grow lower. Read by effort, zeno and
-# measure.
+# time that grows without bound as they grow lower. Read by effort and zeno.
 MOST_JUMPS = 16_000
 
 # Zeno times (below). After a flight that lasts longer the bounces do not die away at once, unless
