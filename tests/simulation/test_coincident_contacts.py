@@ -1,12 +1,15 @@
-"""Two contacts of one and the same point: a mass centre at the end of its link, on one surface."""
+"""Contacts that are made at one instant: of one point twice, and of two points of a link."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from tests.campaign.checks import violations
 from twolink.chain import Chain
+from twolink.contact.states import ContactState as S
+from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.end_drag import EndDrag
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
@@ -92,3 +95,26 @@ def test_a_jammed_slide_throws_both_names_of_a_point_off_the_surface(on):
     assert np.abs(both.q - one.q).max() <= one.error + both.error
     # The point rests after its last small bounce.
     assert str(both.events[-1].mode).endswith("on surface sticks")
+
+
+@pytest.mark.parametrize("length", [0.3, 0.7, 1.1])
+@pytest.mark.parametrize("angle", [0.0, 0.7, 1.1, -0.4, -1.3])
+def test_a_link_that_falls_flat_onto_a_cushion_through_A_slides_towards_A(angle, length):
+    """B and C1 touch at once, where their tangential speed is zero, and turn towards A beyond.
+
+    The sign of that speed is round-off of the pose, which differs with the angle of the surface.
+    """
+    normal = (math.sin(angle), -math.cos(angle))
+    cushion = CompliantSurface(
+        (0.0, 0.0), normal, "hertz", stiffness=1e5, on=("B", "C1"), friction=0.4
+    )
+    gravity = Gravity(direction=(-normal[0], -normal[1]))
+    chain = Chain.uniform_bars((1.0, 1.0), (length, 0.5))
+    scene = Scene(chain, (angle - 0.5, angle - 1.0), (1.0, 0.0), 1.0, (cushion, gravity))
+    found = simulate(scene)
+    modes = [event.mode.states for event in found.events]
+    free = (S.OPEN, S.OPEN)
+    begun = [after for before, after in pairwise(modes) if before == free]
+    assert len(begun) >= 2
+    assert set(begun) == {(S.BACKWARD, S.BACKWARD)}
+    assert not violations(found)

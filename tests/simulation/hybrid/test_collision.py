@@ -57,6 +57,13 @@ def test_the_direction_of_a_slide_is_the_sign_of_its_speed_beyond_rounding():
     assert direction_of(system, (1.0, 0.0), (1e-9, 0.0), (1e-16, 0.0)) == 1
 
 
+def test_the_sign_of_a_row_that_is_round_off_is_no_direction():
+    """The tangent of a surface through A, in the pose in which a link lies on it."""
+    system = stopped_chain()
+    assert direction_of(system, (1.4e-17, 0.0), (-6.0, 1.0), (-6.0, 1.0)) == 0
+    assert direction_of(system, (1.4e-9, 0.0), (-6.0, 1.0), (-6.0, 1.0)) == -1
+
+
 def test_a_slide_without_a_speed_has_only_begun():
     system = system_of(JointFriction((1.0, 1.0)))
     pose = Pose(system.chain, lagrange, (0.3, 0.2))

@@ -21,6 +21,7 @@ from twolink.simulation.hybrid.impact import (
 )
 from twolink.simulation.hybrid.impact_order import choices
 from twolink.simulation.hybrid.mode import Doubt, Remark
+from twolink.simulation.hybrid.noise import vanishes
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import resolve
 from twolink.simulation.hybrid.state import HybridState, put
@@ -239,8 +240,9 @@ def still_sliding(system: HybridSystem, state: HybridState, pose: Pose) -> tuple
 
 
 def direction_of(system: HybridSystem, row: Pair, before: Pair, u: Pair) -> int:
-    """Return the sign of row · u, 0 within round-off."""
-    if at_rest(row, u, system.rounding) or is_left_over(row, u, before, system.rounding):
+    """Return the sign of row · u, 0 within round-off of the speeds and of the pose."""
+    rounding = system.rounding
+    if vanishes(system, row) or at_rest(row, u, rounding) or is_left_over(row, u, before, rounding):
         return 0
     return 1 if speed_along(row, u) > 0 else -1
 
