@@ -1,5 +1,6 @@
 """The checks of the campaign fail on tampered trajectories, and pass on correct ones."""
 
+import math
 import os
 import time
 from dataclasses import replace
@@ -23,6 +24,7 @@ from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
+from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 
 BARS = Chain.uniform_bars((1.0, 1.0), (1.0, 1.0))
@@ -62,9 +64,28 @@ def cushioned():
     return simulate(Scene(BARS, (0.4, 0.7), (0.0, 0.0), 1.0, (Gravity(), pad)))
 
 
+def ramp(static):
+    """Link 1 is at rest on a rough floor, and link 2 hangs, until a torque exceeds the frictions.
+
+    The floor and the joint A hold link 1 together.
+    """
+    floor = Surface((0.0, 0.0), (0.0, -1.0), friction=0.2, on=("B",), name="floor")
+    torque = SampledTorque((0.0, 2.0), (0.0, -40.0), (0.0, 0.0), interpolation="linear")
+    effects = (Gravity(), torque, floor, JointFriction((1.0, 0.5), (static, 0.5)))
+    return Scene(BARS, (0.0, math.pi / 2), (0.0, 0.0), 2.0, effects)
+
+
 @pytest.fixture(scope="module")
-def runs(sliding, bouncing, cushioned):
-    return {"sliding": sliding, "bouncing": bouncing, "cushioned": cushioned}
+def leaving():
+    """A chain at rest on a floor leaves it when a torque lifts it."""
+    return simulate(ramp(static=1.5))
+
+
+@pytest.fixture(scope="module")
+def runs(sliding, bouncing, cushioned, leaving):
+    return {
+        "sliding": sliding, "bouncing": bouncing, "cushioned": cushioned, "leaving": leaving,
+    }  # fmt: skip
 
 
 def moved(run, dq=0.0, du=0.0, since=0.0):
@@ -166,6 +187,7 @@ TAMPERINGS = [
     ("rest", "sliding", lambda run: moved(run, dq=-1e-6)),
     ("rest", "sliding", lambda run: in_states(run, FORWARD="STICKS", BACKWARD="STICKS")),
     ("rest", "bouncing", lambda run: in_states(run, FORWARD="PRESSED_FORWARD")),
+    ("departure", "leaving", lambda run: Tampered(run, scene=ramp(static=3.0))),
     ("compliant law", "cushioned", lambda run: forced(run, PAD, normal=1.0001)),
     ("samples", "sliding", lambda run: Tampered(run, q=run.q + 1e-5)),
     ("q' = u", "sliding", lambda run: moved(run, du=1e-5)),
@@ -182,7 +204,7 @@ TAMPERINGS = [
 ]
 
 
-@pytest.mark.parametrize("name", ["sliding", "bouncing", "cushioned"])
+@pytest.mark.parametrize("name", ["sliding", "bouncing", "cushioned", "leaving"])
 def test_a_good_trajectory_passes_all_checks(runs, name):
     assert violations(runs[name]) == []
 
@@ -204,7 +226,7 @@ def test_the_reported_error_is_held_against_a_reference(sliding):
     assert parting(moved(sliding, du=2e-8, since=1.2), sliding)
 
 
-@pytest.mark.parametrize("name", ["sliding", "bouncing", "cushioned"])
+@pytest.mark.parametrize("name", ["sliding", "bouncing", "cushioned", "leaving"])
 def test_knots_of_a_zero_torque_are_held_against_a_trajectory(runs, name):
     wrong, remark = undisturbed(runs[name], np.random.default_rng(3))
     assert wrong == []

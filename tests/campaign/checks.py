@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from tests.campaign.checks_of_motion import MOTION
+from tests.campaign.departures import rest_is_left_for_a_cause
 from tests.campaign.seen import CUSHION, FRICTION, OBSTACLE, RESTING, SLIDING, Seen
 from tests.campaign.verdict import Verdict, worst
 
@@ -295,6 +296,7 @@ CHECKS: dict[str, Callable[[Seen], Verdict]] = {
     "direction": directions_agree,
     "friction drives": friction_brakes,
     "rest": rest_is_rest,
+    "departure": rest_is_left_for_a_cause,
     "compliant law": compliant_laws_hold,
     **MOTION,
 }
