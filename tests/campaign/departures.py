@@ -19,8 +19,10 @@ _TO_SPARE = 0.02
 # A chain whose links turn slower (rad/s) is at rest, and a gap that is smaller (rad, m) closed.
 _AT_REST, _CLOSED = 1e-13, 1e-12
 
-# The time (s) after a departure at which the chain moves, and that beside a jump of the loads.
-_LATER, _BESIDE = 1e-3, 1e-9
+# The time (s) after a departure at which the chain moves, and those at which the loads are looked
+# at: beside a jump, and later, as a linear program does not see loads that have just changed sign.
+_LATER = 1e-3
+_LOOKS = (1e-9, 0.25 * _LATER, 0.5 * _LATER, 0.75 * _LATER, _LATER)
 
 # Of more departures than this some are looked at, evenly spread.
 _MOST_DEPARTURES = 40
@@ -41,7 +43,7 @@ def rest_is_left_for_a_cause(seen: Seen) -> Verdict:
     if len(found) > _MOST_DEPARTURES:
         found = found[np.linspace(0, len(found) - 1, _MOST_DEPARTURES).astype(int)]
     for time in found:
-        if _can_rest(seen, float(time)):
+        if all(_can_rest(seen, float(time), later) for later in _LOOKS):
             return (
                 f"the chain leaves its rest at {time:.9g} s, though forces that need at most"
                 f" {1 - _TO_SPARE:.0%} of static friction hold it"
@@ -62,11 +64,14 @@ def _departures(seen: Seen) -> Any:
     return entered[1:][rested & (np.abs(after).max(axis=0) > 10 * seen.slack)]
 
 
-def _can_rest(seen: Seen, time: float) -> bool:
-    """Return whether forces hold the chain in its pose at a time (s), with some to spare."""
+def _can_rest(seen: Seen, time: float, later: float) -> bool:
+    """Return whether forces hold the chain in its pose at a time (s), with some to spare.
+
+    The loads are those that act `later` (s).
+    """
     q, _ = seen.trajectory.at([time])
     at_rest = np.zeros((2, 1))
-    load, sizes = seen.smooth_force(q, at_rest, np.array([time + _BESIDE]))
+    load, sizes = seen.smooth_force(q, at_rest, np.array([time + later]))
     held, bounds, cones = load[:, 0].copy(), [], []
     columns: list[Any] = []
 
