@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from twolink.simulation.smooth.numeric import NumericRun
 
 # The least number of times at which smooth runs are compared, in all and between two samples.
-_CHECKED_IN_ALL, _CHECKED = 256, 8
+_CHECKED_IN_ALL, _CHECKED = 256, 2
 
 # The method that takes the place of Taylor series where heyoka is not installed.
 _STAND_IN: NumericName = "DOP853"
