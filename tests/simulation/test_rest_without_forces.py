@@ -5,7 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from tests.campaign.checks import violations
 from twolink.chain import Chain
+from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.surface import Surface
 from twolink.scene import Scene
@@ -48,3 +50,32 @@ def test_a_chain_that_hangs_along_a_wall_down_to_a_floor_stays_at_rest(
     assert run.met
     assert np.abs(run.u).max() <= run.error
     assert run.error < 1e-13
+
+
+MATERIAL = {"radius": 0.02, "modulus": (2e11, 7e10), "poisson": (0.3, 0.3), "strength": (1e9, 1e9)}
+
+
+@pytest.mark.parametrize("accuracy", [1e-9, 1e-14])
+@pytest.mark.parametrize("points", [("D",), ("D", "C2"), ("B", "D")])
+@pytest.mark.parametrize(
+    ("law", "numbers"),
+    [
+        ("hertz", {"stiffness": 1e5}),
+        ("hunt-crossley", {"stiffness": 1e5, "loss": 0.3}),
+        ("elasto-plastic", MATERIAL),
+        ("kelvin-voigt", {"stiffness": 1e5}),
+    ],
+)
+def test_a_stretched_chain_that_is_pressed_into_a_rough_surface_stays(
+    law, numbers, points, accuracy
+):
+    """Friction holds D along the surface, and the chain across it: its series ends at once."""
+    height = 2 * math.sin(1.96) - 1e-4
+    surface = CompliantSurface((0.0, height), (0.0, -1.0), law, friction=0.6, on=points, **numbers)
+    scene = Scene(Chain.uniform_bars(), (1.96, 1.96), (0.0, 0.0), 1.0, (surface,))
+    found = simulate(scene, accuracy=accuracy)
+    assert found.met
+    assert found.notes == ()
+    assert np.abs(found.q - 1.96).max() <= found.error
+    assert np.abs(found.u).max() <= found.error
+    assert not violations(found)

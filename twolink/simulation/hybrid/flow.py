@@ -277,6 +277,7 @@ def _take_steps(course: _Course, ahead: int, longest: Any) -> tuple[Block, bool,
     by_time, watches_integrals = clock is None, integrals.stop > integrals.start
     complete, falling = _complete(), compiled.falling
     span, shortest = until - state.t, SHORTEST_STEP if by_time else 0
+    longest_press = None if by_time else _longest_press(compiled, state, span)
     taken = _Taken([], [], [])
     over, failure = False, ""
     for _ in range(ahead):
@@ -288,7 +289,7 @@ def _take_steps(course: _Course, ahead: int, longest: Any) -> tuple[Block, bool,
                 break
             outcome, length = step(left if left < longest else longest, True)
         else:
-            outcome, length = step(write_tc=True)
+            outcome, length = step(longest_press, True)
         if outcome.value not in complete:
             failure = failure_of(outcome)
             break
@@ -304,6 +305,19 @@ def _take_steps(course: _Course, ahead: int, longest: Any) -> tuple[Block, bool,
         if _has_fallen(values, falling):
             break
     return taken.block(tc), over, failure
+
+
+def _longest_press(compiled: CompiledMode, state: HybridState, span: Any) -> Any:
+    """Return a step (s/m^½) of more than the time in which an arc ends if no depth changes.
+
+    The series of a chain that rests on a surface converges everywhere.
+    """
+    longest = 2 * span
+    for index in compiled.roots:
+        root = state.compliant[index].sqrt_depth  # type: ignore[union-attr]
+        # A point that another constraint holds at zero depth does not slow the clock.
+        longest = longest / root if root else longest
+    return longest
 
 
 class _Taken(NamedTuple):
