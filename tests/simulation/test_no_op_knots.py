@@ -48,6 +48,26 @@ def test_a_knot_shortly_before_a_point_leaves_a_soft_surface(law, before):
     assert at_knot[0] == pytest.approx(before_it[0], abs=1e-15)
 
 
+@pytest.mark.parametrize("law", ["hertz", "hunt-crossley"])
+@pytest.mark.parametrize("speed", [1.0, 1e-4])
+@pytest.mark.parametrize("after", [1e-12, 1e-9, 1e-6, 1e-4])
+def test_a_knot_shortly_after_a_point_meets_a_soft_surface(law, speed, after):
+    """The depth of B is sin q1, and its root, by which time passes, begins with zero."""
+    loss = {} if law == "hertz" else {"loss": 0.2}
+    soft = CompliantSurface((0.0, 0.0), (0.0, -1.0), law, stiffness=2000.0, on=("B",), **loss)
+    begin = -0.2 * speed
+
+    def moved(*more):
+        return simulate(Scene(ALONE, (begin, 0.0), (speed, 0.0), 1.0, (soft, *more)))
+
+    free = moved()
+    meets = free.events[1].time
+    assert meets == pytest.approx(0.2, abs=1e-12)
+    knotted = moved(held((0.0, meets + after), (0.0, 0.0)))
+    assert knotted.met
+    assert np.abs(knotted.q - free.q).max() <= knotted.error + free.error
+
+
 @pytest.mark.parametrize("after", [0.0, 1e-12, 1e-11, 1e-10, 1e-9])
 def test_a_knot_within_round_off_of_an_impact(after):
     """Half the speed v until h before 1 s, then a torque a: the stop is struck at 1 s, with v.

@@ -277,7 +277,7 @@ def _take_steps(course: _Course, ahead: int, longest: Any) -> tuple[Block, bool,
     by_time, watches_integrals = clock is None, integrals.stop > integrals.start
     complete, falling = _complete(), compiled.falling
     span, shortest = until - state.t, SHORTEST_STEP if by_time else 0
-    longest_press = None if by_time else _longest_press(compiled, state, span)
+    longest_press = None if by_time else _longest_press(course, span)
     taken = _Taken([], [], [])
     over, failure = False, ""
     for _ in range(ahead):
@@ -307,16 +307,17 @@ def _take_steps(course: _Course, ahead: int, longest: Any) -> tuple[Block, bool,
     return taken.block(tc), over, failure
 
 
-def _longest_press(compiled: CompiledMode, state: HybridState, span: Any) -> Any:
+def _longest_press(course: _Course, span: Any) -> Any:
     """Return a step (s/m^½) of more than the time in which an arc ends if no depth changes.
 
-    The series of a chain that rests on a surface converges everywhere.
+    The series of a chain that rests on a surface converges everywhere. A press begins with a root
+    of zero, and its clock is slow until the root has grown.
     """
+    system, compiled, state = course.system, course.compiled, course.state
     longest = 2 * span
     for index in compiled.roots:
         root = state.compliant[index].sqrt_depth  # type: ignore[union-attr]
-        # A point that another constraint holds at zero depth does not slow the clock.
-        longest = longest / root if root else longest
+        longest = longest / (root or system.least_root)
     return longest
 
 
