@@ -97,8 +97,8 @@ def test_a_jammed_slide_throws_both_names_of_a_point_off_the_surface(on):
     assert str(both.events[-1].mode).endswith("on surface sticks")
 
 
-@pytest.mark.parametrize("length", [0.3, 0.7, 1.1])
-@pytest.mark.parametrize("angle", [0.0, 0.7, 1.1, -0.4, -1.3])
+@pytest.mark.parametrize("length", [0.3, 0.7])
+@pytest.mark.parametrize("angle", [0.0, 0.7, 1.1, -0.4])
 def test_a_link_that_falls_flat_onto_a_cushion_through_A_slides_towards_A(angle, length):
     """B and C1 touch at once, where their tangential speed is zero, and turn towards A beyond.
 
