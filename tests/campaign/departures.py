@@ -27,6 +27,9 @@ _LOOKS = (1e-9, 0.25 * _LATER, 0.5 * _LATER, 0.75 * _LATER, _LATER)
 # Of more departures than this some are looked at, evenly spread.
 _MOST_DEPARTURES = 40
 
+# SciPy's status codes of a linear program with an answer.
+_SOLVED, _INFEASIBLE = 0, 2
+
 # Words of the notes on choices between a rest and a motion that the laws both admit.
 _CHOICES = ("leave a choice", "do not determine", "does not let")
 
@@ -111,4 +114,6 @@ def _has_solution(rows: Any, held: Any, scale: float, bounds: Any, cones: Any) -
         np.zeros(rows.shape[1]), A_ub=cone if cones else None,
         b_ub=np.zeros(len(cone)) if cones else None, A_eq=rows, b_eq=held, bounds=within,
     )  # fmt: skip
-    return bool(found.status == 0)
+    if found.status not in (_SOLVED, _INFEASIBLE):
+        raise RuntimeError(f"the linear program of a rest has no answer: {found.message}")
+    return bool(found.status == _SOLVED)

@@ -21,6 +21,7 @@ from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.doubts import StepOfArc, doubt_of, near_to_zero, with_dip
+from twolink.simulation.hybrid.event_functions import EDGES
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.polishing import horner, lowest
 from twolink.simulation.hybrid.roots import Search, first_fall, with_rest
@@ -97,7 +98,7 @@ class Certificate:
         self._omitted: dict[int, Any] = {}
         self._offsets: dict[int, Any] = {}
         for place in layout.reversed:
-            if self._triggers[place].kind in (EventKind.CLEARS, EventKind.REACHES):
+            if self._triggers[place].kind in EDGES:
                 offset = _offset(system, mode, self._triggers[place])
                 self._offsets[place] = system.number(offset)
 

@@ -36,7 +36,7 @@ from twolink.simulation.hybrid.dynamics import (
     is_fixed,
     mode_solution,
 )
-from twolink.simulation.hybrid.event_functions import OF_GAP, Surfaces, triggers, value
+from twolink.simulation.hybrid.event_functions import EDGES, OF_GAP, Surfaces, triggers, value
 from twolink.simulation.hybrid.mode import Mode
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.stepper import Stepper
@@ -258,7 +258,7 @@ class _Builder:
                 trigger.kind is EventKind.LEAVES and own is not None
             )
             if by_variable:
-                factor = -1.0 if trigger.kind in (EventKind.CLEARS, EventKind.REACHES) else 1.0
+                factor = -1.0 if trigger.kind in EDGES else 1.0
                 watched.append(Watched(trigger, place[str(plain(own))], factor, False))
                 continue
             f = value(trigger, self._system, self._mode, pose, self._u, solution, surfaces)

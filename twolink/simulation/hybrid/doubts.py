@@ -13,12 +13,13 @@ from typing import Any, NamedTuple
 
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.block import Block
+from twolink.simulation.hybrid.event_functions import EDGES
 from twolink.simulation.hybrid.impact import Impacts, usual_change
 from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
 from twolink.simulation.hybrid.polishing import horner, lowest
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.roots import Search
-from twolink.simulation.hybrid.steepness import EDGES, steepness
+from twolink.simulation.hybrid.steepness import steepness
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import (
     FLAT,

@@ -15,6 +15,9 @@ from twolink.simulation.hybrid.tolerances import LOCKING
 # Events whose function is an integration variable, or a constant minus one.
 OF_GAP = (EventKind.HITS, EventKind.CLEARS)
 
+EDGES = (EventKind.CLEARS, EventKind.REACHES)
+"""Events at the ends of the branches of a force law."""
+
 OF_FORCE = (EventKind.LEAVES, EventKind.BREAKS)
 """Events whose functions are those of forces."""
 

@@ -27,6 +27,13 @@ class CoordinateFormulas(NamedTuple):
     bias: Callable[[Pair, Pair], Scalar]
 
 
+class ChainFormulas(NamedTuple):
+    """M11, M12, M22 (kg m²) and det M (kg² m⁴) as a function of q, and C u (N m) of q and u."""
+
+    inertia: Callable[[Pair], tuple[Scalar, ...]]
+    velocity_terms: Callable[[Pair, Pair], Pair]
+
+
 class PoseFormulas:
     """The formulas of all poses of a chain, as functions of q (rad).
 
@@ -40,10 +47,8 @@ class PoseFormulas:
         # By identity: a coordinate takes longer to hash than its row to evaluate. The coordinate is
         # kept, so that no other has its number.
         self._known: dict[int, tuple[ConstraintCoordinate, CoordinateFormulas]] = {}
-        make = _compiled_inertia if compiled else _inertia
-        self.inertia: Callable[[Pair], tuple[Scalar, ...]] = make(chain, formulation)
-        by_speeds = _compiled_velocity_terms if compiled else _velocity_terms
-        self.velocity_terms: Callable[[Pair, Pair], Pair] = by_speeds(chain, formulation)
+        make = _compiled_of_chain if compiled else _of_chain
+        self.inertia, self.velocity_terms = make(chain, formulation)
 
     def of(self, coordinate: ConstraintCoordinate) -> CoordinateFormulas:
         """Return the formulas of a coordinate."""
@@ -56,23 +61,15 @@ class PoseFormulas:
         return known[1]
 
 
-def _inertia(chain: Chain, formulation: EquationsOfMotion) -> Callable[[Pair], tuple[Scalar, ...]]:
-    """Return M11, M12, M22 (kg m²) and det M (kg² m⁴) as a function of q."""
-
+def _of_chain(chain: Chain, formulation: EquationsOfMotion) -> ChainFormulas:
     def inertia(q: Pair) -> tuple[Scalar, ...]:
         (M11, M12), (_, M22) = formulation.mass_matrix(chain, q)
         return M11, M12, M22, formulation.determinant(chain, q)
 
-    return inertia
-
-
-def _velocity_terms(chain: Chain, formulation: EquationsOfMotion) -> Callable[[Pair, Pair], Pair]:
-    """Return C u (N m) as a function of q and u."""
-
     def velocity_terms(q: Pair, u: Pair) -> Pair:
         return formulation.velocity_terms(chain, q, u)
 
-    return velocity_terms
+    return ChainFormulas(inertia, velocity_terms)
 
 
 def _formulas(
@@ -97,17 +94,9 @@ def _formulas(
 
 
 @functools.lru_cache(maxsize=64)
-def _compiled_inertia(
-    chain: Chain, formulation: EquationsOfMotion
-) -> Callable[[Pair], tuple[Scalar, ...]]:
-    return Compiled(_inertia(chain, formulation)).of_floats
-
-
-@functools.lru_cache(maxsize=64)
-def _compiled_velocity_terms(
-    chain: Chain, formulation: EquationsOfMotion
-) -> Callable[[Pair, Pair], Pair]:
-    return Compiled(_velocity_terms(chain, formulation)).of_floats
+def _compiled_of_chain(chain: Chain, formulation: EquationsOfMotion) -> ChainFormulas:
+    plain = _of_chain(chain, formulation)
+    return ChainFormulas(*(Compiled(formula).of_floats for formula in plain))
 
 
 @functools.lru_cache(maxsize=256)

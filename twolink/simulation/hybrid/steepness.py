@@ -15,17 +15,14 @@ from twolink.compilation import Compiled
 from twolink.contact.states import EventKind
 from twolink.errors import ParameterError
 from twolink.simulation.hybrid.dynamics import mode_solution
-from twolink.simulation.hybrid.event_functions import OF_FORCE, Surfaces, value
+from twolink.simulation.hybrid.event_functions import EDGES, OF_FORCE, Surfaces, value
 from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import DIFFERENCE, FLAT
 
-EDGES = (EventKind.CLEARS, EventKind.REACHES)
-"""Events at the ends of the branches of a force law."""
-
 # Evaluations after which the formula of an event function is compiled, which takes as long as some
-# fifty of them. A compiled one takes a twentieth of the time.
+# twenty of them. A compiled one takes a fiftieth of the time.
 _WORTH_COMPILING = 32
 
 

@@ -202,8 +202,7 @@ MOST_TOGETHER = 4
 NEAR_EDGE, NEAR_END = 1e-6, 1e-6
 
 # Change of an angle (rad) or a speed (rad/s) for the derivatives of event functions, and part of
-# the longest step for those in time. Read by replayed_order and
-# steepness.
+# the longest step for those in time. Read by replayed_order and steepness.
 DIFFERENCE = 2.0**-20
 
 # The least derivative of an event function (1/rad, 1/s) that such differences show. Read by doubts,
