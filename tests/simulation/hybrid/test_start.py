@@ -140,6 +140,23 @@ def test_a_start_is_in_the_numbers_of_the_precision(precision):
     assert [float(x) for x in state.q] == list(Q)
 
 
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_elements_along_one_line_slide_or_rest_together_in_every_precision(precision):
+    """The tip of a folded chain rests but for the rounding of float64, which is a speed beside it.
+
+    If its friction on a surface slid while that of the end force stuck, no mode would have both.
+    """
+    bars = Chain.uniform_bars(length=(1.0, 0.7))
+    for angle in (-2.5, 0.37, 1.13, 2.9):
+        q, u = (angle, angle + math.pi), (1.1, 1.1 / 0.7)
+        tip = tuple(position(bars, q, bars.D))
+        surface = CompliantSurface(tip, (0.0, -1.0), "kelvin-voigt", 1e4, friction=0.5)
+        system = system_of(EndForce(5.0, 0.3), surface, chain=bars, precision=precision)
+        state = state_of(system, q, u)
+        assert state.touching == {1}
+        assert state.sliding == (0, 0)
+
+
 def test_a_start_on_a_stiff_surface_is_placed_on_it_in_every_precision():
     """A float64 pose misses the surface by rounding, and 1e12 N/m make 1e-4 N of that."""
     for precision in ("double", "long double", "quadruple"):

@@ -43,6 +43,7 @@ def start_state(system: HybridSystem, scene: Scene) -> HybridState:
     u = number(scene.u[0]), number(scene.u[1])
     given = _given_pose(system, scene)
     pose, near = _touched_pose(system, given)
+    sliding = tuple(_sliding(given, element, u) for element in system.elements)
     state = HybridState(
         t=number(0),
         q=pose.q,
@@ -52,7 +53,7 @@ def start_state(system: HybridSystem, scene: Scene) -> HybridState:
             for index, element in enumerate(system.elements)
         ),
         touching=frozenset(),
-        sliding=tuple(_sliding(given, element, u) for element in system.elements),
+        sliding=sliding,
         compliant=tuple(compliant_state.undisturbed(element) for element in system.elements),
     )
     for index, element in enumerate(system.elements):
@@ -64,7 +65,8 @@ def start_state(system: HybridSystem, scene: Scene) -> HybridState:
             except IntegrationError as error:
                 # A start beyond the range of a law is refused.
                 raise SimulationError(str(error)) from error
-    return _at_rest_on_contacts(system, state, pose)
+    # A press decides its slide by the rounding of the system, and elements on its line by float64.
+    return _at_rest_on_contacts(system, state._replace(sliding=sliding), pose)
 
 
 def through_start(system: HybridSystem, scene: Scene) -> HybridSystem:
