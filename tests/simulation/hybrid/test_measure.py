@@ -1,7 +1,8 @@
 """The measured error against closed forms, and the choice between runs."""
 
 from dataclasses import replace
-from threading import Barrier, get_ident
+from threading import Barrier, Event, get_ident
+from time import monotonic, sleep
 
 import numpy as np
 import pytest
@@ -279,6 +280,31 @@ def test_two_quadruple_runs_are_made_in_two_threads(monkeypatch):
     runs = measure._Runs(SCENE, TIMES, "lagrange", lambda name: None, DEFAULT_LIMITS)
     runs.trial(QUADRUPLE, 1e-9)
     assert len(threads - {get_ident()}) == 2
+
+
+def test_a_run_is_abandoned_where_the_laws_end_its_judge(monkeypatch):
+    """The judge fails at once, and the run would take a minute; there is a longer pair."""
+    abandoned = Event()
+
+    def made(*given, formulation, progress, **options):
+        found = hybrid_run(*given, formulation=formulation, **options)
+        if formulation == "kane":
+            return replace(found, failure="the modes follow each other")
+        end = monotonic() + 60
+        try:
+            while monotonic() < end:
+                progress(0.5)
+                sleep(0.01)
+        finally:
+            abandoned.set()
+        return found
+
+    monkeypatch.setattr(measure, "hybrid_run", made)
+    runs = measure._Runs(SCENE, TIMES, "lagrange", lambda name: None, DEFAULT_LIMITS)
+    with pytest.raises(measure._JudgeFailsError):
+        runs.trial(QUADRUPLE, 1e-9, is_last=False)
+    assert abandoned.wait(5.0)
+    assert [key[2] for key in runs.known] == ["kane"]
 
 
 def test_an_interrupted_pair_ends_both_runs(monkeypatch):

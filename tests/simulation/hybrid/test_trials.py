@@ -1,6 +1,8 @@
 """The trial of modes: as if each were solved by itself."""
 
 import random
+from functools import partial
+from itertools import product
 
 import pytest
 
@@ -18,7 +20,7 @@ from twolink.simulation.hybrid.complementarity import (
     is_solvable,
     problem_at,
 )
-from twolink.simulation.hybrid.dynamics import solve
+from twolink.simulation.hybrid.dynamics import accelerated, is_fixed, solve
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.trials import Trials
 
@@ -77,6 +79,44 @@ def test_the_candidates_are_the_modes_that_violate_no_condition(seed):
             several += len(expected) > 0
     assert tried > 300
     assert several > 20
+
+
+def test_the_conceivable_modes_are_those_whose_slides_are_free_and_constraints_few():
+    """The elements' holds are chosen first, and the states after them; here all states at once."""
+    count = 0
+    for problem in problems(3):
+        found = [mode.states for flag in (False, True) for mode in conceivable(problem, flag)]
+        assert len(found) == len(set(found))
+        assert set(found) == set(filter(partial(_is_free, problem), product(*problem.options)))
+        count += len(found)
+    assert count > 300
+
+
+def _is_free(problem, states):
+    elements, chain = problem.system.elements, problem.system.scene_chain
+    held = [c for e, own in zip(elements, states, strict=True) for c in e.holds(own)]
+    rests = (S.PRESSED_FORWARD, S.PRESSED_BACKWARD, S.CLOSED)
+    return len(held) <= 2 and all(
+        own.slips != is_fixed(element.tangent, held, chain)
+        for element, own in zip(elements, states, strict=True)
+        if element.tangent is not None and (own.slips or own in rests)
+    )
+
+
+def test_a_mode_is_solved_once(monkeypatch):
+    """The passes with and without the preference for sticking have the same modes."""
+    solved = []
+
+    def counted(equations, shares):
+        solved.append(shares)
+        return accelerated(equations, shares)
+
+    monkeypatch.setattr(trials, "accelerated", counted)
+    problem = problem_of(JointFriction((1.0, 2.0)), JointTorque((1.5, 0.5)))
+    shared = Trials(problem)
+    passes = [[c.states for c in shared.candidates(False, first)] for first in (True, False)]
+    assert 0 < len(solved) <= len(conceivable(problem, False))
+    assert passes[1] == list(by_definition(problem, False))
 
 
 def test_an_element_that_could_stick_does_not_begin_to_slide_unless_asked():

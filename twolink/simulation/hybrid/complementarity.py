@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from twolink.chain import Chain, Point
-from twolink.contact.coordinates import PointCoordinate
+from twolink.contact.coordinates import ConstraintCoordinate, PointCoordinate
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState
 from twolink.integration.precisions import PRECISIONS
@@ -143,10 +143,8 @@ def _conceivable(
 ) -> tuple[tuple[Conceivable, ...], tuple[Conceivable, ...]]:
     """Return the conceivable modes without saturated friction, and those with it."""
     found: tuple[list[Conceivable], list[Conceivable]] = ([], [])
-    for places in itertools.product(*(range(len(states)) for states in options)):
+    for places in sorted(_places(system, options)):
         states = tuple(own[place] for own, place in zip(options, places, strict=True))
-        if not _is_conceivable(system, states):
-            continue
         counts = [len(e.holds(own)) for e, own in zip(system.elements, states, strict=True)]
         bound = tuple((i, states[i]) for i, count in enumerate(counts) if count)
         firsts = tuple(itertools.accumulate(counts, initial=0))
@@ -156,20 +154,65 @@ def _conceivable(
     return tuple(found[0]), tuple(found[1])
 
 
+def _places(system: HybridSystem, options: tuple[States, ...]) -> Iterator[tuple[int, ...]]:
+    """Yield the places of the states of each conceivable mode among the options.
+
+    The coordinates that elements hold are chosen first: they decide which slides are free.
+    """
+    elements, chain = system.elements, system.scene_chain
+    for held_by in _holdings(elements, options):
+        held = [coordinate for own in held_by for coordinate in own]
+        suited = (
+            [
+                place
+                for place, state in enumerate(states)
+                if element.holds(state) == own and _is_suited(element, state, held, chain)
+            ]
+            for element, states, own in zip(elements, options, held_by, strict=True)
+        )
+        yield from itertools.product(*suited)
+
+
+def _holdings(
+    elements: Sequence[ContactElement], options: tuple[States, ...]
+) -> list[tuple[tuple[ConstraintCoordinate, ...], ...]]:
+    """Return the coordinates that each element may hold, no more in all than the chain takes."""
+    found: list[tuple[int, tuple[tuple[ConstraintCoordinate, ...], ...]]] = [(0, ())]
+    for element, states in zip(elements, options, strict=True):
+        # Numbers of quadruple precision cannot be keys.
+        every = [element.holds(state) for state in states]
+        able = [own for place, own in enumerate(every) if own not in every[:place]]
+        found = [
+            (count + len(own), (*others, own))
+            for count, others in found
+            for own in able
+            if count + len(own) <= MOST_CONSTRAINTS
+        ]
+    return [held_by for _, held_by in found]
+
+
+def _is_suited(
+    element: ContactElement,
+    state: ContactState,
+    held: Sequence[ConstraintCoordinate],
+    chain: Chain,
+) -> bool:
+    """Return whether an element can slide, or rest with saturated friction, where others hold."""
+    if element.tangent is None or state in (ContactState.STICKS, ContactState.OPEN):
+        return True
+    return state.slips != is_fixed(element.tangent, held, chain)
+
+
 def _is_conceivable(system: HybridSystem, states: States) -> bool:
     """Return whether a mode has no more constraints than the chain takes, and its slides are free.
 
     Saturated friction is where other elements hold. This does not depend on the pose.
     """
     held = held_coordinates(system.elements, states)
-    if len(held) > MOST_CONSTRAINTS:
-        return False
-    for element, state in zip(system.elements, states, strict=True):
-        if element.tangent is None or state in (ContactState.STICKS, ContactState.OPEN):
-            continue
-        if state.slips == is_fixed(element.tangent, held, system.scene_chain):
-            return False
-    return True
+    return len(held) <= MOST_CONSTRAINTS and all(
+        _is_suited(element, state, held, system.scene_chain)
+        for element, state in zip(system.elements, states, strict=True)
+    )
 
 
 def is_solvable(problem: Problem, states: States) -> bool:

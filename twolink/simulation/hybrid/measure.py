@@ -117,10 +117,13 @@ def measured_run(
     every = list(configurations(accuracy))
     for configuration in every:
         hopeless = seen is not None and seen.expected(configuration) > accuracy
-        if configuration is not every[-1] and (hopeless or runs.judge_fails(configuration)):
+        is_last = configuration is every[-1]
+        if hopeless and not is_last:
             continue
         try:
-            trial = runs.trial(configuration, accuracy)
+            trial = runs.trial(configuration, accuracy, is_last=is_last)
+        except _JudgeFailsError:
+            continue
         except TooMuchError as error:
             if best is not None:
                 break
@@ -145,6 +148,10 @@ def measured_run(
     return Measured(kept, best.errors, best.judge, tuple(runs.known.values()), measuring)
 
 
+class _JudgeFailsError(Exception):
+    """The run that measures another one of its own precision ends before the motion does."""
+
+
 _Key = tuple[PrecisionName, int, FormulationName]
 
 
@@ -163,10 +170,16 @@ class _Runs:
     limits: Limits
     known: dict[_Key, HybridRun] = field(default_factory=dict)
 
-    def trial(self, configuration: Configuration, accuracy: float) -> _Trial | None:
-        """Return a run and its errors, or None if its order is too low for its number of steps."""
+    def trial(
+        self, configuration: Configuration, accuracy: float, *, is_last: bool = True
+    ) -> _Trial | None:
+        """Return a run and its errors, or None if its order is too low for its number of steps.
+
+        Unless it is the last, raises `_JudgeFailsError` as soon as the judge of a run in its own
+        precision ends before the motion does: no time is spent on the run.
+        """
         if configuration.is_long:
-            self._make_both(configuration)
+            self._make_both(configuration, measures=not is_last)
         kept = self.kept(configuration)
         many = kept.steps > _MANY_STEPS_OF_A_LOW_ORDER or (kept.failure and kept.exhausted)
         if configuration.order < BEST_ORDER and many:
@@ -179,20 +192,26 @@ class _Runs:
         spent = perf_counter() - begun
         return _Trial(kept, judge, errors, accuracy, float(self.times[-1]), spent)
 
-    def judge_fails(self, configuration: Configuration) -> bool:
-        """Return whether the judge of a configuration is known to end before the motion does."""
-        key = configuration.judge, configuration.judging_order, self._other
-        return key in self.known and bool(self.known[key].failure)
+    def _make_both(self, configuration: Configuration, *, measures: bool) -> None:
+        """Make the runs of a configuration, each in a thread: their steps need no interpreter.
 
-    def _make_both(self, configuration: Configuration) -> None:
-        """Make the runs of a configuration, each in a thread: their steps need no interpreter."""
+        With `measures` raises `_JudgeFailsError` if the laws end the judge before the motion ends.
+        """
         own = configuration.precision, configuration.order, self.own
         other = configuration.judge, configuration.judging_order, self._other
         missing = [key for key in (own, other) if key not in self.known]
 
-        def made(key: _Key) -> Callable[[Callable[[], None]], HybridRun]:
-            return lambda go_on: self._run(key, self.scene.duration, go_on)
+        def checked(key: _Key, run: HybridRun) -> HybridRun:
+            if measures and key == other and run.failure and not run.exhausted:
+                self.known[key] = run
+                raise _JudgeFailsError
+            return run
 
+        def made(key: _Key) -> Callable[[Callable[[], None]], HybridRun]:
+            return lambda go_on: checked(key, self._run(key, self.scene.duration, go_on))
+
+        if other in self.known:
+            checked(other, self.known[other])
         self.known.update(zip(missing, side_by_side(*map(made, missing)), strict=True))
 
     def is_made(self, configuration: Configuration) -> bool:

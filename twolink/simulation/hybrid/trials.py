@@ -24,7 +24,8 @@ class Trials:
     """The modes of a problem, each solved until a condition is violated.
 
     The shares of the elements in the equations are computed once for each of their states, and the
-    forces of an element once a condition asks for them.
+    forces of an element once a condition asks for them. A mode is solved once, although it may be
+    conceivable in several passes.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -36,6 +37,7 @@ class Trials:
             for element, own, options in zip(elements, terms, problem.options, strict=True)
         ]
         self._independent: dict[tuple[tuple[int, ContactState], ...], bool] = {}
+        self._known: dict[States, Candidate | None] = {}
 
     def candidates(
         self, with_pressed: bool, sticking_first: bool = True, *, beginning: bool = True
@@ -48,10 +50,9 @@ class Trials:
         for mode in conceivable(self._problem, with_pressed):
             if mode.begins and not beginning:
                 continue
-            shares = [own[place] for own, place in zip(self._shares, mode.places, strict=True)]
-            if not self._is_independent(mode, shares):
-                continue
-            candidate = self._tried(mode, shares)
+            if mode.states not in self._known:
+                self._known[mode.states] = self._tried(mode)
+            candidate = self._known[mode.states]
             if candidate is not None and not (sticking_first and self._could_stick(mode.states)):
                 yield candidate
 
@@ -62,9 +63,12 @@ class Trials:
             found = self._independent[mode.bound] = is_independent(self._problem, shares)
         return found
 
-    def _tried(self, mode: Conceivable, shares: list[Share]) -> Candidate | None:
+    def _tried(self, mode: Conceivable) -> Candidate | None:
         """Return a mode as a candidate, or None at the first condition that it violates."""
         problem = self._problem
+        shares = [own[place] for own, place in zip(self._shares, mode.places, strict=True)]
+        if not self._is_independent(mode, shares):
+            return None
         system, equations, noise = problem.system, problem.equations, problem.noise
         du, multipliers = accelerated(equations, shares)
         decided: list[Condition] = []
