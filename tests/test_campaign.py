@@ -216,6 +216,17 @@ def test_a_check_fires_on_a_tampered_run(runs, check, name, tamper):
     assert "cannot be checked" not in sentence
 
 
+def test_a_surface_that_a_point_cannot_get_beyond_holds_no_chain():
+    """B is at its farthest place, where its force would have no lever arm."""
+    ceiling = Surface((0.0, 1.0), (0.0, -1.0), friction=0.5, on=("B",), name="ceiling")
+    torque = SampledTorque((0.0, 2.0), (0.0, 2.0), (0.0, 0.0), interpolation="linear")
+    effects = (torque, ceiling, JointFriction((1.0, 1.0)))
+    run = simulate(Scene(BARS, (math.pi / 2, 0.0), (0.0, 0.0), 1.5, effects))
+    assert abs(run.u[0, run.t < 1.0]).max() == 0
+    assert abs(run.u[0, -1]) > 0.01
+    assert CHECKS["departure"](Seen(run)) is None
+
+
 def test_each_check_has_a_tampering_that_it_detects():
     assert {check for check, *_ in TAMPERINGS} == set(CHECKS)
 

@@ -19,6 +19,10 @@ _TO_SPARE = 0.02
 # A chain whose links turn slower (rad/s) is at rest, and a gap that is smaller (rad, m) closed.
 _AT_REST, _CLOSED = 1e-13, 1e-12
 
+# A surface that a point cannot get beyond has no force: at its farthest place the point has no
+# lever arm (m), or 1e-16 m by round-off.
+_NO_LEVER = 1e-12
+
 # The time (s) after a departure at which the chain moves, and those at which the loads are looked
 # at: beside a jump, and later, as a linear program does not see loads that have just changed sign.
 _LATER = 1e-3
@@ -95,7 +99,7 @@ def _can_rest(seen: Seen, time: float, later: float) -> bool:
             held += push * element.way.row(seen.chain, q)[:, 0]
             if element.tangent is not None:
                 add(element.tangent, -limit * push, limit * push)
-        elif gap <= _CLOSED:
+        elif gap <= _CLOSED and np.abs(element.way.row(seen.chain, q)).max() > _NO_LEVER:
             normal = add(element.way, 0.0, np.inf)
             if element.tangent is not None:
                 cones.append((normal, add(element.tangent, -np.inf, np.inf), limit))
