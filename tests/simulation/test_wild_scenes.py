@@ -355,9 +355,26 @@ def test_a_pose_that_is_placed_on_one_contact_takes_the_gaps_of_the_others_with_
     assert_is_right(name, "equations of motion", "work")
 
 
+def test_a_chain_leaves_its_rest_where_three_static_limits_are_reached_at_once():
+    """Each joint could stick while the other slides, but for the surface, which would pull.
+
+    So no motion was found in which elements slide only where they cannot stick, and the chain kept
+    to the mode of its rest, whose end followed at once, without end.
+    """
+    name = "three_static_limits_are_reached_at_once"
+    assert_is_right(name, "dry friction", "Coulomb's law", "direction", "rest", "departure", "pull")
+    last = trajectory(name).events[-1]
+    assert last.entered == pytest.approx(3.993603837, abs=1e-8)
+    assert str(last.mode) == "A slips backward, B slips forward"
+    a, b, surface = (force(name, each, [last.time - 1e-9]) for each in ("A", "B", "C2 on surface"))
+    assert abs(a.normal) == pytest.approx(14.7, abs=1e-5)
+    assert abs(b.normal) == pytest.approx(0.279, abs=1e-5)
+    assert abs(surface.tangential) == pytest.approx(2.39 * abs(surface.normal), abs=1e-5)
+
+
 def test_each_scene_has_a_test():
     """The scenes are those in the folder, and each is named in a test."""
     text = Path(__file__).read_text(encoding="utf-8")
     names = [path.stem for path in SCENES.glob("*.toml")]
-    assert len(names) == 23
+    assert len(names) == 24
     assert [name for name in names if text.count(f'"{name}"') == 0] == []
