@@ -1,0 +1,121 @@
+"""Symmetries of mechanics: a motion runs backwards where nothing is lost, and turns with its scene.
+
+Neither needs another simulator to tell the right motion.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.campaign.dice import Dice
+from tests.campaign.draw import draw_chain, draw_scene
+from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.end_force import EndForce
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_spring import JointSpring
+from twolink.effects.joint_stop import JointStop
+from twolink.effects.pd_control import PdControl
+from twolink.effects.surface import Surface
+from twolink.kinematics import position
+from twolink.scene import Scene
+from twolink.simulation import simulate
+
+SEED = 1
+
+
+def without_loss(index):
+    """Return a random scene with stops and surfaces that lose no energy."""
+    dice = Dice(SEED, index)
+    chain = draw_chain(dice)
+    q, u = dice.pair(-3.0, 3.0), dice.pair(-3.0, 3.0)
+    normal = dice.unit()
+    height = min(np.dot(position(chain, q, point), normal) for point in (chain.B, chain.D))
+    place = tuple((height - dice.between(0.02, 0.4)) * x for x in normal)
+    effects = [
+        Gravity(),
+        JointSpring(stiffness=dice.pair(0.0, 20.0)),
+        JointStop("A", lower=q[0] - dice.between(0.1, 1.5), upper=q[0] + 0.7, restitution=1.0),
+        Surface(place, normal, restitution=1.0, law="stronge", on=("B", "D"), name="rigid")
+        if index % 2
+        else CompliantSurface(place, normal, "hertz", stiffness=1e4, on=("B", "D"), name="soft"),
+    ]
+    return Scene(chain, q, u, 1.0, tuple(effects), accuracy=1e-10)
+
+
+@pytest.mark.parametrize("index", range(12))
+def test_a_motion_without_loss_runs_backwards(index):
+    """From its last state with opposite speeds, it returns through all contacts to its start."""
+    scene = without_loss(index)
+    forth = simulate(scene)
+    q, u = forth.at([scene.duration])
+    assert forth.met
+    assert len(forth.events) + len(forth.impacts) > 1
+    back = simulate(replace(scene, q=tuple(q[:, 0]), u=tuple(-u[:, 0])))
+    times = clear_of_impacts(np.linspace(0.013, 0.987, 61), forth)
+    there, back_there = forth.at(times), back.at(scene.duration - times)
+    assert back_there[0] == pytest.approx(there[0], abs=1e-6)
+    assert back_there[1] == pytest.approx(-there[1], abs=1e-6 * max(1.0, np.abs(there[1]).max()))
+
+
+def clear_of_impacts(times, run):
+    """Return the times (s) that are not at an impact, where the speed has two values."""
+    impacts = [impact.time for impact in run.impacts]
+    return np.array([t for t in times if all(abs(t - other) > 1e-5 for other in impacts)])
+
+
+def turned(scene, angle):
+    """Return a scene turned about A by an angle (rad)."""
+    start = scene.q[0] + angle, scene.q[1] + angle
+    return replace(scene, q=start, effects=tuple(turned_effect(e, angle) for e in scene.effects))
+
+
+def turned_effect(effect, angle):
+    """Return an effect turned about A; joint B and loads of the joints do not know the angle."""
+
+    def vector(x, y):
+        c, s = math.cos(angle), math.sin(angle)
+        return c * x - s * y, s * x + c * y
+
+    match effect:
+        case Gravity():
+            return replace(effect, direction=vector(*effect.direction))
+        case Surface() | CompliantSurface():
+            place = vector(*effect.point)
+            return replace(effect, point=place, normal=vector(*effect.normal))
+        case JointStop(joint="A"):
+            low, high = (x if x is None else x + angle for x in (effect.lower, effect.upper))
+            return replace(effect, lower=low, upper=high)
+        case PdControl():
+            return replace(effect, target=(effect.target[0] + angle, effect.target[1]))
+        case JointSpring():
+            return replace(effect, rest=(effect.rest[0] + angle, effect.rest[1]))
+    return effect
+
+
+@pytest.mark.parametrize(
+    ("angle", "scenes"), [(-1.1, 6), pytest.param(math.pi / 2, 40, marks=pytest.mark.slow)]
+)
+def test_a_turned_scene_has_the_turned_motion(angle, scenes):
+    """Scenes of all effects, at rest, in contact, stretched and folded.
+
+    Where a point grazes a surface, the rounding of the turned place decides whether it is hit. The
+    friction of an end force acts along a fixed line, which does not turn.
+    """
+    compared = 0
+    for index in range(scenes):
+        scene = draw_scene(SEED, index)
+        fixed = any(isinstance(effect, EndForce) for effect in scene.effects)
+        if fixed or "grazing" in scene.title or scene.duration > 3:
+            continue
+        one, two = simulate(scene), simulate(turned(scene, angle))
+        if not (one.met and two.met):
+            continue
+        times = np.linspace(0.0, scene.duration, 41)[1:-1] + 1e-7
+        times = clear_of_impacts(clear_of_impacts(times, one), two)
+        (q, u), (other_q, other_u) = one.at(times), two.at(times)
+        assert other_q - angle == pytest.approx(q, abs=1e-6), index
+        assert other_u == pytest.approx(u, abs=1e-6 * max(1.0, np.abs(u).max())), index
+        compared += 1
+    assert compared > scenes / 3
