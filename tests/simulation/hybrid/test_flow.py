@@ -24,6 +24,7 @@ from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.flow import flow
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.run import hybrid_run
+from twolink.simulation.hybrid.steps_of_arc import take_steps
 
 
 def arc_of(system, q, u, *states, until=10.0, state=None, formulation="lagrange"):
@@ -78,15 +79,6 @@ def test_a_low_bounce_is_accurate_to_round_off(speed):
     assert arc.end.u[0] == pytest.approx(-speed, rel=1e-14)
 
 
-def test_an_arc_keeps_only_the_memory_of_its_steps():
-    system = system_of(Gravity(), JointStop("A", lower=-1.0))
-    (block,) = arc_of(system, (-0.99, 0.0), (-5.0, 0.0), S.OPEN).blocks
-    rows = block.coefficients
-    kept = rows.nbytes if rows.base is None else memoryview(rows.base).nbytes
-    # The step in which the event was seen may follow those that the arc has.
-    assert kept <= (len(block.lengths) + 1) * rows[0].nbytes
-
-
 def test_the_steps_of_an_arc_join_and_end_with_it():
     system = system_of(Gravity(), Surface((0.0, 1.5), (0.0, -1.0)), longest_step=0.05)
     arc = arc_of(system, (0.3, 0.2), (0.0, 0.0), S.OPEN)
@@ -109,13 +101,6 @@ def test_a_slide_stops_where_friction_has_taken_its_speed():
     # It is the jump that brings the joint to rest.
     assert arc.end.sliding == (1,)
     assert abs(arc.end.u[0]) < 1e-15
-
-
-def test_a_joint_that_sticks_does_not_creep():
-    system = system_of(Gravity(), JointFriction((50.0, 0.0)))
-    arc = arc_of(system, (0.3, 0.2), (0.0, 0.5), S.STICKS, until=2.0)
-    assert arc.end.u[0] == 0
-    assert arc.end.q[0] == 0.3
 
 
 def test_a_joint_breaks_loose_where_the_torque_reaches_its_limit():
@@ -235,8 +220,7 @@ def test_as_many_steps_are_taken_at_first_as_by_the_last_arc_in_the_mode(monkeyp
         taken.append(len(found[0].lengths))
         return found
 
-    take_steps = flow_module._take_steps
-    monkeypatch.setattr(flow_module, "_take_steps", counted)
+    monkeypatch.setattr(flow_module, "take_steps", counted)
     first = flow(system, state, mode, 10.0, "lagrange", lambda t, size: None)
     assert len(taken) > 1
     taken.clear()

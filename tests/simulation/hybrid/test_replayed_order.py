@@ -21,7 +21,7 @@ A, B = Trigger(EventKind.STOPS, 0, -1), Trigger(EventKind.STOPS, 1, 1)
 
 
 def after(*order, torque=None):
-    """Return the course after events in an order; a torque (N m) in B may come as a jump."""
+    """Return the outcome after events in an order; a torque (N m) in B may come as a jump."""
     system, arc = first_arc()
     switch = None
     if torque is not None:
@@ -50,12 +50,12 @@ def test_the_joint_that_stops_last_is_held_or_slides_on():
 
 def test_loads_that_jump_before_or_after_a_stop():
     """By a torque of −0.4 N m, below the kinetic friction of B, it stops in either order."""
-    courses = [after(*order, torque=-0.4) for order in ((LOADS, A, B), (A, B, LOADS))]
-    assert all(each.mode.states == (S.STICKS, S.STICKS) for each in courses)
-    assert are_alike(*courses)
+    outcomes = [after(*order, torque=-0.4) for order in ((LOADS, A, B), (A, B, LOADS))]
+    assert all(each.mode.states == (S.STICKS, S.STICKS) for each in outcomes)
+    assert are_alike(*outcomes)
 
 
-def test_courses_without_a_mode_are_alike_only_with_each_other():
+def test_outcomes_without_a_mode_are_alike_only_with_each_other():
     assert are_alike(None, None)
     assert not are_alike(None, after(A, B))
 

@@ -19,6 +19,7 @@ from twolink.errors import IntegrationError
 from twolink.scene import Scene
 from twolink.simulation.hybrid import (
     certificate,
+    end_of_arc,
     flow,
     impact,
     painleve,
@@ -216,6 +217,6 @@ def test_a_chain_that_has_come_to_rest_stays(monkeypatch):
 
     assert all(rests(scene) for scene in scenes)
 
-    for module in (flow, impact, painleve, reactions, start):
+    for module in (end_of_arc, impact, painleve, reactions, start):
         monkeypatch.setattr(module, "stopped", lambda pose, coordinates, u, *errors: u)
     assert not all(rests(scene) for scene in scenes)

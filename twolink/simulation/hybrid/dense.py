@@ -11,8 +11,8 @@ from typing import Any, Literal
 import numpy as np
 
 from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.simulation.hybrid.arc import Arc
 from twolink.simulation.hybrid.block import Block
-from twolink.simulation.hybrid.flow import Arc
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.series import powers
 

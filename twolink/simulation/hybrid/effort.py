@@ -10,7 +10,7 @@ from twolink.contact.states import ContactState
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import Forecast, Limits
 from twolink.simulation.hybrid import tolerances
-from twolink.simulation.hybrid.flow import Arc
+from twolink.simulation.hybrid.arc import Arc
 
 # Memory of an arc beside its steps, and how much of it is looked at together.
 _BYTES_OF_AN_ARC, _MEMORY_WINDOW = 4000, 16e6

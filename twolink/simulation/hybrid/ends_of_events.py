@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from twolink.simulation.hybrid.arc import Arc
 from twolink.simulation.hybrid.bernstein import rounding_bound
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate
 from twolink.simulation.hybrid.doubts import StepOfArc
-from twolink.simulation.hybrid.flow import Arc
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.polishing import horner
 from twolink.simulation.hybrid.system import HybridSystem

@@ -17,8 +17,8 @@ from itertools import permutations
 from typing import NamedTuple
 
 from twolink.contact.states import EventKind
+from twolink.simulation.hybrid.arc import Arc
 from twolink.simulation.hybrid.ends_of_events import Ends
-from twolink.simulation.hybrid.flow import Arc
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.replayed_order import (
     LOADS,
@@ -117,9 +117,9 @@ class _Order:
     @cached_property
     def _depends(self) -> bool:
         instant = Instant.of(self.system, self.arc, self.events, self.switch)
-        courses = (followed(instant, order) for order in permutations(self.events))
-        first = next(courses)
-        return any(not are_alike(first, other) for other in courses)
+        outcomes = (followed(instant, order) for order in permutations(self.events))
+        first = next(outcomes)
+        return any(not are_alike(first, other) for other in outcomes)
 
 
 def _following(

@@ -13,13 +13,14 @@ from twolink.limits import Limits
 from twolink.names import FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
+from twolink.simulation.hybrid.arc import Arc
 from twolink.simulation.hybrid.compile import safe_order
 from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.doubts import undecided_at
 from twolink.simulation.hybrid.doubts_of_start import doubts_of_start
 from twolink.simulation.hybrid.effort import Effort, Work
 from twolink.simulation.hybrid.event_order import doubts_on_order
-from twolink.simulation.hybrid.flow import Arc, flow
+from twolink.simulation.hybrid.flow import flow
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.jump import Jump, jump, settle
 from twolink.simulation.hybrid.mode import Doubt, Remark

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 from twolink.arithmetic import Pair
 from twolink.contact.coordinates import ConstraintCoordinate
 from twolink.contact.states import ContactState, EventKind, pressed, slipping
+from twolink.simulation.hybrid.arc import Arc
 from twolink.simulation.hybrid.complementarity import States
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, is_fixed
 from twolink.simulation.hybrid.event_functions import Surfaces, value
-from twolink.simulation.hybrid.flow import Arc
 from twolink.simulation.hybrid.impact import stopped
 from twolink.simulation.hybrid.mode import Mode, Trigger
 from twolink.simulation.hybrid.mode_at import solution_at
@@ -67,13 +67,13 @@ class Instant(NamedTuple):
         sliding = tuple(own or other for own, other in zip(slides, arc.end.sliding, strict=True))
         now = switch.time if switch is not None and LOADS in events else arc.end.t
         state = arc.end._replace(t=now, u=u, sliding=sliding)
-        course = Course(system, state, arc.mode)
+        outcome = Outcome(system, state, arc.mode)
         breaks = [each for each in events if each and each.kind is EventKind.BREAKS]
-        left = {each: abs(course.left(each)[0]) for each in breaks}
+        left = {each: abs(outcome.left(each)[0]) for each in breaks}
         return cls(system, switch, state, arc.mode, resting, left)
 
 
-class Course(NamedTuple):
+class Outcome(NamedTuple):
     """The system, the state and the mode after some of the events at an instant."""
 
     system: HybridSystem
@@ -82,8 +82,8 @@ class Course(NamedTuple):
 
     def selected(
         self, waiting: Mapping[Trigger, float], known: Mapping[int, States] = MappingProxyType({})
-    ) -> Course | None:
-        """Return the course with the mode that is selected, None if the laws admit none.
+    ) -> Outcome | None:
+        """Return the outcome with the mode that is selected, None if the laws admit none.
 
         An element `waiting` to reach a static limit sticks beyond it by a distance (N, N m).
         """
@@ -94,15 +94,15 @@ class Course(NamedTuple):
             found = select(system, state, pose, {})
         if found is None:
             return None
-        course = Course(system, state, system.mode(found.states, mode.dents))
+        outcome = Outcome(system, state, system.mode(found.states, mode.dents))
         for trigger, near in waiting.items():
-            course = course._held(trigger, near)
-        slides = course.mode.slides
+            outcome = outcome._held(trigger, near)
+        slides = outcome.mode.slides
         sliding = tuple(own or other for own, other in zip(slides, state.sliding, strict=True))
-        return course._replace(state=state._replace(sliding=sliding))
+        return outcome._replace(state=state._replace(sliding=sliding))
 
-    def _held(self, trigger: Trigger, near: float) -> Course:
-        """Return the course in which an element still sticks that slides by a distance (N, N m)."""
+    def _held(self, trigger: Trigger, near: float) -> Outcome:
+        """Return the outcome with an element still sticking that slides by a distance (N, N m)."""
         index, states = trigger.index, self.mode.states
         begins = states[index].slips and not self.state.sliding[index]
         if not begins or states[index].direction != trigger.sense:
@@ -110,10 +110,10 @@ class Course(NamedTuple):
         held = put(states, index, ContactState.STICKS)
         if len(self.system.held(held)) > MOST_CONSTRAINTS:
             return self
-        course = self._replace(mode=self.system.mode(held, self.mode.dents))
-        left, limit = course.left(trigger)
+        outcome = self._replace(mode=self.system.mode(held, self.mode.dents))
+        left, limit = outcome.left(trigger)
         small = SAME_LIMIT * self.system.rounding * limit
-        return course if left >= -2 * near - small else self
+        return outcome if left >= -2 * near - small else self
 
     def stops(self, index: int) -> bool:
         """Return whether an element without speed that slides slows down, or others hold it."""
@@ -151,8 +151,8 @@ class Course(NamedTuple):
         limit = system.elements[trigger.index].limits(solution.forces[trigger.index].normal)[1]
         return float(left), abs(float(limit))
 
-    def _moved(self) -> Course:
-        """Return the course after a short time, by its speeds and accelerations."""
+    def _moved(self) -> Outcome:
+        """Return the outcome after a short time, by its speeds and accelerations."""
         system, state, _ = self
         dt, du = system.number(DIFFERENCE * float(system.longest_step)), self.du
         q = tuple(x + dt * y for x, y in zip(state.q, state.u, strict=True))
@@ -161,8 +161,8 @@ class Course(NamedTuple):
 
     def after(
         self, event: Trigger | None, instant: Instant, waiting: Mapping[Trigger, float]
-    ) -> Course | None:
-        """Return the course after an event, which need not come after those before it."""
+    ) -> Outcome | None:
+        """Return the outcome after an event, which need not come after those before it."""
         if event is None:
             assert instant.switch is not None
             return self._replace(system=instant.switch.system).selected(waiting)
@@ -175,41 +175,41 @@ class Course(NamedTuple):
 
     def stopped(
         self, index: int, waiting: Mapping[Trigger, float] = MappingProxyType({})
-    ) -> Course | None:
-        """Return the course after an element has come to rest, and those that slide with it."""
+    ) -> Outcome | None:
+        """Return the outcome after an element has come to rest, and those that slide with it."""
         bound = bound_slides(self.system, self.mode, index)
         sliding = tuple(0 if i in bound else own for i, own in enumerate(self.state.sliding))
         return self._replace(state=self.state._replace(sliding=sliding)).selected(waiting)
 
 
-def _along(course: Course, tangent: ConstraintCoordinate, du: Pair) -> float:
+def _along(outcome: Outcome, tangent: ConstraintCoordinate, du: Pair) -> float:
     """Return the acceleration along a tangent (rad/s² or m/s²)."""
-    system, state, _ = course
+    system, state, _ = outcome
     x, y = system.pose(state.q).row(tangent)
     return float(x * du[0] + y * du[1] + tangent.bias(system.chain, state.q, state.u))
 
 
-def followed(instant: Instant, order: Iterable[Trigger | None]) -> Course | None:
-    """Return the course after events in an order, None if the laws admit none."""
-    course: Course | None = Course(instant.system, instant.state, instant.mode)
+def followed(instant: Instant, order: Iterable[Trigger | None]) -> Outcome | None:
+    """Return the outcome after events in an order, None if the laws admit none."""
+    outcome: Outcome | None = Outcome(instant.system, instant.state, instant.mode)
     waiting = dict(instant.left)
     for event in order:
         if event is not None:
             waiting.pop(event, None)
-        if course is not None:
-            course = course.after(event, instant, waiting)
+        if outcome is not None:
+            outcome = outcome.after(event, instant, waiting)
     # A slide without speed may have to stop after later events.
     for _ in instant.mode.states:
-        if course is None:
+        if outcome is None:
             break
-        ending = next((i for i in sorted(instant.resting) if course.stops(i)), None)
+        ending = next((i for i in sorted(instant.resting) if outcome.stops(i)), None)
         if ending is None:
             break
-        course = course.stopped(ending)
-    return course
+        outcome = outcome.stopped(ending)
+    return outcome
 
 
-def are_alike(one: Course | None, other: Course | None) -> bool:
+def are_alike(one: Outcome | None, other: Outcome | None) -> bool:
     """Return whether two courses go on in one way."""
     if one is None or other is None:
         return one is other

@@ -18,10 +18,10 @@ from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import UNLIMITED, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
+from twolink.simulation.hybrid.arc import Arc
 from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
 from twolink.simulation.hybrid.doubts import remarks_of
 from twolink.simulation.hybrid.effort import DEFAULT_EFFORT, Effort
-from twolink.simulation.hybrid.flow import Arc
 from twolink.simulation.hybrid.history import History
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.impact_log import impact_log

@@ -121,7 +121,7 @@ LEAST_IMPACTS_OF_A_BURST = 4
 BAUMGARTE_RATE = 8.0
 
 # Part of the time. Shorter steps are not taken in any precision: the motion is asked for at times
-# that are float64 numbers. Read by flow.
+# that are float64 numbers. Read by steps_of_arc.
 SHORTEST_STEP = 2.0**-42
 
 # Steps of an arc after which it fails if it would take more than MOST_STEPS at the pace of the last

@@ -1,0 +1,78 @@
+"""The steps of an arc: as many as asked for, no longer than allowed, and up to an event."""
+
+import math
+
+import pytest
+
+from tests.simulation.hybrid import BALANCED, mode_of, state_of, system_of
+from tests.simulation.hybrid.test_course import BALL, STOP, course_of
+from twolink.contact.states import ContactState as S
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_stop import JointStop
+from twolink.simulation.hybrid.course import set_up
+from twolink.simulation.hybrid.flow import flow
+from twolink.simulation.hybrid.steps_of_arc import take_steps
+
+
+def begun(system, q, u=(0.0, 0.0), state=S.OPEN, until=10.0):
+    course = course_of(system, state_of(system, q, u), state, until=until)
+    set_up(course)
+    return course
+
+
+def test_as_many_steps_are_taken_as_asked_for_and_none_is_longer():
+    system = system_of(*STOP, chain=BALANCED)
+    block, over, failure = take_steps(begun(system, (1.0, 0.2)), 3, 0.125)
+    assert block.lengths.tolist() == [0.125] * 3
+    assert block.starts.tolist() == [0.0, 0.125, 0.25]
+    assert (over, failure) == (False, "")
+
+
+def test_steps_end_with_the_arc():
+    system = system_of(*STOP, chain=BALANCED)
+    block, over, _ = take_steps(begun(system, (1.0, 0.0), until=0.3), 8, 0.125)
+    assert over
+    assert block.lengths.sum() == pytest.approx(0.3, rel=1e-15)
+
+
+def test_steps_end_where_a_gap_is_negative():
+    """1 − t² is 0.25 at 0.87 s."""
+    system = system_of(*STOP, chain=BALANCED)
+    block, over, _ = take_steps(begun(system, (1.0, 0.0)), 100, 0.125)
+    assert not over
+    assert block.starts[-1] < math.sqrt(0.75) < block.starts[-1] + block.lengths[-1]
+
+
+def test_a_step_whose_coefficients_are_not_finite_is_a_failure():
+    system = system_of(Gravity(), JointStop("A", lower=-9.0))
+    course = begun(system, (0.3, 0.2))
+    course.stepper.state[0] = math.nan
+    block, over, failure = take_steps(course, 3, 0.125)
+    assert (len(block.lengths), over) == (0, False)
+    assert "not finite" in failure
+
+
+def test_no_step_of_a_press_follows_one_whose_clock_is_beyond_the_end():
+    """The certificate finds the end on it."""
+    system = system_of(BALL)
+    course = begun(system, (0.0, 0.0), (0.01, 0.01), S.CLOSED, until=1e-4)
+    block, over, _ = take_steps(course, 100, 1e-6)
+    clock = block.coefficients[:, course.compiled.clock, 0]
+    assert not over
+    assert clock.max() < 1e-4 <= course.stepper.state[course.compiled.clock]
+
+
+def test_an_arc_keeps_only_the_memory_of_its_steps():
+    system = system_of(Gravity(), JointStop("A", lower=-1.0))
+    (block,) = flow(
+        system,
+        state_of(system, (-0.99, 0.0), (-5.0, 0.0)),
+        mode_of(system, S.OPEN),
+        10.0,
+        "lagrange",
+        lambda t, size: None,
+    ).blocks
+    rows = block.coefficients
+    kept = rows.nbytes if rows.base is None else memoryview(rows.base).nbytes
+    # The step in which the event was seen may follow those that the arc has.
+    assert kept <= (len(block.lengths) + 1) * rows[0].nbytes
