@@ -10,7 +10,7 @@ from tests.simulation.hybrid import system_of
 from twolink.simulation.hybrid.configurations import Configuration, Seen, configurations
 
 TIMES = np.linspace(0.0, 4.0, 401)
-LOW, DOUBLE, LONG, FIRST, SECOND, LAST = configurations(1e-9)
+LOW, LOW_IN_LONG, DOUBLE, DOUBLE_IN_LONG, LONG, FIRST, SECOND, LAST = configurations(1e-9)
 
 
 def growing(configuration, rate):
@@ -27,17 +27,35 @@ def taken(configuration, errors, accuracy):
 
 
 def test_the_pairs_become_more_precise_and_judges_do_not_share_orders():
-    errors = [each.step_error for each in configurations(1e-9)]
+    every = list(configurations(1e-9))
+    errors = [each.step_error for each in every if not each.of_before]
     assert errors == sorted(errors, reverse=True)
-    assert all(each.order != each.judging_order for each in configurations(1e-9))
-    assert [each.is_long for each in configurations(1e-9)] == [
-        False,
-        False,
-        False,
-        True,
-        True,
-        True,
-    ]
+    assert all(each.order != each.judging_order for each in every)
+    assert [each.is_long for each in every] == [False] * 5 + [True] * 3
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-9, 1e-11, 1e-13])
+def test_a_run_in_long_doubles_follows_each_in_double_precision_with_the_same_judge(accuracy):
+    every = list(configurations(accuracy))
+    doubles = [place for place, each in enumerate(every) if each.precision == "double"]
+    assert doubles
+    for place in doubles:
+        run, beside = every[place : place + 2]
+        assert (run.judge, run.judging_order) == (beside.judge, beside.judging_order)
+        assert beside.precision == beside.judge == "long double"
+        assert beside.of_before > 0
+
+
+def test_errors_in_long_doubles_are_expected_to_be_a_fifth_of_those_in_double_precision():
+    """Of a pair with the same judge, where they are known."""
+    errors = np.where(TIMES < 2, 1e-14, 4e-9)
+    seen = Seen(LOW, TIMES, errors)
+    assert seen.expected(LOW_IN_LONG) == pytest.approx(8e-10)
+    assert seen.expected(DOUBLE_IN_LONG) == np.inf
+    assert Seen(DOUBLE, TIMES, errors).expected(DOUBLE_IN_LONG) == pytest.approx(8e-10)
+    assert Seen(LOW_IN_LONG, TIMES, errors).expected(LOW_IN_LONG) == np.inf
+    unknown = np.where(TIMES < 2, 1e-14, np.inf)
+    assert Seen(LOW, TIMES, unknown).expected(LOW_IN_LONG) == np.inf
 
 
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-9, 1e-11, 1e-13])

@@ -226,8 +226,8 @@ def test_the_work_of_a_judge_that_left_the_motion_does_not_end_the_search():
     run = hybrid_run(SCENE, TIMES)
     wild = replace(run, steps=1_000_000)
     trial = measure._Trial(run, wild, np.ones(len(TIMES)), 1e-9, float(TIMES[-1]))
-    assert not trial.ends_the_search
-    assert replace(trial, kept=wild).ends_the_search
+    assert not trial.is_too_long
+    assert replace(trial, kept=wild).is_too_long
 
 
 def test_an_error_that_a_more_precise_judge_contradicts_is_not_kept(monkeypatch):
@@ -242,6 +242,65 @@ def test_an_error_that_a_more_precise_judge_contradicts_is_not_kept(monkeypatch)
     found = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
     assert found.errors[TIMES < 1].max() < 1e-9
     assert found.errors[-1] >= 1e-5
+
+
+def measured_with_errors(monkeypatch, by_precision, **changes):
+    """Return the measured run, and the precisions of all runs, where pairs differ by these."""
+    made_in = []
+
+    def differences(kept, judge, times, accuracy):
+        return np.where(times > 1, by_precision[kept.precision], 0.0)
+
+    def made(*given, precision, order, **options):
+        made_in.append(precision)
+        found = hybrid_run(*given, precision="double", order=21, **options)
+        return replace(found, precision=precision, order=order, **changes)
+
+    monkeypatch.setattr(measure, "differences", differences)
+    monkeypatch.setattr(measure, "hybrid_run", made)
+    return measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None), made_in
+
+
+@pytest.mark.parametrize("steps", [3, 1_000_000])
+def test_a_run_in_long_doubles_is_the_result_if_a_fifth_of_the_error_is_accurate(
+    monkeypatch, steps
+):
+    """It is judged by the run that has judged the one in double precision.
+
+    Also where runs in 113 bits would take too long.
+    """
+    errors = {"double": 3e-9, "long double": 1e-13}
+    found, made_in = measured_with_errors(monkeypatch, errors, steps=steps)
+    assert found.kept.precision == found.judge.precision == "long double"
+    assert found.kept.formulation == "lagrange"
+    assert found.judge.formulation == "kane"
+    late = TIMES > 1
+    assert found.errors[late] == pytest.approx(0.2 * 1.1 * 3e-9 + 3 * 1e-13, rel=1e-12)
+    assert found.errors[~late].max() == 0
+    assert made_in.count("long double") == 2
+    assert "quadruple" not in made_in
+
+
+def test_a_run_in_long_doubles_that_differs_from_its_judge_is_not_the_result(monkeypatch):
+    """As where the start was moved onto a contact: both runs in long doubles start elsewhere."""
+    errors = {"double": 3e-9, "long double": 2e-9, "quadruple": 1e-15}
+    found, _ = measured_with_errors(monkeypatch, errors)
+    assert found.kept.precision == "quadruple"
+    assert found.errors.max() <= 1e-9
+
+
+@pytest.mark.parametrize("speed", [7.0, 9.0])
+def test_the_error_of_a_run_in_long_doubles_is_above_the_true_one(speed):
+    """A fast chain bounces on a stop; the truth is a run of 113 bits."""
+    stop = JointStop("A", upper=0.5, restitution=0.6)
+    scene = Scene(Chain.uniform_bars(), (0.3, 1.4), (speed, 0.0), 2.5, (Gravity(), stop))
+    found = measured_run(scene, TIMES, 1e-13, "lagrange", lambda name: None)
+    assert found.kept.precision == found.judge.precision == "long double"
+    assert found.errors.max() <= 1e-13
+    exact = hybrid_run(scene, TIMES, formulation="kane", precision="quadruple", order=31)
+    (q, u), (Q, U) = (run.polynomials.rounded_at(TIMES) for run in (found.kept, exact))
+    true = np.abs(np.concatenate([q - Q, u - U])).max(axis=0).astype(float)
+    assert np.all(true <= found.errors)
 
 
 QUADRUPLE = Configuration("quadruple", 35, "quadruple", 31)

@@ -25,30 +25,38 @@ _LOWEST_ORDER = 15
 # The order without truncation error in double precision.
 BEST_ORDER = 21
 
-# The least order of a judge in long doubles: its states at events are known to round-off. With a
-# lower one the speeds that count as zero are nearly those that the run in double takes for zero,
-# and both runs may take the same small speed for none.
-_JUDGING_ORDER = 21
+# The orders of runs in long doubles, one for a judge and the other for the run beside it.
+_LONG_ORDERS = 21, 23
 
 # Assumed growth of the errors of a step over a run, before a pair has shown it.
 _GROWTH = 1e3
+
+# The part of the errors in double precision that those in long doubles may be. Those of round-off
+# are a two-thousandth. Bounces are omitted below a speed that goes with the square root of the
+# round-off: of those the part is a forty-fifth, times the ratio of two speeds in such a sequence.
+_OF_DOUBLE = 0.2
 
 # Margin of a growth that is extrapolated from the time before an error is saturated.
 _EXTRAPOLATED = 100.0
 
 
 class Configuration(NamedTuple):
-    """A precision and an order, and those of the run that judges it."""
+    """A precision and an order, and those of the run that judges it.
+
+    Two runs of one precision may share what they leave out. Of two in long doubles that is at most
+    a part `of_before` of the errors that a pair with a run in double precision has shown before.
+    """
 
     precision: PrecisionName
     order: int
     judge: PrecisionName
     judging_order: int
+    of_before: float = 0.0
 
     @property
     def is_long(self) -> bool:
         """Whether both runs are of the longest precision."""
-        return self.precision == self.judge
+        return self.precision == self.judge and not self.of_before
 
     @property
     def rounding(self) -> float:
@@ -90,15 +98,23 @@ class Seen(NamedTuple):
         depends on a choice there, which only the last pair has a chance to decide.
         """
         known = np.isfinite(self.errors)
-        if self.configuration.is_long and not known.all():
+        if (self.configuration.is_long or following.of_before) and not known.all():
             return math.inf
         finite = self.errors[known]
         worst = float(finite.max(initial=0.0))
+        if following.of_before:
+            return following.of_before * worst if self._has_judge_of(following) else math.inf
         growth = self._growth(finite)
         expected = math.exp(min(growth + math.log(following.step_error), 700.0))
         if following.is_long or following.precision == self.configuration.precision:
             return expected
         return max(expected, worst * math.sqrt(following.rounding / self.configuration.rounding))
+
+    def _has_judge_of(self, following: Configuration) -> bool:
+        """Return whether a pair with one more run of the judge's precision has the same judge."""
+        own = self.configuration
+        judges = [(pair.judge, pair.judging_order) for pair in (own, following)]
+        return own.precision != own.judge and judges[0] == judges[1]
 
     def _growth(self, errors: Array) -> float:
         """Return the logarithm of the factor by which the error of a step grows over the motion."""
@@ -122,13 +138,25 @@ def configurations(accuracy: float) -> Iterator[Configuration]:
     wanted = -math.log(accuracy / _GROWTH) / 2 - 1
     order = max(_LOWEST_ORDER, 2 * math.ceil((wanted - 1) / 2) + 3)
     if order <= 19:
-        judging = min(max(order + 4, _JUDGING_ORDER), 23)
-        yield Configuration("double", order, "long double", judging)
+        low, high = _LONG_ORDERS
+        yield from _by_long_doubles(order, low if order + 4 <= low else high)
     if order <= BEST_ORDER:
-        yield Configuration("double", BEST_ORDER, "long double", 23)
+        yield from _by_long_doubles(BEST_ORDER, _LONG_ORDERS[1])
     # The truncation of order 25, 3e-23 of a step, is far below a rounding of long doubles.
     yield Configuration("long double", 23, "quadruple", 25)
     # The judge of the pair before has often been made.
     yield Configuration("quadruple", 31, "quadruple", 25)
     yield Configuration("quadruple", 35, "quadruple", 31)
     yield Configuration("quadruple", 41, "quadruple", 37)
+
+
+def _by_long_doubles(order: int, judging: int) -> Iterator[Configuration]:
+    """Yield a run in double precision with its judge, and one more run in long doubles with it.
+
+    Judges of order 21 and above know the states at events to round-off. With a lower one the speeds
+    that count as zero are nearly those that the run in double precision takes for zero, and both
+    runs may take the same small speed for none.
+    """
+    yield Configuration("double", order, "long double", judging)
+    other = next(own for own in _LONG_ORDERS if own != judging)
+    yield Configuration("long double", other, "long double", judging, _OF_DOUBLE)

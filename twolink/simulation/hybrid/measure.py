@@ -4,7 +4,8 @@ The second run shares neither round-off nor equations with the first: it uses th
 the other formulation and a higher order. Their difference is the error of the first run, provided
 that the second is more accurate, which the sequence of precisions and orders ensures. Of two runs
 in the longest precision the second has the lower order: their difference is its error, which is
-the larger one.
+the larger one. Of two in long doubles the second has measured a run in double precision before,
+and a part of the error of that is added for what both may leave out.
 """
 
 from __future__ import annotations
@@ -113,13 +114,18 @@ def measured_run(
     best: _Trial | None = None
     refused: TooMuchError | None = None
     measuring = 0.0
+    too_long = False
     seen: Seen | None = None
     every = list(configurations(accuracy))
     for configuration in every:
-        hopeless = seen is not None and seen.expected(configuration) > accuracy
+        hopeless = (
+            seen.expected(configuration) > accuracy if seen else bool(configuration.of_before)
+        )
         is_last = configuration is every[-1]
         if hopeless and not is_last:
             continue
+        if too_long and not configuration.of_before:
+            break
         try:
             trial = runs.trial(configuration, accuracy, is_last=is_last)
         except _JudgeFailsError:
@@ -135,12 +141,16 @@ def measured_run(
             continue
         if trial is None:
             continue
-        seen = Seen(configuration, times, trial.errors, trial.apart)
+        if not configuration.of_before:
+            seen = Seen(configuration, times, trial.errors, trial.apart)
+        elif seen is not None:
+            trial = trial.beside(configuration.of_before * seen.errors)
         begun = perf_counter()
         best = _best_of(best, trial, times)
         measuring += perf_counter() - begun + trial.seconds
-        if trial.suffices or trial.ends_the_search or seen.is_of_start:
+        if trial.suffices or trial.is_exhausted or (seen is not None and seen.is_of_start):
             break
+        too_long = too_long or trial.is_too_long
     if best is None:
         assert refused is not None
         raise refused
@@ -316,6 +326,10 @@ class _Trial:
         reached = times[: len(found)] <= judge.reached
         return replace(self, errors=np.where(reached, np.maximum(self.errors, found), self.errors))
 
+    def beside(self, shared: Array) -> _Trial:
+        """Return the trial with errors (rad, rad/s) that its two runs may share."""
+        return replace(self, errors=self.errors + shared[: len(self.errors)])
+
     @property
     def apart(self) -> float:
         """The difference of the starts of two runs of one precision (rad, rad/s)."""
@@ -356,13 +370,17 @@ class _Trial:
         return self.suffices and self.rank[0] == 1.0
 
     @property
-    def ends_the_search(self) -> bool:
-        """Whether a longer precision would take too long."""
-        judge = self.judge
+    def is_exhausted(self) -> bool:
+        """Whether a run was ended by its effort: others would be too."""
+        return bool(self.kept.exhausted or self.judge.exhausted)
+
+    @property
+    def is_too_long(self) -> bool:
+        """Whether the longest precision would take too long."""
         # The run whose error is of order one may have reached high speeds, and taken more steps.
-        work = min(run.steps + _STEPS_OF_A_JUMP * len(run.arcs) for run in (self.kept, judge))
-        too_much = work > _MOST_WORK and self.kept.reached >= judge.reached
-        return bool(self.kept.exhausted or judge.exhausted or too_much)
+        both = self.kept, self.judge
+        work = min(run.steps + _STEPS_OF_A_JUMP * len(run.arcs) for run in both)
+        return work > _MOST_WORK and self.kept.reached >= self.judge.reached
 
 
 def _best_of(best: _Trial | None, trial: _Trial, times: Array) -> _Trial:
