@@ -56,6 +56,8 @@ def test_errors_in_long_doubles_are_expected_to_be_a_fifth_of_those_in_double_pr
     assert Seen(LOW_IN_LONG, TIMES, errors).expected(LOW_IN_LONG) == np.inf
     unknown = np.where(TIMES < 2, 1e-14, np.inf)
     assert Seen(LOW, TIMES, unknown).expected(LOW_IN_LONG) == np.inf
+    # A run that ended early has no errors after that.
+    assert Seen(LOW, TIMES, errors[:100]).expected(LOW_IN_LONG) == np.inf
 
 
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-9, 1e-11, 1e-13])

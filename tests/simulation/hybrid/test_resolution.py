@@ -24,7 +24,7 @@ from tests.simulation.hybrid.test_impact import (
     unbalanced,
 )
 from twolink import lagrange
-from twolink.contact.coordinates import PointCoordinate
+from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from twolink.contact.elements import RigidContact
 from twolink.contact.impact_laws import Regime
 from twolink.errors import IntegrationError
@@ -162,6 +162,38 @@ def test_newtons_law_is_refused_where_it_would_multiply_the_energy():
     impacts = Impacts(Pose(BARS, lagrange, q), [contact], 0.5, EPSILON)
     with pytest.raises(IntegrationError, match=r"beyond the range of its law \(newton-routh\)"):
         resolve(impacts, (1.0, -0.5), (0,), ())
+
+
+def corner(restitution, friction):
+    """Return D at a wall of Newton's law, and the stop of joint B, which are approached in turn."""
+    pose = Pose(BARS, lagrange, (0.651, 0.694))
+    wall = RigidContact(
+        "wall", PointCoordinate("D", (-0.923, -0.384)), 0.0, restitution,
+        PointCoordinate("D", (0.384, -0.923)), friction, friction, "newton",
+    )  # fmt: skip
+    upper = RigidContact("stop", JointCoordinate("B", -1), 0.0, 0.0)
+    return Impacts(pose, [wall, upper], 0.5, EPSILON)
+
+
+def test_impacts_that_give_each_other_ever_more_energy_are_refused():
+    """D sticks to the wall and rebounds, the links fold, and the stop throws D back.
+
+    Newton's law with friction gives twenty times the energy in each round. It grew beyond all
+    numbers, and the chain was at rest then.
+    """
+    words = (
+        r"impact on wall is beyond the range of its law \(newton\): after others at this instant"
+    )
+    with pytest.raises(IntegrationError, match=words):
+        resolve(corner(0.444, 1.84), (-4.4, -4.4), (0, 1), ())
+
+
+def test_impacts_that_do_not_become_weaker_are_not_ended_in_rest(monkeypatch):
+    """The few rounds here give less than is refused at once."""
+    monkeypatch.setattr(resolution, "MOST_IMPACTS", 4)
+    words = r"impacts on wall, stop answer each other without end, beyond the range of their laws"
+    with pytest.raises(IntegrationError, match=words):
+        resolve(corner(0.444, 1.84), (-4.4, -4.4), (0, 1), ())
 
 
 def test_speed_that_two_nearly_parallel_contacts_take_is_in_the_log():

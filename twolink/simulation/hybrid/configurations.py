@@ -98,7 +98,8 @@ class Seen(NamedTuple):
         depends on a choice there, which only the last pair has a chance to decide.
         """
         known = np.isfinite(self.errors)
-        if (self.configuration.is_long or following.of_before) and not known.all():
+        whole = bool(known.all()) and len(known) == len(self.times)
+        if (self.configuration.is_long and not known.all()) or (following.of_before and not whole):
             return math.inf
         finite = self.errors[known]
         worst = float(finite.max(initial=0.0))

@@ -67,7 +67,7 @@ def resolve(
             return Resolution(u, tuple(strikes), frozenset(still))
         index = strongest(impacts, approached, u)
         strike = impacts.impact(index, u)
-        _refuse_energy(impacts, strike)
+        _refuse_energy(impacts, strike, before)
         strikes.append(strike)
         u = strike.u[1]
         if still:
@@ -75,7 +75,9 @@ def resolve(
         if abs(strike.speeds[1]) <= NO_REBOUND * rounding * abs(strike.speeds[0]):
             still.add(index)
     # Repeated impacts between contacts become weaker: in the limit all come to rest.
-    strikes += ended(impacts, sorted({strike.number for strike in strikes}), u)
+    struck = sorted({strike.number for strike in strikes})
+    _refuse_growth(impacts, struck, before, u)
+    strikes += ended(impacts, struck, u)
     u = strikes[-1].u[1]
     still = {i for i in contacts if is_left_over(rows[i], u, before, rounding)}
     return Resolution(u, tuple(strikes), frozenset(still))
@@ -128,18 +130,36 @@ def _is_lost(impacts: Impacts, still: Collection[int], u: Pair, before: Pair) ->
     return bool(fast) and any(not parallel(rows[0], row, impacts.pose.lever) for row in rows[1:])
 
 
-def _refuse_energy(impacts: Impacts, strike: Strike) -> None:
+def _refuse_energy(impacts: Impacts, strike: Strike, before: Pair) -> None:
     """Raise `IntegrationError` if a law of restitution is far outside its range.
 
-    Without friction every law takes energy, as no coefficient of restitution is above 1.
+    An impact may give too much energy at once, or several in turn, since the speeds `before`, ever
+    more. Without friction every law takes energy, as no coefficient of restitution is above 1.
     """
     if impacts.contact(strike.number).tangent is None:
         return
-    early, late = impacts.energy(strike.u[0]), impacts.energy(strike.u[1])
-    if late > MOST_ENERGY * early:
+    late, early = impacts.energy(strike.u[1]), impacts.energy(strike.u[0])
+    begun = early if before is strike.u[0] else impacts.energy(before)
+    if not late <= MOST_ENERGY * min(early, begun):
         law = impacts.contact(strike.number).law
+        at_once = not late <= MOST_ENERGY * early
+        cause = "near a singular pose it" if at_once else "after others at this instant it"
         raise IntegrationError(
             f"at {strike.time:.9g} s the impact on {strike.name} is beyond the range of its law "
-            f"({law}): near a singular pose it would give the chain {late:.3g} J, which had "
-            f"{early:.3g} J"
+            f"({law}): {cause} would give the chain {late:.3g} J, which had "
+            f"{early if at_once else begun:.3g} J"
         )
+
+
+def _refuse_growth(impacts: Impacts, struck: Sequence[int], before: Pair, u: Pair) -> None:
+    """Raise `IntegrationError` for impacts that answer each other and do not become weaker."""
+    first, last = impacts.energy(before), impacts.energy(u)
+    if last < first:
+        return
+    contacts = [impacts.contact(index) for index in struck]
+    names = ", ".join(contact.name for contact in contacts)
+    laws = ", ".join(sorted({contact.law for contact in contacts}))
+    raise IntegrationError(
+        f"at {impacts.time:.9g} s impacts on {names} answer each other without end, beyond the "
+        f"range of their laws ({laws}): the chain, which had {first:.3g} J, has {last:.3g} J"
+    )

@@ -68,7 +68,7 @@ NO_RESPONSE = 16
 MOST_ENERGY = 1e6
 
 # Impacts at one instant before those that answer each other are ended in their limit, which is rest
-# of all contacts that take part. Each takes energy, so that they grow weaker. Read by resolution.
+# of all contacts that take part, if they have taken energy. Read by resolution.
 MOST_IMPACTS = 1000
 
 # Jumps at one instant after which a run fails, as more would not end. A burst ends by itself after
