@@ -28,7 +28,7 @@ def taken(configuration, errors, accuracy):
 
 def test_the_pairs_become_more_precise_and_judges_do_not_share_orders():
     every = list(configurations(1e-9))
-    errors = [each.step_error for each in every if not each.of_before]
+    errors = [each.step_error for each in every if not each.beside]
     assert errors == sorted(errors, reverse=True)
     assert all(each.order != each.judging_order for each in every)
     assert [each.is_long for each in every] == [False] * 5 + [True] * 3
@@ -43,16 +43,21 @@ def test_a_run_in_long_doubles_follows_each_in_double_precision_with_the_same_ju
         run, beside = every[place : place + 2]
         assert (run.judge, run.judging_order) == (beside.judge, beside.judging_order)
         assert beside.precision == beside.judge == "long double"
-        assert beside.of_before > 0
+        assert beside.beside
 
 
-def test_errors_in_long_doubles_are_expected_to_be_a_fifth_of_those_in_double_precision():
+@pytest.mark.parametrize(("bounces", "part"), [(False, 0.05), (True, 0.2)])
+def test_errors_in_long_doubles_are_expected_to_be_a_part_of_those_in_double_precision(
+    bounces, part
+):
     """Of a pair with the same judge, where they are known."""
     errors = np.where(TIMES < 2, 1e-14, 4e-9)
-    seen = Seen(LOW, TIMES, errors)
-    assert seen.expected(LOW_IN_LONG) == pytest.approx(8e-10)
+    seen = Seen(LOW, TIMES, errors, bounces=bounces)
+    assert seen.in_long_doubles == pytest.approx(part * errors, rel=1e-15)
+    assert seen.expected(LOW_IN_LONG) == pytest.approx(part * 4e-9)
     assert seen.expected(DOUBLE_IN_LONG) == np.inf
-    assert Seen(DOUBLE, TIMES, errors).expected(DOUBLE_IN_LONG) == pytest.approx(8e-10)
+    other = Seen(DOUBLE, TIMES, errors, bounces=bounces)
+    assert other.expected(DOUBLE_IN_LONG) == pytest.approx(part * 4e-9)
     assert Seen(LOW_IN_LONG, TIMES, errors).expected(LOW_IN_LONG) == np.inf
     unknown = np.where(TIMES < 2, 1e-14, np.inf)
     assert Seen(LOW, TIMES, unknown).expected(LOW_IN_LONG) == np.inf

@@ -31,10 +31,11 @@ _LONG_ORDERS = 21, 23
 # Assumed growth of the errors of a step over a run, before a pair has shown it.
 _GROWTH = 1e3
 
-# The part of the errors in double precision that those in long doubles may be. Those of round-off
-# are a two-thousandth. Bounces are omitted below a speed that goes with the square root of the
-# round-off: of those the part is a forty-fifth, times the ratio of two speeds in such a sequence.
-_OF_DOUBLE = 0.2
+# The part of the errors in double precision that those in long doubles may be, with omitted bounces
+# and without. Round-off is a two-thousandth. An error that goes with its square root, like that of
+# a contact that is hardly made, is a forty-fifth, and twice as much is stated. So is the speed below
+# which bounces are omitted, but the next one may be far below it or not.
+_OF_BOUNCES, _OF_DOUBLE = 0.2, 0.05
 
 # Margin of a growth that is extrapolated from the time before an error is saturated.
 _EXTRAPOLATED = 100.0
@@ -44,19 +45,19 @@ class Configuration(NamedTuple):
     """A precision and an order, and those of the run that judges it.
 
     Two runs of one precision may share what they leave out. Of two in long doubles that is at most
-    a part `of_before` of the errors that a pair with a run in double precision has shown before.
+    a part of the errors that a run `beside` them, in double precision, has shown with that judge.
     """
 
     precision: PrecisionName
     order: int
     judge: PrecisionName
     judging_order: int
-    of_before: float = 0.0
+    beside: bool = False
 
     @property
     def is_long(self) -> bool:
         """Whether both runs are of the longest precision."""
-        return self.precision == self.judge and not self.of_before
+        return self.precision == self.judge and not self.beside
 
     @property
     def rounding(self) -> float:
@@ -75,13 +76,19 @@ class Seen(NamedTuple):
     """The errors (rad, rad/s) up to each time that a configuration has shown, both of shape (n,).
 
     They are infinite from the time on at which the judge ends. The two runs start `apart` (rad or
-    rad/s) if one of them was moved onto a contact.
+    rad/s) if one of them was moved onto a contact, and one of them may have omitted `bounces`.
     """
 
     configuration: Configuration
     times: Array
     errors: Array
     apart: float = 0.0
+    bounces: bool = False
+
+    @property
+    def in_long_doubles(self) -> Array:
+        """The errors (rad, rad/s) that two runs in long doubles may share, up to each time."""
+        return (_OF_BOUNCES if self.bounces else _OF_DOUBLE) * self.errors
 
     @property
     def is_of_start(self) -> bool:
@@ -99,12 +106,13 @@ class Seen(NamedTuple):
         """
         known = np.isfinite(self.errors)
         whole = bool(known.all()) and len(known) == len(self.times)
-        if (self.configuration.is_long and not known.all()) or (following.of_before and not whole):
+        if (self.configuration.is_long and not known.all()) or (following.beside and not whole):
             return math.inf
         finite = self.errors[known]
         worst = float(finite.max(initial=0.0))
-        if following.of_before:
-            return following.of_before * worst if self._has_judge_of(following) else math.inf
+        if following.beside:
+            shared = float(self.in_long_doubles.max())
+            return shared if self._has_judge_of(following) else math.inf
         growth = self._growth(finite)
         expected = math.exp(min(growth + math.log(following.step_error), 700.0))
         if following.is_long or following.precision == self.configuration.precision:
@@ -160,4 +168,4 @@ def _by_long_doubles(order: int, judging: int) -> Iterator[Configuration]:
     """
     yield Configuration("double", order, "long double", judging)
     other = next(own for own in _LONG_ORDERS if own != judging)
-    yield Configuration("long double", other, "long double", judging, _OF_DOUBLE)
+    yield Configuration("long double", other, "long double", judging, beside=True)

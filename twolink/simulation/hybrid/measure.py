@@ -118,13 +118,11 @@ def measured_run(
     seen: Seen | None = None
     every = list(configurations(accuracy))
     for configuration in every:
-        hopeless = (
-            seen.expected(configuration) > accuracy if seen else bool(configuration.of_before)
-        )
+        hopeless = seen.expected(configuration) > accuracy if seen else configuration.beside
         is_last = configuration is every[-1]
         if hopeless and not is_last:
             continue
-        if too_long and not configuration.of_before:
+        if too_long and not configuration.beside:
             break
         try:
             trial = runs.trial(configuration, accuracy, is_last=is_last)
@@ -141,10 +139,11 @@ def measured_run(
             continue
         if trial is None:
             continue
-        if not configuration.of_before:
-            seen = Seen(configuration, times, trial.errors, trial.apart)
+        if not configuration.beside:
+            bounces = trial.kept.omits_bounces or trial.judge.omits_bounces
+            seen = Seen(configuration, times, trial.errors, trial.apart, bounces)
         elif seen is not None:
-            trial = trial.beside(configuration.of_before * seen.errors)
+            trial = trial.beside(seen.in_long_doubles)
         begun = perf_counter()
         best = _best_of(best, trial, times)
         measuring += perf_counter() - begun + trial.seconds

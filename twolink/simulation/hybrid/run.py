@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from twolink.arithmetic import Pair
+from twolink.contact.impact_laws import Regime
 from twolink.errors import IntegrationError
 from twolink.integration.operations import Extent, Operations, total
 from twolink.integration.precisions import PRECISIONS, PrecisionName
@@ -74,6 +75,11 @@ class HybridRun(MotionRun):
                 start = float(arc.start.t)
                 found.append(Event(max(since, start), mode, start))
         return tuple(found)
+
+    @property
+    def omits_bounces(self) -> bool:
+        """Whether bounces that accumulate were omitted, from a speed on that is round-off."""
+        return any(s.impulse.regime is Regime.BOUNCES_DIE_AWAY for s in self.strikes)
 
     @cached_property
     def impacts(self) -> tuple[Impact, ...]:
