@@ -33,8 +33,8 @@ _GROWTH = 1e3
 
 # The part of the errors in double precision that those in long doubles may be, with omitted bounces
 # and without. Round-off is a two-thousandth. An error that goes with its square root, like that of
-# a contact that is hardly made, is a forty-fifth, and twice as much is stated. So is the speed below
-# which bounces are omitted, but the next one may be far below it or not.
+# a contact that is hardly made, is a forty-fifth, and twice as much is stated. So is the speed
+# below which bounces are omitted, but the next one may be far below it or not.
 _OF_BOUNCES, _OF_DOUBLE = 0.2, 0.05
 
 # Margin of a growth that is extrapolated from the time before an error is saturated.
