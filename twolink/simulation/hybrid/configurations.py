@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.integration.precisions import PRECISIONS, PrecisionName
-from twolink.simulation.hybrid.tolerances import LEAST_SHARE, SATURATED
+from twolink.simulation.hybrid.tolerances import LEAST_SHARE, OF_BOUNCES, OF_DOUBLE, SATURATED
 
 Array = NDArray[np.float64]
 
@@ -30,12 +30,6 @@ _LONG_ORDERS = 21, 23
 
 # Assumed growth of the errors of a step over a run, before a pair has shown it.
 _GROWTH = 1e3
-
-# The part of the errors in double precision that those in long doubles may be, with omitted bounces
-# and without. Round-off is a two-thousandth. An error that goes with its square root, like that of
-# a contact that is hardly made, is a forty-fifth, and twice as much is stated. So is the speed
-# below which bounces are omitted, but the next one may be far below it or not.
-_OF_BOUNCES, _OF_DOUBLE = 0.2, 0.05
 
 # Margin of a growth that is extrapolated from the time before an error is saturated.
 _EXTRAPOLATED = 100.0
@@ -88,7 +82,7 @@ class Seen(NamedTuple):
     @property
     def in_long_doubles(self) -> Array:
         """The errors (rad, rad/s) that two runs in long doubles may share, up to each time."""
-        return (_OF_BOUNCES if self.bounces else _OF_DOUBLE) * self.errors
+        return (OF_BOUNCES if self.bounces else OF_DOUBLE) * self.errors
 
     @property
     def is_of_start(self) -> bool:

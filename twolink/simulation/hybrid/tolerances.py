@@ -100,6 +100,15 @@ BEYOND = 0.01
 # configurations, doubts and impact_order.
 SATURATED = 1e-3
 
+# The part of the errors in double precision that those in long doubles may be. Round-off is a
+# two-thousandth. An error that goes with its square root, like that of a contact that is hardly
+# made, is a forty-fifth, and twice as much is stated. Read by configurations.
+OF_DOUBLE = 0.05
+
+# The same where bounces are omitted. The speed below which they are is a forty-fifth too, but the
+# next one may be far below it or not. Read by configurations.
+OF_BOUNCES = 0.2
+
 # Least share of the duration from which the growth of errors is extrapolated. Read by
 # configurations.
 LEAST_SHARE = 0.01
