@@ -145,6 +145,7 @@ ROWS = {
         "history",
         "run",
         "differences",
+        "judged",
         "measure",
     ],
     "twolink.ensembles": [

@@ -18,7 +18,7 @@ from twolink.effects.surface import Surface
 from twolink.errors import TooMuchError
 from twolink.limits import DEFAULT_LIMITS
 from twolink.scene import Scene
-from twolink.simulation.hybrid import measure
+from twolink.simulation.hybrid import judged, measure
 from twolink.simulation.hybrid.configurations import Configuration
 from twolink.simulation.hybrid.measure import measured_run
 from twolink.simulation.hybrid.run import hybrid_run
@@ -89,7 +89,7 @@ def test_the_margin_is_larger_if_the_judge_has_the_same_precision(monkeypatch):
     def differences(kept, judge, times, accuracy):
         return np.full(len(times), 0.1 if kept.precision == judge.precision else 1.0)
 
-    monkeypatch.setattr(measure, "differences", differences)
+    monkeypatch.setattr(judged, "differences", differences)
     scene = Scene(BALANCED, (0.3, 0.2), (0.0, 0.0), 0.1, (JointFriction((0.1, 0.1)),))
     times = np.array([0.0, 0.1])
     measured = measured_run(scene, times, 1e-9, "lagrange", lambda name: None)
@@ -113,15 +113,6 @@ def test_the_error_includes_the_moments_after_a_force_jumped():
     ours, theirs = (np.concatenate(r.polynomials.at(after)) for r in (found.kept, exact))
     error = np.abs(ours - theirs.astype(float)).max()
     assert error <= found.errors[-1]
-
-
-@pytest.mark.parametrize(
-    ("failure", "exhausted", "known"), [("", False, 2.5), ("jam", False, 1.2), ("long", True, 2.5)]
-)
-def test_a_motion_is_known_until_the_laws_end_its_reference(run, judge, failure, exhausted, known):
-    """A run that was only too long says nothing of the other one."""
-    ended = replace(judge, failure=failure, exhausted=exhausted, reached=1.2 if failure else 2.5)
-    assert measure._Trial(run, ended, np.zeros(1), 1e-9, 2.5).known_until == known
 
 
 def test_a_run_that_ends_early_is_measured_slightly_beyond_its_end(monkeypatch):
@@ -222,14 +213,6 @@ def test_a_run_to_the_end_is_better_than_an_accurate_one_that_ends_early(monkeyp
     assert found.errors[-1] >= 1e-5
 
 
-def test_the_work_of_a_judge_that_left_the_motion_does_not_end_the_search():
-    run = hybrid_run(SCENE, TIMES)
-    wild = replace(run, steps=1_000_000)
-    trial = measure._Trial(run, wild, np.ones(len(TIMES)), 1e-9, float(TIMES[-1]))
-    assert not trial.is_too_long
-    assert replace(trial, kept=wild).is_too_long
-
-
 def test_an_error_that_a_more_precise_judge_contradicts_is_not_kept(monkeypatch):
     """Two runs may agree by chance, as in chaotic bounces, and both be wrong."""
 
@@ -256,7 +239,7 @@ def measured_with_errors(monkeypatch, by_precision, **changes):
         found = hybrid_run(*given, precision="double", order=21, **options)
         return replace(found, precision=precision, order=order, **changes)
 
-    monkeypatch.setattr(measure, "differences", differences)
+    monkeypatch.setattr(judged, "differences", differences)
     monkeypatch.setattr(measure, "hybrid_run", made)
     return measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None), made_in
 
@@ -392,7 +375,7 @@ def configurations_tried(monkeypatch, error_of, failing=()):
         fails = "the modes follow each other" if (precision, order) in failing else ""
         return replace(found, precision=precision, order=order, failure=fails)
 
-    monkeypatch.setattr(measure, "differences", differences)
+    monkeypatch.setattr(judged, "differences", differences)
     monkeypatch.setattr(measure, "hybrid_run", made)
     measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
     return list(dict.fromkeys(tried))
@@ -422,7 +405,7 @@ def test_a_judge_that_is_known_to_fail_judges_no_other_run(monkeypatch):
 @pytest.mark.parametrize(("apart", "last"), [(0.0, 37), (1e-17, 25)])
 def test_no_pair_follows_one_whose_errors_are_those_of_the_start(monkeypatch, apart, last):
     """D starts on the floor within a rounding, and the first pair in 113 bits shows 1e-6 rad."""
-    monkeypatch.setattr(measure._Trial, "apart", property(lambda self: apart))
+    monkeypatch.setattr(judged.JudgedRun, "apart", property(lambda self: apart))
     tried = configurations_tried(monkeypatch, lambda run: 1e-6)
     assert ("quadruple", 31, 25) in tried
     assert tried[-1][2] == last

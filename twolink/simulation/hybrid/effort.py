@@ -12,6 +12,15 @@ from twolink.limits import Forecast, Limits
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.arc import Arc
 
+MOST_WORK = 8_000
+"""The most steps of a run in quadruple precision, each of about a millisecond.
+
+Longer runs are not attempted in it, and runs that exceed the limit are ended.
+"""
+
+STEPS_OF_A_JUMP = 4
+"""The steps that last as long as a jump, in quadruple precision."""
+
 # Memory of an arc beside its steps, and how much of it is looked at together.
 _BYTES_OF_AN_ARC, _MEMORY_WINDOW = 4000, 16e6
 

@@ -26,9 +26,9 @@ from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.configurations import BEST_ORDER, Configuration, Seen, configurations
-from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS, differences
 from twolink.simulation.hybrid.doubts import reason_of
-from twolink.simulation.hybrid.effort import Effort
+from twolink.simulation.hybrid.effort import MOST_WORK, STEPS_OF_A_JUMP, Effort
+from twolink.simulation.hybrid.judged import JudgedRun, best_of
 from twolink.simulation.hybrid.run import HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import BEYOND, PATIENCE
 from twolink.simulation.run import ENDS_EARLY
@@ -37,15 +37,8 @@ from twolink.simulation.smooth.equations import EQUATIONS
 Array = NDArray[np.float64]
 Progress = Callable[[str], Callable[[float], None] | None]
 
-# Allowance for the error of the measuring run: it is a thousandth, and stated as a tenth.
-_MARGIN = 1.1
-
-# A step in quadruple precision takes about a millisecond, and a jump as long as several steps.
-# Longer runs are not attempted in it, and runs that exceed the limit are ended.
-_MOST_WORK = 8_000
-_STEPS_OF_A_JUMP = 4
 _MOST_JUMPS: dict[PrecisionName, int] = {
-    "quadruple": _MOST_WORK // _STEPS_OF_A_JUMP,
+    "quadruple": MOST_WORK // STEPS_OF_A_JUMP,
     "long double": 12_000,
 }
 # Jumps in long double precision that a second of motion may take, and those of any motion. A jump
@@ -63,9 +56,6 @@ _MOST_SHORT_STEPS: dict[PrecisionName, int] = {"long double": 80_000}
 
 # Steps above which orders below the best one lose accuracy.
 _MANY_STEPS_OF_A_LOW_ORDER = 3000
-
-# Relative difference of the ends of two runs that reach equally far.
-_DIGITS = 4
 
 # Memory of a run, its polynomials, and the measuring run with numbers twice as long.
 _RUNS_AT_ONCE = 4
@@ -111,7 +101,7 @@ def measured_run(
     `SimulationError` if not even the start can be integrated.
     """
     runs = _Runs(scene, times, EQUATIONS[formulation].in_speeds, progress, limits)
-    best: _Trial | None = None
+    best: JudgedRun | None = None
     refused: TooMuchError | None = None
     measuring = 0.0
     too_long = False
@@ -145,7 +135,7 @@ def measured_run(
         elif seen is not None:
             trial = trial.beside(seen.in_long_doubles)
         begun = perf_counter()
-        best = _best_of(best, trial, times)
+        best = best_of(best, trial, times)
         measuring += perf_counter() - begun + trial.seconds
         if trial.suffices or trial.is_exhausted or (seen is not None and seen.is_of_start):
             break
@@ -181,7 +171,7 @@ class _Runs:
 
     def trial(
         self, configuration: Configuration, accuracy: float, *, is_last: bool = True
-    ) -> _Trial | None:
+    ) -> JudgedRun | None:
         """Return a run and its errors, or None if its order is too low for its number of steps.
 
         Unless it is the last, raises `_JudgeFailsError` as soon as the judge of a run in its own
@@ -195,11 +185,7 @@ class _Runs:
             # The truncation errors of many steps add up to more than the accuracy.
             return None
         judge = self.judge(configuration, kept)
-        margin = _MARGIN if configuration.precision != configuration.judge else MARGIN_OF_EQUALS
-        begun = perf_counter()
-        errors = margin * differences(kept, judge, self.times, accuracy)
-        spent = perf_counter() - begun
-        return _Trial(kept, judge, errors, accuracy, float(self.times[-1]), spent)
+        return JudgedRun.of(kept, judge, self.times, accuracy)
 
     def _make_both(self, configuration: Configuration, *, measures: bool) -> None:
         """Make the runs of a configuration, each in a thread: their steps need no interpreter.
@@ -300,91 +286,3 @@ def _most_jumps(precision: PrecisionName, duration: float) -> int:
     of_time = max(_JUMPS_OF_ANY, math.ceil(_JUMPS_OF_A_SECOND * duration))
     of_judge = min(_MOST_JUMPS["long double"], of_time)
     return of_judge if precision == "long double" else int(_OF_JUMPS_OF_A_JUDGE * of_judge)
-
-
-@dataclass(frozen=True)
-class _Trial:
-    """A run, the run that measures it, and its errors for an accuracy (rad, rad/s).
-
-    Both are to reach the time `end` (s). The errors took `seconds`.
-    """
-
-    kept: HybridRun
-    judge: HybridRun
-    errors: Array
-    accuracy: float
-    end: float
-    seconds: float = 0.0
-
-    def judged_by(self, judge: HybridRun, times: Array) -> _Trial:
-        """Return the trial with the errors that a more precise run shows, as far as it reaches.
-
-        A run that agreed with its own judge may differ from this one.
-        """
-        found = _MARGIN * differences(self.kept, judge, times, self.accuracy)
-        reached = times[: len(found)] <= judge.reached
-        return replace(self, errors=np.where(reached, np.maximum(self.errors, found), self.errors))
-
-    def beside(self, shared: Array) -> _Trial:
-        """Return the trial with errors (rad, rad/s) that its two runs may share."""
-        return replace(self, errors=self.errors + shared[: len(self.errors)])
-
-    @property
-    def apart(self) -> float:
-        """The difference of the starts of two runs of one precision (rad, rad/s)."""
-        if self.kept.precision != self.judge.precision:
-            return 0.0
-        starts = ([*run.start[0], *run.start[1]] for run in (self.kept, self.judge))
-        return max(abs(float(y - x)) for x, y in zip(*starts, strict=True))
-
-    @property
-    def worst(self) -> float:
-        """The largest error."""
-        return float(self.errors.max(initial=0.0))
-
-    @property
-    def known_until(self) -> float:
-        """The time (s) until which the run is a motion.
-
-        Where the laws end the more precise run, the other one has continued by round-off.
-        """
-        ended = self.judge.failure and not self.judge.exhausted
-        return min(self.kept.reached, self.judge.reached) if ended else self.kept.reached
-
-    @property
-    def rank(self) -> tuple[float, float]:
-        """The larger, the better: first by the part of the time that is reached."""
-        return round(self.known_until / self.end, _DIGITS), -self.worst
-
-    @property
-    def suffices(self) -> bool:
-        """Whether the run is accurate enough, and reaches as far as the one that measures it."""
-        accuracy, reached = self.accuracy, self.kept.reached
-        whole = self.judge.reached - accuracy <= reached <= self.known_until + accuracy
-        return self.worst <= accuracy and whole
-
-    @property
-    def is_perfect(self) -> bool:
-        """Whether the run is accurate enough up to the end."""
-        return self.suffices and self.rank[0] == 1.0
-
-    @property
-    def is_exhausted(self) -> bool:
-        """Whether a run was ended by its effort: others would be too."""
-        return bool(self.kept.exhausted or self.judge.exhausted)
-
-    @property
-    def is_too_long(self) -> bool:
-        """Whether the longest precision would take too long."""
-        # The run whose error is of order one may have reached high speeds, and taken more steps.
-        both = self.kept, self.judge
-        work = min(run.steps + _STEPS_OF_A_JUMP * len(run.arcs) for run in both)
-        return work > _MOST_WORK and self.kept.reached >= self.judge.reached
-
-
-def _best_of(best: _Trial | None, trial: _Trial, times: Array) -> _Trial:
-    """Return the trial of the higher rank, after the new one's judge has judged both."""
-    if best is None or trial.is_perfect:
-        return trial
-    judged = best.judged_by(trial.judge, times)
-    return trial if trial.rank > judged.rank else judged

@@ -1,0 +1,79 @@
+"""A run beside its judge: until when it is a motion, and which of two is the better result."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.simulation.hybrid.test_measure import SCENE, TIMES, tampered
+from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS
+from twolink.simulation.hybrid.judged import JudgedRun, best_of
+from twolink.simulation.hybrid.run import hybrid_run
+
+
+@pytest.fixture(scope="module")
+def run():
+    return hybrid_run(SCENE, TIMES)
+
+
+@pytest.fixture(scope="module")
+def judge():
+    return hybrid_run(SCENE, TIMES, formulation="kane", precision="long double")
+
+
+def judged(kept, judge, error=0.0, accuracy=1e-9):
+    return JudgedRun(kept, judge, np.full(len(TIMES), error), accuracy, float(TIMES[-1]))
+
+
+def test_the_errors_are_the_difference_to_the_judge_and_a_margin(run, judge):
+    off = tampered(run, 1.5, 0, 1e-5)
+    found = JudgedRun.of(off, judge, TIMES, 1e-9)
+    assert found.errors[TIMES < 1].max() < 1e-14
+    assert found.worst == pytest.approx(1.1e-5, rel=1e-6)
+    assert found.seconds > 0
+    alike = JudgedRun.of(off, run, TIMES, 1e-9)
+    assert alike.worst == pytest.approx(MARGIN_OF_EQUALS * 1e-5, rel=1e-6)
+
+
+def test_errors_that_a_run_may_share_with_its_judge_are_added(run, judge):
+    shared = np.linspace(0.0, 1e-9, len(TIMES))
+    found = judged(run, judge, 1e-10).beside(shared)
+    assert found.errors == pytest.approx(1e-10 + shared, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("failure", "exhausted", "known"), [("", False, 2.5), ("jam", False, 1.2), ("long", True, 2.5)]
+)
+def test_a_motion_is_known_until_the_laws_end_its_reference(run, judge, failure, exhausted, known):
+    """A run that was only too long says nothing of the other one."""
+    ended = replace(judge, failure=failure, exhausted=exhausted, reached=1.2 if failure else 2.5)
+    assert judged(run, ended).known_until == known
+    assert judged(run, ended).is_exhausted == exhausted
+
+
+def test_a_run_suffices_if_it_is_accurate_and_reaches_as_far_as_its_judge(run, judge):
+    assert judged(run, judge, 9e-10).is_perfect
+    assert not judged(run, judge, 1.1e-9).suffices
+    assert not judged(run, replace(judge, failure="jam", reached=1.2)).suffices
+    both = (replace(each, failure="jam", reached=1.2) for each in (run, judge))
+    early = judged(*both)
+    assert early.suffices
+    assert not early.is_perfect
+
+
+def test_the_work_of_a_judge_that_left_the_motion_does_not_end_the_search(run):
+    wild = replace(run, steps=1_000_000)
+    assert not judged(run, wild).is_too_long
+    assert judged(wild, wild).is_too_long
+
+
+def test_the_better_run_reaches_farther_or_is_more_accurate(run, judge):
+    """The judge of the new one judges both: here it shows that the one before was right."""
+    coarse, fine = judged(run, judge, 1e-6), judged(run, judge, 1e-7)
+    assert best_of(None, coarse, TIMES) is coarse
+    assert best_of(coarse, fine, TIMES) is fine
+    assert best_of(fine, coarse, TIMES).worst == 1e-7
+    short = judged(replace(run, reached=1.2), replace(judge, failure="jam", reached=1.2), 1e-12)
+    assert best_of(fine, short, TIMES).worst == 1e-7
+    wrong = judged(run, tampered(judge, 1.5, 0, 1e-3), 1e-5)
+    assert best_of(fine, wrong, TIMES) is wrong

@@ -1,0 +1,117 @@
+"""A hybrid run beside the one that measures it, and which of two such runs is the better result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS, differences
+from twolink.simulation.hybrid.effort import MOST_WORK, STEPS_OF_A_JUMP
+from twolink.simulation.hybrid.run import HybridRun
+
+Array = NDArray[np.float64]
+
+# Allowance for the error of the measuring run: it is a thousandth, and stated as a tenth.
+_MARGIN = 1.1
+
+# Relative difference of the ends of two runs that reach equally far.
+_DIGITS = 4
+
+
+@dataclass(frozen=True)
+class JudgedRun:
+    """A run, the run that measures it, and its errors for an accuracy (rad, rad/s).
+
+    Both are to reach the time `end` (s). The errors took `seconds`.
+    """
+
+    kept: HybridRun
+    judge: HybridRun
+    errors: Array
+    accuracy: float
+    end: float
+    seconds: float = 0.0
+
+    @classmethod
+    def of(cls, kept: HybridRun, judge: HybridRun, times: Array, accuracy: float) -> JudgedRun:
+        """Return a run with the errors that another one shows."""
+        margin = _MARGIN if kept.precision != judge.precision else MARGIN_OF_EQUALS
+        begun = perf_counter()
+        errors = margin * differences(kept, judge, times, accuracy)
+        return cls(kept, judge, errors, accuracy, float(times[-1]), perf_counter() - begun)
+
+    def judged_by(self, judge: HybridRun, times: Array) -> JudgedRun:
+        """Return the run with the errors that a more precise one shows, as far as it reaches.
+
+        A run that agreed with its own judge may differ from this one.
+        """
+        found = _MARGIN * differences(self.kept, judge, times, self.accuracy)
+        reached = times[: len(found)] <= judge.reached
+        return replace(self, errors=np.where(reached, np.maximum(self.errors, found), self.errors))
+
+    def beside(self, shared: Array) -> JudgedRun:
+        """Return the run with errors (rad, rad/s) beside, which it may share with its judge."""
+        return replace(self, errors=self.errors + shared[: len(self.errors)])
+
+    @property
+    def apart(self) -> float:
+        """The difference of the starts of two runs of one precision (rad, rad/s)."""
+        if self.kept.precision != self.judge.precision:
+            return 0.0
+        starts = ([*run.start[0], *run.start[1]] for run in (self.kept, self.judge))
+        return max(abs(float(y - x)) for x, y in zip(*starts, strict=True))
+
+    @property
+    def worst(self) -> float:
+        """The largest error."""
+        return float(self.errors.max(initial=0.0))
+
+    @property
+    def known_until(self) -> float:
+        """The time (s) until which the run is a motion.
+
+        Where the laws end the more precise run, the other one has continued by round-off.
+        """
+        ended = self.judge.failure and not self.judge.exhausted
+        return min(self.kept.reached, self.judge.reached) if ended else self.kept.reached
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """The larger, the better: first by the part of the time that is reached."""
+        return round(self.known_until / self.end, _DIGITS), -self.worst
+
+    @property
+    def suffices(self) -> bool:
+        """Whether the run is accurate enough, and reaches as far as the one that measures it."""
+        accuracy, reached = self.accuracy, self.kept.reached
+        whole = self.judge.reached - accuracy <= reached <= self.known_until + accuracy
+        return self.worst <= accuracy and whole
+
+    @property
+    def is_perfect(self) -> bool:
+        """Whether the run is accurate enough up to the end."""
+        return self.suffices and self.rank[0] == 1.0
+
+    @property
+    def is_exhausted(self) -> bool:
+        """Whether a run was ended by its effort: others would be too."""
+        return bool(self.kept.exhausted or self.judge.exhausted)
+
+    @property
+    def is_too_long(self) -> bool:
+        """Whether the longest precision would take too long."""
+        # The run whose error is of order one may have reached high speeds, and taken more steps.
+        both = self.kept, self.judge
+        work = min(run.steps + STEPS_OF_A_JUMP * len(run.arcs) for run in both)
+        return work > MOST_WORK and self.kept.reached >= self.judge.reached
+
+
+def best_of(best: JudgedRun | None, trial: JudgedRun, times: Array) -> JudgedRun:
+    """Return the run of the higher rank, after the judge of the new one has judged both."""
+    if best is None or trial.is_perfect:
+        return trial
+    judged = best.judged_by(trial.judge, times)
+    return trial if trial.rank > judged.rank else judged
