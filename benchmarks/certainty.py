@@ -40,7 +40,7 @@ from twolink.integration.precisions import PrecisionName
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation import simulate
-from twolink.simulation.hybrid import flow, run
+from twolink.simulation.hybrid import flow, judged, run
 from twolink.simulation.hybrid import measure as hybrid_measure
 from twolink.simulation.motion import has_events, motion_run
 from twolink.simulation.run import MotionRun
@@ -59,6 +59,7 @@ TIMED_MODULES = (
     run,
     flow,
     hybrid_measure,
+    judged,
 )
 CLOCK = "perf_counter"
 AIM_OF_MEDIAN, AIM_OF_WORST = 4.0, 8.0
