@@ -1,6 +1,7 @@
 """Tests of the hybrid simulator: a module for each of its own, and the systems that they share."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,6 +30,20 @@ BALANCED = Chain((1.0, 1.0), (1.0, 1.0), ((0.0, 0.0), (0.0, 0.0)), (2.0, 0.5))
 STOP = JointStop("A", lower=0.0, restitution=0.5)
 ONTO = JointTorque((-6.0, 0.0))
 """Link 1 turns to the stop with −2 rad/s²."""
+
+
+BOUNCES = Scene(BALANCED, (1.0, 0.0), (0.0, 0.0), 2.5, (ONTO, STOP))
+"""Link 1 is at its stop after 1 s, and again at 2 s: from there for 1/2 s."""
+
+BOUNCE_TIMES = np.linspace(0, 2.5, 26)
+
+
+def tampered(run, t, variable, by):
+    """Return a run whose step at a time has one value wrong."""
+    coefficients = run.polynomials.coefficients.copy()
+    step = int(np.searchsorted(run.polynomials.starts, t, side="right")) - 1
+    coefficients[step, variable, 0] += by
+    return replace(run, polynomials=replace(run.polynomials, coefficients=coefficients))
 
 
 def system_of(

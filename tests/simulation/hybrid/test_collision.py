@@ -59,7 +59,7 @@ def test_the_direction_of_a_slide_is_the_sign_of_its_speed_beyond_rounding():
 
 
 @pytest.mark.parametrize("law", ["newton", "newton-routh", "poisson", "stronge"])
-def test_an_impact_that_gives_the_chain_energy_is_noted(law):
+def test_an_impact_that_increases_the_energy_is_noted(law):
     """D of a bar strikes a rough floor at a slant, and its slide stops or turns (Kane's rod)."""
     place = 0.0, math.sin(1.1) + math.sin(1.3)
     floor = Surface(place, (0.0, -1.0), ("D",), restitution=0.9, law=law, friction=0.8)
@@ -77,7 +77,7 @@ def test_an_impact_that_gives_the_chain_energy_is_noted(law):
         assert len(found.notes) == len(gains)
         for note, (early, late) in zip(found.notes, gains, strict=True):
             assert f"({law})" in note.sentence
-            assert f"{early:.6g} J become {late:.6g} J." in note.sentence
+            assert f"from {early:.6g} J to {late:.6g} J," in note.sentence
         noted += len(gains)
     assert (noted > 0) == law.startswith("newton")
 

@@ -28,7 +28,7 @@ def taken(configuration, errors, accuracy):
 
 def test_the_pairs_become_more_precise_and_judges_do_not_share_orders():
     every = list(configurations(1e-9))
-    errors = [each.step_error for each in every if not each.beside]
+    errors = [each.step_error for each in every if not each.shares_judge]
     assert errors == sorted(errors, reverse=True)
     assert all(each.order != each.judging_order for each in every)
     assert [each.is_long for each in every] == [False] * 5 + [True] * 3
@@ -43,7 +43,7 @@ def test_a_run_in_long_doubles_follows_each_in_double_precision_with_the_same_ju
         run, beside = every[place : place + 2]
         assert (run.judge, run.judging_order) == (beside.judge, beside.judging_order)
         assert beside.precision == beside.judge == "long double"
-        assert beside.beside
+        assert beside.shares_judge
 
 
 @pytest.mark.parametrize(("bounces", "part"), [(False, 0.05), (True, 0.2)])

@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.simulation.hybrid.test_measure import SCENE, TIMES, judge, run, tampered
+from tests.simulation.hybrid import BOUNCE_TIMES as TIMES
+from tests.simulation.hybrid import BOUNCES as SCENE
+from tests.simulation.hybrid import tampered
 from twolink.chain import Chain
 from twolink.contact.impact_laws import Regime
 from twolink.contact.states import EventKind
@@ -26,8 +28,6 @@ from twolink.simulation.hybrid.differences import (
 )
 from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.run import hybrid_run
-
-__all__ = ["judge", "run"]
 
 
 def test_two_runs_of_one_motion_differ_by_rounding(run, judge):

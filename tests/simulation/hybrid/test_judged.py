@@ -5,20 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.simulation.hybrid.test_measure import SCENE, TIMES, tampered
+from tests.simulation.hybrid import BOUNCE_TIMES as TIMES
+from tests.simulation.hybrid import tampered
 from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS
 from twolink.simulation.hybrid.judged import JudgedRun, best_of
-from twolink.simulation.hybrid.run import hybrid_run
-
-
-@pytest.fixture(scope="module")
-def run():
-    return hybrid_run(SCENE, TIMES)
-
-
-@pytest.fixture(scope="module")
-def judge():
-    return hybrid_run(SCENE, TIMES, formulation="kane", precision="long double")
 
 
 def judged(kept, judge, error=0.0, accuracy=1e-9):
@@ -37,7 +27,7 @@ def test_the_errors_are_the_difference_to_the_judge_and_a_margin(run, judge):
 
 def test_errors_that_a_run_may_share_with_its_judge_are_added(run, judge):
     shared = np.linspace(0.0, 1e-9, len(TIMES))
-    found = judged(run, judge, 1e-10).beside(shared)
+    found = judged(run, judge, 1e-10).with_shared(shared)
     assert found.errors == pytest.approx(1e-10 + shared, rel=1e-15)
 
 

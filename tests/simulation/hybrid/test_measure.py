@@ -7,7 +7,9 @@ from time import monotonic, sleep
 import numpy as np
 import pytest
 
-from tests.simulation.hybrid import BALANCED
+from tests.simulation.hybrid import BALANCED, tampered
+from tests.simulation.hybrid import BOUNCE_TIMES as TIMES
+from tests.simulation.hybrid import BOUNCES as SCENE
 from twolink.chain import Chain
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
@@ -22,31 +24,6 @@ from twolink.simulation.hybrid import judged, measure
 from twolink.simulation.hybrid.configurations import Configuration
 from twolink.simulation.hybrid.measure import measured_run
 from twolink.simulation.hybrid.run import hybrid_run
-
-TIMES = np.linspace(0, 2.5, 26)
-SCENE = Scene(
-    BALANCED, (1.0, 0.0), (0.0, 0.0), 2.5,
-    (JointTorque((-6.0, 0.0)), JointStop("A", lower=0.0, restitution=0.5)),
-)  # fmt: skip
-"""At the stop after 1 s, and again at 2 s: from there for 1/2 s."""
-
-
-@pytest.fixture(scope="module")
-def run():
-    return hybrid_run(SCENE, TIMES)
-
-
-@pytest.fixture(scope="module")
-def judge():
-    return hybrid_run(SCENE, TIMES, formulation="kane", precision="long double")
-
-
-def tampered(run, t, variable, by):
-    """Return a run whose step at a time has one value wrong."""
-    coefficients = run.polynomials.coefficients.copy()
-    step = int(np.searchsorted(run.polynomials.starts, t, side="right")) - 1
-    coefficients[step, variable, 0] += by
-    return replace(run, polynomials=replace(run.polynomials, coefficients=coefficients))
 
 
 def exact(times):

@@ -119,7 +119,7 @@ def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
 
 
 def _gains(impacts: Impacts, strikes: Sequence[Strike]) -> tuple[Remark, ...]:
-    """Return remarks on impacts that give the chain energy, as Newton's law with friction may."""
+    """Return remarks on impacts that increase the energy, as Newton's law with friction may."""
     found = []
     for strike in strikes:
         contact = impacts.contact(strike.number)
@@ -128,10 +128,12 @@ def _gains(impacts: Impacts, strikes: Sequence[Strike]) -> tuple[Remark, ...]:
         early, late = (impacts.energy(u) for u in strike.u)
         if late > (1 + GIVEN_ENERGY) * early:
             sentence = (
-                f"At {strike.time:.9g} s the impact on {strike.name} gives the chain energy, which "
-                f"its law ({contact.law}) may do with friction: {early:.6g} J become {late:.6g} J."
+                f"At {strike.time:.9g} s the impact on {strike.name} increases the kinetic energy "
+                f"from {early:.6g} J to {late:.6g} J, as its law ({contact.law}) may with friction."
             )
-            found.append(Remark("an impact gives energy", strike.time, sentence, late - early))
+            found.append(
+                Remark("an impact increases the energy", strike.time, sentence, late - early)
+            )
     return tuple(found)
 
 

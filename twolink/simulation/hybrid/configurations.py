@@ -38,20 +38,20 @@ _EXTRAPOLATED = 100.0
 class Configuration(NamedTuple):
     """A precision and an order, and those of the run that judges it.
 
-    Two runs of one precision may share what they leave out. Of two in long doubles that is at most
-    a part of the errors that a run `beside` them, in double precision, has shown with that judge.
+    With `shares_judge` it is a run in long doubles whose judge, of the same precision, has judged
+    a run in double precision before.
     """
 
     precision: PrecisionName
     order: int
     judge: PrecisionName
     judging_order: int
-    beside: bool = False
+    shares_judge: bool = False
 
     @property
     def is_long(self) -> bool:
         """Whether both runs are of the longest precision."""
-        return self.precision == self.judge and not self.beside
+        return self.precision == self.judge and not self.shares_judge
 
     @property
     def rounding(self) -> float:
@@ -81,7 +81,11 @@ class Seen(NamedTuple):
 
     @property
     def in_long_doubles(self) -> Array:
-        """The errors (rad, rad/s) that two runs in long doubles may share, up to each time."""
+        """The errors (rad, rad/s) up to each time that two runs in long doubles may share.
+
+        Their difference does not show what both leave out. It is a part of these errors, which are
+        those of a run in double precision.
+        """
         return (OF_BOUNCES if self.bounces else OF_DOUBLE) * self.errors
 
     @property
@@ -98,26 +102,29 @@ class Seen(NamedTuple):
         precision it is far below any accuracy. An error that is unknown in quadruple precision
         depends on a choice there, which only the last pair has a chance to decide.
         """
+        if following.shares_judge:
+            return self._expected_in_long_doubles(following)
         known = np.isfinite(self.errors)
-        whole = bool(known.all()) and len(known) == len(self.times)
-        if (self.configuration.is_long and not known.all()) or (following.beside and not whole):
+        if self.configuration.is_long and not known.all():
             return math.inf
         finite = self.errors[known]
         worst = float(finite.max(initial=0.0))
-        if following.beside:
-            shared = float(self.in_long_doubles.max())
-            return shared if self._has_judge_of(following) else math.inf
         growth = self._growth(finite)
         expected = math.exp(min(growth + math.log(following.step_error), 700.0))
         if following.is_long or following.precision == self.configuration.precision:
             return expected
         return max(expected, worst * math.sqrt(following.rounding / self.configuration.rounding))
 
-    def _has_judge_of(self, following: Configuration) -> bool:
-        """Return whether a pair with one more run of the judge's precision has the same judge."""
-        own = self.configuration
-        judges = [(pair.judge, pair.judging_order) for pair in (own, following)]
-        return own.precision != own.judge and judges[0] == judges[1]
+    def _expected_in_long_doubles(self, following: Configuration) -> float:
+        """Return the expected error (rad, rad/s) of a run in long doubles with the same judge.
+
+        It is infinite for another judge, and where this run or its judge has ended early.
+        """
+        own, whole = self.configuration, len(self.errors) == len(self.times)
+        judges = {(pair.judge, pair.judging_order) for pair in (own, following)}
+        if own.precision != "double" or len(judges) > 1 or not whole:
+            return math.inf
+        return float(self.in_long_doubles.max())
 
     def _growth(self, errors: Array) -> float:
         """Return the logarithm of the factor by which the error of a step grows over the motion."""
@@ -162,4 +169,4 @@ def _by_long_doubles(order: int, judging: int) -> Iterator[Configuration]:
     """
     yield Configuration("double", order, "long double", judging)
     other = next(own for own in _LONG_ORDERS if own != judging)
-    yield Configuration("long double", other, "long double", judging, beside=True)
+    yield Configuration("long double", other, "long double", judging, shares_judge=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from twolink.arithmetic import Pair, Scalar
@@ -346,6 +346,12 @@ class Impacts:
     def row(self, index: int) -> Pair:
         """Return the Jacobian row of a contact's normal."""
         return self.pose.row(self.contact(index).normal)
+
+    def names_and_laws(self, indices: Iterable[int]) -> tuple[str, str]:
+        """Return the names of contacts, and those of their laws, for a message."""
+        contacts = [self.contact(index) for index in indices]
+        laws = sorted({contact.law for contact in contacts})
+        return ", ".join(contact.name for contact in contacts), ", ".join(laws)
 
     def contact(self, index: int) -> RigidContact:
         """Return the contact with an index."""

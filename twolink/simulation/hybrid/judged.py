@@ -52,8 +52,8 @@ class JudgedRun:
         reached = times[: len(found)] <= judge.reached
         return replace(self, errors=np.where(reached, np.maximum(self.errors, found), self.errors))
 
-    def beside(self, shared: Array) -> JudgedRun:
-        """Return the run with errors (rad, rad/s) beside, which it may share with its judge."""
+    def with_shared(self, shared: Array) -> JudgedRun:
+        """Return the run with errors (rad, rad/s) added that it may share with its judge."""
         return replace(self, errors=self.errors + shared[: len(self.errors)])
 
     @property

@@ -11,7 +11,7 @@ and a part of the error of that is added for what both may leave out.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 
@@ -102,26 +102,42 @@ def measured_run(
     """
     runs = _Runs(scene, times, EQUATIONS[formulation].in_speeds, progress, limits)
     best: JudgedRun | None = None
-    refused: TooMuchError | None = None
     measuring = 0.0
-    too_long = False
-    seen: Seen | None = None
-    every = list(configurations(accuracy))
-    for configuration in every:
-        hopeless = seen.expected(configuration) > accuracy if seen else configuration.beside
-        is_last = configuration is every[-1]
-        if hopeless and not is_last:
-            continue
-        if too_long and not configuration.beside:
+    for trial in _trials(runs, accuracy):
+        begun = perf_counter()
+        best = best_of(best, trial, times)
+        measuring += perf_counter() - begun + trial.seconds
+        if trial.suffices or trial.is_exhausted:
             break
+    assert best is not None
+    kept = best.kept.decided(times, best.errors)
+    return Measured(kept, best.errors, best.judge, tuple(runs.known.values()), measuring)
+
+
+def _trials(runs: _Runs, accuracy: float) -> Iterator[JudgedRun]:
+    """Yield at least one run that is measured: those that are expected to suffice, and the last.
+
+    The longest precision is left out where it would take too long. Raises `SimulationError` if not
+    even the start can be integrated.
+    """
+    seen: Seen | None = None
+    refused: TooMuchError | None = None
+    too_long = False
+    *_, last = every = list(configurations(accuracy))
+    for pair in every:
+        hopeless = pair.shares_judge if seen is None else seen.expected(pair) > accuracy
+        if hopeless and pair is not last:
+            continue
+        if too_long and not pair.shares_judge:
+            return
         try:
-            trial = runs.trial(configuration, accuracy, is_last=is_last)
+            trial = runs.trial(pair, accuracy, is_last=pair is last)
         except _JudgeFailsError:
             continue
         except TooMuchError as error:
-            if best is not None:
-                break
-            if not runs.is_made(configuration):
+            if seen is not None:
+                return
+            if not runs.is_made(pair):
                 raise
             # Once its error is of order one, the judge follows another motion, which may reach
             # speeds at which it takes more steps than the limits allow.
@@ -129,22 +145,17 @@ def measured_run(
             continue
         if trial is None:
             continue
-        if not configuration.beside:
+        if not pair.shares_judge:
             bounces = trial.kept.omits_bounces or trial.judge.omits_bounces
-            seen = Seen(configuration, times, trial.errors, trial.apart, bounces)
-        elif seen is not None:
-            trial = trial.beside(seen.in_long_doubles)
-        begun = perf_counter()
-        best = best_of(best, trial, times)
-        measuring += perf_counter() - begun + trial.seconds
-        if trial.suffices or trial.is_exhausted or (seen is not None and seen.is_of_start):
-            break
+            seen = Seen(pair, runs.times, trial.errors, trial.apart, bounces)
+        assert seen is not None
+        yield trial.with_shared(seen.in_long_doubles) if pair.shares_judge else trial
+        if seen.is_of_start:
+            return
         too_long = too_long or trial.is_too_long
-    if best is None:
+    if seen is None:
         assert refused is not None
         raise refused
-    kept = best.kept.decided(times, best.errors)
-    return Measured(kept, best.errors, best.judge, tuple(runs.known.values()), measuring)
 
 
 class _JudgeFailsError(Exception):

@@ -39,9 +39,8 @@ def resolve(
     """Return the speeds after the impacts of all approached contacts.
 
     Impacts are sequential, that with the most energy of approach first, until no contact is
-    approached any more: each takes no energy or gives none, so neither do they all. `resting` has
-    those contacts whose normal speed is zero exactly. Raises `IntegrationError` where a law is out
-    of its range.
+    approached any more. `resting` has those contacts whose normal speed is zero exactly. Raises
+    `IntegrationError` where a law is out of its range.
     """
     rounding = impacts.rounding
     strikes: list[Strike] = []
@@ -74,13 +73,20 @@ def resolve(
             still = {i for i in still if i != index and at_rest(rows[i], u, rounding)}
         if abs(strike.speeds[1]) <= NO_REBOUND * rounding * abs(strike.speeds[0]):
             still.add(index)
-    # Repeated impacts between contacts become weaker: in the limit all come to rest.
-    struck = sorted({strike.number for strike in strikes})
-    _refuse_growth(impacts, struck, before, u)
-    strikes += ended(impacts, struck, u)
-    u = strikes[-1].u[1]
-    still = {i for i in contacts if is_left_over(rows[i], u, before, rounding)}
-    return Resolution(u, tuple(strikes), frozenset(still))
+    return _in_limit(impacts, strikes, rows)
+
+
+def _in_limit(impacts: Impacts, strikes: Sequence[Strike], rows: Mapping[int, Pair]) -> Resolution:
+    """Return the limit of repeated impacts between contacts: all of those come to rest.
+
+    Raises `IntegrationError` if the impacts have not become weaker.
+    """
+    before, struck = strikes[0].u[0], sorted({strike.number for strike in strikes})
+    _refuse_growth(impacts, struck, before, strikes[-1].u[1])
+    every = (*strikes, *ended(impacts, struck, strikes[-1].u[1]))
+    u = every[-1].u[1]
+    still = {i for i, row in rows.items() if is_left_over(row, u, before, impacts.rounding)}
+    return Resolution(u, every, frozenset(still))
 
 
 def strongest(impacts: Impacts, approached: Sequence[int], u: Pair) -> int:
@@ -156,9 +162,7 @@ def _refuse_growth(impacts: Impacts, struck: Sequence[int], before: Pair, u: Pai
     first, last = impacts.energy(before), impacts.energy(u)
     if last < first:
         return
-    contacts = [impacts.contact(index) for index in struck]
-    names = ", ".join(contact.name for contact in contacts)
-    laws = ", ".join(sorted({contact.law for contact in contacts}))
+    names, laws = impacts.names_and_laws(struck)
     raise IntegrationError(
         f"at {impacts.time:.9g} s impacts on {names} answer each other without end, beyond the "
         f"range of their laws ({laws}): the chain, which had {first:.3g} J, has {last:.3g} J"

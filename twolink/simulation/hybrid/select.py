@@ -144,6 +144,7 @@ def _selected(problem: Problem, pose: Pose) -> Selection | None:
     undecided: list[Candidate] = []
     moving: list[Candidate] = []
     for sticking_first, with_pressed in ((True, False), (True, True), (False, False)):
+        # Modes that only satisfy the laws come before those that higher derivatives contradict.
         if not sticking_first and moving:
             break
         # Beside others that begin slides, modes with saturated friction count if they begin none.

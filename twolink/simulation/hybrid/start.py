@@ -65,7 +65,8 @@ def start_state(system: HybridSystem, scene: Scene) -> HybridState:
             except IntegrationError as error:
                 # A start beyond the range of a law is refused.
                 raise SimulationError(str(error)) from error
-    # A press decides its slide by the rounding of the system, and elements on its line by float64.
+    # Elements along one line slide or rest together: all of them by the rounding of float64, while
+    # `press` has decided by that of the system.
     return _at_rest_on_contacts(system, state._replace(sliding=sliding), pose)
 
 

@@ -183,9 +183,7 @@ def _check_energy(
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     first, last = impacts.energy(crowd[0].u[0]), impacts.energy(state.u)
     if not last <= tolerances.MOST_ENERGY * first:
-        struck = {strike.number: impacts.contact(strike.number) for strike in crowd}
-        names = ", ".join(struck[index].name for index in sorted(struck))
-        laws = ", ".join(sorted({contact.law for contact in struck.values()}))
+        names, laws = impacts.names_and_laws(sorted({strike.number for strike in crowd}))
         raise IntegrationError(
             f"at {float(state.t):.9g} s the impacts on {names} follow each other without end, and "
             f"the chain, which had {first:.3g} J, gains energy in them (law: {laws})"
