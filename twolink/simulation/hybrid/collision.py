@@ -26,7 +26,7 @@ from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import resolve
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import GIVEN_ENERGY, SAME_INSTANT
+from twolink.simulation.hybrid.tolerances import SAME_INSTANT
 
 
 def nearby(system: HybridSystem, state: HybridState) -> list[int]:
@@ -114,27 +114,7 @@ def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
     state = HybridState(state.t, pose.q, found.u, gaps, touching, sliding, state.compliant)
     if any(state.compliant):
         state = surfaces_after(system, state, pose)
-    doubts, notes = undecided
-    return Collision(state, pose, found.strikes, doubts, notes + _gains(impacts, found.strikes))
-
-
-def _gains(impacts: Impacts, strikes: Sequence[Strike]) -> tuple[Remark, ...]:
-    """Return remarks on impacts that increase the energy, as Newton's law with friction may."""
-    found = []
-    for strike in strikes:
-        contact = impacts.contact(strike.number)
-        if contact.tangent is None:
-            continue
-        early, late = (impacts.energy(u) for u in strike.u)
-        if late > (1 + GIVEN_ENERGY) * early:
-            sentence = (
-                f"At {strike.time:.9g} s the impact on {strike.name} increases the kinetic energy "
-                f"from {early:.6g} J to {late:.6g} J, as its law ({contact.law}) may with friction."
-            )
-            found.append(
-                Remark("an impact increases the energy", strike.time, sentence, late - early)
-            )
-    return tuple(found)
+    return Collision(state, pose, found.strikes, *undecided)
 
 
 def _any_approached(

@@ -124,9 +124,9 @@ class Doubt(NamedTuple):
 
 
 class Remark(NamedTuple):
-    """A sentence on the motion at a time (s); remarks of one `kind` are alike.
+    """A sentence on a choice of the simulator at a time (s); remarks of one `kind` are alike.
 
-    `change` is that of u by another choice (rad/s), or of the energy (J), where it is known.
+    `change` (rad/s) is that of u by another choice, where it is known.
     """
 
     kind: str

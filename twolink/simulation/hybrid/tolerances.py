@@ -67,10 +67,6 @@ NO_RESPONSE = 16
 # resolution and zeno.
 MOST_ENERGY = 1e6
 
-# The part of the kinetic energy that an impact must give for a note. A smaller one may be
-# round-off, which is largest near a singular pose. Read by collision.
-GIVEN_ENERGY = 1e-9
-
 # Impacts at one instant before those that answer each other are ended in their limit, which is rest
 # of all contacts that take part, if they have taken energy. Read by resolution.
 MOST_IMPACTS = 1000
