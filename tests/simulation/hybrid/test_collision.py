@@ -218,3 +218,20 @@ def test_the_pose_of_a_contact_takes_the_gaps_and_depths_of_others_with_it(preci
     again, _ = place(system, shallow, system.pose(shallow.q), first)
     assert again.gaps[of_floor] == shallow.gaps[of_floor]
     assert again.compliant[press].sqrt_depth == shallow.compliant[press].sqrt_depth
+
+
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_speeds_that_an_impact_leaves_at_a_start_are_its_round_off(precision):
+    """Link 1 is stopped without a rebound, and link 2, which turns on its own, goes on."""
+    system = stopped_chain(JointFriction((0.0, 1.0)), restitution=0.0, precision=precision)
+    start = state_of(system, (0.0, 0.25), (-1.0, 1e-15))
+    left = collide(system, start, system.pose(start.q))
+    assert left.state.u == (0, 0)
+    assert left.state.sliding == (0, 0)
+    assert [doubt.change for doubt in left.doubts] == [pytest.approx(1e-15)]
+    faster = state_of(system, (0.0, 0.25), (-1.0, 3e-15))
+    kept = collide(system, faster, system.pose(faster.q))
+    assert float(kept.state.u[1]) == 3e-15
+    assert kept.doubts == ()
+    later = collide(system, start._replace(t=system.number(3)), system.pose(start.q))
+    assert float(later.state.u[1]) == 1e-15

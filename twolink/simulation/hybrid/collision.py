@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from twolink.arithmetic import Pair, sqrt
 from twolink.contact.coordinates import ConstraintCoordinate
+from twolink.contact.states import EventKind
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid import compliant_state
 from twolink.simulation.hybrid.constraint import same_line
@@ -16,17 +17,18 @@ from twolink.simulation.hybrid.impact import (
     approach,
     at_rest,
     is_left_over,
+    largest,
     placed,
     speed_along,
 )
 from twolink.simulation.hybrid.impact_order import choices
-from twolink.simulation.hybrid.mode import Doubt, Remark
+from twolink.simulation.hybrid.mode import Doubt, Remark, Trigger
 from twolink.simulation.hybrid.noise import vanishes
 from twolink.simulation.hybrid.pose import Pose
-from twolink.simulation.hybrid.resolution import resolve
+from twolink.simulation.hybrid.resolution import Resolution, resolve
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import SAME_INSTANT
+from twolink.simulation.hybrid.tolerances import ROUNDED_PLACE, SAME_INSTANT
 
 
 def nearby(system: HybridSystem, state: HybridState) -> list[int]:
@@ -100,9 +102,14 @@ def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
         state, pose = place(system, state, pose, index)
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     found = resolve(impacts, state.u, near, state.touching)
-    undecided: tuple[Any, ...] = ((), ())
+    doubts: tuple[Doubt, ...] = ()
+    notes: tuple[Remark, ...] = ()
     if len(system.near) > 1 and found.strikes:
-        undecided = choices(system, state, impacts, near, found)
+        doubts, notes = choices(system, state, impacts, near, found)
+    left = _left_at_start(state, found)
+    if left:
+        doubts += (Doubt(0.0, Trigger(EventKind.HITS, near[0]), 0.0, left, 0.0),)
+        found = Resolution((0 * found.u[0], 0 * found.u[1]), found.strikes, frozenset(near))
     touching, gaps = found.resting, state.gaps
     if state.touching:
         touching |= {i for i in state.touching if not system.elements[i].rigid}
@@ -114,7 +121,19 @@ def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
     state = HybridState(state.t, pose.q, found.u, gaps, touching, sliding, state.compliant)
     if any(state.compliant):
         state = surfaces_after(system, state, pose)
-    return Collision(state, pose, found.strikes, *undecided)
+    return Collision(state, pose, found.strikes, doubts, notes)
+
+
+def _left_at_start(state: HybridState, found: Resolution) -> float:
+    """Return the speed (rad/s) that impacts leave at a start if it is its round-off, else 0.
+
+    A start is given in float64. In every precision, its round-off decides nothing.
+    """
+    if state.t != 0 or not found.strikes:
+        return 0.0
+    left = float(largest(found.u))
+    known = ROUNDED_PLACE * PRECISIONS["double"].rounding * float(largest(state.u))
+    return left if left <= known else 0.0
 
 
 def _any_approached(
