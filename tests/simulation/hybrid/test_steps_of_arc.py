@@ -62,6 +62,20 @@ def test_no_step_of_a_press_follows_one_whose_clock_is_beyond_the_end():
     assert clock.max() < 1e-4 <= course.stepper.state[course.compiled.clock]
 
 
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_a_press_that_round_off_has_ended_as_it_begins_takes_steps_forward(precision):
+    """Another event is at the instant at which the point leaves: its √depth is below zero."""
+    system = system_of(BALL, precision=precision)
+    state = state_of(system, (0.0, 0.0), (0.01, 0.01))
+    (own,) = state.compliant
+    state = state._replace(compliant=(own._replace(sqrt_depth=system.number(-1e-24)),))
+    course = course_of(system, state, S.CLOSED, until=1e-4)
+    set_up(course)
+    block, _, failure = take_steps(course, 2, 1e-6)
+    assert failure == ""
+    assert (block.lengths > 0).all()
+
+
 def test_an_arc_keeps_only_the_memory_of_its_steps():
     system = system_of(Gravity(), JointStop("A", lower=-1.0))
     (block,) = flow(

@@ -59,13 +59,14 @@ def _longest_press(course: Course, span: Any) -> Any:
     """Return a step (s/m^½) of more than the time in which an arc ends if no depth changes.
 
     The series of a chain that rests on a surface converges everywhere. A press begins with a root
-    of zero, and its clock is slow until the root has grown.
+    of zero, and its clock is slow until the root has grown. Where the point leaves the surface at
+    the instant at which the arc begins, the root is below zero by round-off.
     """
     system, compiled, state = course.system, course.compiled, course.state
     longest = 2 * span
     for index in compiled.roots:
         root = state.compliant[index].sqrt_depth  # type: ignore[union-attr]
-        longest = longest / (root or system.least_root)
+        longest = longest / (root if root > 0 else system.least_root)  # type: ignore[operator]
     return longest
 
 
