@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from twolink.arithmetic import Pair, sqrt
 from twolink.contact.coordinates import ConstraintCoordinate
 from twolink.contact.states import EventKind
+from twolink.errors import IntegrationError
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid import compliant_state
 from twolink.simulation.hybrid.constraint import same_line
@@ -28,7 +30,7 @@ from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import Resolution, resolve
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import ROUNDED_PLACE, SAME_INSTANT
+from twolink.simulation.hybrid.tolerances import SAME_INSTANT
 
 
 def nearby(system: HybridSystem, state: HybridState) -> list[int]:
@@ -64,7 +66,7 @@ def _closes_now(system: HybridSystem, state: HybridState, pose: Pose, index: int
     assert normal is not None
     if gap <= 0:
         return True
-    speed = approach(pose.row(normal), state.u, system.rounding)
+    speed = approach(pose.row(normal), state.u, rounding_at(system, state))
     instant = SAME_INSTANT * system.rounding * max(float(state.t), system.longest_step)
     return bool(gap <= -instant * speed)
 
@@ -100,16 +102,15 @@ def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
         return Collision(state, pose)
     for index in near:
         state, pose = place(system, state, pose, index)
-    impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
+    known = rounding_at(system, state)
+    impacts = Impacts(pose, system.elements, float(state.t), known)
     found = resolve(impacts, state.u, near, state.touching)
     doubts: tuple[Doubt, ...] = ()
     notes: tuple[Remark, ...] = ()
     if len(system.near) > 1 and found.strikes:
         doubts, notes = choices(system, state, impacts, near, found)
-    left = _left_at_start(state, found)
-    if left:
-        doubts += (Doubt(0.0, Trigger(EventKind.HITS, near[0]), 0.0, left, 0.0),)
-        found = Resolution((0 * found.u[0], 0 * found.u[1]), found.strikes, frozenset(near))
+    if known > system.rounding:
+        doubts += _doubts_of_rounding(system, state, pose, near, found)
     touching, gaps = found.resting, state.gaps
     if state.touching:
         touching |= {i for i in state.touching if not system.elements[i].rigid}
@@ -117,23 +118,35 @@ def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
         # A gap that has just closed is zero.
         if gaps[index] != 0:
             gaps = put(gaps, index, system.number(0))
-    sliding = sliding_after(system, pose, state.u, found.u)
+    sliding = sliding_after(system, pose, state.u, found.u, known)
     state = HybridState(state.t, pose.q, found.u, gaps, touching, sliding, state.compliant)
     if any(state.compliant):
         state = surfaces_after(system, state, pose)
     return Collision(state, pose, found.strikes, doubts, notes)
 
 
-def _left_at_start(state: HybridState, found: Resolution) -> float:
-    """Return the speed (rad/s) that impacts leave at a start if it is its round-off, else 0.
+def rounding_at(system: HybridSystem, state: HybridState) -> float:
+    """Return the round-off of the speeds of a state: a start is given in float64.
 
-    A start is given in float64. In every precision, its round-off decides nothing.
+    In every precision the same speeds count as zero there.
     """
-    if state.t != 0 or not found.strikes:
-        return 0.0
-    left = float(largest(found.u))
-    known = ROUNDED_PLACE * PRECISIONS["double"].rounding * float(largest(state.u))
-    return left if left <= known else 0.0
+    of_start = PRECISIONS["double"].rounding
+    return max(system.rounding, of_start) if state.t == 0 else system.rounding
+
+
+def _doubts_of_rounding(
+    system: HybridSystem, state: HybridState, pose: Pose, near: Sequence[int], found: Resolution
+) -> tuple[Doubt, ...]:
+    """Return the doubt on speeds that count as zero after impacts, and do not in finer numbers."""
+    impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
+    try:
+        finer = resolve(impacts, state.u, near, state.touching)
+    except IntegrationError:
+        change = math.inf
+    else:
+        change = float(largest((found.u[0] - finer.u[0], found.u[1] - finer.u[1])))
+    trigger = Trigger(EventKind.HITS, near[0])
+    return (Doubt(float(state.t), trigger, 0.0, change, 0.0),) if change else ()
 
 
 def _any_approached(
@@ -144,7 +157,7 @@ def _any_approached(
         normal = system.elements[index].normal
         if index in state.touching or normal is None:
             continue
-        if approach(pose.row(normal), state.u, system.rounding):
+        if approach(pose.row(normal), state.u, rounding_at(system, state)):
             return True
     return False
 
@@ -242,11 +255,16 @@ def _moved(system: HybridSystem, state: HybridState, pose: Pose, change: Pair) -
     return state._replace(gaps=tuple(gaps), compliant=tuple(compliant))
 
 
-def sliding_after(system: HybridSystem, pose: Pose, before: Pair, u: Pair) -> tuple[int, ...]:
-    """Return the direction in which each element slides at u, after the speeds were `before`."""
+def sliding_after(
+    system: HybridSystem, pose: Pose, before: Pair, u: Pair, known: float = 0.0
+) -> tuple[int, ...]:
+    """Return the direction in which each element slides at u, after the speeds were `before`.
+
+    `known` is the round-off of the speeds, where it is more than that of the numbers.
+    """
     return tuple(
         [
-            0 if tangent is None else direction_of(system, pose.row(tangent), before, u)
+            0 if tangent is None else direction_of(system, pose.row(tangent), before, u, known)
             for tangent in system.tangents
         ]
     )
@@ -254,13 +272,13 @@ def sliding_after(system: HybridSystem, pose: Pose, before: Pair, u: Pair) -> tu
 
 def still_sliding(system: HybridSystem, state: HybridState, pose: Pose) -> tuple[int, ...]:
     """Return the direction in which each element slides that has a speed, 0 for all others."""
-    known = sliding_after(system, pose, state.u, state.u)
+    known = sliding_after(system, pose, state.u, state.u, rounding_at(system, state))
     return tuple([own and now for own, now in zip(state.sliding, known, strict=True)])
 
 
-def direction_of(system: HybridSystem, row: Pair, before: Pair, u: Pair) -> int:
+def direction_of(system: HybridSystem, row: Pair, before: Pair, u: Pair, known: float = 0.0) -> int:
     """Return the sign of row · u, 0 within round-off of the speeds and of the pose."""
-    rounding = system.rounding
+    rounding = max(system.rounding, known)
     if vanishes(system, row) or at_rest(row, u, rounding) or is_left_over(row, u, before, rounding):
         return 0
     return 1 if speed_along(row, u) > 0 else -1

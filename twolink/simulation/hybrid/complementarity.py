@@ -223,10 +223,13 @@ def is_solvable(problem: Problem, states: States) -> bool:
 
 
 def is_independent(problem: Problem, shares: Sequence[Share]) -> bool:
-    """Return whether the constraints of a conceivable mode are independent in this pose."""
+    """Return whether the constraints of a conceivable mode are independent in this pose.
+
+    A force that friction turns along a link through A has no lever arm, and holds nothing.
+    """
     flat = [constraint for share in shares for constraint in share.constraints]
-    rows = [constraint.row for constraint in flat]
-    if any(vanishes(problem.system, row) for row in rows):
+    rows, forces = [own.row for own in flat], [own.force for own in flat]
+    if any(vanishes(problem.system, pair) for pair in (*rows, *forces)):
         return False
     if len(rows) < MOST_CONSTRAINTS:
         return not flat or is_answered(problem.equations.M, flat[0], problem.system.rounding)

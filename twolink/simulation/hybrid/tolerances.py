@@ -26,8 +26,8 @@ CLOSING = 1e-3
 
 # Roundings of a position, or of the terms of a speed. The place and the speed of a point that are
 # computed from a scene in float64 are known within this: a start with a larger gap is open, and one
-# with a larger speed slides. Points of a link that are as near are one. Read by collision,
-# complementarity and start.
+# with a larger speed slides. Points of a link that are as near are one. Read by complementarity and
+# start.
 ROUNDED_PLACE = 8
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
