@@ -16,21 +16,30 @@ from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import conditions
 from twolink.simulation.hybrid.conditions import Condition, Law
 from twolink.simulation.hybrid.dynamics import solve
-from twolink.simulation.hybrid.noise import Noise, vanishes
+from twolink.simulation.hybrid.noise import Noise, known_at, vanishes
+
+
+def rounding_of_a_limit(torque, precision, t):
+    """Return the round-off of the static limit of a joint under a torque."""
+    problem = problem_of(JointTorque((torque, 0.0)), JointFriction((1.0, 0.0)), precision=precision)
+    solution = solve(problem.equations, problem.system.elements, (S.STICKS,))
+    noise = Noise(problem.system, problem.equations, (0.0, 0.0), t)
+    return noise.of(Condition(Law.WITHIN_LIMIT, 0, 1), solution.du)
 
 
 def test_the_rounding_of_a_condition_grows_with_the_forces_and_shrinks_with_the_precision():
-    condition = Condition(Law.WITHIN_LIMIT, 0, 1)
-    found = {}
-    for precision in ("double", "long double"):
-        for torque in (1.0, 1000.0):
-            problem = problem_of(
-                JointTorque((torque, 0.0)), JointFriction((1.0, 0.0)), precision=precision
-            )
-            solution = solve(problem.equations, problem.system.elements, (S.STICKS,))
-            found[precision, torque] = problem.noise.of(condition, solution.du)
-    assert found["double", 1000.0] == pytest.approx(1000 * found["double", 1.0])
-    assert found["long double", 1.0] < found["double", 1.0] < 1e-6
+    small = rounding_of_a_limit(1.0, "double", 3.0)
+    assert rounding_of_a_limit(1000.0, "double", 3.0) == pytest.approx(1000 * small)
+    assert rounding_of_a_limit(1.0, "long double", 3.0) < small < 1e-6
+
+
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+def test_a_start_has_the_rounding_of_float64_in_every_precision(precision):
+    at_start, later = (rounding_of_a_limit(1.0, precision, t) for t in (0.0, 3.0))
+    assert later < 1e-2 * at_start
+    assert at_start == pytest.approx(tolerances.UNDECIDED * 2.0**-52, rel=0.1)
+    assert known_at(0.0, 2.0**-112) == 2.0**-52
+    assert known_at(1e-300, 2.0**-112) == 2.0**-112
 
 
 @pytest.mark.parametrize(
@@ -72,5 +81,5 @@ def test_the_force_along_a_row_of_zero_has_no_bound_on_its_round_off():
     problem = problem_of(JointStop("A", lower=0.0))
     row = problem.equations.terms[0].normal._replace(row=(0.0, 0.0))
     terms = (problem.equations.terms[0]._replace(normal=row),)
-    noise = Noise(problem.system, problem.equations._replace(terms=terms), (0.0, 0.0))
+    noise = Noise(problem.system, problem.equations._replace(terms=terms), (0.0, 0.0), 1.0)
     assert noise.of(Condition(Law.PUSHES, 0), (0.0, 0.0)) == math.inf

@@ -7,11 +7,12 @@ import pytest
 from tests.simulation.hybrid import state_of, system_of
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
+from twolink.effects.joint_stop import JointStop
 from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.jump import settle
 from twolink.simulation.hybrid.painleve import strike_without_collision
-from twolink.simulation.hybrid.singular_pose import pinned, wedged
+from twolink.simulation.hybrid.singular_pose import pinned, wedged, wedged_between
 
 
 def at_rest(q, normal, *, lengths=(1.0, 1.0), friction=0.5, u=(0.0, 0.0), sliding=0, load=None):
@@ -69,3 +70,34 @@ def test_without_a_motion_a_pinned_contact_is_named():
     system, state, pose = at_rest(FOLDED, (0.0, -1.0), u=(1.0, 1.0))
     with pytest.raises(IntegrationError, match="at 0 s D on surface is pinned"):
         strike_without_collision(system, state, pose)
+
+
+def upright(stop, normal, u):
+    """Return a chain whose link 2 stands on link 1, which is at a stop, under or on a surface."""
+    stands = (0.0, math.pi / 2)
+    system = system_of(stop, Surface((1.0, 1.0), normal))
+    state = state_of(system, stands, u)._replace(touching=frozenset({0, 1}))
+    return system, state, system.pose(state.q)
+
+
+UNDER, ON = (0.0, -1.0), (0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("stop", "normal", "speed", "expected"),
+    [
+        # The end descends as link 2 turns: onto a surface that link 1 cannot leave.
+        (JointStop("A", upper=0.0), ON, 2.0, (0, 1)),
+        (JointStop("A", upper=0.0), ON, -2.0, (0, 1)),
+        (JointStop("A", upper=0.0), ON, 0.0, ()),
+        (JointStop("A", lower=0.0), UNDER, 2.0, ()),
+        # Link 1 can give way.
+        (JointStop("A", lower=0.0), ON, 2.0, ()),
+    ],
+)
+def test_a_link_that_turns_between_two_contacts_may_be_wedged(stop, normal, speed, expected):
+    case = upright(stop, normal, (0.0, speed))
+    assert tuple(wedged_between(*case)) == expected
+    if expected:
+        with pytest.raises(IntegrationError, match="wedged between A on its upper stop and D on"):
+            strike_without_collision(*case)

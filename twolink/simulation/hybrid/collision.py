@@ -10,7 +10,6 @@ from twolink.arithmetic import Pair, sqrt
 from twolink.contact.coordinates import ConstraintCoordinate
 from twolink.contact.states import EventKind
 from twolink.errors import IntegrationError
-from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid import compliant_state
 from twolink.simulation.hybrid.constraint import same_line
 from twolink.simulation.hybrid.impact import (
@@ -25,7 +24,7 @@ from twolink.simulation.hybrid.impact import (
 )
 from twolink.simulation.hybrid.impact_order import choices
 from twolink.simulation.hybrid.mode import Doubt, Remark, Trigger
-from twolink.simulation.hybrid.noise import vanishes
+from twolink.simulation.hybrid.noise import known_at, vanishes
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import Resolution, resolve
 from twolink.simulation.hybrid.state import HybridState, put
@@ -66,7 +65,7 @@ def _closes_now(system: HybridSystem, state: HybridState, pose: Pose, index: int
     assert normal is not None
     if gap <= 0:
         return True
-    speed = approach(pose.row(normal), state.u, rounding_at(system, state))
+    speed = approach(pose.row(normal), state.u, known_at(state.t, system.rounding))
     instant = SAME_INSTANT * system.rounding * max(float(state.t), system.longest_step)
     return bool(gap <= -instant * speed)
 
@@ -102,7 +101,7 @@ def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
         return Collision(state, pose)
     for index in near:
         state, pose = place(system, state, pose, index)
-    known = rounding_at(system, state)
+    known = known_at(state.t, system.rounding)
     impacts = Impacts(pose, system.elements, float(state.t), known)
     found = resolve(impacts, state.u, near, state.touching)
     doubts: tuple[Doubt, ...] = ()
@@ -123,15 +122,6 @@ def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
     if any(state.compliant):
         state = surfaces_after(system, state, pose)
     return Collision(state, pose, found.strikes, doubts, notes)
-
-
-def rounding_at(system: HybridSystem, state: HybridState) -> float:
-    """Return the round-off of the speeds of a state: a start is given in float64.
-
-    In every precision the same speeds count as zero there.
-    """
-    of_start = PRECISIONS["double"].rounding
-    return max(system.rounding, of_start) if state.t == 0 else system.rounding
 
 
 def _doubts_of_rounding(
@@ -157,7 +147,7 @@ def _any_approached(
         normal = system.elements[index].normal
         if index in state.touching or normal is None:
             continue
-        if approach(pose.row(normal), state.u, rounding_at(system, state)):
+        if approach(pose.row(normal), state.u, known_at(state.t, system.rounding)):
             return True
     return False
 
@@ -222,10 +212,7 @@ def place(
     element, own = system.elements[index], state.compliant[index]
     assert element.normal is not None
     surface = element.bound - (own.offset if own is not None else 0)
-    # A start is given in float64.
-    known = (
-        max(system.resolution, PRECISIONS["double"].rounding) if state.t == 0 else system.resolution
-    )
+    known = known_at(state.t, system.resolution)
     q = placed(pose, element.normal, surface, known, system.rounding)
     if q == pose.q:
         return state, pose
@@ -272,7 +259,7 @@ def sliding_after(
 
 def still_sliding(system: HybridSystem, state: HybridState, pose: Pose) -> tuple[int, ...]:
     """Return the direction in which each element slides that has a speed, 0 for all others."""
-    known = sliding_after(system, pose, state.u, state.u, rounding_at(system, state))
+    known = sliding_after(system, pose, state.u, state.u, known_at(state.t, system.rounding))
     return tuple([own and now for own, now in zip(state.sliding, known, strict=True)])
 
 

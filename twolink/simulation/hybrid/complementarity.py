@@ -123,7 +123,7 @@ def problem_at(
         for i, (element, is_active) in enumerate(zip(elements, active, strict=True))
     ]
     equations = local_equations(pose, system.effects, elements, state.u, state.t, active, pushes)
-    noise = Noise(system, equations, state.u)
+    noise = Noise(system, equations, state.u, state.t)
     return Problem(system, state, equations, state.sliding, options, noise)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from twolink.arithmetic import Pair, Scalar
+from twolink.integration.precisions import PRECISIONS
 from twolink.loads import Torque
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.conditions import Condition, Law, along
@@ -19,12 +20,12 @@ class Noise:
     The part of a condition that does not depend on the mode is computed once.
     """
 
-    def __init__(self, system: HybridSystem, equations: LocalEquations, u: Pair) -> None:
-        """Compute the sizes of the forces (N m) and of M (kg m²)."""
+    def __init__(self, system: HybridSystem, equations: LocalEquations, u: Pair, t: Scalar) -> None:
+        """Compute the sizes of the forces (N m) and of M (kg m²) at speeds and a time (s)."""
         (M11, M12), (_, M22) = equations.M
         inertia = abs(float(M11)), abs(float(M12)), abs(float(M22))
         self._system, self._equations = system, equations
-        self._unsure = tolerances.UNDECIDED * system.resolution
+        self._unsure = tolerances.UNDECIDED * known_at(t, system.resolution)
         self._forces = _size_of_forces(equations, inertia, system.scene_chain.L1, u)
         self._inertia = inertia[0] + inertia[1], inertia[1] + inertia[2]
         self._turning = size_of(u) * size_of(u)
@@ -86,6 +87,14 @@ def _size_of_forces(
         if terms is not None and terms.normal is not None:
             size += abs(float(terms.push)) * size_of(terms.normal.row)
     return size
+
+
+def known_at(t: Scalar, rounding: float) -> float:
+    """Return the relative accuracy of a state at a time (s), if it is a rounding after the start.
+
+    A start is given in float64, and the same decisions are made there in every precision.
+    """
+    return max(rounding, PRECISIONS["double"].rounding) if t == 0 else rounding
 
 
 def vanishes(system: HybridSystem, row: Pair) -> bool:

@@ -21,7 +21,7 @@ from twolink.simulation.hybrid.impact import (
 )
 from twolink.simulation.hybrid.noise import vanishes
 from twolink.simulation.hybrid.pose import Pose
-from twolink.simulation.hybrid.singular_pose import pinned, wedged
+from twolink.simulation.hybrid.singular_pose import pinned, wedged, wedged_between
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 
@@ -105,6 +105,14 @@ def _without_motion(system: HybridSystem, state: HybridState, pose: Pose) -> str
         return (
             f"at {float(state.t):.9g} s {system.names[stuck[0]]} is wedged: in this stretched or "
             f"folded pose no finite {without} the links, and rigid bodies have no motion from here"
+        )
+    both = wedged_between(system, state, pose)
+    if both:
+        one, other = (system.names[index] for index in both)
+        return (
+            f"at {float(state.t):.9g} s the chain is wedged between {one} and {other}: the links "
+            "turn along both, which would carry a point through one of them, and no finite force "
+            "stops the links; rigid bodies have no motion from here"
         )
     fixed = pinned(system, state, pose)
     if fixed:

@@ -1,7 +1,12 @@
-"""Contacts in stretched and folded poses, where a point moves along one line only."""
+"""Contacts in poses in which no finite force enforces them.
+
+In stretched and folded poses a point moves along one line only, and two contacts may close as the
+chain moves along both.
+"""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 from twolink.contact.elements import ContactElement
@@ -10,6 +15,7 @@ from twolink.simulation.hybrid.noise import size_of, vanishes
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.tolerances import UNDECIDED
 
 
 def wedged(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
@@ -39,6 +45,32 @@ def pinned(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int
         and _is_singular(pose, element)
         and not _is_carried_off(pose, element)
     ]
+
+
+def wedged_between(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
+    """Return two rigid contacts of which one is violated whatever their forces are, if there are.
+
+    Their gaps change in opposite proportions in this pose. The sum of the gaps in these proportions
+    does not depend on the accelerations of the links, and the motion along both contacts bends it
+    below zero.
+    """
+    elements = system.elements
+    solid = [i for i in sorted(state.touching) if elements[i].rigid]
+    for pair in itertools.combinations(solid, 2):
+        normals = [elements[index].normal for index in pair]
+        first, second = (pose.row(normal) for normal in normals)  # type: ignore[arg-type]
+        if vanishes(system, first) or vanishes(system, second):
+            continue
+        opposite = first[0] * second[0] + first[1] * second[1] < 0
+        if not opposite or not parallel(first, second, pose.lever):
+            continue
+        bends = [
+            float(normal.bias(pose.chain, pose.q, state.u)) / size_of(row)  # type: ignore[union-attr]
+            for normal, row in zip(normals, (first, second), strict=True)
+        ]
+        if sum(bends) < -UNDECIDED * system.rounding * sum(map(abs, bends)):
+            return pair
+    return ()
 
 
 def _touching(
