@@ -72,11 +72,15 @@ class Impulse(NamedTuple):
 
 
 class _Phase(NamedTuple):
-    """A stretch of the impulse: its length in p, s on it, and the slopes of v_n and v_t."""
+    """A stretch of the impulse: its length in p, s on it, and the slope of v_n.
+
+    `begins` is v_n at its beginning, where that is known.
+    """
 
     length: Scalar
     s: Scalar
     normal_slope: Scalar
+    begins: Scalar | None = None
 
 
 def smooth_impulse(normal_speed: Scalar, response: Scalar, restitution: Scalar) -> Impulse:
@@ -127,17 +131,27 @@ def rough_impulse(
     restitution: Scalar,
     law: str,
     determinant: Scalar | None = None,
+    stopping: tuple[Scalar, Scalar] | None = None,
 ) -> Impulse:
     """Return the impulse on a point that approaches at `normal_speed` ≤ 0 (m/s).
 
-    At 0, in an impact without collision (Painlevé), friction alone drives the compression.
-    `determinant` is det G = (det J)²/det M, which the caller may know without cancellation.
+    At 0, in an impact without collision (Painlevé), friction alone drives the compression. The
+    caller may know some numbers without cancellation: `determinant` is det G = (det J)²/det M, and
+    `stopping` are the normal and the tangential impulse that bring the point to rest.
     """
     G = response
     det = G.nn * G.tt - G.nt * G.nt if determinant is None else determinant
     if law == "newton":
-        return _newtons_impulse(normal_speed, tangential_speed, G, det, friction, restitution)
+        speeds = normal_speed, tangential_speed
+        stops = _stopping(speeds, G, det) if stopping is None else stopping
+        return _newtons_impulse(speeds, G, det, stops, friction, restitution)
     phases, regime = _phases(tangential_speed, G, det, friction)
+    if stopping is not None and regime[1] in (Regime.STICKS, Regime.SLIDES_THEN_STICKS):
+        first, then = phases
+        if first.length is not None:
+            # In a nearly straight pose the normal speed is round-off of that before the slide.
+            begins = (first.length - stopping[0]) * then.normal_slope
+            phases = first, then._replace(begins=begins)
     ends = {"newton-routh": _newtons_end, "poisson": _poissons_end, "stronge": _stronges_end}
     return _summed(phases, regime, ends[law](phases, normal_speed, restitution))
 
@@ -151,23 +165,37 @@ def _summed(phases: tuple[_Phase, _Phase], regime: tuple[Regime, Regime], p: Sca
     return Impulse(p, tangential, regime[0] if slid else regime[1])
 
 
+def _stopping(speeds: tuple[Scalar, Scalar], G: Response, det: Scalar) -> tuple[Scalar, Scalar]:
+    """Return the normal and the tangential impulse that bring a point to rest."""
+    v_n, v_t = speeds
+    return (G.nt * v_t - G.tt * v_n) / det, (G.nt * v_n - G.nn * v_t) / det
+
+
 def _newtons_impulse(
-    v_n: Scalar, v_t: Scalar, G: Response, det: Scalar, mu: Scalar, e: Scalar
+    speeds: tuple[Scalar, Scalar],
+    G: Response,
+    det: Scalar,
+    stops: tuple[Scalar, Scalar],
+    mu: Scalar,
+    e: Scalar,
 ) -> Impulse:
     """Return the impulse that reverses v_n to −e v_n, with Coulomb's law for the total impulse."""
+    v_n, v_t = speeds
     needed = -(1 + e) * v_n
     # Sticking: both velocities are known, and so are both impulses.
-    normal, tangential = (G.tt * needed + G.nt * v_t) / det, (-G.nn * v_t - G.nt * needed) / det
-    if normal >= 0 and abs(tangential) <= mu * normal:
-        return Impulse(normal, tangential, Regime.STICKS)
+    back = -e * v_n / det
+    normal, sticking = stops[0] + G.tt * back, stops[1] - G.nt * back
+    if normal >= 0 and abs(sticking) <= mu * normal:
+        return Impulse(normal, sticking, Regime.STICKS)
     for sigma in (1, -1) if v_t > 0 else (-1, 1):
         slope = G.nn - sigma * mu * G.nt
         if slope > 0:
             normal = needed / slope
             tangential = -sigma * mu * normal
-            if sigma * (v_t + G.nt * normal + G.tt * tangential) >= 0:
-                back = v_t != 0 and (v_t > 0) != (sigma > 0)
-                return Impulse(normal, tangential, Regime.SLIDES_BACK if back else Regime.SLIDES)
+            # With this v_n, v_t is that of sticking, zero, and det/G_nn times the difference.
+            if sigma * (tangential - sticking) >= 0:
+                turns = v_t != 0 and (v_t > 0) != (sigma > 0)
+                return Impulse(normal, tangential, Regime.SLIDES_BACK if turns else Regime.SLIDES)
     # If the surface jams the point no such impulse exists; integrate the phases instead.
     phases, regime = _phases(v_t, G, det, mu)
     return _summed(phases, regime, _newtons_end(phases, v_n, e))
@@ -203,18 +231,26 @@ def _from_rest(G: Response, det: Scalar, mu: Scalar) -> tuple[_Phase, Regime]:
 def _speed(phases: tuple[_Phase, _Phase], v0: Scalar) -> tuple[Scalar, Scalar]:
     """Return the normal speed at the end of the first phase, and its slope in the second."""
     first, second = phases
+    if second.begins is not None:
+        return second.begins, second.normal_slope
     return v0 + first.normal_slope * first.length, second.normal_slope
 
 
 def _impulse_to(phases: tuple[_Phase, _Phase], v0: Scalar, v: Scalar) -> Scalar:
     """Return the impulse p at which the normal speed rises to v ≥ 0."""
     first, _ = phases
-    if first.normal_slope > 0:
-        p = (v - v0) / first.normal_slope
-        if first.length is None or p <= first.length:
-            return p
+    if _rises_in_first(phases, v0, v):
+        return (v - v0) / first.normal_slope
     middle, slope = _speed(phases, v0)
     return first.length + (v - middle) / slope
+
+
+def _rises_in_first(phases: tuple[_Phase, _Phase], v0: Scalar, v: Scalar) -> bool:
+    """Return whether the normal speed rises to v in the first phase."""
+    first, _ = phases
+    if not first.normal_slope > 0:
+        return False
+    return first.length is None or bool(v <= _speed(phases, v0)[0])
 
 
 def _newtons_end(phases: tuple[_Phase, _Phase], v0: Scalar, e: Scalar) -> Scalar:
@@ -229,8 +265,10 @@ def _stronges_end(phases: tuple[_Phase, _Phase], v0: Scalar, e: Scalar) -> Scala
     """Return p where ∫ v_n dp from the end of compression is −e² times that before it."""
     first, second = phases
     p_c = _impulse_to(phases, v0, 0 * v0)
+    if e == 0:
+        return p_c
     k1, k2 = first.normal_slope, second.normal_slope
-    if k1 > 0 and (first.length is None or p_c <= first.length):
+    if _rises_in_first(phases, v0, 0 * v0):
         # Compression absorbs k1 p_c²/2, and restitution may last into the second phase.
         given_back = e * e * k1 * p_c * p_c / 2
         q = e * p_c

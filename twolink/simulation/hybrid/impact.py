@@ -201,20 +201,18 @@ class Impacts:
         tangent = self.pose.row(contact.tangent)
         across = row[0] * tangent[1] - row[1] * tangent[0]
         v_t = 0 * u[0] if at_rest(tangent, u, self.rounding) else speed_along(tangent, u)
+        det = across * across / self.pose.inertia[1]
+        stopping = self._to_rest(row, tangent, u)
+        e, law = contact.restitution, contact.law
         impulse = rough_impulse(
-            v_n,
-            v_t,
-            G,
-            friction=contact.kinetic,
-            restitution=contact.restitution,
-            law=contact.law,
-            determinant=across * across / self.pose.inertia[1],
-        )
+            v_n, v_t, G, friction=contact.kinetic, restitution=e, law=law, determinant=det,
+            stopping=stopping,
+        )  # fmt: skip
         after = self._after(u, row, tangent, impulse)
         if impulse.regime.ends_sticking:
             # Both speeds determine u; computing it from impulses loses digits near a straight pose.
-            known = contact.law == "newton" or contact.restitution == 0
-            speed = -contact.restitution * v_n if known else speed_along(row, after)
+            known = law in ("newton", "newton-routh") or e == 0
+            speed = -e * v_n if known else (impulse.normal - stopping[0]) * det / G.tt
             after = speed * tangent[1] / across, -speed * tangent[0] / across
         return self._strike(index, impulse, u, after)
 
