@@ -186,6 +186,17 @@ def test_an_arc_of_too_many_short_steps_is_an_error(monkeypatch):
     assert arc_of(system, (100.0, 0.0), (0.0, 0.0), S.OPEN, until=0.1).step_count == 100
 
 
+def test_a_press_in_which_time_stands_still_is_a_failure():
+    """With √depth and the speed at zero, the surface neither presses nor lets go."""
+    ball = CompliantSurface((0.0, 0.0), (0.0, -1.0), "hertz", 1e6, on=("B",))
+    system = system_of(ball, chain=BALANCED)
+    state = state_of(system, (0.0, 0.5), (1.0, 2.0))
+    assert state.compliant[0].sqrt_depth == 0
+    still = state._replace(u=(0.0, 2.0))
+    with pytest.raises(IntegrationError, match="its steps become too short"):
+        arc_of(system, None, None, S.CLOSED, state=still)
+
+
 @pytest.mark.parametrize("duration", [1e-9, 1e-3, 0.02])
 def test_an_arc_does_not_depend_on_the_last_one_in_its_mode(duration):
     """After a short arc the first steps are short; the event is the same."""

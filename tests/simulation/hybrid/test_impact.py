@@ -83,10 +83,10 @@ def approaches(random, row):
 
 
 def test_a_speed_is_zero_within_the_rounding_of_its_terms():
-    assert at_rest((1.0, -1.0), (3.0, 3.0 + 4e-16), EPSILON)
-    assert at_rest((1.0, -1.0), (0.0, 0.0), EPSILON)
-    assert not at_rest((1.0, -1.0), (3.0, 3.0 + 1e-12), EPSILON)
-    assert not at_rest((1.0, 0.0), (1e-300, 5.0), EPSILON)
+    assert at_rest((1.0, -1.0), (3.0, 3.0 + 4e-16), EPSILON, 2.0)
+    assert at_rest((1.0, -1.0), (0.0, 0.0), EPSILON, 2.0)
+    assert not at_rest((1.0, -1.0), (3.0, 3.0 + 1e-12), EPSILON, 2.0)
+    assert not at_rest((1.0, 0.0), (1e-300, 5.0), EPSILON, 2.0)
 
 
 def test_a_speed_is_residual_if_it_is_within_the_round_off_of_the_speeds_before():
@@ -96,9 +96,12 @@ def test_a_speed_is_residual_if_it_is_within_the_round_off_of_the_speeds_before(
 
 def test_a_contact_is_approached_only_by_more_than_rounding():
     row = impacts_of(stop(AT_B)).row(0)
-    assert approach(row, (3.0, 2.0), EPSILON) == -1.0
-    assert approach(row, (2.0, 3.0), EPSILON) == 0
-    assert approach(row, (3.0, 3.0 - 4e-16), EPSILON) == 0
+    assert approach(row, (3.0, 2.0), EPSILON, 2.0) == -1.0
+    assert approach(row, (2.0, 3.0), EPSILON, 2.0) == 0
+    assert approach(row, (3.0, 3.0 - 4e-16), EPSILON, 2.0) == 0
+    # A row that is the rounding of a pose is zero.
+    assert approach((0.0, -6e-17), (0.0, 1.0), EPSILON, 2.0) == 0
+    assert at_rest((0.0, -6e-17), (0.0, 1.0), EPSILON, 2.0)
 
 
 # Places and speeds that are put right.

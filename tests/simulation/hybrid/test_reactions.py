@@ -99,6 +99,25 @@ def test_a_press_without_speed_starts_at_the_least_depth():
         assert pressed.touching == {0}
 
 
+@pytest.mark.parametrize(
+    ("q", "u"),
+    [
+        # The row of B's height is 6e-17 m in its lowest place.
+        ((-math.pi / 2, 0.0), (-3.0, 0.0)),
+        # Round-off of the speed of the other link.
+        ((-1.0, 0.0), (-1e-23, 5.0)),
+    ],
+)
+def test_a_press_whose_speed_is_round_off_starts_at_the_least_depth(q, u):
+    """From a depth of zero √depth would grow with that speed, and time with √depth: both stood."""
+    below = math.sin(q[0])
+    surface = CompliantSurface((0.0, below), (0.0, 1.0), "hertz", 1e6, on=("B",))
+    system = system_of(surface, chain=BALANCED)
+    state = state_of(system, (0.5, 0.0), u)._replace(q=q, gaps=(0.0,), t=2.0)
+    after, _, _ = REACTIONS[E.HITS](system, state, mode_of(system, S.OPEN), Trigger(E.HITS, 0))
+    assert after.compliant[0].sqrt_depth == system.least_root
+
+
 def test_a_contact_that_no_longer_pushes_opens():
     system = system_of(JointTorque((1e-9, 0.0)), STOP, chain=BALANCED)
     state = state_of(system, (0.0, 0.0))

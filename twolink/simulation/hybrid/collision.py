@@ -24,7 +24,7 @@ from twolink.simulation.hybrid.impact import (
 )
 from twolink.simulation.hybrid.impact_order import choices
 from twolink.simulation.hybrid.mode import Doubt, Remark, Trigger
-from twolink.simulation.hybrid.noise import known_at, vanishes
+from twolink.simulation.hybrid.noise import known_at
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import Resolution, resolve
 from twolink.simulation.hybrid.state import HybridState, put
@@ -65,7 +65,7 @@ def _closes_now(system: HybridSystem, state: HybridState, pose: Pose, index: int
     assert normal is not None
     if gap <= 0:
         return True
-    speed = approach(pose.row(normal), state.u, known_at(state.t, system.rounding))
+    speed = approach(pose.row(normal), state.u, known_at(state.t, system.rounding), system.lever)
     instant = SAME_INSTANT * system.rounding * max(float(state.t), system.longest_step)
     return bool(gap <= -instant * speed)
 
@@ -147,7 +147,7 @@ def _any_approached(
         normal = system.elements[index].normal
         if index in state.touching or normal is None:
             continue
-        if approach(pose.row(normal), state.u, known_at(state.t, system.rounding)):
+        if approach(pose.row(normal), state.u, known_at(state.t, system.rounding), system.lever):
             return True
     return False
 
@@ -177,7 +177,7 @@ def _begun(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> 
     assert own is not None
     assert normal is not None
     row = pose.row(normal)
-    if at_rest(row, state.u, system.rounding):
+    if at_rest(row, state.u, system.rounding, system.lever):
         begun = own._replace(sqrt_depth=system.least_root)
         return state._replace(compliant=put(state.compliant, index, begun))
     if speed_along(row, state.u) < 0:
@@ -197,7 +197,7 @@ def _turns(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> 
     if not branch.turning:
         return False
     row = pose.row(element.normal)
-    speed = 0 if at_rest(row, state.u, system.rounding) else speed_along(row, state.u)
+    speed = 0 if at_rest(row, state.u, system.rounding, system.lever) else speed_along(row, state.u)
     return bool(branch.turning * (speed + branch.rate) > 0)
 
 
@@ -266,7 +266,7 @@ def still_sliding(system: HybridSystem, state: HybridState, pose: Pose) -> tuple
 def direction_of(system: HybridSystem, row: Pair, before: Pair, u: Pair, known: float = 0.0) -> int:
     """Return the sign of row · u, 0 within round-off of the speeds and of the pose."""
     rounding = max(system.rounding, known)
-    if vanishes(system, row) or at_rest(row, u, rounding) or is_left_over(row, u, before, rounding):
+    if at_rest(row, u, rounding, system.lever) or is_left_over(row, u, before, rounding):
         return 0
     return 1 if speed_along(row, u) > 0 else -1
 

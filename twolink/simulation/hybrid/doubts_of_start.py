@@ -62,7 +62,7 @@ def _presses_at_jumps(system: HybridSystem, state: HybridState) -> Iterator[Doub
         if law is None or normal is None or own is None or own.plastic is None:
             continue
         row = pose.row(normal)
-        if speed_along(row, state.u) < 0 and not at_rest(row, state.u, _ROUNDING):
+        if speed_along(row, state.u) < 0 and not at_rest(row, state.u, _ROUNDING, system.lever):
             continue
         depth = element.bound - pose.value(normal, state.q)
         jumps = {float(law.jump(PlasticState(phase))) for phase in Phase}

@@ -147,10 +147,17 @@ def _ended(
 
 
 def _never_ends(course: Course, block: Block) -> bool:
-    """Return whether the arc would require too many steps of the last, short, length."""
-    if course.compiled.clock is not None:
-        return False
-    left, pace = course.until - block.starts[-1], block.lengths.mean()
+    """Return whether the arc would require too many steps at the pace of the last, short, ones.
+
+    On a clock, time may stand still: it does at a depth of zero that does not grow.
+    """
+    clock, (_, _, variables, *_) = course.compiled.clock, course.stepper
+    count = len(block.lengths)
+    if clock is None:
+        left, pace = course.until - block.starts[-1], block.lengths.mean()
+    else:
+        passed = variables[clock]
+        left, pace = course.until - now(course), (passed - block.coefficients[0, clock, 0]) / count
     short = pace < tolerances.SHORT_STEPS * course.system.longest_step
     return bool(short and left > tolerances.MOST_STEPS * pace)
 

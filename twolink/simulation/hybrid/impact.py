@@ -54,10 +54,15 @@ def speed_along(row: Pair, u: Pair) -> Scalar:
     return row[0] * u[0] + row[1] * u[1]
 
 
-def at_rest(row: Pair, u: Pair, rounding: float) -> bool:
-    """Return whether the speed row · u is zero within the round-off of its terms."""
+def at_rest(row: Pair, u: Pair, rounding: float, lever: float) -> bool:
+    """Return whether the speed row · u is zero within the round-off of its terms, and of the pose.
+
+    The chain has the length `lever` (m).
+    """
     first, second = row[0] * u[0], row[1] * u[1]
-    return bool(abs(first + second) <= AT_REST * rounding * (abs(first) + abs(second)))
+    if abs(first + second) <= AT_REST * rounding * (abs(first) + abs(second)):
+        return True
+    return bool(largest(row) <= NO_LEVER * lever)
 
 
 def moves(row: Pair, u: Pair, rounding: float, slowest: float) -> bool:
@@ -73,12 +78,15 @@ def _error_of(u: Pair, rounding: float, slowest: float) -> float:
     return max(UNDECIDED * rounding * float(largest(u)), slowest)
 
 
-def approach(row: Pair, u: Pair, rounding: float) -> Scalar:
-    """Return the speed row · u if it is negative beyond its round-off, else 0."""
+def approach(row: Pair, u: Pair, rounding: float, lever: float) -> Scalar:
+    """Return the speed row · u if it is negative beyond its round-off, and of the pose, else 0.
+
+    The chain has the length `lever` (m).
+    """
     first, second = row[0] * u[0], row[1] * u[1]
     speed = first + second
     if speed < 0 and -speed > AT_REST * rounding * (abs(first) + abs(second)):
-        return speed
+        return speed if largest(row) > NO_LEVER * lever else 0
     return 0
 
 
@@ -200,7 +208,11 @@ class Impacts:
         assert contact.tangent is not None
         tangent = self.pose.row(contact.tangent)
         across = row[0] * tangent[1] - row[1] * tangent[0]
-        v_t = 0 * u[0] if at_rest(tangent, u, self.rounding) else speed_along(tangent, u)
+        v_t = (
+            0 * u[0]
+            if at_rest(tangent, u, self.rounding, self.pose.lever)
+            else speed_along(tangent, u)
+        )
         det = across * across / self.pose.inertia[1]
         stopping = self._to_rest(row, tangent, u)
         e, law = contact.restitution, contact.law
@@ -340,6 +352,10 @@ class Impacts:
         ((M11, M12), (_, M22)), _ = self.pose.inertia
         u1, u2 = u
         return float(M11 * u1 * u1 + 2 * M12 * u1 * u2 + M22 * u2 * u2) / 2
+
+    def approach(self, index: int, u: Pair) -> Scalar:
+        """Return the normal speed of a contact if it is approached, else 0."""
+        return approach(self.row(index), u, self.rounding, self.pose.lever)
 
     def row(self, index: int) -> Pair:
         """Return the Jacobian row of a contact's normal."""

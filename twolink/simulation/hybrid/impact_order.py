@@ -55,7 +55,7 @@ def rivals(
             continue
         if gap > limit and index not in near:
             continue
-        speed = approach(pose.row(normal), state.u, system.rounding)
+        speed = approach(pose.row(normal), state.u, system.rounding, system.lever)
         if speed:
             found.append(Rival(index, float(speed), 0.0 if index in near else float(gap)))
     return found
@@ -119,7 +119,7 @@ def _speeds_after(impacts: Impacts, contacts: Collection[int], u: Pair, first: i
     for _ in range(_IMPACTS):
         index = strongest(impacts, approached, u)
         u = impacts.impact(index, u).u[1]
-        approached = [i for i in contacts if approach(impacts.row(i), u, impacts.rounding)]
+        approached = [i for i in contacts if impacts.approach(i, u)]
         if not approached:
             break
     return u

@@ -20,6 +20,7 @@ from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
     approach,
+    is_left_over,
     largest,
     moves,
     speed_along,
@@ -52,7 +53,7 @@ def _hits(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger
     element = system.elements[index]
     assert element.normal is not None
     state = state.with_gap(index, system.number(0))
-    if approach(system.pose(state.q).row(element.normal), state.u, system.rounding):
+    if approach(system.pose(state.q).row(element.normal), state.u, system.rounding, system.lever):
         return Reaction(state, {})
     state, pose, _ = _met(system, state, index)
     # Other points at this place touch with it.
@@ -97,7 +98,7 @@ def _out_of_dents(system: HybridSystem, state: HybridState) -> HybridState:
         assert normal is not None
         x, y = pose.row(normal)
         at_edge = abs(gap - dent.residual) <= system.place_of_rounding
-        if at_edge and approach((-x, -y), state.u, system.rounding):
+        if at_edge and approach((-x, -y), state.u, system.rounding, system.lever):
             state = _cleared(system, state, number)
     return state
 
@@ -115,17 +116,22 @@ def _met_with(system: HybridSystem, state: HybridState, index: int) -> Iterator[
         if own is None or gap is None or normal is None or number in state.touching:
             continue
         met = number != index and abs(gap) <= system.place_of_rounding
-        if met and approach(pose.row(normal), state.u, system.rounding):
+        if met and approach(pose.row(normal), state.u, system.rounding, system.lever):
             yield number
 
 
 def _met(system: HybridSystem, state: HybridState, index: int) -> tuple[HybridState, Pose, bool]:
-    """Return the state in which a gap is zero, its pose, and whether it is met without speed."""
+    """Return the state in which a gap is zero, its pose, and whether it is met without speed.
+
+    A speed that is round-off of those of the links is none: √depth would hardly grow with it.
+    """
     normal = system.elements[index].normal
     assert normal is not None
     state = state.with_gap(index, system.number(0))
     pose = system.pose(state.q)
-    slow = not approach(pose.row(normal), state.u, system.rounding)
+    row, u = pose.row(normal), state.u
+    slow = not approach(row, u, system.rounding, system.lever)
+    slow = slow or is_left_over(row, u, u, system.rounding)
     state, pose = place(system, state, pose, index)
     if slow:
         state = state._replace(u=stopped(pose, [normal], state.u, system.rounding))
@@ -193,7 +199,7 @@ def _left_with(system: HybridSystem, state: HybridState, pose: Pose, index: int)
         normal = system.elements[number].normal
         if normal is None or state.compliant[number] is None:
             continue
-        away = not approach(pose.row(normal), state.u, system.rounding)
+        away = not approach(pose.row(normal), state.u, system.rounding, system.lever)
         if away and _depth_of_force(system, state, pose, number) <= system.place_of_rounding:
             yield number
 

@@ -42,13 +42,13 @@ def resolve(
     approached any more. `resting` has those contacts whose normal speed is zero exactly. Raises
     `IntegrationError` where a law is out of its range.
     """
-    rounding = impacts.rounding
+    rounding, lever = impacts.rounding, impacts.pose.lever
     strikes: list[Strike] = []
     rows: dict[int, Pair] = {}
     still: set[int] = set()
     for index in contacts:
         row = rows[index] = impacts.row(index)
-        if index in resting or at_rest(row, u, rounding):
+        if index in resting or at_rest(row, u, rounding, lever):
             still.add(index)
     before = u
     for _ in range(MOST_IMPACTS):
@@ -61,7 +61,9 @@ def resolve(
                 strikes += ended(impacts, sorted(still), u)
             normals = [impacts.contact(i).normal for i in sorted(still)]
             u = stopped(impacts.pose, normals, u, rounding)
-        approached = [i for i, row in rows.items() if i not in still and approach(row, u, rounding)]
+        approached = [
+            i for i, row in rows.items() if i not in still and approach(row, u, rounding, lever)
+        ]
         if not approached:
             return Resolution(u, tuple(strikes), frozenset(still))
         index = strongest(impacts, approached, u)
@@ -70,7 +72,7 @@ def resolve(
         strikes.append(strike)
         u = strike.u[1]
         if still:
-            still = {i for i in still if i != index and at_rest(rows[i], u, rounding)}
+            still = {i for i in still if i != index and at_rest(rows[i], u, rounding, lever)}
         if abs(strike.speeds[1]) <= NO_REBOUND * rounding * abs(strike.speeds[0]):
             still.add(index)
     return _in_limit(impacts, strikes, rows)

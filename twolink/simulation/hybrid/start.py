@@ -234,7 +234,9 @@ def _pressed_in(system: HybridSystem, state: HybridState, index: int, depth: Any
     assert own is not None
     pressed = compliant_state.pressed_at(element, own, depth)
     row = system.pose(state.q).row(element.normal)
-    rate = 0 * depth if at_rest(row, state.u, _ROUNDING) else -speed_along(row, state.u)
+    rate = (
+        0 * depth if at_rest(row, state.u, _ROUNDING, system.lever) else -speed_along(row, state.u)
+    )
     branch = element.branch(pressed.plastic)
     force = branch.law.force(depth, pressed.sqrt_depth or 0, rate)
     gaps = put(state.gaps, index, system.number(0))
