@@ -15,8 +15,9 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
-from twolink.simulation.hybrid.complementarity import Zero
+from twolink.simulation.hybrid.complementarity import Zero, problem_at
 from twolink.simulation.hybrid.confirm import Derivatives
+from twolink.simulation.hybrid.jump import settle
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.select import select
@@ -113,3 +114,36 @@ def test_a_mode_that_every_derivative_contradicts_is_not_confirmed(monkeypatch):
         lambda *own, **more: (c._replace(undecided=(None,)) for c in candidates(*own, **more)),
     )
     assert not select(system, state, pose, {}).confirmed
+
+
+def near_its_limit(margin):
+    """Return a system whose joint A, which can hold 2 N m, has 1 N m more in a second.
+
+    It has `margin` (s) left, by less than round-off. Sliding, it has 1 N m, and turns link 1 with
+    1/3 rad/s².
+    """
+    torque = JointTorque((2.0 - margin, 0.0), (1.0, 0.0), (1.0, 0.0))
+    return system_of(torque, JointFriction((1.0, 0.0), (2.0, 0.0)), chain=BALANCED)
+
+
+def test_a_mode_that_holds_a_little_longer_within_round_off_has_a_delay():
+    system = near_its_limit(1e-10)
+    state = state_of(system, (0.0, 0.0))
+    options = system.options(state.touching, state.sliding)
+    problem = problem_at(system, state, system.pose(state.q), options)
+    derivatives = Derivatives(problem)
+    (stuck,) = (c for c in Trials(problem).candidates(False) if c.states == (S.STICKS,))
+    assert derivatives.confirmed(stuck) is None
+    assert derivatives.delays == {(S.STICKS,): pytest.approx(1e-10, rel=1e-4)}
+
+
+@pytest.mark.parametrize("margin", [1e-10, 0.0, -1e-10])
+def test_a_slide_that_begins_a_little_too_early_is_a_doubt(margin):
+    system = near_its_limit(margin)
+    state = state_of(system, (0.0, 0.0))
+    found = selected(system, state)
+    assert found.states == (S.FORWARD,)
+    assert found.early == pytest.approx(max(margin, 0.0) / 3, rel=1e-4)
+    assert [doubt.change for doubt in settle(system, state, {}).doubts] == (
+        [found.early] if margin > 0 else []
+    )

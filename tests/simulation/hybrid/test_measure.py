@@ -16,6 +16,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
+from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 from twolink.errors import TooMuchError
 from twolink.limits import DEFAULT_LIMITS
@@ -53,6 +54,25 @@ def test_a_measured_run_meets_its_accuracy_and_states_no_less_than_its_error(acc
     q, u = exact(TIMES)
     miss = np.maximum(abs(measured.kept.q[0] - q), abs(measured.kept.u[0] - u))[inside]
     assert np.all(miss <= measured.errors[inside] + 16 * 2.0**-52)
+
+
+@pytest.mark.parametrize("early", [1e-9, 1e-11, 1e-12, 2e-13])
+def test_a_knot_just_before_a_joint_breaks_loose_is_no_smaller_error_than_it_makes(early):
+    """A holds 2 N m, and slides with 1 N m. Its torque is t; the links turn together, 3.5 kg m².
+
+    At a knot the limit counts as reached within round-off, in both runs if that is long doubles'.
+    """
+    none, limits = (0.0, 0.0), ((1.0, 1.0), (2.0, 1.0))
+    ramp = SampledTorque((0.0, 4.0), (0.0, 4.0), none, "linear")
+    knot = SampledTorque((0.0, 2.0 - early), none, none, "hold")
+    scene = Scene(BALANCED, none, none, 3.0, (ramp, knot, JointFriction(*limits)))
+    times = np.linspace(0.0, 3.0, 7)
+    measured = measured_run(scene, times, 1e-6, "lagrange", lambda name: None)
+    t = times[5:]
+    u, q = ((t - 1) ** 2 - 1) / 7, ((t - 1) ** 3 - 1) / 21 - (t - 2) / 7
+    miss = np.maximum(abs(measured.kept.u[0, 5:] - u), abs(measured.kept.q[0, 5:] - q))
+    assert np.all(miss <= measured.errors[5:] + 2.0**-52)
+    assert measured.errors.max() < early
 
 
 def test_kane_is_judged_by_lagrange():

@@ -15,6 +15,7 @@ from twolink.simulation.hybrid.complementarity import (
     Candidate,
     Orders,
     Problem,
+    States,
     Zero,
 )
 from twolink.simulation.hybrid.compliant_state import CompliantState
@@ -43,12 +44,28 @@ _EVENTS = {
 }
 
 
+class _Leading(NamedTuple):
+    """The order and the sign of the derivative that decides a condition.
+
+    A condition that a derivative contradicts may hold for a `delay` (s): at once its value is
+    positive by less than its round-off.
+    """
+
+    order: int
+    sign: int
+    delay: float = 0.0
+
+
 class Derivatives:
-    """The motions from a state as power series in time: its modes share the equations of motion."""
+    """The motions from a state as power series in time: its modes share the equations of motion.
+
+    Modes that were contradicted may hold for their `delays` (s), which are zero for all others.
+    """
 
     def __init__(self, problem: Problem) -> None:
         """Store a problem; nothing is computed before it is needed."""
         self._problem = problem
+        self.delays: dict[States, float] = {}
 
     def confirmed(self, candidate: Candidate) -> Orders | None:
         """Return the orders at which event functions grow from zero in a mode, None if one falls.
@@ -65,7 +82,10 @@ class Derivatives:
         except (ZeroDivisionError, OverflowError, ValueError):
             # The motion is not analytic: its events decide.
             return found
-        for condition, (order, sign) in leading.items():
+        ended = [own.delay for own in leading.values() if own.sign < 0]
+        if ended and min(ended) > 0:
+            self.delays[candidate.states] = min(ended)
+        for condition, (order, sign, _) in leading.items():
             if sign < 0 or (sign == 0 and condition.law is Law.ACCELERATES):
                 return None
             if sign > 0:
@@ -77,8 +97,8 @@ class Derivatives:
     def _noise_of(self, condition: Condition, candidate: Candidate) -> float:
         return self._problem.noise.of(condition, candidate.solution.du)
 
-    def _decided(self, candidate: Candidate) -> dict[Condition, tuple[int, int]]:
-        """Return the order and the sign that decide each undecided condition, where there are any.
+    def _decided(self, candidate: Candidate) -> dict[Condition, _Leading]:
+        """Return the derivative that decides each undecided condition, where there is one.
 
         The search ends at the first sign that contradicts the mode.
         """
@@ -97,13 +117,8 @@ class Derivatives:
                 start.extend(solution)
                 if length < _FEW:
                     continue
-                found = {
-                    c: leading_term(
-                        value.terms[:-1] if isinstance(value, Jet) else (value,), noise[c], rate
-                    )
-                    for c, value in values.items()
-                }
-                signs = [sign for _, sign in found.values()]
+                found = {c: _leading(value, noise[c], rate) for c, value in values.items()}
+                signs = [own.sign for own in found.values()]
                 if all(signs) or min(signs) < 0:
                     break
         return found
@@ -111,6 +126,15 @@ class Derivatives:
     @cached_property
     def _start(self) -> _Start:
         return _started(self._problem)
+
+
+def _leading(value: Jet | Scalar, noise: float, rate: float) -> _Leading:
+    """Return the leading derivative of a value that is known within its noise."""
+    terms = value.terms[:-1] if isinstance(value, Jet) else (value,)
+    order, sign = leading_term(terms, noise, rate)
+    if sign >= 0 or not order or not terms[0] > 0:
+        return _Leading(order, sign)
+    return _Leading(order, sign, float(-terms[0] / terms[order]) ** (1 / order))
 
 
 def _trigger(condition: Condition) -> Trigger:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from twolink.arithmetic import Pair
 from twolink.contact.impact_laws import Regime
-from twolink.contact.states import ContactState
+from twolink.contact.states import ContactState, EventKind
 from twolink.errors import IntegrationError
 from twolink.simulation.hybrid.breakaway_order import remarks_on_order
 from twolink.simulation.hybrid.collision import (
@@ -143,7 +143,8 @@ def settle(
                     notes += (_note(system, state, mode, selection),)
                 return Jump(
                     _tidied(system, state, mode), mode, before + so_far.strikes, notes,
-                    so_far.delay, selection.orders, so_far.doubts, so_far.endless,
+                    so_far.delay, selection.orders, so_far.doubts + _doubts_of(state, selection),
+                    so_far.endless,
                 )  # fmt: skip
             ended, so_far = rest, so_far.ended_by(rest, ())
         state = surfaces_after(system, ended.state, pose)
@@ -232,6 +233,13 @@ def _dents(state: HybridState) -> tuple[Any, ...]:
         return ()
     dents = tuple(own.plastic if own is not None else None for own in state.compliant)
     return dents if any(dents) else ()
+
+
+def _doubts_of(state: HybridState, selection: Selection) -> tuple[Doubt, ...]:
+    """Return the doubt on a mode that round-off may have selected a little too early."""
+    if not selection.early:
+        return ()
+    return (Doubt(float(state.t), Trigger(EventKind.BREAKS, 0), 0.0, selection.early, 0.0),)
 
 
 def _note(system: HybridSystem, state: HybridState, mode: Mode, selection: Selection) -> Remark:

@@ -54,6 +54,7 @@ from twolink.simulation.hybrid.confirm import Derivatives
 from twolink.simulation.hybrid.constraint import cramer
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, constraint_count, solve
 from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.noise import size_of
 from twolink.simulation.hybrid.painleve import jammed
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.singular_pose import wedged
@@ -68,13 +69,16 @@ _DEPARTS = (EventKind.HITS, EventKind.STOPS)
 class Selection(NamedTuple):
     """The states of the next mode, and the other modes that the laws admit.
 
-    It is not `confirmed` if the higher derivatives contradict every remaining mode.
+    It is not `confirmed` if the higher derivatives contradict every remaining mode. Where round-off
+    hides that another mode holds a little longer, that would change u by no more than `early`
+    (rad/s).
     """
 
     states: States
     others: tuple[States, ...] = ()
     confirmed: bool = True
     orders: Orders = NO_ORDERS
+    early: float = 0.0
 
 
 def select(
@@ -138,7 +142,27 @@ def _only(options: tuple[States, ...]) -> Selection | None:
 
 def _selected(problem: Problem, pose: Pose) -> Selection | None:
     """Return the next mode between the options of a problem, or None if the laws admit none."""
-    state, derivatives, trials = problem.state, Derivatives(problem), Trials(problem)
+    derivatives = Derivatives(problem)
+    found = _admitted(problem, pose, derivatives)
+    if found is None or not derivatives.delays:
+        return found
+    return found._replace(early=_early(problem, derivatives.delays, found.states))
+
+
+def _early(problem: Problem, delays: Mapping[States, float], states: States) -> float:
+    """Return the most by which u (rad/s) changes if another mode holds for its delay (s)."""
+    elements = problem.system.elements
+    own = solve(problem.equations, elements, states).du
+    changes = []
+    for others, delay in delays.items():
+        du = solve(problem.equations, elements, others).du
+        changes.append(delay * size_of((du[0] - own[0], du[1] - own[1])))
+    return max(changes)
+
+
+def _admitted(problem: Problem, pose: Pose, derivatives: Derivatives) -> Selection | None:
+    """Return the mode that the laws and the derivatives admit, or None if there is none."""
+    state, trials = problem.state, Trials(problem)
     at_rest = is_at_rest(state)
     orders: dict[States, Orders] = {}
     undecided: list[Candidate] = []
