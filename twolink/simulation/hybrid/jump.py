@@ -33,7 +33,12 @@ from twolink.simulation.hybrid.select import Selection, select
 from twolink.simulation.hybrid.singular_pose import pinned
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import LEFT_OVER, MOST_IMPACTS_OF_A_BURST, MOST_STOPPED
+from twolink.simulation.hybrid.tolerances import (
+    LEFT_OVER,
+    MOST_IMPACTS_OF_A_BURST,
+    MOST_STOPPED,
+    UNDECIDED,
+)
 from twolink.simulation.hybrid.zeno import NO_PAST, LeftOut, Past, accumulated, left_out
 
 # Largest number of impacts without collision and Zeno limits at one instant before failure: a burst
@@ -76,7 +81,20 @@ def jump(
     after, known, strikes = REACTIONS[trigger.kind](system, state, mode, trigger)
     found = settle(system, after, known, past, strikes)
     remarks = remarks_on_order(system, state, mode, trigger)
-    return found._replace(notes=remarks + found.notes) if remarks else found
+    doubts = () if strikes else _doubts_of_stop(system, state, after, trigger)
+    if not remarks and not doubts:
+        return found
+    return found._replace(notes=remarks + found.notes, doubts=doubts + found.doubts)
+
+
+def _doubts_of_stop(
+    system: HybridSystem, state: HybridState, after: HybridState, trigger: Trigger
+) -> tuple[Doubt, ...]:
+    """Return the doubt on speeds that count as round-off at an event, and are more than that."""
+    change = float(largest((after.u[0] - state.u[0], after.u[1] - state.u[1])))
+    if change * system.longest_step <= UNDECIDED * system.resolution:
+        return ()
+    return (Doubt(float(state.t), trigger, 0.0, change, 0.0),)
 
 
 class _SoFar(NamedTuple):

@@ -32,7 +32,7 @@ ROUNDED_PLACE = 8
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
 # smaller is zero within the precision, and the next derivatives decide. The factor
-# covers the solution of two equations in a pose near a singular one. Read by noise, impact,
+# covers the solution of two equations in a pose near a singular one. Read by noise, impact, jump,
 # resolution, singular_pose, start and system.
 UNDECIDED = 2.0**20
 
