@@ -137,7 +137,7 @@ ROWS = {
         "breakaway_order compile confirm doubts impact_log resolution trials",
         "impact_order",
         "collision start_of_arc",
-        "arc certificate course singular_pose zeno",
+        "arc certificate course grip singular_pose zeno",
         "effort end_of_arc painleve steps_of_arc",
         "dense flow reactions select",
         "ends_of_events jump replayed_order start",

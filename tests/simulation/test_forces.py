@@ -12,8 +12,10 @@ from twolink.chain import Chain
 from twolink.data import data_path
 from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.sampled_torque import SampledTorque
+from twolink.effects.surface import Surface
 from twolink.kinematics import velocity
 from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate
@@ -160,6 +162,25 @@ def test_a_load_that_jumps_at_the_end_acts_afterwards():
     pressed = simulate(scene, samples=11)
     force = pressed.contact_forces()[0].normal
     assert force == pytest.approx(np.full(11, 5.0))
+
+
+def test_a_load_that_jumps_where_a_motion_is_not_followed_further_acts_afterwards():
+    """At 1/4 s a torque wedges a stretched chain, which friction of 0.5 N m has held at B."""
+    knots = (0.0, 0.25, 0.5)
+    torque = SampledTorque(knots, (1.0, 0.0, 0.0), (-1.0, 10.0, 10.0), "hold")
+    scene = Scene(
+        Chain.uniform_bars((0.5, 1.0), (0.5, 1.0)), (0.0, 0.0), (0.0, 0.0), 1.0,
+        (
+            Gravity(), torque, JointFriction((5.0, 0.5)),
+            Surface((0.25, 0.0), (1.0, 0.0), ("C2", "C1"), restitution=1.0, name="s0"),
+            Surface((1.0, 0.0), (0.0, -1.0), ("C2",), friction=1.0, name="s1"),
+        ),
+    )  # fmt: skip
+    run = simulate(scene)
+    assert run.failure
+    assert run.t[-1] == 0.25
+    friction = next(force for force in run.contact_forces([0.1, 0.25]) if force.name == "B")
+    assert friction.normal[1] == pytest.approx(friction.normal[0])
 
 
 def test_a_hanging_chain_is_held_by_its_weight():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -50,12 +51,14 @@ class States(NamedTuple):
 class ModeForces:
     """The forces of a scene in the modes that begin with its events; none for a smooth motion.
 
-    `number` is the type of numbers in which they are evaluated: float or `numpy.longdouble`.
+    `number` is the type of numbers in which they are evaluated: float or `numpy.longdouble`. The
+    motion ends at the time `until` (s), which may be before the end of the scene.
     """
 
     scene: Scene
     events: tuple[Event, ...]
     number: Any = float
+    until: float = math.inf
 
     @cached_property
     def chain(self) -> Chain:
@@ -109,7 +112,7 @@ class ModeForces:
 
     def _before_the_end(self, states: States) -> States:
         """Return states whose loads are those of the modes: no mode begins at the end."""
-        end = self.scene.duration
+        end = min(self.until, self.scene.duration)
         if end not in discontinuities(self.scene.effects):
             return states
         return states._replace(t=np.minimum(states.t, np.nextafter(end, 0.0)))

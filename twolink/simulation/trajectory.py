@@ -187,7 +187,7 @@ class Trajectory(Views):
         """The forces in each mode of the motion."""
         from twolink.simulation.forces import ModeForces
 
-        return ModeForces(self.scene, self.events)
+        return ModeForces(self.scene, self.events, until=float(self.t[-1]))
 
     def reactions(self) -> tuple[Array, Array]:
         """Return the forces of the ground on link 1 at A, and of link 1 on link 2 at B (N).

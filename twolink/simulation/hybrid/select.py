@@ -10,6 +10,8 @@ If the laws admit more than one motion, these rules apply in this order:
 0. A chain at rest stays at rest as long as any distribution of forces within the laws holds it, one
    link or both: a link whose loads balance needs no force. If the laws also admit that it leaves,
    as where friction wedges link 1 against a surface that the loads would open, the choice is noted.
+   Left out are forces that no load causes: contacts on opposite sides of a link might press on it,
+   and grip it by friction (`grip`). If a chain leaves its rest between them, that is noted too.
 1. An element at rest keeps sticking as long as its static limit can hold it with all others in
    their states of the same mode. So it begins to slide only in a mode in which sticking instead
    would exceed its limit, and only if elements that hold one link together, all but one of them
@@ -53,6 +55,7 @@ from twolink.simulation.hybrid.complementarity import (
 from twolink.simulation.hybrid.confirm import Derivatives
 from twolink.simulation.hybrid.constraint import cramer
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, constraint_count, solve
+from twolink.simulation.hybrid.grip import is_gripped
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.noise import size_of
 from twolink.simulation.hybrid.painleve import jammed
@@ -97,7 +100,11 @@ def select(
     for _, other in twins:
         options = put(options, other, (ContactState.OPEN,))
     found = _only(options) or _selected(problem_at(system, state, pose, options), pose)
-    return _of_both(found, twins) if twins and found is not None else found
+    if found is None:
+        return None
+    if is_at_rest(state) and is_gripped(system, state, pose):
+        found = _with_grip(system, state, pose, found)
+    return _of_both(found, twins) if twins else found
 
 
 def _twins(system: HybridSystem, touching: frozenset[int]) -> Sequence[tuple[int, int]]:
@@ -147,6 +154,34 @@ def _selected(problem: Problem, pose: Pose) -> Selection | None:
     if found is None or not derivatives.delays:
         return found
     return found._replace(early=_early(problem, derivatives.delays, found.states))
+
+
+def _with_grip(system: HybridSystem, state: HybridState, pose: Pose, found: Selection) -> Selection:
+    """Return a selection beside which contacts could grip the chain, if it leaves its rest.
+
+    Forces with which contacts press on opposite sides are left out of all modes.
+    """
+    if constraint_count(system.elements, found.states) == MOST_CONSTRAINTS:
+        return found
+    problem = problem_at(system, state, pose, system.options(state.touching, state.sliding))
+    du = solve(problem.equations, system.elements, found.states).du
+    moves = any(
+        abs(float(own)) > problem.noise.along(row, du)
+        for own, row in zip(du, ((1, 0), (0, 1)), strict=True)
+    )
+    leaves = moves or begun(found.states, state.sliding) > 0
+    held = _all_held(problem)
+    if not leaves or held == found.states or held in found.others:
+        return found
+    return found._replace(others=(*found.others, held))
+
+
+def _all_held(problem: Problem) -> States:
+    """Return the states in which all elements stick or rest that may."""
+    return tuple(
+        ContactState.STICKS if ContactState.STICKS in options else options[0]
+        for options in problem.options
+    )
 
 
 def _early(problem: Problem, delays: Mapping[States, float], states: States) -> float:
@@ -320,10 +355,7 @@ def _cost(problem: Problem, candidate: Candidate) -> tuple[float, ...]:
 
 def _most_overloaded(problem: Problem) -> int | None:
     """Return the element whose static limit is exceeded most if all at rest are held (rule 2)."""
-    stuck = tuple(
-        ContactState.STICKS if ContactState.STICKS in options else options[0]
-        for options in problem.options
-    )
+    stuck = _all_held(problem)
     if not is_solvable(problem, stuck):
         return None
     elements = problem.system.elements
