@@ -122,9 +122,10 @@ def test_a_run_that_ends_early_is_measured_slightly_beyond_its_end(monkeypatch):
     assert not judge.failure
 
 
-def test_a_result_ends_where_it_can_no_longer_be_measured(monkeypatch):
+@pytest.mark.parametrize("limit", ["_MOST_JUMPS", "_MOST_STEPS"])
+def test_a_result_ends_where_it_can_no_longer_be_measured(monkeypatch, limit):
     """In long double it would reach the end, but the run that measures it has its limit of work."""
-    monkeypatch.setattr(measure, "_MOST_JUMPS", {"quadruple": 1, "long double": 12_000})
+    monkeypatch.setattr(measure, limit, {"quadruple": 1, "long double": 12_000})
     monkeypatch.setattr(measure, "configurations", lambda accuracy: [LONG_DOUBLE])
     measured = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
     judge = next(run for run in measured.runs if run.formulation == "kane")

@@ -50,6 +50,8 @@ _JUMPS_OF_A_SECOND, _JUMPS_OF_ANY = 2_000, 6_000
 # doubles goes slightly beyond its end.
 _OF_JUMPS_OF_A_JUDGE = 15 / 16
 
+_MOST_STEPS: dict[PrecisionName, int] = {"quadruple": MOST_WORK}
+
 # A step on a pressed stiff surface takes a quarter of a millisecond in long double precision. Runs
 # with more of them are ended.
 _MOST_SHORT_STEPS: dict[PrecisionName, int] = {"long double": 80_000}
@@ -276,7 +278,7 @@ class _Runs:
         low = by == self.own and order < BEST_ORDER
         effort = Effort(
             jumps=_most_jumps(precision, self.scene.duration),
-            steps=_MANY_STEPS_OF_A_LOW_ORDER if low else math.inf,
+            steps=_MANY_STEPS_OF_A_LOW_ORDER if low else _MOST_STEPS.get(precision, math.inf),
             short_steps=_MOST_SHORT_STEPS.get(precision, math.inf),
             patience=PATIENCE if by == self.own else _MORE_PATIENCE * PATIENCE,
             until=until,
