@@ -23,6 +23,8 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
+from twolink.scene import Scene
+from twolink.simulation import simulate
 from twolink.simulation.hybrid.jump import jump, settle
 from twolink.simulation.hybrid.mode import Trigger
 
@@ -135,3 +137,17 @@ def test_speeds_that_a_stop_takes_are_a_doubt_if_they_are_more_than_round_off(sp
     after = jump(system, state, mode_of(system, S.FORWARD, S.STICKS), Trigger(E.STOPS, 0, 1))
     assert after.state.u == (0.0, 0.0)
     assert [doubt.change for doubt in after.doubts] == ([speed] if doubted else [])
+
+
+def test_a_contact_whose_gap_stays_zero_in_the_motion_of_a_mode_stays_touching():
+    """A folded chain turns as one about A, where its end is: on a wall through A."""
+    wall = Surface((0.0, 0.0), (1.0, 0.0))
+    system = system_of(JointFriction((1.0, 2.0)), wall)
+    state = state_of(system, (0.5, 0.5 + math.pi), (1.0, 1.0))
+    after = settle(system, state._replace(touching=frozenset({2})), {})
+    assert after.mode.states == (S.FORWARD, S.STICKS, S.OPEN)
+    assert after.state.touching == {2}
+    scene = Scene(system.scene_chain, (0.5, 0.5 + math.pi), (1.0, 1.0), 1.0, system.effects)
+    turned = simulate(scene)
+    assert turned.met
+    assert turned.q[0, -1] == pytest.approx(turned.q[1, -1] - math.pi, abs=1e-12)

@@ -37,7 +37,10 @@ States = tuple[ContactState, ...]
 
 
 class Zero(NamedTuple):
-    """A force (N or N m) that is zero within its round-off of this `size`, with its derivatives."""
+    """A value that is zero within its round-off of this `size`, with its derivatives.
+
+    It is a force (N or N m), or the acceleration along a gap (rad/s² or m/s²).
+    """
 
     size: float
 

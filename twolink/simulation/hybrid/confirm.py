@@ -70,7 +70,7 @@ class Derivatives:
     def confirmed(self, candidate: Candidate) -> Orders | None:
         """Return the orders at which event functions grow from zero in a mode, None if one falls.
 
-        Forces without any derivative beyond round-off are `Zero`.
+        Forces and gaps without any derivative beyond round-off are `Zero`.
         Undecided conditions must hold immediately afterwards, in the motion of that mode.
         """
         found: dict[Trigger, int | Zero]
@@ -90,7 +90,7 @@ class Derivatives:
                 return None
             if sign > 0:
                 found[_trigger(condition)] = _EVENTS[condition.law][1] + order
-            elif condition.law in (Law.PUSHES, Law.WITHIN_LIMIT):
+            elif condition.law in (Law.PUSHES, Law.WITHIN_LIMIT, Law.SEPARATES):
                 found[_trigger(condition)] = Zero(self._noise_of(condition, candidate))
         return found
 

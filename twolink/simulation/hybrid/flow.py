@@ -149,15 +149,13 @@ def _ended(
 def _never_ends(course: Course, block: Block) -> bool:
     """Return whether the arc would require too many steps at the pace of the last, short, ones.
 
-    On a clock, time may stand still: it does at a depth of zero that does not grow.
+    On a clock, which is slow where a surface is hardly pressed, time stands still.
     """
     clock, (_, _, variables, *_) = course.compiled.clock, course.stepper
-    count = len(block.lengths)
-    if clock is None:
-        left, pace = course.until - block.starts[-1], block.lengths.mean()
-    else:
-        passed = variables[clock]
-        left, pace = course.until - now(course), (passed - block.coefficients[0, clock, 0]) / count
+    if clock is not None:
+        passed = variables[clock] - block.coefficients[0, clock, 0]
+        return not passed > tolerances.SHORTEST_STEP * len(block.lengths) * now(course)
+    left, pace = course.until - block.starts[-1], block.lengths.mean()
     short = pace < tolerances.SHORT_STEPS * course.system.longest_step
     return bool(short and left > tolerances.MOST_STEPS * pace)
 

@@ -13,9 +13,7 @@ from twolink.simulation.hybrid.noise import vanishes
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
-
-# The angle (rad) by which the forces must surround every direction.
-_SURE = 1e-9
+from twolink.simulation.hybrid.tolerances import PARALLEL
 
 
 def is_gripped(system: HybridSystem, state: HybridState, pose: Pose) -> bool:
@@ -28,7 +26,7 @@ def is_gripped(system: HybridSystem, state: HybridState, pose: Pose) -> bool:
     if len(angles) <= 2:
         return False
     gaps = [after - own for own, after in itertools.pairwise([*angles, angles[0] + 2 * math.pi])]
-    return max(gaps) < math.pi - _SURE
+    return max(gaps) < math.pi - PARALLEL
 
 
 def _edges(system: HybridSystem, state: HybridState, pose: Pose) -> list[tuple[float, float]]:

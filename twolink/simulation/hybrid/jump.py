@@ -22,7 +22,7 @@ from twolink.simulation.hybrid.collision import (
     still_sliding,
     surfaces_after,
 )
-from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
+from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States, Zero
 from twolink.simulation.hybrid.dynamics import is_fixed
 from twolink.simulation.hybrid.impact import Strike, largest, speed_along
 from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
@@ -159,10 +159,10 @@ def settle(
                 notes = so_far.notes
                 if selection.others or not selection.confirmed:
                     notes += (_note(system, state, mode, selection),)
+                tidied = _tidied(system, state, mode, selection.orders)
                 return Jump(
-                    _tidied(system, state, mode), mode, before + so_far.strikes, notes,
-                    so_far.delay, selection.orders, so_far.doubts + _doubts_of(state, selection),
-                    so_far.endless,
+                    tidied, mode, before + so_far.strikes, notes, so_far.delay, selection.orders,
+                    so_far.doubts + _doubts_of(state, selection), so_far.endless,
                 )  # fmt: skip
             ended, so_far = rest, so_far.ended_by(rest, ())
         state = surfaces_after(system, ended.state, pose)
@@ -278,10 +278,10 @@ def _note(system: HybridSystem, state: HybridState, mode: Mode, selection: Selec
     return Remark(choice, now, f"At {now:.9g} s {choice}: {mode} is taken; or {others}.")
 
 
-def _tidied(system: HybridSystem, state: HybridState, mode: Mode) -> HybridState:
+def _tidied(system: HybridSystem, state: HybridState, mode: Mode, orders: Orders) -> HybridState:
     """Return the state in which contacts that open in a mode are no longer touching.
 
-    A touching contact that carries no force stays touching.
+    A touching contact that carries no force, and does not open by any derivative, stays touching.
     """
     if not state.touching:
         return state
@@ -290,6 +290,8 @@ def _tidied(system: HybridSystem, state: HybridState, mode: Mode) -> HybridState
     for index in state.touching:
         normal = system.elements[index].normal
         if mode.states[index] is not ContactState.OPEN or normal is None:
+            continue
+        if isinstance(orders.get(Trigger(EventKind.HITS, index)), Zero):
             continue
         if not is_fixed(normal, held, system.scene_chain):
             leaving.add(index)

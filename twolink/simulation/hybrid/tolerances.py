@@ -53,8 +53,8 @@ NO_REBOUND = 512
 # same in all precisions. Read by impact, constraint, noise, start and zeno.
 NO_LEVER = 2.0**-46
 
-# Part of the product of two rows. If their determinant is smaller, they are parallel. Read
-# by constraint.
+# Part of the product of two rows. If their determinant is smaller, they are parallel. Also the
+# angle (rad) by which forces must surround every direction. Read by constraint and grip.
 PARALLEL = 1e-9
 
 # Roundings of the terms of the response of a coordinate to a force, or of the determinant of two
@@ -130,7 +130,7 @@ LEAST_IMPACTS_OF_A_BURST = 4
 BAUMGARTE_RATE = 8.0
 
 # Part of the time. Shorter steps are not taken in any precision: the motion is asked for at times
-# that are float64 numbers. Read by steps_of_arc.
+# that are float64 numbers. Read by flow and steps_of_arc.
 SHORTEST_STEP = 2.0**-42
 
 # Steps of an arc after which it fails if it would take more than MOST_STEPS at the pace of the last
