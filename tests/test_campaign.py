@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.campaign.checks import CHECKS, violations
-from tests.campaign.draw import draw_scene
+from tests.campaign.draw import DRAWS, draw_scene
 from tests.campaign.judge import CRASH, HANG, OK, REFUSED, VIOLATION, Judged
 from tests.campaign.knots import undisturbed
 from tests.campaign.printing import Printed
@@ -264,10 +264,11 @@ def test_motion_after_the_accuracy_is_lost_is_not_judged(sliding):
 
 
 @pytest.mark.slow
-def test_scenes_are_drawn_alike_and_can_be_kept():
-    scenes = [draw_scene(7, index) for index in range(30)]
-    assert scenes == [draw_scene(7, index) for index in range(30)]
-    assert scenes[0] != draw_scene(8, 0)
+@pytest.mark.parametrize("draw", DRAWS.values(), ids=DRAWS)
+def test_scenes_are_drawn_alike_and_can_be_kept(draw):
+    scenes = [draw(7, index) for index in range(30)]
+    assert scenes == [draw(7, index) for index in range(30)]
+    assert scenes[0] != draw(8, 0)
     for scene in scenes:
         assert Scene.parse(scene.to_toml()) == scene
 
@@ -310,12 +311,12 @@ def test_slow_scenes_of_short_motions_are_named():
     assert "motions of at most 3 s that take above 10 s: 1, 1 (12.0 s)" in text
 
 
-def _sleep(seed, index, *, comparisons, report):
+def _sleep(seed, index, *, draw, comparisons, report):
     report("simulate", Judged(index, HANG, 0.0))
     time.sleep(600)
 
 
-def _work(seed, index, *, comparisons, report):
+def _work(seed, index, *, draw, comparisons, report):
     report("simulate", Judged(index, HANG, 0.0))
     while True:
         pass

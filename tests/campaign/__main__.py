@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from tests.campaign.comparisons import COMPARISONS
-from tests.campaign.draw import draw_scene
+from tests.campaign.draw import DRAWS
 from tests.campaign.judge import OK, OUT_OF_RANGE, Judged
 from tests.campaign.report import is_good, report
 from tests.campaign.run import Campaign, judged_scenes
@@ -22,7 +22,8 @@ def main() -> int:
     """Run a campaign as the command line says, and return the exit code."""
     given = _arguments()
     shares = {name: getattr(given, f"{name}_share") for name in COMPARISONS}
-    campaign = Campaign(given.seed, given.limit, shares, given.comparison_limit)
+    limits = given.limit, shares, given.comparison_limit
+    campaign = Campaign(given.seed, *limits, draw=given.draw)
     indices = given.only or list(range(given.first, given.first + given.scenes))
     started = time.monotonic()
     results: list[Judged] = []
@@ -37,9 +38,10 @@ def main() -> int:
         for judged in judged_scenes(campaign, indices, given.workers, progress):
             results.append(judged)
             if given.keep is not None and judged.outcome not in (OK, OUT_OF_RANGE):
-                _keep(given.keep, given.seed, judged)
+                _keep(given.keep, campaign, judged)
     print(file=sys.stderr)
     options = "".join(f" --{name}-share {own}" for name, own in shares.items() if own != 0.1)
+    options += "" if given.draw == "any" else f" --draw {given.draw}"
     command = f"uv run python -m tests.campaign --seed {given.seed}{options}"
     print(report(results, command))
     return 0 if is_good(results) and len(results) == len(indices) else 1
@@ -49,6 +51,7 @@ def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m tests.campaign", description=__doc__)
     parser.add_argument("--scenes", type=int, default=2000, help="how many scenes")
     parser.add_argument("--seed", type=int, default=1, help="which scenes")
+    parser.add_argument("--draw", choices=DRAWS, default="any", help="which kind of scenes")
     parser.add_argument("--first", type=int, default=0, help="index of the first scene")
     parser.add_argument("--only", type=int, action="append", help="only the scene of this index")
     parser.add_argument("--workers", type=int, default=2, help="processes at a time")
@@ -60,15 +63,15 @@ def _arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _keep(folder: Path, seed: int, judged: Judged) -> None:
+def _keep(folder: Path, campaign: Campaign, judged: Judged) -> None:
     """Write a scene to a folder, with its failures as comments."""
     if any(name == "draw" for name, _ in judged.wrong):
         return
     folder.mkdir(parents=True, exist_ok=True)
     failures = [f"{name}: {sentence}" for name, sentence in judged.wrong] or [judged.remark]
     comment = "".join(f"# {line}\n" for text in failures for line in text.splitlines())
-    text = draw_scene(seed, judged.index).to_toml()
-    name = f"{judged.outcome.replace(' ', '_')}_{seed}_{judged.index}.toml"
+    text = DRAWS[campaign.draw](campaign.seed, judged.index).to_toml()
+    name = f"{judged.outcome.replace(' ', '_')}_{campaign.seed}_{judged.index}.toml"
     (folder / name).write_text(f"# {judged.outcome}\n{comment}{text}", encoding="utf-8")
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from tests.campaign.dice import Dice
+from tests.campaign.draw_coincidences import draw_coincidence
 from tests.campaign.draw_contacts import Pose, compliant_surfaces, grazed, joint_stops, surfaces
 from tests.campaign.draw_forces import dry_frictions, smooth_effects
 from twolink import Chain, Scene
@@ -75,3 +77,10 @@ def draw_start(dice: Dice, start: str) -> tuple[tuple[float, float], tuple[float
     elif dice.chance(0.1):
         u = dice.pick(((0.0, u[1]), (u[0], 0.0)))
     return (q1, q2), u
+
+
+DRAWS: dict[str, Callable[[int, int], Scene]] = {
+    "any": draw_scene,
+    "coincidences": draw_coincidence,
+}
+"""The kinds of random scenes."""

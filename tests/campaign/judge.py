@@ -13,7 +13,7 @@ import numpy as np
 
 from tests.campaign.checks import violations
 from tests.campaign.comparisons import COMPARISONS
-from tests.campaign.draw import draw_scene
+from tests.campaign.draw import DRAWS
 from tests.campaign.printing import Printed
 from twolink import Scene, simulate
 from twolink.errors import TwolinkError
@@ -45,11 +45,19 @@ class Judged:
 
 
 def judge(
-    seed: int, index: int, *, comparisons: Sequence[str], report: Callable[[str, Any], None]
+    seed: int,
+    index: int,
+    *,
+    draw: str,
+    comparisons: Sequence[str],
+    report: Callable[[str, Any], None],
 ) -> Judged:
-    """Return the judgement of a scene; `report` takes each stage and the judgement before it."""
+    """Return the judgement of a scene; `report` takes each stage and the judgement before it.
+
+    `draw` is the kind of scene, one of `DRAWS`.
+    """
     try:
-        scene = draw_scene(seed, index)
+        scene = DRAWS[draw](seed, index)
         scene.to_toml()
     except Exception:
         return Judged(index, CRASH, 0.0, (("draw", traceback.format_exc(limit=-3)),))

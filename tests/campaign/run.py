@@ -27,7 +27,7 @@ _CHECKS = 300.0
 
 @dataclass(frozen=True)
 class Campaign:
-    """A seed, time limits and the shares of scenes in which the trajectory is compared.
+    """A seed, a kind of scenes, time limits, and the shares of scenes that are compared.
 
     Limits are seconds of computing, so that other work on the machine does not change the outcome;
     a process that waits is ended after `_ASLEEP` times as many. `judge` judges one scene in a
@@ -39,6 +39,7 @@ class Campaign:
     shares: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(COMPARISONS, 0.1))
     comparison_limit: float = 120.0
     judge: Callable[..., Judged] = judge
+    draw: str = "any"
 
     def comparisons(self, index: int) -> tuple[str, ...]:
         """Return the comparisons of a scene: always the same ones of a seed."""
@@ -146,7 +147,10 @@ def _work(campaign: Campaign, pipe: Connection) -> None:
         except EOFError:
             return
         comparisons = campaign.comparisons(index)
-        report("done", campaign.judge(campaign.seed, index, comparisons=comparisons, report=report))
+        judged = campaign.judge(
+            campaign.seed, index, draw=campaign.draw, comparisons=comparisons, report=report
+        )
+        report("done", judged)
 
 
 def judged_scenes(
