@@ -149,7 +149,8 @@ def rough_impulse(
     if stopping is not None and regime[1] in (Regime.STICKS, Regime.SLIDES_THEN_STICKS):
         first, then = phases
         if first.length is not None:
-            # In a nearly straight pose the normal speed is round-off of that before the slide.
+            # Near a straight pose, v0 + slope · length cancels. The stopping impulse gives this
+            # speed without that.
             begins = (first.length - stopping[0]) * then.normal_slope
             phases = first, then._replace(begins=begins)
     ends = {"newton-routh": _newtons_end, "poisson": _poissons_end, "stronge": _stronges_end}
@@ -192,7 +193,8 @@ def _newtons_impulse(
         if slope > 0:
             normal = needed / slope
             tangential = -sigma * mu * normal
-            # With this v_n, v_t is that of sticking, zero, and det/G_nn times the difference.
+            # Both impulses give this v_n. v_t after sticking is zero, so that v_t here is det/G_nn
+            # times the difference of the tangential impulses.
             if sigma * (tangential - sticking) >= 0:
                 turns = v_t != 0 and (v_t > 0) != (sigma > 0)
                 return Impulse(normal, tangential, Regime.SLIDES_BACK if turns else Regime.SLIDES)

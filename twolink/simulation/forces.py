@@ -52,7 +52,7 @@ class ModeForces:
     """The forces of a scene in the modes that begin with its events; none for a smooth motion.
 
     `number` is the type of numbers in which they are evaluated: float or `numpy.longdouble`. The
-    motion ends at the time `until` (s), which may be before the end of the scene.
+    last sample is at the time `until` (s), which may be before the end of the scene.
     """
 
     scene: Scene
@@ -111,9 +111,10 @@ class ModeForces:
             yield now, found
 
     def _before_the_end(self, states: States) -> States:
-        """Return states whose loads are those of the modes: no mode begins at the end."""
+        """Return states whose loads are those of the modes: none begins where the motion ends."""
         end = min(self.until, self.scene.duration)
-        if end not in discontinuities(self.scene.effects):
+        begins = any(event.entered == end for event in self.events)
+        if begins or end not in discontinuities(self.scene.effects):
             return states
         return states._replace(t=np.minimum(states.t, np.nextafter(end, 0.0)))
 

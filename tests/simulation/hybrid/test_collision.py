@@ -33,6 +33,9 @@ ONTO = JointTorque((-6.0, 0.0))
 """Link 1 turns to the stop with −2 rad/s²."""
 
 
+EPSILON = 2.0**-52
+
+
 def stopped_chain(*more, restitution=0.5, **options):
     stop = JointStop("A", lower=0.0, restitution=restitution)
     return system_of(ONTO, stop, *more, chain=BALANCED, **options)
@@ -50,18 +53,18 @@ def test_contacts_are_nearby_within_the_rounding_of_their_place():
 def test_the_direction_of_a_slide_is_the_sign_of_its_speed_beyond_rounding():
     system = system_of(JointFriction((1.0, 1.0)))
     pose = Pose(system.chain, lagrange, (0.3, 0.2))
-    assert sliding_after(system, pose, (5.0, 5.0), (1.0, 3.0)) == (1, 1)
-    assert sliding_after(system, pose, (5.0, 5.0), (-1.0, -3.0)) == (-1, -1)
-    assert sliding_after(system, pose, (5.0, 5.0), (1.0, 1.0 + 4e-16)) == (1, 0)
-    assert direction_of(system, (1.0, 0.0), (5.0, 0.0), (1e-16, 0.0)) == 0
-    assert direction_of(system, (1.0, 0.0), (1e-9, 0.0), (1e-16, 0.0)) == 1
+    assert sliding_after(system, pose, (5.0, 5.0), (1.0, 3.0), EPSILON) == (1, 1)
+    assert sliding_after(system, pose, (5.0, 5.0), (-1.0, -3.0), EPSILON) == (-1, -1)
+    assert sliding_after(system, pose, (5.0, 5.0), (1.0, 1.0 + 4e-16), EPSILON) == (1, 0)
+    assert direction_of(system, (1.0, 0.0), (5.0, 0.0), (1e-16, 0.0), EPSILON) == 0
+    assert direction_of(system, (1.0, 0.0), (1e-9, 0.0), (1e-16, 0.0), EPSILON) == 1
 
 
 def test_the_sign_of_a_row_that_is_round_off_is_no_direction():
     """The tangent of a surface through A, in the pose in which a link lies on it."""
     system = stopped_chain()
-    assert direction_of(system, (1.4e-17, 0.0), (-6.0, 1.0), (-6.0, 1.0)) == 0
-    assert direction_of(system, (1.4e-9, 0.0), (-6.0, 1.0), (-6.0, 1.0)) == -1
+    assert direction_of(system, (1.4e-17, 0.0), (-6.0, 1.0), (-6.0, 1.0), EPSILON) == 0
+    assert direction_of(system, (1.4e-9, 0.0), (-6.0, 1.0), (-6.0, 1.0), EPSILON) == -1
 
 
 def test_a_slide_without_a_speed_has_only_begun():

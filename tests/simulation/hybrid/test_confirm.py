@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from tests.simulation.hybrid import BALANCED, state_of, system_of
@@ -16,7 +17,8 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.simulation.hybrid.complementarity import Zero, problem_at
-from twolink.simulation.hybrid.confirm import Derivatives
+from twolink.simulation.hybrid.confirm import Derivatives, _leading
+from twolink.simulation.hybrid.jet import Jet, Recording
 from twolink.simulation.hybrid.jump import settle
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.pose import Pose
@@ -116,6 +118,13 @@ def test_a_mode_that_every_derivative_contradicts_is_not_confirmed(monkeypatch):
     assert not select(system, state, pose, {}).confirmed
 
 
+def jet_of(*terms):
+    """Return a jet of some terms, with one more, which is left out."""
+    jet = Jet((terms[0],), Recording())
+    jet.terms[:] = [*terms, 0.0]
+    return jet
+
+
 def near_its_limit(margin):
     """Return a system whose joint A, which can hold 2 N m, has 1 N m more in a second.
 
@@ -134,7 +143,9 @@ def test_a_mode_that_holds_a_little_longer_within_round_off_has_a_delay():
     derivatives = Derivatives(problem)
     (stuck,) = (c for c in Trials(problem).candidates(False) if c.states == (S.STICKS,))
     assert derivatives.confirmed(stuck) is None
-    assert derivatives.delays == {(S.STICKS,): pytest.approx(1e-10, rel=1e-4)}
+    (delay,) = derivatives.delays.values()
+    assert delay.time == pytest.approx(1e-10, rel=1e-4)
+    assert delay.trigger == Trigger(EventKind.BREAKS, 0, 1)
 
 
 @pytest.mark.parametrize("margin", [1e-10, 0.0, -1e-10])
@@ -143,7 +154,19 @@ def test_a_slide_that_begins_a_little_too_early_is_a_doubt(margin):
     state = state_of(system, (0.0, 0.0))
     found = selected(system, state)
     assert found.states == (S.FORWARD,)
-    assert found.early == pytest.approx(max(margin, 0.0) / 3, rel=1e-4)
-    assert [doubt.change for doubt in settle(system, state, {}).doubts] == (
-        [found.early] if margin > 0 else []
-    )
+    doubts = settle(system, state, {}).doubts
+    if margin > 0:
+        assert found.early.change == pytest.approx(margin / 3, rel=1e-4)
+        assert [doubt.change for doubt in doubts] == [found.early.change]
+    else:
+        assert (found.early, doubts) == (None, ())
+
+
+def test_several_derivatives_within_round_off_give_a_bound_on_the_delay():
+    """With the terms 1e-12 + 1e-11 t − t³ the root is at 1.0e-4 s: t³ = 1e-12 + 1e-11 t."""
+    found = _leading(jet_of(1e-12, 1e-11, 0.0, -1.0), 1e-10, 1.0)
+    assert (found.order, found.sign) == (3, -1)
+    root = max(np.roots([-1.0, 0.0, 1e-11, 1e-12]).real)
+    assert root <= found.delay <= 3 * root
+    assert _leading(jet_of(-1e-12, 0.0, 0.0, -1.0), 1e-10, 1.0).delay == 0.0
+    assert _leading(jet_of(1e-12, 1e-11, 0.0, 1.0), 1e-10, 1.0).delay == 0.0

@@ -43,10 +43,13 @@ def test_a_point_in_a_slot_is_gripped_if_a_side_is_rough(friction, gripped):
     assert is_gripped(*at_rest(*slot(friction, HEIGHT), q=Q)) is gripped
 
 
-def test_one_side_and_a_joint_stop_do_not_grip():
+def test_one_side_grips_only_with_a_stop_against_it():
     rough = Surface((0.0, HEIGHT), ABOVE, friction=2.0)
+    lower, upper = JointStop("A", lower=Q[0]), JointStop("A", upper=Q[0])
     assert not is_gripped(*at_rest(rough, q=Q))
-    assert not is_gripped(*at_rest(JointStop("A", lower=Q[0]), JointStop("A", upper=Q[0]), q=Q))
+    assert not is_gripped(*at_rest(lower, upper, q=Q))
+    assert is_gripped(*at_rest(rough, lower, q=Q))
+    assert not is_gripped(*at_rest(rough, upper, q=Q))
 
 
 @pytest.mark.parametrize("seed", range(200))

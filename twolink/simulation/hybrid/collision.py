@@ -23,7 +23,7 @@ from twolink.simulation.hybrid.impact import (
     speed_along,
 )
 from twolink.simulation.hybrid.impact_order import choices
-from twolink.simulation.hybrid.mode import Doubt, Remark, Trigger
+from twolink.simulation.hybrid.mode import Doubt, Remark, Trigger, doubt_of_change
 from twolink.simulation.hybrid.noise import known_at
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import Resolution, resolve
@@ -109,7 +109,7 @@ def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
     if len(system.near) > 1 and found.strikes:
         doubts, notes = choices(system, state, impacts, near, found)
     if known > system.rounding:
-        doubts += _doubts_of_rounding(system, state, pose, near, found)
+        doubts += _doubts_of_float64(system, state, pose, near, found)
     touching, gaps = found.resting, state.gaps
     if state.touching:
         touching |= {i for i in state.touching if not system.elements[i].rigid}
@@ -124,10 +124,10 @@ def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
     return Collision(state, pose, found.strikes, doubts, notes)
 
 
-def _doubts_of_rounding(
+def _doubts_of_float64(
     system: HybridSystem, state: HybridState, pose: Pose, near: Sequence[int], found: Resolution
 ) -> tuple[Doubt, ...]:
-    """Return the doubt on speeds that count as zero after impacts, and do not in finer numbers."""
+    """Return the doubt on u, which differs if impacts have the rounding of the precision."""
     impacts = Impacts(pose, system.elements, float(state.t), system.rounding)
     try:
         finer = resolve(impacts, state.u, near, state.touching)
@@ -136,7 +136,7 @@ def _doubts_of_rounding(
     else:
         change = float(largest((found.u[0] - finer.u[0], found.u[1] - finer.u[1])))
     trigger = Trigger(EventKind.HITS, near[0])
-    return (Doubt(float(state.t), trigger, 0.0, change, 0.0),) if change else ()
+    return (doubt_of_change(float(state.t), trigger, change),) if change else ()
 
 
 def _any_approached(
@@ -177,7 +177,7 @@ def _begun(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> 
     assert own is not None
     assert normal is not None
     row = pose.row(normal)
-    if at_rest(row, state.u, system.rounding, system.lever):
+    if at_rest(row, state.u, known_at(state.t, system.rounding), system.lever):
         begun = own._replace(sqrt_depth=system.least_root)
         return state._replace(compliant=put(state.compliant, index, begun))
     if speed_along(row, state.u) < 0:
@@ -197,7 +197,8 @@ def _turns(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> 
     if not branch.turning:
         return False
     row = pose.row(element.normal)
-    speed = 0 if at_rest(row, state.u, system.rounding, system.lever) else speed_along(row, state.u)
+    still = at_rest(row, state.u, known_at(state.t, system.rounding), system.lever)
+    speed = 0 if still else speed_along(row, state.u)
     return bool(branch.turning * (speed + branch.rate) > 0)
 
 
@@ -243,15 +244,15 @@ def _moved(system: HybridSystem, state: HybridState, pose: Pose, change: Pair) -
 
 
 def sliding_after(
-    system: HybridSystem, pose: Pose, before: Pair, u: Pair, known: float = 0.0
+    system: HybridSystem, pose: Pose, before: Pair, u: Pair, rounding: float
 ) -> tuple[int, ...]:
     """Return the direction in which each element slides at u, after the speeds were `before`.
 
-    `known` is the round-off of the speeds, where it is more than that of the numbers.
+    `rounding` is that of the speeds.
     """
     return tuple(
         [
-            0 if tangent is None else direction_of(system, pose.row(tangent), before, u, known)
+            0 if tangent is None else direction_of(system, pose.row(tangent), before, u, rounding)
             for tangent in system.tangents
         ]
     )
@@ -259,13 +260,13 @@ def sliding_after(
 
 def still_sliding(system: HybridSystem, state: HybridState, pose: Pose) -> tuple[int, ...]:
     """Return the direction in which each element slides that has a speed, 0 for all others."""
-    known = sliding_after(system, pose, state.u, state.u, known_at(state.t, system.rounding))
-    return tuple([own and now for own, now in zip(state.sliding, known, strict=True)])
+    rounding = known_at(state.t, system.rounding)
+    directions = sliding_after(system, pose, state.u, state.u, rounding)
+    return tuple([own and now for own, now in zip(state.sliding, directions, strict=True)])
 
 
-def direction_of(system: HybridSystem, row: Pair, before: Pair, u: Pair, known: float = 0.0) -> int:
-    """Return the sign of row · u, 0 within round-off of the speeds and of the pose."""
-    rounding = max(system.rounding, known)
+def direction_of(system: HybridSystem, row: Pair, before: Pair, u: Pair, rounding: float) -> int:
+    """Return the sign of row · u, 0 within the rounding of the speeds and of the pose."""
     if at_rest(row, u, rounding, system.lever) or is_left_over(row, u, before, rounding):
         return 0
     return 1 if speed_along(row, u) > 0 else -1
@@ -274,4 +275,4 @@ def direction_of(system: HybridSystem, row: Pair, before: Pair, u: Pair, known: 
 def sliding_of(system: HybridSystem, pose: Pose, index: int, u: Pair) -> int:
     """Return the direction in which an element slides at u, 0 for none."""
     tangent = system.elements[index].tangent
-    return 0 if tangent is None else direction_of(system, pose.row(tangent), u, u)
+    return 0 if tangent is None else direction_of(system, pose.row(tangent), u, u, system.rounding)

@@ -44,11 +44,18 @@ _EVENTS = {
 }
 
 
+class Delay(NamedTuple):
+    """The time (s) for which a contradicted mode may still hold, and the event that ends it."""
+
+    time: float
+    trigger: Trigger
+
+
 class _Leading(NamedTuple):
     """The order and the sign of the derivative that decides a condition.
 
-    A condition that a derivative contradicts may hold for a `delay` (s): at once its value is
-    positive by less than its round-off.
+    A condition that a derivative contradicts may hold for a `delay` (s), if derivatives of lower
+    order are positive by less than their round-off.
     """
 
     order: int
@@ -59,13 +66,13 @@ class _Leading(NamedTuple):
 class Derivatives:
     """The motions from a state as power series in time: its modes share the equations of motion.
 
-    Modes that were contradicted may hold for their `delays` (s), which are zero for all others.
+    `delays` has the contradicted modes that may still hold for a time.
     """
 
     def __init__(self, problem: Problem) -> None:
         """Store a problem; nothing is computed before it is needed."""
         self._problem = problem
-        self.delays: dict[States, float] = {}
+        self.delays: dict[States, Delay] = {}
 
     def confirmed(self, candidate: Candidate) -> Orders | None:
         """Return the orders at which event functions grow from zero in a mode, None if one falls.
@@ -82,9 +89,10 @@ class Derivatives:
         except (ZeroDivisionError, OverflowError, ValueError):
             # The motion is not analytic: its events decide.
             return found
-        ended = [own.delay for own in leading.values() if own.sign < 0]
-        if ended and min(ended) > 0:
-            self.delays[candidate.states] = min(ended)
+        ended = [Delay(own.delay, _trigger(c)) for c, own in leading.items() if own.sign < 0]
+        first = min(ended, key=lambda delay: delay.time, default=None)
+        if first is not None and first.time > 0:
+            self.delays[candidate.states] = first
         for condition, (order, sign, _) in leading.items():
             if sign < 0 or (sign == 0 and condition.law is Law.ACCELERATES):
                 return None
@@ -129,12 +137,21 @@ class Derivatives:
 
 
 def _leading(value: Jet | Scalar, noise: float, rate: float) -> _Leading:
-    """Return the leading derivative of a value that is known within its noise."""
+    """Return the leading derivative of a value that is known within its noise.
+
+    The delay is the first root if one lower derivative is positive, and twice the largest of such
+    roots, a bound on it (Fujiwara), if several are.
+    """
     terms = value.terms[:-1] if isinstance(value, Jet) else (value,)
     order, sign = leading_term(terms, noise, rate)
-    if sign >= 0 or not order or not terms[0] > 0:
+    if sign >= 0:
         return _Leading(order, sign)
-    return _Leading(order, sign, float(-terms[0] / terms[order]) ** (1 / order))
+    roots = [
+        float(-term / terms[order]) ** (1 / (order - k))
+        for k, term in enumerate(terms[:order])
+        if term > 0
+    ]
+    return _Leading(order, sign, max(roots, default=0.0) * (2 if len(roots) > 1 else 1))
 
 
 def _trigger(condition: Condition) -> Trigger:

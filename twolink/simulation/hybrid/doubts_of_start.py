@@ -11,12 +11,10 @@ from twolink.effects import contact_elements, pieces_at
 from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
-from twolink.simulation.hybrid.complementarity import States, problem_at
-from twolink.simulation.hybrid.dynamics import solve
 from twolink.simulation.hybrid.impact import at_rest, largest, speed_along
 from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.pose import Pose
-from twolink.simulation.hybrid.select import select
+from twolink.simulation.hybrid.select import goes_on, select
 from twolink.simulation.hybrid.start import sense_along, start_state
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
@@ -99,22 +97,8 @@ def _slides_at_rest(scene: Scene, state: HybridState) -> list[Doubt]:
         Doubt(0.0, Trigger(EventKind.STOPS, index, senses[index]), math.inf, math.inf, 0.0)
         for index in slow
         if at_rest.states[index] is not slipping(senses[index])
-        and (found is None or _goes_on(system, moving, pose, found.states, index))
+        and (found is None or goes_on(system, moving, pose, found.states, index))
     ]
-
-
-def _goes_on(
-    system: HybridSystem, state: HybridState, pose: Pose, states: States, index: int
-) -> bool:
-    """Return whether a slide is driven on in a mode, beyond the round-off of its acceleration."""
-    if not states[index].slips:
-        return False
-    tangent = system.elements[index].tangent
-    assert tangent is not None
-    problem = problem_at(system, state, pose, tuple((own,) for own in states))
-    du, row = solve(problem.equations, system.elements, states).du, pose.row(tangent)
-    gain = speed_along(row, du) + tangent.bias(system.chain, state.q, state.u)
-    return bool(states[index].direction * gain > problem.noise.along(row, du))
 
 
 def _system_of(scene: Scene) -> HybridSystem:

@@ -149,7 +149,8 @@ def _ended(
 def _never_ends(course: Course, block: Block) -> bool:
     """Return whether the arc would require too many steps at the pace of the last, short, ones.
 
-    On a clock, which is slow where a surface is hardly pressed, time stands still.
+    If time is a variable, which grows slowly where a surface is hardly pressed, they are too many
+    only if it stands still.
     """
     clock, (_, _, variables, *_) = course.compiled.clock, course.stepper
     if clock is not None:

@@ -54,15 +54,20 @@ def speed_along(row: Pair, u: Pair) -> Scalar:
     return row[0] * u[0] + row[1] * u[1]
 
 
-def at_rest(row: Pair, u: Pair, rounding: float, lever: float) -> bool:
-    """Return whether the speed row · u is zero within the round-off of its terms, and of the pose.
+def has_no_lever(row: Pair, lever: float) -> bool:
+    """Return whether a row of a chain of length `lever` (m) is round-off of the pose."""
+    return bool(largest(row) <= NO_LEVER * lever)
 
-    The chain has the length `lever` (m).
+
+def at_rest(row: Pair, u: Pair, rounding: float, lever: float) -> bool:
+    """Return whether row · u is zero within round-off.
+
+    It is, too, if the row is round-off of the pose. The chain has the length `lever` (m).
     """
     first, second = row[0] * u[0], row[1] * u[1]
     if abs(first + second) <= AT_REST * rounding * (abs(first) + abs(second)):
         return True
-    return bool(largest(row) <= NO_LEVER * lever)
+    return has_no_lever(row, lever)
 
 
 def moves(row: Pair, u: Pair, rounding: float, slowest: float) -> bool:
@@ -79,14 +84,14 @@ def _error_of(u: Pair, rounding: float, slowest: float) -> float:
 
 
 def approach(row: Pair, u: Pair, rounding: float, lever: float) -> Scalar:
-    """Return the speed row · u if it is negative beyond its round-off, and of the pose, else 0.
+    """Return the speed row · u if it is an approach beyond round-off, else 0.
 
-    The chain has the length `lever` (m).
+    A row that is round-off of the pose has no speed. The chain has the length `lever` (m).
     """
     first, second = row[0] * u[0], row[1] * u[1]
     speed = first + second
     if speed < 0 and -speed > AT_REST * rounding * (abs(first) + abs(second)):
-        return speed if largest(row) > NO_LEVER * lever else 0
+        return 0 if has_no_lever(row, lever) else speed
     return 0
 
 

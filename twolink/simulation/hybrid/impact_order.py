@@ -16,6 +16,7 @@ from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.impact import Impacts, approach, largest
 from twolink.simulation.hybrid.mode import Doubt, Remark, Trigger
+from twolink.simulation.hybrid.noise import known_at
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import Resolution, strongest
 from twolink.simulation.hybrid.state import HybridState
@@ -55,7 +56,9 @@ def rivals(
             continue
         if gap > limit and index not in near:
             continue
-        speed = approach(pose.row(normal), state.u, system.rounding, system.lever)
+        speed = approach(
+            pose.row(normal), state.u, known_at(state.t, system.rounding), system.lever
+        )
         if speed:
             found.append(Rival(index, float(speed), 0.0 if index in near else float(gap)))
     return found

@@ -50,6 +50,7 @@ _JUMPS_OF_A_SECOND, _JUMPS_OF_ANY = 2_000, 6_000
 # doubles goes slightly beyond its end.
 _OF_JUMPS_OF_A_JUDGE = 15 / 16
 
+# A step in quadruple precision takes a millisecond or two.
 _MOST_STEPS: dict[PrecisionName, int] = {"quadruple": MOST_WORK}
 
 # A step on a pressed stiff surface takes a quarter of a millisecond in long double precision. Runs

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -121,6 +122,11 @@ class Doubt(NamedTuple):
     until: float
     within: float = 0.0
     matters: Callable[[], bool] = _always
+
+
+def doubt_of_change(time: float, trigger: Trigger, change: float) -> Doubt:
+    """Return the doubt on a choice at a time (s) that changes u by `change` (rad/s)."""
+    return Doubt(time, trigger, math.inf if math.isinf(change) else 0.0, change, 0.0)
 
 
 class Remark(NamedTuple):

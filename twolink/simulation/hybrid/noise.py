@@ -11,6 +11,7 @@ from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.conditions import Condition, Law, along
 from twolink.simulation.hybrid.constraint import cramer
 from twolink.simulation.hybrid.dynamics import LocalEquations
+from twolink.simulation.hybrid.impact import has_no_lever
 from twolink.simulation.hybrid.system import HybridSystem
 
 
@@ -25,7 +26,8 @@ class Noise:
         (M11, M12), (_, M22) = equations.M
         inertia = abs(float(M11)), abs(float(M12)), abs(float(M22))
         self._system, self._equations = system, equations
-        self._unsure = tolerances.UNDECIDED * known_at(t, system.resolution)
+        given = tolerances.ROUNDED_PLACE * known_at(t, 0.0)
+        self._unsure = max(tolerances.UNDECIDED * system.resolution, given)
         self._forces = _size_of_forces(equations, inertia, system.scene_chain.L1, u)
         self._inertia = inertia[0] + inertia[1], inertia[1] + inertia[2]
         self._turning = size_of(u) * size_of(u)
@@ -90,16 +92,16 @@ def _size_of_forces(
 
 
 def known_at(t: Scalar, rounding: float) -> float:
-    """Return the relative accuracy of a state at a time (s), if it is a rounding after the start.
+    """Return the relative accuracy of a state at a time (s): `rounding`, and float64's at a start.
 
-    A start is given in float64, and the same decisions are made there in every precision.
+    A start is given in float64, so that every precision makes the same decisions there.
     """
     return max(rounding, PRECISIONS["double"].rounding) if t == 0 else rounding
 
 
 def vanishes(system: HybridSystem, row: Pair) -> bool:
     """Return whether a row is zero within round-off: no force acts along it in this pose."""
-    return size_of(row) <= tolerances.NO_LEVER * system.lever
+    return has_no_lever(row, system.lever)
 
 
 def size_of(row: Pair) -> float:

@@ -19,7 +19,7 @@ from twolink.simulation.hybrid.impact import (
     is_left_over,
     stopped,
 )
-from twolink.simulation.hybrid.noise import vanishes
+from twolink.simulation.hybrid.noise import known_at, vanishes
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.singular_pose import pinned, wedged, wedged_between
 from twolink.simulation.hybrid.state import HybridState, put
@@ -73,7 +73,7 @@ def strike_without_collision(
     touching = _touching_after(system, state, pose, strike.u[1])
     held = [system.elements[i].normal for i in sorted(touching) if system.elements[i].rigid]
     after = stopped(pose, held, strike.u[1], system.rounding)  # type: ignore[arg-type]
-    sliding = sliding_after(system, pose, state.u, after)
+    sliding = sliding_after(system, pose, state.u, after, known_at(state.t, system.rounding))
     if strike.impulse.regime.ends_sticking:
         sliding = put(sliding, index, 0)
     state = state._replace(u=after, touching=touching, sliding=sliding)

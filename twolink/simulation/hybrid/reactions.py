@@ -27,6 +27,7 @@ from twolink.simulation.hybrid.impact import (
     stopped,
 )
 from twolink.simulation.hybrid.mode import Mode, Trigger
+from twolink.simulation.hybrid.noise import known_at
 from twolink.simulation.hybrid.painleve import jammed
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.state import HybridState, put
@@ -123,7 +124,7 @@ def _met_with(system: HybridSystem, state: HybridState, index: int) -> Iterator[
 def _met(system: HybridSystem, state: HybridState, index: int) -> tuple[HybridState, Pose, bool]:
     """Return the state in which a gap is zero, its pose, and whether it is met without speed.
 
-    A speed that is round-off of those of the links is none: √depth would hardly grow with it.
+    A speed below the round-off of u counts as zero, as √depth would hardly grow with it.
     """
     normal = system.elements[index].normal
     assert normal is not None
@@ -304,7 +305,11 @@ def _jams(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger
             "impulse of its friction stops the links"
         )
     after = strike.u[1]
-    sliding = put(sliding_after(system, pose, state.u, after), trigger.index, 0)
+    sliding = put(
+        sliding_after(system, pose, state.u, after, known_at(state.t, system.rounding)),
+        trigger.index,
+        0,
+    )
     return Reaction(state._replace(u=after, sliding=sliding), {}, (strike,))
 
 

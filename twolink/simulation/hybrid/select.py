@@ -52,7 +52,7 @@ from twolink.simulation.hybrid.complementarity import (
     is_solvable,
     problem_at,
 )
-from twolink.simulation.hybrid.confirm import Derivatives
+from twolink.simulation.hybrid.confirm import Delay, Derivatives
 from twolink.simulation.hybrid.constraint import cramer
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, constraint_count, solve
 from twolink.simulation.hybrid.grip import is_gripped
@@ -69,19 +69,25 @@ from twolink.simulation.hybrid.trials import Trials
 _DEPARTS = (EventKind.HITS, EventKind.STOPS)
 
 
+class Early(NamedTuple):
+    """The change of u (rad/s) if a mode is left that holds a little longer, and the event there."""
+
+    change: float
+    trigger: Trigger
+
+
 class Selection(NamedTuple):
     """The states of the next mode, and the other modes that the laws admit.
 
     It is not `confirmed` if the higher derivatives contradict every remaining mode. Where round-off
-    hides that another mode holds a little longer, that would change u by no more than `early`
-    (rad/s).
+    may hide that another mode holds a little longer, `early` says what that would change.
     """
 
     states: States
     others: tuple[States, ...] = ()
     confirmed: bool = True
     orders: Orders = NO_ORDERS
-    early: float = 0.0
+    early: Early | None = None
 
 
 def select(
@@ -165,11 +171,7 @@ def _with_grip(system: HybridSystem, state: HybridState, pose: Pose, found: Sele
         return found
     problem = problem_at(system, state, pose, system.options(state.touching, state.sliding))
     du = solve(problem.equations, system.elements, found.states).du
-    moves = any(
-        abs(float(own)) > problem.noise.along(row, du)
-        for own, row in zip(du, ((1, 0), (0, 1)), strict=True)
-    )
-    leaves = moves or begun(found.states, state.sliding) > 0
+    leaves = _accelerates(problem, du) or begun(found.states, state.sliding) > 0
     held = _all_held(problem)
     if not leaves or held == found.states or held in found.others:
         return found
@@ -184,15 +186,15 @@ def _all_held(problem: Problem) -> States:
     )
 
 
-def _early(problem: Problem, delays: Mapping[States, float], states: States) -> float:
-    """Return the most by which u (rad/s) changes if another mode holds for its delay (s)."""
+def _early(problem: Problem, delays: Mapping[States, Delay], states: States) -> Early:
+    """Return the largest change of u (rad/s) by another mode that holds for its delay."""
     elements = problem.system.elements
     own = solve(problem.equations, elements, states).du
     changes = []
-    for others, delay in delays.items():
+    for others, (time, trigger) in delays.items():
         du = solve(problem.equations, elements, others).du
-        changes.append(delay * size_of((du[0] - own[0], du[1] - own[1])))
-    return max(changes)
+        changes.append(Early(time * size_of((du[0] - own[0], du[1] - own[1])), trigger))
+    return max(changes, key=lambda early: early.change)
 
 
 def _admitted(problem: Problem, pose: Pose, derivatives: Derivatives) -> Selection | None:
@@ -280,11 +282,29 @@ def _rests(problem: Problem, candidate: Candidate, orders: Orders) -> bool:
     """
     if constraint_count(problem.system.elements, candidate.states) == 0 or _departs(orders):
         return False
-    du = candidate.solution.du
-    return all(
-        abs(float(own)) <= problem.noise.along(row, du)
+    return not _accelerates(problem, candidate.solution.du)
+
+
+def _accelerates(problem: Problem, du: Pair) -> bool:
+    """Return whether a link has an acceleration (rad/s²) beyond round-off."""
+    return any(
+        abs(float(own)) > problem.noise.along(row, du)
         for own, row in zip(du, ((1, 0), (0, 1)), strict=True)
     )
+
+
+def goes_on(
+    system: HybridSystem, state: HybridState, pose: Pose, states: States, index: int
+) -> bool:
+    """Return whether a slide is driven on in a mode, beyond the round-off of its acceleration."""
+    if not states[index].slips:
+        return False
+    tangent = system.elements[index].tangent
+    assert tangent is not None
+    problem = problem_at(system, state, pose, tuple((own,) for own in states))
+    du, row = solve(problem.equations, system.elements, states).du, pose.row(tangent)
+    gain = row[0] * du[0] + row[1] * du[1] + pose.bias(tangent, state.u)
+    return bool(states[index].direction * gain > problem.noise.along(row, du))
 
 
 def _departs(orders: Orders) -> bool:

@@ -48,7 +48,7 @@ def pinned(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int
 
 
 def wedged_between(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
-    """Return two rigid contacts of which one is violated whatever their forces are, if there are.
+    """Return two rigid contacts that no forces can both satisfy, or none.
 
     Their gaps change in opposite proportions in this pose. The sum of the gaps in these proportions
     does not depend on the accelerations of the links, and the motion along both contacts bends it

@@ -26,8 +26,8 @@ CLOSING = 1e-3
 
 # Roundings of a position, or of the terms of a speed. The place and the speed of a point that are
 # computed from a scene in float64 are known within this: a start with a larger gap is open, and one
-# with a larger speed slides. Points of a link that are as near are one. Read by complementarity and
-# start.
+# with a larger speed slides. Points of a link that are as near are one. Read by complementarity,
+# noise and start.
 ROUNDED_PLACE = 8
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
@@ -50,7 +50,7 @@ NO_REBOUND = 512
 
 # Part of the other row, or of the length of the chain. A shorter Jacobian row is the rounding of
 # zero: the point cannot move that way in this pose. A scene is given in float64, so this is the
-# same in all precisions. Read by impact, constraint, noise, start and zeno.
+# same in all precisions. Read by impact, constraint, start and zeno.
 NO_LEVER = 2.0**-46
 
 # Part of the product of two rows. If their determinant is smaller, they are parallel. Also the

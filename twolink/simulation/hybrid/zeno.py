@@ -22,6 +22,7 @@ from twolink.simulation.hybrid.impact import (
 )
 from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
 from twolink.simulation.hybrid.mode_at import solution_at
+from twolink.simulation.hybrid.noise import known_at
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import ended
 from twolink.simulation.hybrid.state import HybridState, put
@@ -298,7 +299,7 @@ def _clamped(
         for i in state.touching
         if not system.elements[i].rigid or _rests(system, pose, i, state.u, u)
     }
-    sliding = sliding_after(system, pose, state.u, u)
+    sliding = sliding_after(system, pose, state.u, u, known_at(state.t, system.rounding))
     touching = frozenset({*indices, *still})
     state = state._replace(u=u, gaps=gaps, touching=touching, sliding=sliding)
     return LeftOut(state, strikes, delay)
