@@ -140,6 +140,7 @@ ROWS = {
         "arc certificate course grip singular_pose zeno",
         "effort end_of_arc painleve steps_of_arc",
         "dense flow reactions select",
+        "doubts_of_jump",
         "ends_of_events jump replayed_order start",
         "doubts_of_start event_order",
         "history",

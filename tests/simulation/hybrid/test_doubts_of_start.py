@@ -9,12 +9,10 @@ from tests.simulation.hybrid import BALANCED, BARS, state_of, system_of
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
-from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.doubts_of_start import doubts_of_start
-from twolink.simulation.hybrid.jump import settle
 from twolink.simulation.hybrid.run import hybrid_run
 
 
@@ -89,26 +87,6 @@ def test_a_point_that_moves_in_passes_a_jump_at_once(speed, doubts):
     system = system_of(*scene.effects)
     found = doubts_of_start(system, scene, state_of(system, scene.q, scene.u))
     assert [doubt.change for doubt in found] == [math.inf] * doubts
-
-
-@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
-@pytest.mark.parametrize(("torque", "sticks"), [(1.5, True), (-1.5, False), (0.5, False)])
-def test_a_slide_that_an_impact_leaves_at_a_start_may_go_on(torque, sticks, precision):
-    """An impact stops link 1 at a start, and link 2 slides by the rounding of float64.
-
-    Kinetic friction of 1 N m stops it unless the loads drive it on; static friction holds 2 N m.
-    """
-    stop = JointStop("A", lower=0.0, restitution=0.0)
-    effects = JointTorque((-6.0, torque)), stop, JointFriction((0.0, 1.0), (0.0, 2.0))
-    scene = Scene(BALANCED, (0.0, 0.25), (-1.0, 1e-15), 1.0, effects)
-    system = system_of(*effects, chain=BALANCED, precision=precision)
-    found = settle(system, state_of(system, scene.q, scene.u), {})
-    infinite = [doubt for doubt in found.doubts if doubt.change == math.inf]
-    assert len(infinite) == (sticks and precision != "double")
-    run = simulate(scene)
-    assert run.met is not sticks
-    if sticks:
-        assert "round-off decides at 0 s whether a slide comes to rest (B)" in run.notes[0]
 
 
 @pytest.mark.parametrize("margin", [1e-10, 1e-12])

@@ -16,7 +16,6 @@ from tests.simulation.hybrid import (
 )
 from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
-from twolink.contact.states import EventKind as E
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
@@ -26,7 +25,6 @@ from twolink.errors import IntegrationError
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.jump import jump, settle
-from twolink.simulation.hybrid.mode import Trigger
 
 
 def test_a_discontinuity_of_the_effects_selects_the_mode_anew():
@@ -127,16 +125,6 @@ def test_a_mode_that_holds_a_moving_element_is_an_error():
     assert settle(system, state._replace(u=(1e-9, 0.0)), {}).mode.states == (S.CLOSED,)
     with pytest.raises(IntegrationError, match=r"A on its lower stop is held, but moves at 0\.5 "):
         settle(system, state._replace(u=(0.5, 0.0)), {})
-
-
-@pytest.mark.parametrize(("speed", "doubted"), [(1e-8, True), (1e-11, False)])
-def test_speeds_that_a_stop_takes_are_a_doubt_if_they_are_more_than_round_off(speed, doubted):
-    """The links turn together, and A comes to rest."""
-    system = system_of(JointFriction((1.0, 1.0)), chain=BALANCED)
-    state = state_of(system, (0.3, 0.2), (1.0, 1.0))._replace(t=2.0, u=(speed, speed))
-    after = jump(system, state, mode_of(system, S.FORWARD, S.STICKS), Trigger(E.STOPS, 0, 1))
-    assert after.state.u == (0.0, 0.0)
-    assert [doubt.change for doubt in after.doubts] == ([speed] if doubted else [])
 
 
 def test_a_contact_whose_gap_stays_zero_in_the_motion_of_a_mode_stays_touching():

@@ -7,7 +7,6 @@ states of some elements. Then impacts are resolved, bounces that end within roun
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -20,19 +19,22 @@ from twolink.simulation.hybrid.breakaway_order import remarks_on_order
 from twolink.simulation.hybrid.collision import (
     Collision,
     collide,
-    sliding_after,
     still_sliding,
     surfaces_after,
 )
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States, Zero
+from twolink.simulation.hybrid.doubts_of_jump import (
+    of_early_mode,
+    of_slides_at_start,
+    of_zeroed_speeds,
+)
 from twolink.simulation.hybrid.dynamics import is_fixed
 from twolink.simulation.hybrid.impact import Strike, largest, speed_along
-from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger, doubt_of_change
-from twolink.simulation.hybrid.noise import known_at
+from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
 from twolink.simulation.hybrid.painleve import jammed, strike_without_collision
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.reactions import REACTIONS
-from twolink.simulation.hybrid.select import Selection, goes_on, select
+from twolink.simulation.hybrid.select import Selection, select
 from twolink.simulation.hybrid.singular_pose import pinned
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
@@ -40,7 +42,6 @@ from twolink.simulation.hybrid.tolerances import (
     LEFT_OVER,
     MOST_IMPACTS_OF_A_BURST,
     MOST_STOPPED,
-    UNDECIDED,
 )
 from twolink.simulation.hybrid.zeno import NO_PAST, LeftOut, Past, accumulated, left_out
 
@@ -84,20 +85,10 @@ def jump(
     after, known, strikes = REACTIONS[trigger.kind](system, state, mode, trigger)
     found = settle(system, after, known, past, strikes)
     remarks = remarks_on_order(system, state, mode, trigger)
-    doubts = () if strikes else _doubts_of_zeroed_speeds(system, state, after, trigger)
+    doubts = () if strikes else of_zeroed_speeds(system, state, after, trigger)
     if not remarks and not doubts:
         return found
     return found._replace(notes=remarks + found.notes, doubts=doubts + found.doubts)
-
-
-def _doubts_of_zeroed_speeds(
-    system: HybridSystem, state: HybridState, after: HybridState, trigger: Trigger
-) -> tuple[Doubt, ...]:
-    """Return the doubt on speeds that a reaction has set to zero, if they exceed round-off."""
-    change = float(largest((after.u[0] - state.u[0], after.u[1] - state.u[1])))
-    if change * system.longest_step <= UNDECIDED * system.resolution:
-        return ()
-    return (doubt_of_change(float(state.t), trigger, change),)
 
 
 class _SoFar(NamedTuple):
@@ -163,9 +154,9 @@ def settle(
                 if selection.others or not selection.confirmed:
                     notes += (_note(system, state, mode, selection),)
                 tidied = _tidied(system, state, mode, selection.orders)
-                doubts = so_far.doubts + _doubts_of(state, selection)
+                doubts = so_far.doubts + of_early_mode(state, selection)
                 if so_far.strikes:
-                    doubts += _doubts_of_slides(system, state, pose, fastest, selection)
+                    doubts += of_slides_at_start(system, state, pose, fastest, selection)
                 return Jump(
                     tidied, mode, before + so_far.strikes, notes, so_far.delay, selection.orders,
                     doubts, so_far.endless,
@@ -257,38 +248,6 @@ def _dents(state: HybridState) -> tuple[Any, ...]:
         return ()
     dents = tuple(own.plastic if own is not None else None for own in state.compliant)
     return dents if any(dents) else ()
-
-
-def _doubts_of(state: HybridState, selection: Selection) -> tuple[Doubt, ...]:
-    """Return the doubt on a mode that round-off may have selected a little too early."""
-    early = selection.early
-    if early is None or not early.change:
-        return ()
-    return (doubt_of_change(float(state.t), early.trigger, early.change),)
-
-
-def _doubts_of_slides(
-    system: HybridSystem, state: HybridState, pose: Pose, before: Pair, selection: Selection
-) -> tuple[Doubt, ...]:
-    """Return the doubts on slides after impacts at a start that count as rest in float64.
-
-    `before` are the speeds (rad/s) before the impacts. A slide that its friction stops is at rest
-    at once. If the loads drive it on, its motion is another one.
-    """
-    if known_at(state.t, system.rounding) == system.rounding:
-        return ()
-    directions = sliding_after(system, pose, before, state.u, system.rounding)
-    slow = [i for i, own in enumerate(directions) if own and not state.sliding[i]]
-    if not slow:
-        return ()
-    moving = state._replace(sliding=directions)
-    found = select(system, moving, pose, {})
-    return tuple(
-        doubt_of_change(float(state.t), Trigger(EventKind.STOPS, index), math.inf)
-        for index in slow
-        if not selection.states[index].slips
-        and (found is None or goes_on(system, moving, pose, found.states, index))
-    )
 
 
 def _note(system: HybridSystem, state: HybridState, mode: Mode, selection: Selection) -> Remark:

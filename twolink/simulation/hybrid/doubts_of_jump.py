@@ -1,0 +1,59 @@
+"""Doubts on jumps: choices by round-off that two runs of long precisions may share."""
+
+from __future__ import annotations
+
+import math
+
+from twolink.arithmetic import Pair
+from twolink.contact.states import EventKind
+from twolink.simulation.hybrid.collision import sliding_after
+from twolink.simulation.hybrid.impact import largest
+from twolink.simulation.hybrid.mode import Doubt, Trigger, doubt_of_change
+from twolink.simulation.hybrid.noise import known_at
+from twolink.simulation.hybrid.pose import Pose
+from twolink.simulation.hybrid.select import Selection, goes_on, select
+from twolink.simulation.hybrid.state import HybridState
+from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.tolerances import UNDECIDED
+
+
+def of_zeroed_speeds(
+    system: HybridSystem, state: HybridState, after: HybridState, trigger: Trigger
+) -> tuple[Doubt, ...]:
+    """Return the doubt on speeds that a reaction has set to zero, if they exceed round-off."""
+    change = float(largest((after.u[0] - state.u[0], after.u[1] - state.u[1])))
+    if change * system.longest_step <= UNDECIDED * system.resolution:
+        return ()
+    return (doubt_of_change(float(state.t), trigger, change),)
+
+
+def of_early_mode(state: HybridState, selection: Selection) -> tuple[Doubt, ...]:
+    """Return the doubt on a mode that round-off may have selected a little too early."""
+    early = selection.early
+    if early is None or not early.change:
+        return ()
+    return (doubt_of_change(float(state.t), early.trigger, early.change),)
+
+
+def of_slides_at_start(
+    system: HybridSystem, state: HybridState, pose: Pose, before: Pair, selection: Selection
+) -> tuple[Doubt, ...]:
+    """Return the doubts on slides after impacts at a start that count as rest in float64.
+
+    `before` are the speeds (rad/s) before the impacts. A slide that its friction stops is at rest
+    at once. If the loads drive it on, its motion is another one.
+    """
+    if known_at(state.t, system.rounding) == system.rounding:
+        return ()
+    directions = sliding_after(system, pose, before, state.u, system.rounding)
+    slow = [i for i, own in enumerate(directions) if own and not state.sliding[i]]
+    if not slow:
+        return ()
+    moving = state._replace(sliding=directions)
+    found = select(system, moving, pose, {})
+    return tuple(
+        doubt_of_change(float(state.t), Trigger(EventKind.STOPS, index), math.inf)
+        for index in slow
+        if not selection.states[index].slips
+        and (found is None or goes_on(system, moving, pose, found.states, index))
+    )
