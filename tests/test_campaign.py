@@ -322,6 +322,17 @@ def _work(seed, index, *, draw, comparisons, report):
         pass
 
 
+def _told(seed, index, *, draw, comparisons, report):
+    return Judged(index, OK, 0.0, remark=f"{draw} {seed}")
+
+
+@pytest.mark.slow
+def test_workers_draw_the_kind_of_scenes_of_the_campaign():
+    campaign = Campaign(seed=7, judge=_told, draw="coincidences")
+    (judged,) = judged_scenes(campaign, [3], 1, lambda text: None)
+    assert (judged.index, judged.remark) == (3, "coincidences 7")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("judge", "limit"), [(_sleep, 0.2), (_work, 0.5)])
 def test_a_scene_that_takes_too_long_is_ended(judge, limit):

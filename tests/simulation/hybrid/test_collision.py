@@ -15,8 +15,10 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
+from twolink.errors import IntegrationError
 from twolink.scene import Scene
 from twolink.simulation import simulate
+from twolink.simulation.hybrid import collision
 from twolink.simulation.hybrid.collision import (
     closed,
     collide,
@@ -28,6 +30,7 @@ from twolink.simulation.hybrid.collision import (
     surfaces_after,
 )
 from twolink.simulation.hybrid.pose import Pose
+from twolink.simulation.hybrid.resolution import resolve
 
 ONTO = JointTorque((-6.0, 0.0))
 """Link 1 turns to the stop with −2 rad/s²."""
@@ -252,3 +255,18 @@ def test_a_contact_that_an_impact_leaves_with_round_off_of_a_start_is_at_rest_wi
     assert left.state.u == (0, 0)
     sizes = [doubt.change for doubt in left.doubts]
     assert sizes == ([] if precision == "double" else [pytest.approx(1e-15)])
+
+
+def test_impacts_that_only_the_rounding_of_float64_keeps_in_range_leave_the_error_unknown(
+    monkeypatch,
+):
+    def resolved(impacts, *given):
+        if impacts.rounding < EPSILON:
+            raise IntegrationError("beyond the range of its law")
+        return resolve(impacts, *given)
+
+    monkeypatch.setattr(collision, "resolve", resolved)
+    system = stopped_chain(precision="long double")
+    start = state_of(system, (0.0, 0.25), (-1.0, 0.0))
+    (doubt,) = collide(system, start, system.pose(start.q)).doubts
+    assert (doubt.speed, doubt.change) == (math.inf, math.inf)

@@ -98,8 +98,8 @@ def _followed(
             trigger = None if found is None else found.trigger
             return _ended(course, blocks, doubts, trigger, None if trigger else course.until)
         taken += len(block.lengths)
-        if not failure and taken > tolerances.MANY_STEPS and _never_ends(course, block):
-            failure = "its steps become too short"
+        if not failure and taken > tolerances.MANY_STEPS:
+            failure = _endless(course, block)
         if failure:
             return _failed(course, blocks, doubts, failure)
         longest = system.cap
@@ -146,8 +146,8 @@ def _ended(
     )  # fmt: skip
 
 
-def _never_ends(course: Course, block: Block) -> bool:
-    """Return whether the arc would require too many steps at the pace of the last, short, ones.
+def _endless(course: Course, block: Block) -> str:
+    """Return why the arc would require too many steps at the pace of the last ones; empty if not.
 
     If time is a variable, which grows slowly where a surface is hardly pressed, they are too many
     only if it stands still.
@@ -155,10 +155,12 @@ def _never_ends(course: Course, block: Block) -> bool:
     clock, (_, _, variables, *_) = course.compiled.clock, course.stepper
     if clock is not None:
         passed = variables[clock] - block.coefficients[0, clock, 0]
-        return not passed > tolerances.SHORTEST_STEP * len(block.lengths) * now(course)
+        moves = passed > tolerances.SHORTEST_STEP * len(block.lengths) * now(course)
+        return "" if moves else "time stands still"
     left, pace = course.until - block.starts[-1], block.lengths.mean()
     short = pace < tolerances.SHORT_STEPS * course.system.longest_step
-    return bool(short and left > tolerances.MOST_STEPS * pace)
+    many = short and left > tolerances.MOST_STEPS * pace
+    return "its steps become too short" if many else ""
 
 
 def _failed(course: Course, blocks: list[Block], doubts: list[Doubt], failure: str) -> Arc:
