@@ -52,7 +52,7 @@ def test_one_side_grips_only_with_a_stop_against_it():
     assert not is_gripped(*at_rest(rough, upper, q=Q))
 
 
-@pytest.mark.parametrize("seed", range(200))
+@pytest.mark.parametrize("seed", range(60))
 def test_contacts_grip_a_chain_if_every_load_has_an_answer(seed):
     """Against linear programs for loads all around."""
     random = np.random.default_rng([seed, 20])
@@ -73,7 +73,7 @@ def test_contacts_grip_a_chain_if_every_load_has_an_answer(seed):
         limit = float(element.limits(1)[1])
         along = np.zeros(2) if element.tangent is None else np.array(pose.row(element.tangent))
         cones += [row + limit * along, row - limit * along]
-    loads = [(math.cos(a), math.sin(a)) for a in np.linspace(0, 2 * math.pi, 73)[:-1]]
+    loads = [(math.cos(a), math.sin(a)) for a in np.linspace(0, 2 * math.pi, 25)[:-1]]
     found = [linprog(np.ones(len(cones)), A_eq=np.array(cones).T, b_eq=b).status for b in loads]
     assert is_gripped(system, state, pose) == all(status == 0 for status in found)
 
