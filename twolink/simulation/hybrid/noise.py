@@ -14,6 +14,9 @@ from twolink.simulation.hybrid.dynamics import LocalEquations
 from twolink.simulation.hybrid.impact import has_no_lever
 from twolink.simulation.hybrid.system import HybridSystem
 
+# A start is given in float64.
+_OF_START = PRECISIONS["double"].rounding
+
 
 class Noise:
     """The round-off of the conditions at a state, by the sizes of all forces there.
@@ -96,7 +99,7 @@ def known_at(t: Scalar, rounding: float) -> float:
 
     A start is given in float64, so that every precision makes the same decisions there.
     """
-    return max(rounding, PRECISIONS["double"].rounding) if t == 0 else rounding
+    return rounding if t else max(rounding, _OF_START)
 
 
 def vanishes(system: HybridSystem, row: Pair) -> bool:
