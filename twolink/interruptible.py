@@ -9,14 +9,18 @@ from __future__ import annotations
 import gc
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from threading import Event, Thread
+from time import monotonic
 from typing import Any, NoReturn
 from weakref import WeakSet
 
 # Time (s) between two checks for signals.
 _WAIT = 0.05
+
+# Time (s) in which a function ends after another has failed, unless it is in a very long call.
+_ENDING = 10.0
 
 
 # Threads that are used here, as long as they exist, and their numbers in the system.
@@ -32,7 +36,8 @@ def side_by_side(*functions: Callable[[Callable[[], None]], Any]) -> list[Any]:
     """Return the results of functions, each called in a thread of its own.
 
     A function takes a callable that it calls now and then, which ends it if the caller was
-    interrupted, or another function has failed. Raises the first error of any of them.
+    interrupted, or another function has failed. Raises the first error of any of them, once the
+    others have ended: the interpreter aborts the process if it ends while they compute.
     """
     ended = Event()
     results: list[Any] = [None] * len(functions)
@@ -61,11 +66,20 @@ def side_by_side(*functions: Callable[[Callable[[], None]], Any]) -> list[Any]:
         while not errors and any(thread.is_alive() for thread in threads):
             for thread in threads:
                 thread.join(_WAIT)
+        _await_end(threads)
     finally:
         ended.set()
     if errors:
         raise errors[0]
     return results
+
+
+def _await_end(threads: Sequence[Thread]) -> None:
+    """Wait until threads that are to end have ended, but not for very long calls."""
+    until = monotonic() + _ENDING
+    while any(thread.is_alive() for thread in threads) and monotonic() < until:
+        for thread in threads:
+            thread.join(_WAIT)
 
 
 def end_process(code: Any) -> NoReturn:
