@@ -101,14 +101,15 @@ def test_a_gap_of_zero_stays_zero_only_where_the_contact_touches():
         roots=(), clock=None, integrals=slice(0, 0), number=float,
     )  # fmt: skip
     block = Block(np.zeros(1), np.ones(1), np.array([[GAP, CLOCK]]))
+    touches, opens = (state._replace(touching=frozenset(own)) for own in ({0}, ()))
     sizes = [
-        StartOfArc(SYSTEM, compiled, MODE, {}, state._replace(touching=touching)).zero_size(
-            HITS, GAP, block
-        )
-        for touching in (frozenset({0}), frozenset())
+        StartOfArc(SYSTEM, compiled, MODE, orders, own).zero_size(HITS, GAP, block)
+        for orders, own in (({}, touches), ({}, opens), ({HITS: Zero(1e-9)}, touches))
     ]
     assert sizes[0] == math.inf
     assert sizes[1] == SYSTEM.place_of_rounding
+    # By the derivatives of the mode, not by what it holds: it is monitored once it has grown.
+    assert sizes[2] == SYSTEM.place_of_rounding
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from twolink.contact.states import ContactState, EventKind
+from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.complementarity import Orders, Zero
@@ -230,6 +231,9 @@ class StartOfArc:
     def zero_size(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
         """Return the size up to which an event function that starts as zero stays zero."""
         state = self._state
+        if trigger.kind is _HITS and isinstance(self._orders.get(trigger), Zero):
+            # Its derivatives are round-off, which may grow; its place is given in float64.
+            return self._system.scale * LEADING * PRECISIONS["double"].rounding
         if trigger.kind is _HITS and (state is None or trigger.index in state.touching):
             # A touching contact that carries no force: its gap stays zero.
             return math.inf
