@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 
 from twolink.arithmetic import Pair
-from twolink.contact.states import EventKind
+from twolink.contact.states import EventKind, slipping
 from twolink.simulation.hybrid.collision import sliding_after
-from twolink.simulation.hybrid.impact import largest
+from twolink.simulation.hybrid.complementarity import States, problem_at
+from twolink.simulation.hybrid.dynamics import solve
+from twolink.simulation.hybrid.impact import largest, speed_along
 from twolink.simulation.hybrid.mode import Doubt, Trigger, doubt_of_change
 from twolink.simulation.hybrid.noise import known_at
 from twolink.simulation.hybrid.pose import Pose
-from twolink.simulation.hybrid.select import Selection, goes_on, select
+from twolink.simulation.hybrid.select import Selection, select
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import UNDECIDED
@@ -40,20 +42,51 @@ def of_slides_at_start(
 ) -> tuple[Doubt, ...]:
     """Return the doubts on slides after impacts at a start that count as rest in float64.
 
-    `before` are the speeds (rad/s) before the impacts. A slide that its friction stops is at rest
-    at once. If the loads drive it on, its motion is another one.
+    `before` are the speeds (rad/s) before the impacts.
     """
     if known_at(state.t, system.rounding) == system.rounding:
         return ()
     directions = sliding_after(system, pose, before, state.u, system.rounding)
+    return of_slow_slides(system, state, pose, directions, selection.states)
+
+
+def of_slow_slides(
+    system: HybridSystem,
+    state: HybridState,
+    pose: Pose,
+    directions: tuple[int, ...],
+    states: States,
+) -> tuple[Doubt, ...]:
+    """Return the doubts on slides in some directions that count as rest in the states of a mode.
+
+    A slide that its friction stops is at rest after a rounding of the time. One that the loads
+    drive on may be held by static friction where it counts as rest: another motion.
+    """
     slow = [i for i, own in enumerate(directions) if own and not state.sliding[i]]
     if not slow:
         return ()
-    moving = state._replace(sliding=directions)
+    sliding = tuple(now or own for now, own in zip(state.sliding, directions, strict=True))
+    moving = state._replace(sliding=sliding)
     found = select(system, moving, pose, {})
     return tuple(
-        doubt_of_change(float(state.t), Trigger(EventKind.STOPS, index), math.inf)
+        doubt_of_change(
+            float(state.t), Trigger(EventKind.STOPS, index, directions[index]), math.inf
+        )
         for index in slow
-        if not selection.states[index].slips
-        and (found is None or goes_on(system, moving, pose, found.states, index))
+        if states[index] is not slipping(directions[index])
+        and (found is None or _goes_on(system, moving, pose, found.states, index))
     )
+
+
+def _goes_on(
+    system: HybridSystem, state: HybridState, pose: Pose, states: States, index: int
+) -> bool:
+    """Return whether a slide is driven on in a mode, beyond the round-off of its acceleration."""
+    if not states[index].slips:
+        return False
+    tangent = system.elements[index].tangent
+    assert tangent is not None
+    problem = problem_at(system, state, pose, tuple((own,) for own in states))
+    du, row = solve(problem.equations, system.elements, states).du, pose.row(tangent)
+    gain = speed_along(row, du) + pose.bias(tangent, state.u)
+    return bool(states[index].direction * gain > problem.noise.along(row, du))

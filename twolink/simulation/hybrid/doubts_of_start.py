@@ -6,17 +6,18 @@ import math
 from collections.abc import Iterator
 
 from twolink.contact.force_laws import Phase, PlasticState
-from twolink.contact.states import EventKind, slipping
+from twolink.contact.states import EventKind
 from twolink.effects import contact_elements, pieces_at
 from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
+from twolink.simulation.hybrid.doubts_of_jump import of_slow_slides
 from twolink.simulation.hybrid.impact import at_rest, largest, speed_along
 from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.pose import Pose
-from twolink.simulation.hybrid.select import goes_on, select
+from twolink.simulation.hybrid.select import select
 from twolink.simulation.hybrid.start import sense_along, start_state
-from twolink.simulation.hybrid.state import HybridState, put
+from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.smooth.longest_step import default_longest_step
 
@@ -70,35 +71,20 @@ def _presses_at_jumps(system: HybridSystem, state: HybridState) -> Iterator[Doub
 
 
 def _slides_at_rest(scene: Scene, state: HybridState) -> list[Doubt]:
-    """Return the doubts on slides that count as rest, and would go on if they did not.
-
-    A slide that its friction stops is at rest after a rounding of the time. One that the loads
-    drive on may be held by static friction where it counts as rest: another motion.
-    """
+    """Return the doubts on slides that count as rest, and would go on if they did not."""
     chain, effects = scene.moving_chain, pieces_at(scene.effects, 0.0)
     pose = Pose(chain, FORMULATIONS["lagrange"].equations, scene.q)
     senses = [sense_along(pose, element, scene.u) for element in contact_elements(effects, chain)]
-    slow = [i for i, sense in enumerate(senses) if sense and not state.sliding[i]]
-    if not slow:
+    if not any(sense and not own for sense, own in zip(senses, state.sliding, strict=True)):
         return []
     # Only here, as the longest step of a scene takes longer than two events.
     system = _system_of(scene)
     pose = system.pose(scene.q)
     given = start_state(system, scene)
-    sliding = given.sliding
-    for index in slow:
-        sliding = put(sliding, index, senses[index])
     at_rest = select(system, given, pose, {})
-    moving = given._replace(sliding=sliding)
-    found = select(system, moving, pose, {})
     if at_rest is None:
         return []
-    return [
-        Doubt(0.0, Trigger(EventKind.STOPS, index, senses[index]), math.inf, math.inf, 0.0)
-        for index in slow
-        if at_rest.states[index] is not slipping(senses[index])
-        and (found is None or goes_on(system, moving, pose, found.states, index))
-    ]
+    return [*of_slow_slides(system, given, pose, tuple(senses), at_rest.states)]
 
 
 def _system_of(scene: Scene) -> HybridSystem:

@@ -213,11 +213,8 @@ class Impacts:
         assert contact.tangent is not None
         tangent = self.pose.row(contact.tangent)
         across = row[0] * tangent[1] - row[1] * tangent[0]
-        v_t = (
-            0 * u[0]
-            if at_rest(tangent, u, self.rounding, self.pose.lever)
-            else speed_along(tangent, u)
-        )
+        still = at_rest(tangent, u, self.rounding, self.pose.lever)
+        v_t = 0 * u[0] if still else speed_along(tangent, u)
         det = across * across / self.pose.inertia[1]
         stopping = self._to_rest(row, tangent, u)
         e, law = contact.restitution, contact.law

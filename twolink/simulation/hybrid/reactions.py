@@ -305,11 +305,8 @@ def _jams(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger
             "impulse of its friction stops the links"
         )
     after = strike.u[1]
-    sliding = put(
-        sliding_after(system, pose, state.u, after, known_at(state.t, system.rounding)),
-        trigger.index,
-        0,
-    )
+    sliding = sliding_after(system, pose, state.u, after, known_at(state.t, system.rounding))
+    sliding = put(sliding, trigger.index, 0)
     return Reaction(state._replace(u=after, sliding=sliding), {}, (strike,))
 
 

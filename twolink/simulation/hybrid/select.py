@@ -293,20 +293,6 @@ def _accelerates(problem: Problem, du: Pair) -> bool:
     )
 
 
-def goes_on(
-    system: HybridSystem, state: HybridState, pose: Pose, states: States, index: int
-) -> bool:
-    """Return whether a slide is driven on in a mode, beyond the round-off of its acceleration."""
-    if not states[index].slips:
-        return False
-    tangent = system.elements[index].tangent
-    assert tangent is not None
-    problem = problem_at(system, state, pose, tuple((own,) for own in states))
-    du, row = solve(problem.equations, system.elements, states).du, pose.row(tangent)
-    gain = row[0] * du[0] + row[1] * du[1] + pose.bias(tangent, state.u)
-    return bool(states[index].direction * gain > problem.noise.along(row, du))
-
-
 def _departs(orders: Orders) -> bool:
     """Return whether contacts open, or elements begin to slide, in a mode with these orders."""
     return any(each.kind in _DEPARTS for each in orders)
