@@ -15,6 +15,7 @@ from tests.campaign.elements import CUSHION, FRICTION, OBSTACLE, Element, elemen
 from twolink import lagrange
 from twolink.effects import discontinuities
 from twolink.effects.end_force import EndForce
+from twolink.loads import Torque
 
 RESTING = ("STICKS", "PRESSED_FORWARD", "PRESSED_BACKWARD")
 SLIDING = {"FORWARD": 1, "BACKWARD": -1}
@@ -117,15 +118,18 @@ class Seen:
     def smooth_force(self, q: Any, u: Any, t: Any) -> tuple[Any, Any]:
         """Return the generalized forces (N m) of all else, and the sum of their sizes."""
         total, sizes = np.zeros(np.shape(q)), np.zeros(np.shape(q))
-        for effect in self.scene.effects:
-            acting = _smooth(effect)
-            if acting is None:
-                continue
-            for load in acting.loads(self.chain, (q[0], q[1]), (u[0], u[1]), t):
-                Q = lagrange.generalized_active_force(self.chain, (q[0], q[1]), (load,))
-                part = np.array(np.broadcast_arrays(*Q, q[0])[:2])
-                total, sizes = total + part, sizes + np.abs(part)
+        for load in self._smooth_loads(q, u, t):
+            Q = lagrange.generalized_active_force(self.chain, (q[0], q[1]), (load,))
+            part = np.array(np.broadcast_arrays(*Q, q[0])[:2])
+            total, sizes = total + part, sizes + np.abs(part)
         return total, sizes
+
+    def _smooth_loads(self, q: Any, u: Any, t: Any) -> Any:
+        """Return the loads of all effects that make no modes."""
+        parts = [part for effect in self.scene.effects if (part := _smooth(effect)) is not None]
+        return [
+            load for part in parts for load in part.loads(self.chain, (q[0], q[1]), (u[0], u[1]), t)
+        ]
 
     @cached_property
     def size(self) -> Any:
@@ -135,13 +139,14 @@ class Seen:
     def size_at(self, q: Any, u: Any, t: Any, normal: Any, tangential: Any) -> Any:
         """Return the size of all generalized forces (N m) in some states, shape (n,).
 
-        Inertial forces vanish in a stretched or folded pose, but not their change with the pose.
+        Inertial forces vanish in a stretched or folded pose, and the moment of a load along a link
+        too, but not their change with the pose: loads count as in the pose where they turn most.
         """
-        _, smooth = self.smooth_force(q, u, t)
+        smooth = sum(_most_moment(self.chain, load) for load in self._smooth_loads(q, u, t))
         (M11, M12), (_, M22) = lagrange.mass_matrix(self.chain, (q[0], q[1]))
         inertial = (np.abs(M11) + 2 * np.abs(M12) + np.abs(M22)) * np.abs(u).max(axis=0) ** 2
         contact = np.abs(self.generalized(q, normal, tangential)).sum(axis=(0, 1))
-        return smooth.sum(axis=0) + inertial + contact
+        return smooth + inertial + contact
 
     @cached_property
     def stiffness(self) -> Any:
@@ -209,6 +214,15 @@ class Seen:
             if is_open and left is not None:
                 found[now] = left[1] * np.exp(-element.relaxation * (self.t[now] - left[0]))
         return found
+
+
+def _most_moment(chain: Any, load: Any) -> Any:
+    """Return the sum of the generalized forces (N m) that a load has at most in any pose."""
+    if isinstance(load, Torque):
+        return np.abs(load.moment)
+    reach = np.hypot(load.point.along, load.point.across)
+    Fx, Fy = load.components
+    return np.hypot(Fx, Fy) * (reach + (chain.L1 if load.point.link == 2 else 0.0))
 
 
 def _smooth(effect: Any) -> Any:
