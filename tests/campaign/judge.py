@@ -21,9 +21,13 @@ from twolink.errors import TwolinkError
 OK, NOT_MET, OUT_OF_RANGE, REFUSED = "ok", "not met", "out of range", "refused"
 CUT_SHORT, VIOLATION, CRASH, HANG = "cut short", "violation", "crash", "hang"
 # Beyond these the laws of contact have no motion, and say so: a dent that is too deep for the
-# elasto-plastic law, a chain that a rigid surface wedges where no finite force stops it, and
-# Newton's law of restitution where it would multiply the energy by more than a million.
-_RANGES = "elasto-plastic", "is wedged", "beyond the range of its law", "range of their laws"
+# elasto-plastic law, a chain that a rigid surface wedges where no finite force stops it, a rest by
+# a grip that no load determines, and Newton's law of restitution where it would multiply the energy
+# by more than a million.
+_RANGES = (
+    "elasto-plastic", "is wedged", "such a rest is not simulated",
+    "beyond the range of its law", "range of their laws",
+)  # fmt: skip
 OUTCOMES = (OK, NOT_MET, OUT_OF_RANGE, REFUSED, CUT_SHORT, VIOLATION, CRASH, HANG)
 
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from twolink.arithmetic import Pair
 from twolink.contact.elements import Constraint
 from twolink.errors import IntegrationError
-from twolink.simulation.hybrid.collision import sliding_after, touched_names
+from twolink.simulation.hybrid.collision import sliding_after
 from twolink.simulation.hybrid.constraint import is_answered
 from twolink.simulation.hybrid.impact import (
     Impacts,
@@ -19,9 +19,9 @@ from twolink.simulation.hybrid.impact import (
     is_left_over,
     stopped,
 )
+from twolink.simulation.hybrid.no_motion import sentence_on
 from twolink.simulation.hybrid.noise import known_at, vanishes
 from twolink.simulation.hybrid.pose import Pose
-from twolink.simulation.hybrid.singular_pose import pinned, wedged, wedged_between
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 
@@ -61,7 +61,7 @@ def strike_without_collision(
     """
     locked = jammed(system, state, pose)
     if not locked:
-        raise IntegrationError(_without_motion(system, state, pose))
+        raise IntegrationError(sentence_on(system, state, pose))
     index = locked[0]
     normal = system.elements[index].normal
     assert normal is not None
@@ -95,33 +95,3 @@ def _touching_after(
         if not element.rigid or is_left_over(row, after, state.u, system.rounding):
             found.add(index)
     return frozenset(found)
-
-
-def _without_motion(system: HybridSystem, state: HybridState, pose: Pose) -> str:
-    """Return a sentence on why the laws admit no motion."""
-    stuck = wedged(system, state, pose)
-    if stuck:
-        without = "impulse on the point stops" if any(state.u) else "force on the point holds"
-        return (
-            f"at {float(state.t):.9g} s {system.names[stuck[0]]} is wedged: in this stretched or "
-            f"folded pose no finite {without} the links, and rigid bodies have no motion from here"
-        )
-    both = wedged_between(system, state, pose)
-    if both:
-        one, other = (system.names[index] for index in both)
-        return (
-            f"at {float(state.t):.9g} s the chain is wedged between {one} and {other}: the links "
-            "turn along both, which would carry a point through one of them, and no finite force "
-            "stops the links; rigid bodies have no motion from here"
-        )
-    fixed = pinned(system, state, pose)
-    if fixed:
-        return (
-            f"at {float(state.t):.9g} s {system.names[fixed[0]]} is pinned: in this folded pose "
-            "the links turn together about the point, and the laws do not determine the force of "
-            "its friction; such motions are not simulated"
-        )
-    return (
-        f"at {float(state.t):.9g} s the laws of Coulomb friction and contact allow no motion; "
-        f"elements in contact: {touched_names(system, state)}"
-    )

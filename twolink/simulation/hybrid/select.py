@@ -96,8 +96,8 @@ def select(
     """Return the next mode, or None if the laws admit none.
 
     If the derivatives contradict every remaining mode, the cause is round-off unless a slide is
-    jammed or a contact is wedged. `known` has the states to which elements are restricted, by
-    number.
+    jammed, a contact is wedged, or contacts grip the chain. `known` has the states to which
+    elements are restricted, by number.
     """
     options = system.options(state.touching, state.sliding)
     if known:
@@ -233,9 +233,20 @@ def _admitted(problem: Problem, pose: Pose, derivatives: Derivatives) -> Selecti
         moving = moving or found
     if moving:
         return _preferred(problem, moving, orders)
-    if not undecided or jammed(problem.system, state, pose) or wedged(problem.system, state, pose):
+    if not undecided or _only_grips(problem, pose) or _is_stopped(problem, pose):
         return None
     return _preferred(problem, undecided, {})._replace(confirmed=False)
+
+
+def _is_stopped(problem: Problem, pose: Pose) -> bool:
+    """Return whether a slide is jammed, or a contact wedged: no finite force keeps its law."""
+    case = problem.system, problem.state, pose
+    return bool(jammed(*case) or wedged(*case))
+
+
+def _only_grips(problem: Problem, pose: Pose) -> bool:
+    """Return whether only contacts that grip a chain at rest may hold it."""
+    return is_at_rest(problem.state) and is_gripped(problem.system, problem.state, pose)
 
 
 def _all_break_away(problem: Problem, found: list[Candidate]) -> bool:
