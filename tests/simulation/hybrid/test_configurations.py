@@ -134,3 +134,41 @@ def test_a_motion_that_is_chaotic_from_its_start_has_a_finite_expectation():
 
 def test_rounding_is_that_of_the_result():
     assert Configuration("long double", 23, "quadruple", 25).rounding == 2.0**-63
+
+
+def known_until(time, error, configuration, **more):
+    """Return a pair that shows an error until a time (s), after which it is unknown."""
+    return Seen(configuration, TIMES, np.where(time >= TIMES, error, np.inf), **more)
+
+
+@pytest.mark.parametrize(
+    ("earlier", "later", "expected"),
+    [
+        ((9.0, 3e-8), (9.0, 2e-8), True),
+        ((9.0, 3e-8), (9.0, 2e-9), False),
+        ((2.0, 3e-8), (2.0, 2e-8), True),
+        # It is known for longer.
+        ((2.0, 3e-8), (2.1, 2e-8), False),
+        ((2.0, 3e-8), (1.0, 2e-8), True),
+        # Round-off of float64 shows nothing.
+        ((2.0, 4e-16), (2.0, 3e-16), False),
+    ],
+)
+def test_an_error_that_stays_has_another_cause_than_steps(earlier, later, expected):
+    assert known_until(*later, LONG).stays_as(known_until(*earlier, DOUBLE)) is expected
+    # Two runs in double precision may share their round-off.
+    assert not known_until(*later, DOUBLE).stays_as(known_until(*earlier, LOW))
+
+
+def test_a_choice_that_round_off_leaves_open_in_each_precision_stays():
+    open_in_both = [known_until(2.0, 4e-16, own, undecided=True) for own in (DOUBLE, LONG)]
+    assert open_in_both[1].stays_as(open_in_both[0])
+    assert not known_until(2.5, 4e-16, LONG, undecided=True).stays_as(open_in_both[0])
+
+
+def test_a_judge_that_leaves_a_choice_open_does_so_for_every_run():
+    assert FIRST.judging_order == LONG.judging_order
+    assert known_until(2.0, 1e-16, LONG).expected(FIRST) < 1e-16
+    undecided = known_until(2.0, 1e-16, LONG, undecided=True)
+    assert undecided.expected(FIRST) == math.inf
+    assert undecided.expected(SECOND) < 1e-16

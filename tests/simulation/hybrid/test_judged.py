@@ -7,8 +7,10 @@ import pytest
 
 from tests.simulation.hybrid import BOUNCE_TIMES as TIMES
 from tests.simulation.hybrid import tampered
+from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS
 from twolink.simulation.hybrid.judged import JudgedRun, best_of
+from twolink.simulation.hybrid.mode import Doubt, Trigger
 
 
 def judged(kept, judge, error=0.0, accuracy=1e-9):
@@ -49,6 +51,26 @@ def test_a_run_suffices_if_it_is_accurate_and_reaches_as_far_as_its_judge(run, j
     early = judged(*both)
     assert early.suffices
     assert not early.is_perfect
+
+
+@pytest.mark.parametrize(
+    ("change", "within", "time", "expected"),
+    [
+        (np.inf, 0.0, 1.0, True),
+        # A more accurate run may decide.
+        (np.inf, 1e-15, 1.0, False),
+        (1e-3, 0.0, 1.0, False),
+        # The run ends before.
+        (np.inf, 0.0, 2.5, False),
+    ],
+)
+def test_a_judge_is_undecided_by_a_choice_at_its_own_round_off(
+    run, judge, change, within, time, expected
+):
+    doubt = Doubt(time, Trigger(EventKind.HITS, 0), np.inf, change, time, within)
+    unsure = replace(judge, doubts=(doubt,))
+    assert judged(replace(run, reached=2.0), unsure, np.inf).is_undecided is expected
+    assert not judged(run, unsure, 1e-3).is_undecided
 
 
 def test_the_work_of_a_judge_that_left_the_motion_does_not_end_the_search(run):

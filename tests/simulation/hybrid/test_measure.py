@@ -264,7 +264,7 @@ def test_a_run_in_long_doubles_is_the_result_if_a_twentieth_of_the_error_is_accu
 
 def test_a_run_in_long_doubles_that_differs_from_its_judge_is_not_the_result(monkeypatch):
     """As where the start was moved onto a contact: both runs in long doubles start elsewhere."""
-    errors = {"double": 3e-9, "long double": 2e-9, "quadruple": 1e-15}
+    errors = {"double": 3e-8, "long double": 2e-9, "quadruple": 1e-15}
     found, _ = measured_with_errors(monkeypatch, errors)
     assert found.kept.precision == "quadruple"
     assert found.errors.max() <= 1e-9
@@ -390,9 +390,10 @@ def test_pairs_that_are_not_expected_to_suffice_are_not_made(monkeypatch):
 
 
 def test_a_judge_that_is_known_to_fail_judges_no_other_run(monkeypatch):
+    falling = {"double": 3e-8, "long double": 2e-9, "quadruple": 2e-9}
     tried = configurations_tried(
         monkeypatch,
-        lambda run: 1e-15 if run.order == 35 else 2e-9,
+        lambda run: 1e-15 if run.order == 35 else falling[run.precision],
         failing={("quadruple", 25)},
     )
     assert ("long double", 23, 25) in tried
@@ -403,10 +404,20 @@ def test_a_judge_that_is_known_to_fail_judges_no_other_run(monkeypatch):
 @pytest.mark.parametrize(("apart", "last"), [(0.0, 37), (1e-17, 25)])
 def test_no_pair_follows_one_whose_errors_are_those_of_the_start(monkeypatch, apart, last):
     """D starts on the floor within a rounding, and the first pair in 113 bits shows 1e-6 rad."""
+    falling = {"double": 1e-4, "long double": 1e-5, "quadruple": 1e-6}
     monkeypatch.setattr(judged.JudgedRun, "apart", property(lambda self: apart))
-    tried = configurations_tried(monkeypatch, lambda run: 1e-6)
+    tried = configurations_tried(monkeypatch, lambda run: falling[run.precision])
     assert ("quadruple", 31, 25) in tried
     assert tried[-1][2] == last
+
+
+@pytest.mark.parametrize(
+    ("error", "last"), [(2e-9, ("long double", 23, 25)), (1e-6, ("quadruple", 31, 25))]
+)
+def test_no_pair_follows_one_whose_errors_stay_in_longer_numbers(monkeypatch, error, last):
+    tried = configurations_tried(monkeypatch, lambda run: error)
+    assert last in tried
+    assert max(judging for _, _, judging in tried) == 25
 
 
 @pytest.mark.slow

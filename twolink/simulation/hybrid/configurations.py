@@ -15,7 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.integration.precisions import PRECISIONS, PrecisionName
-from twolink.simulation.hybrid.tolerances import LEAST_SHARE, OF_BOUNCES, OF_DOUBLE, SATURATED
+from twolink.simulation.hybrid.tolerances import (
+    LEAST_SHARE,
+    OF_BOUNCES,
+    OF_DOUBLE,
+    SATURATED,
+    SHOWN,
+)
 
 Array = NDArray[np.float64]
 
@@ -33,6 +39,10 @@ _GROWTH = 1e3
 
 # Margin of a growth that is extrapolated from the time before an error is saturated.
 _EXTRAPOLATED = 100.0
+
+# An error stays if it falls by less than the first factor although the errors of steps fall by more
+# than the second.
+_STAYS, _FALLS = 10.0, 100.0
 
 
 class Configuration(NamedTuple):
@@ -69,8 +79,9 @@ class Configuration(NamedTuple):
 class Seen(NamedTuple):
     """The errors (rad, rad/s) up to each time that a configuration has shown, both of shape (n,).
 
-    They are infinite from the time on at which the judge ends. The two runs start `apart` (rad or
-    rad/s) if one of them was moved onto a contact, and one of them may have omitted `bounces`.
+    They are infinite from the time on at which the judge ends, or does not determine the motion. It
+    is `undecided` there if its own round-off leaves a choice open. The two runs start `apart` (rad
+    or rad/s) if one of them was moved onto a contact, and one of them may have omitted `bounces`.
     """
 
     configuration: Configuration
@@ -78,6 +89,7 @@ class Seen(NamedTuple):
     errors: Array
     apart: float = 0.0
     bounces: bool = False
+    undecided: bool = False
 
     @property
     def in_long_doubles(self) -> Array:
@@ -94,6 +106,25 @@ class Seen(NamedTuple):
         known = bool(np.isfinite(self.errors).all())
         return self.configuration.is_long and known and self.apart > self.configuration.step_error
 
+    def stays_as(self, earlier: Seen) -> bool:
+        """Return whether errors are as large as in an earlier pair whose steps had larger ones.
+
+        No precision reduces them: the start may be the cause, or a choice that round-off leaves
+        open in each.
+        """
+        pairs = earlier.configuration, self.configuration
+        before, now = (pair.step_error for pair in pairs)
+        if now * _FALLS > before or pairs[1].rounding >= pairs[0].rounding:
+            return False
+        every = earlier.errors, self.errors
+        known = [int(np.isfinite(errors).sum()) for errors in every]
+        if known[1] - known[0] > LEAST_SHARE * len(self.times):
+            return False
+        if earlier.undecided and self.undecided:
+            return True
+        first, last = (float(errors[: min(known)].max(initial=0.0)) for errors in every)
+        return last > SHOWN and last * _STAYS > first
+
     def expected(self, following: Configuration) -> float:
         """Return the error (rad, rad/s) at the end that another configuration is expected to have.
 
@@ -105,7 +136,7 @@ class Seen(NamedTuple):
         if following.shares_judge:
             return self._expected_in_long_doubles(following)
         known = np.isfinite(self.errors)
-        if self.configuration.is_long and not known.all():
+        if not known.all() and (self.configuration.is_long or self._leaves_open(following)):
             return math.inf
         finite = self.errors[known]
         worst = float(finite.max(initial=0.0))
@@ -125,6 +156,12 @@ class Seen(NamedTuple):
         if own.precision != "double" or len(judges) > 1 or not whole:
             return math.inf
         return float(self.in_long_doubles.max())
+
+    def _leaves_open(self, following: Configuration) -> bool:
+        """Return whether another configuration has the same judge, and its open choice."""
+        own = self.configuration
+        same = own.judge, own.judging_order
+        return self.undecided and same == (following.judge, following.judging_order)
 
     def _growth(self, errors: Array) -> float:
         """Return the logarithm of the factor by which the error of a step grows over the motion."""

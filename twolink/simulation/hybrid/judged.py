@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -63,6 +64,12 @@ class JudgedRun:
             return 0.0
         starts = ([*run.start[0], *run.start[1]] for run in (self.kept, self.judge))
         return max(abs(float(y - x)) for x, y in zip(*starts, strict=True))
+
+    @property
+    def is_undecided(self) -> bool:
+        """Whether the error is unknown by a choice that the judge's own round-off leaves open."""
+        open_ones = (d for d in self.judge.doubts if d.change == math.inf and not d.within)
+        return self.worst == math.inf and any(d.time <= self.kept.reached for d in open_ones)
 
     @property
     def worst(self) -> float:

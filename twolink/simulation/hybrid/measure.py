@@ -123,6 +123,7 @@ def _trials(runs: _Runs, accuracy: float) -> Iterator[JudgedRun]:
     The longest precision is left out where it would take too long. Raises `SimulationError` if not
     even the start can be integrated.
     """
+    earlier: Seen | None = None
     seen: Seen | None = None
     refused: TooMuchError | None = None
     too_long = False
@@ -150,10 +151,13 @@ def _trials(runs: _Runs, accuracy: float) -> Iterator[JudgedRun]:
             continue
         if not pair.shares_judge:
             bounces = trial.kept.omits_bounces or trial.judge.omits_bounces
-            seen = Seen(pair, runs.times, trial.errors, trial.apart, bounces)
+            earlier, seen = (
+                seen,
+                Seen(pair, runs.times, trial.errors, trial.apart, bounces, trial.is_undecided),
+            )
         assert seen is not None
         yield trial.with_shared(seen.in_long_doubles) if pair.shares_judge else trial
-        if seen.is_of_start:
+        if seen.is_of_start or (earlier is not None and seen.stays_as(earlier)):
             return
         too_long = too_long or trial.is_too_long
     if seen is None:

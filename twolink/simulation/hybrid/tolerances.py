@@ -105,9 +105,13 @@ OF_DOUBLE = 0.05
 # next one may be far below it or not. Read by configurations.
 OF_BOUNCES = 0.2
 
-# Least share of the duration from which the growth of errors is extrapolated. Read by
-# configurations.
+# Least share of the duration from which the growth of errors is extrapolated, or by which a longer
+# part of the motion is known. Read by configurations.
 LEAST_SHARE = 0.01
+
+# The least error (rad, rad/s) that shows whether errors fall with those of steps: smaller ones are
+# round-off of results in float64. Read by configurations.
+SHOWN = 1e-13
 
 # Part of the larger rate of a clock at the ends of a step. Where it is slower a press ends, and a
 # gap that is least there has not grazed. Read by doubts.
