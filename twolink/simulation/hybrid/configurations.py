@@ -42,7 +42,7 @@ _EXTRAPOLATED = 100.0
 
 # An error stays if it falls by less than the first factor although the errors of steps fall by more
 # than the second.
-_STAYS, _FALLS = 10.0, 100.0
+_STAYS, _FALLS = 2.0, 100.0
 
 
 class Configuration(NamedTuple):

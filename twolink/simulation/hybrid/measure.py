@@ -195,8 +195,8 @@ class _Runs:
         Unless it is the last, raises `_JudgeFailsError` as soon as the judge of a run in its own
         precision ends before the motion does: no time is spent on the run.
         """
-        if configuration.is_long:
-            self._make_both(configuration, measures=not is_last)
+        if configuration.judge == "quadruple":
+            self._make_both(configuration, measures=configuration.is_long and not is_last)
         kept = self.kept(configuration)
         many = kept.steps > _MANY_STEPS_OF_A_LOW_ORDER or (kept.failure and kept.exhausted)
         if configuration.order < BEST_ORDER and many:
