@@ -73,6 +73,15 @@ def test_a_judge_is_undecided_by_a_choice_at_its_own_round_off(
     assert not judged(run, unsure, 1e-3).is_undecided
 
 
+def test_runs_start_apart_if_one_was_moved_onto_a_contact(run, judge):
+    """The judge starts as the scene does, in numbers of float64."""
+    (q1, q2), u = run.start
+    assert judged(run, judge).apart == 0
+    moved = replace(run, start=((q1 + 1e-9, q2), u))
+    assert judged(moved, judge).apart == pytest.approx(1e-9, rel=1e-6)
+    assert judged(moved, run).apart == pytest.approx(1e-9, rel=1e-6)
+
+
 def test_the_work_of_a_judge_that_left_the_motion_does_not_end_the_search(run):
     wild = replace(run, steps=1_000_000)
     assert not judged(run, wild).is_too_long

@@ -411,13 +411,12 @@ def test_no_pair_follows_one_whose_errors_are_those_of_the_start(monkeypatch, ap
     assert tried[-1][2] == last
 
 
-@pytest.mark.parametrize(
-    ("error", "last"), [(2e-9, ("long double", 23, 25)), (1e-6, ("quadruple", 31, 25))]
-)
-def test_no_pair_follows_one_whose_errors_stay_in_longer_numbers(monkeypatch, error, last):
-    tried = configurations_tried(monkeypatch, lambda run: error)
-    assert last in tried
-    assert max(judging for _, _, judging in tried) == 25
+@pytest.mark.parametrize(("apart", "last"), [(0.0, 37), (1e-16, 25)])
+def test_no_pair_follows_one_whose_errors_stay_in_longer_numbers(monkeypatch, apart, last):
+    monkeypatch.setattr(judged.JudgedRun, "apart", property(lambda self: apart))
+    tried = configurations_tried(monkeypatch, lambda run: 2e-9)
+    assert ("long double", 23, 25) in tried
+    assert max(judging for _, _, judging in tried) == last
 
 
 @pytest.mark.slow

@@ -40,9 +40,12 @@ _GROWTH = 1e3
 # Margin of a growth that is extrapolated from the time before an error is saturated.
 _EXTRAPOLATED = 100.0
 
-# An error stays if it falls by less than the first factor although the errors of steps fall by more
-# than the second.
+# An error stays if it changes by less than the first factor although the errors of steps fall by
+# more than the second.
 _STAYS, _FALLS = 2.0, 100.0
+
+# The part of the rounding of a start that its change is at least if it causes such an error.
+_OF_START = 0.1
 
 
 class Configuration(NamedTuple):
@@ -106,37 +109,42 @@ class Seen(NamedTuple):
         known = bool(np.isfinite(self.errors).all())
         return self.configuration.is_long and known and self.apart > self.configuration.step_error
 
-    def stays_as(self, earlier: Seen) -> bool:
-        """Return whether errors are as large as in an earlier pair whose steps had larger ones.
+    @property
+    def leaves_open(self) -> bool:
+        """Whether an unknown error depends on a choice that 113 bits have left open."""
+        return self.configuration.is_long or (
+            self.undecided and self.configuration.judge == "quadruple"
+        )
 
-        No precision reduces them: the start may be the cause, or a choice that round-off leaves
-        open in each.
+    def stays_as(self, earlier: Seen) -> bool:
+        """Return whether the start causes the errors: they are those of an earlier pair.
+
+        The steps of that one had larger errors, and its round-off is no larger than the change of
+        the start, which no precision reduces.
         """
-        pairs = earlier.configuration, self.configuration
-        before, now = (pair.step_error for pair in pairs)
-        if now * _FALLS > before or pairs[1].rounding >= pairs[0].rounding:
+        before, now = earlier.configuration, self.configuration
+        longer = now.rounding < before.rounding and now.step_error * _FALLS < before.step_error
+        if not longer or self.apart < _OF_START * before.rounding:
             return False
         every = earlier.errors, self.errors
-        known = [int(np.isfinite(errors).sum()) for errors in every]
+        known = [int((errors <= SATURATED).sum()) for errors in every]
         if known[1] - known[0] > LEAST_SHARE * len(self.times):
             return False
-        if earlier.undecided and self.undecided:
-            return True
         first, last = (float(errors[: min(known)].max(initial=0.0)) for errors in every)
-        return last > SHOWN and last * _STAYS > first
+        return last > SHOWN and first / _STAYS < last < first * _STAYS
 
     def expected(self, following: Configuration) -> float:
         """Return the error (rad, rad/s) at the end that another configuration is expected to have.
 
         The errors of steps grow alike in both. An error of the omitted part of bounces that
         accumulate goes with the square root of round-off (`tolerances.zeno_time`); in quadruple
-        precision it is far below any accuracy. An error that is unknown in quadruple precision
-        depends on a choice there, which only the last pair has a chance to decide.
+        precision it is far below any accuracy. Where 113 bits have left a choice open, only the
+        last pair has a chance to decide it.
         """
         if following.shares_judge:
             return self._expected_in_long_doubles(following)
         known = np.isfinite(self.errors)
-        if not known.all() and (self.configuration.is_long or self._leaves_open(following)):
+        if self.leaves_open and not known.all():
             return math.inf
         finite = self.errors[known]
         worst = float(finite.max(initial=0.0))
@@ -156,12 +164,6 @@ class Seen(NamedTuple):
         if own.precision != "double" or len(judges) > 1 or not whole:
             return math.inf
         return float(self.in_long_doubles.max())
-
-    def _leaves_open(self, following: Configuration) -> bool:
-        """Return whether another configuration has the same judge, and its open choice."""
-        own = self.configuration
-        same = own.judge, own.judging_order
-        return self.undecided and same == (following.judge, following.judging_order)
 
     def _growth(self, errors: Array) -> float:
         """Return the logarithm of the factor by which the error of a step grows over the motion."""

@@ -59,11 +59,12 @@ class JudgedRun:
 
     @property
     def apart(self) -> float:
-        """The difference of the starts of two runs of one precision (rad, rad/s)."""
-        if self.kept.precision != self.judge.precision:
-            return 0.0
+        """The difference of the starts of two runs (rad, rad/s)."""
         starts = ([*run.start[0], *run.start[1]] for run in (self.kept, self.judge))
-        return max(abs(float(y - x)) for x, y in zip(*starts, strict=True))
+        if self.kept.precision == self.judge.precision:
+            return max(abs(float(y - x)) for x, y in zip(*starts, strict=True))
+        # The judge starts as the scene does, in numbers of float64.
+        return max(abs(float(x - type(x)(float(y)))) for x, y in zip(*starts, strict=True))
 
     @property
     def is_undecided(self) -> bool:
