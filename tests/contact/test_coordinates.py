@@ -7,6 +7,7 @@ import pytest
 
 from tests.verification.chains import GENERAL
 from twolink import kane, lagrange
+from twolink.chain import Chain
 from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from twolink.loads import Force, Torque
 
@@ -86,3 +87,9 @@ def test_unit_loads_are_a_force_at_the_point_or_a_torque_in_the_joint():
     assert all(isinstance(load, Torque) for load in torques)
     on_link = {link: sum(x.moment for x in torques if x.link == link) for link in (1, 2)}
     assert on_link == {1: 1, 2: -1}
+
+
+def test_values_have_the_size_of_a_radian_or_of_the_chain():
+    chain = Chain.uniform_bars((1.0, 1.0), (0.003, 0.002))
+    assert JointCoordinate("B").size(chain) == 1
+    assert PointCoordinate("B", (1.0, 0.0)).size(chain) == 0.005

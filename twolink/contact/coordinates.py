@@ -36,6 +36,9 @@ class ConstraintCoordinate(Protocol):
     def unit_loads(self, chain: Chain) -> Loads:
         """Return the loads that do 1 J of work per radian or metre of the coordinate."""
 
+    def size(self, chain: Chain) -> float:
+        """Return the usual size of its values: 1 rad, or the length of the stretched chain (m)."""
+
 
 @dataclass(frozen=True)
 class JointCoordinate:
@@ -59,6 +62,10 @@ class JointCoordinate:
     def unit_loads(self, chain: Chain) -> Loads:
         """Return a torque of 1 N m in the joint."""
         return motor_loads(self.sense, 0) if self.joint == "A" else motor_loads(0, self.sense)
+
+    def size(self, chain: Chain) -> float:
+        """Return 1 rad."""
+        return 1.0
 
     def _of(self, pair: Pair) -> Scalar:
         of_joint = pair[0] if self.joint == "A" else pair[1] - pair[0]
@@ -87,6 +94,10 @@ class PointCoordinate:
     def unit_loads(self, chain: Chain) -> Loads:
         """Return a force of 1 N at the point, along the vector."""
         return (Force(self.of(chain), self.vector),)
+
+    def size(self, chain: Chain) -> float:
+        """Return the length of the stretched chain (m)."""
+        return float(chain.L1 + chain.L2)
 
     def of(self, chain: Chain) -> Point:
         """Return the point on its link."""

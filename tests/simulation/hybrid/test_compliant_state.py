@@ -13,6 +13,8 @@ from twolink.simulation.hybrid import compliant_state
 from twolink.simulation.hybrid.compliant_state import CompliantState
 
 EPSILON = 2.0**-52
+# The depth (m) that is the rounding of a place.
+SMALL = 1e-13
 UP = PointCoordinate("D", (0.0, -1.0))
 DAMPED = CompliantContact("D on cushion", UP, 0.5, KelvinVoigt(100.0, 4.0))
 SPRING = CompliantContact("D on cushion", UP, 0.5, KelvinVoigt(100.0))
@@ -57,17 +59,26 @@ def test_a_start_deep_in_a_yielding_surface_is_on_its_branch_of_compression(shar
 
 def test_a_released_damper_is_where_it_gives_no_force_at_that_speed():
     """k δ = c v: 100 δ = 4 · 0.5."""
-    state = compliant_state.released(DAMPED, CompliantState(), 0.5, 0.02)
+    state = compliant_state.released(DAMPED, CompliantState(), 0.5, 0.02, SMALL)
     assert state.residual_depth == pytest.approx(0.02)
     assert DAMPED.law.force(state.residual_depth, 0, -0.5) == pytest.approx(0, abs=1e-15)
     for element, root in [(SPRING, None), (BALL, 0.1)]:
-        released = compliant_state.released(element, CompliantState(root), 0.5, 0.0)
+        released = compliant_state.released(element, CompliantState(root), 0.5, 0.0, SMALL)
         assert released == CompliantState(None, 0)
+
+
+@pytest.mark.parametrize(("off", "kept"), [(3e-14, False), (3e-13, True)])
+def test_the_depth_of_a_released_damper_is_known_within_the_rounding_of_a_place(off, kept):
+    """A fast damper is left at 1e-12 m, and another depth would be a speed of its surface."""
+    depth = 1e-12 + off
+    fast = CompliantContact("D on fast", UP, 0.5, KelvinVoigt(1e8, 1e-4))
+    state = compliant_state.released(fast, CompliantState(), 1.0, depth, SMALL)
+    assert state.residual_depth == pytest.approx(depth if kept else 1e-12, rel=1e-12)
 
 
 def test_a_point_that_is_struck_out_of_a_damper_leaves_it_where_it_was():
     """Faster than the surface springs back: at 9 m/s it would have to be 0.36 m deep."""
-    state = compliant_state.released(DAMPED, CompliantState(), 9.0, 0.02)
+    state = compliant_state.released(DAMPED, CompliantState(), 9.0, 0.02, SMALL)
     assert state.residual_depth == 0.02
 
 
@@ -121,7 +132,7 @@ def test_pressing_beyond_the_deepest_place_continues_the_plastic_flow():
 
 def test_a_release_from_a_dent_keeps_the_dent_until_it_is_cleared():
     turned = compliant_state.turned(YIELDING, FLOWING)
-    free = compliant_state.released(YIELDING, turned, 0.5, 0.0)
+    free = compliant_state.released(YIELDING, turned, 0.5, 0.0, SMALL)
     assert free.sqrt_depth is None
     assert free.offset == turned.plastic.residual
     pressed = compliant_state.pressed(YIELDING, free, 0.0)
@@ -134,5 +145,5 @@ def test_a_release_from_a_dent_keeps_the_dent_until_it_is_cleared():
 def test_a_light_press_on_a_dent_springs_back_to_the_same_dent():
     turned = compliant_state.turned(YIELDING, FLOWING)
     again = compliant_state.turned(YIELDING, turned)
-    free = compliant_state.released(YIELDING, again, 0.5, 0.0)
+    free = compliant_state.released(YIELDING, again, 0.5, 0.0, SMALL)
     assert free.plastic == turned.plastic

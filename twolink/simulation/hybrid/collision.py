@@ -178,7 +178,7 @@ def _begun(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> 
     assert normal is not None
     row = pose.row(normal)
     if at_rest(row, state.u, known_at(state.t, system.rounding), system.lever):
-        begun = own._replace(sqrt_depth=system.least_root)
+        begun = own._replace(sqrt_depth=system.least_root(index))
         return state._replace(compliant=put(state.compliant, index, begun))
     if speed_along(row, state.u) < 0:
         return state
@@ -232,7 +232,7 @@ def _moved(system: HybridSystem, state: HybridState, pose: Pose, change: Pair) -
         if gap is None or normal is None:
             continue
         rise = speed_along(pose.row(normal), change)
-        small = max(system.place_of_rounding, 2 * abs(rise))
+        small = max(system.place_of_rounding(index), 2 * abs(rise))
         if abs(gap) > small:
             gaps[index] = gap + rise
         if own is None or own.sqrt_depth is None:

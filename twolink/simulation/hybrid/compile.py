@@ -265,7 +265,8 @@ class _Builder:
             if _is_constant(f):
                 continue
             if trigger.kind in (EventKind.LEAVES, EventKind.BREAKS):
-                f = f * self._scale
+                size = self._system.elements[index].principal.size(self._system.scene_chain)
+                f = f * (self._scale * size)
             watched.append(Watched(trigger, len(variables) + len(integrals), 1.0, True))
             integrals.append(f)
         return watched, integrals

@@ -61,19 +61,20 @@ def pressed(element: ContactElement, state: CompliantState, least: Any) -> Compl
 
 
 def released(
-    element: ContactElement, state: CompliantState, speed: Any, depth: Any
+    element: ContactElement, state: CompliantState, speed: Any, depth: Any, small: float
 ) -> CompliantState:
     """Return the state after a point has separated at a speed (m/s) and a depth (m).
 
     If the force of a damped surface has fallen to zero, the surface recovers at that speed, which
-    determines its depth best; after an impact the point moves out faster than the surface.
+    determines its depth best; after an impact the point moves out faster than the surface. The
+    depth is known within a `small` one (m).
     """
     law, plastic = element.compliant, state.plastic
     assert law is not None
     if law.relaxation is None:
         return CompliantState(None, 0 * speed, plastic)
     residual = speed / law.relaxation
-    differs = abs(residual - depth) > NO_FORCE * abs(residual)
+    differs = abs(residual - depth) > NO_FORCE * abs(residual) + small
     return CompliantState(None, depth if differs else residual, plastic)
 
 
@@ -108,12 +109,11 @@ def relaxed(state: CompliantState) -> CompliantState:
     return state._replace(residual_depth=0 * state.residual_depth)
 
 
-def relaxation_time(element: ContactElement, state: CompliantState, resolution: float) -> float:
-    """Return the time (s) until a surface has recovered within a relative error, 0 if it has."""
+def relaxation_time(element: ContactElement, state: CompliantState, least: float) -> float:
+    """Return the time (s) until a surface has recovered to a depth (m), 0 if it has."""
     law = element.compliant
     assert law is not None
     depth = abs(float(state.residual_depth))
-    least = resolution * max(1.0, abs(float(element.bound)))
     if depth == 0:
         return math.inf
     if depth <= least or law.relaxation is None:

@@ -90,9 +90,10 @@ def near_to_zero(system: HybridSystem, trigger: Trigger) -> float:
     by more than the function. How large the error is then decides on the doubt.
     """
     if trigger.kind is EventKind.HITS:
-        return system.grazing
+        return system.grazing(trigger.index)
     if trigger.kind in EDGES:
-        return NEAR_EDGE if trigger.kind is EventKind.CLEARS else NEAR_END
+        size = system.sizes[trigger.index]
+        return NEAR_EDGE * size if trigger.kind is EventKind.CLEARS else NEAR_END * math.sqrt(size)
     if trigger.kind in _BREAKAWAY and system.elements[trigger.index].hysteretic:
         return NEAR_LIMIT
     return 0.0
@@ -114,7 +115,8 @@ def may_jump(system: HybridSystem, mode: Mode, trigger: Trigger) -> bool:
         assert dent is not None
         branch = hysteresis.branch(dent)
         beyond = float(hysteresis.jump(dent)) - float(branch.residual)
-        return math.sqrt(beyond) - float(branch.reach or 0.0) <= NEAR_END
+        near = NEAR_END * math.sqrt(system.sizes[trigger.index])
+        return math.sqrt(beyond) - float(branch.reach or 0.0) <= near
     return trigger.kind is EventKind.CLEARS
 
 

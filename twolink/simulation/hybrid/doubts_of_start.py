@@ -65,7 +65,7 @@ def _presses_at_jumps(system: HybridSystem, state: HybridState) -> Iterator[Doub
             continue
         depth = element.bound - pose.value(normal, state.q)
         jumps = {float(law.jump(PlasticState(phase))) for phase in Phase}
-        if any(abs(float(depth - jump)) <= system.place_of_rounding for jump in jumps):
+        if any(abs(float(depth - jump)) <= system.place_of_rounding(index) for jump in jumps):
             trigger = Trigger(EventKind.REACHES, index)
             yield Doubt(0.0, trigger, math.inf, math.inf, 0.0)
 

@@ -16,6 +16,7 @@ from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.arc import Arc
 from twolink.simulation.hybrid.compile import safe_order
 from twolink.simulation.hybrid.compiled import CompiledMode
+from twolink.simulation.hybrid.compliant_state import CompliantState
 from twolink.simulation.hybrid.doubts import undecided_at
 from twolink.simulation.hybrid.doubts_of_start import doubts_of_start
 from twolink.simulation.hybrid.effort import Effort, Work
@@ -220,13 +221,16 @@ class History:
     def _relaxed(self) -> Any:
         """Return the time (s) at which the next surface has recovered, the end without one."""
         times = [
-            compliant_state.relaxation_time(
-                self.system.elements[index], own, self.system.resolution
-            )
+            self._relaxation_time(index, own)
             for index, own in enumerate(self.state.compliant)
             if own is not None and own.residual_depth != 0
         ]
         return self.state.t + self.system.number(min(times)) if times else self.end
+
+    def _relaxation_time(self, index: int, own: CompliantState) -> float:
+        """Return the time (s) until a surface has recovered, 0 if it has."""
+        least = self.system.resolution * self.system.sizes[index]
+        return compliant_state.relaxation_time(self.system.elements[index], own, least)
 
     def _sprung_back(self, state: HybridState) -> HybridState:
         """Return the state in which surfaces that have recovered are undeformed."""
@@ -236,8 +240,7 @@ class History:
         for index, own in enumerate(compliant):
             if own is None or own.residual_depth == 0:
                 continue
-            element = self.system.elements[index]
-            if compliant_state.relaxation_time(element, own, self.system.resolution) == 0:
+            if self._relaxation_time(index, own) == 0:
                 compliant = put(compliant, index, compliant_state.relaxed(own))
         return state if compliant is state.compliant else state._replace(compliant=compliant)
 

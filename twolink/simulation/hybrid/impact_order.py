@@ -48,13 +48,12 @@ def rivals(
 
     `near` are those whose gap is zero within round-off.
     """
-    limit = tolerances.CLOSING * system.scale
     found: list[Rival] = []
     for index, _ in system.near:
         gap, normal = state.gaps[index], system.elements[index].normal
         if gap is None or normal is None or index in state.touching:
             continue
-        if gap > limit and index not in near:
+        if gap > tolerances.CLOSING * system.sizes[index] and index not in near:
             continue
         speed = approach(
             pose.row(normal), state.u, known_at(state.t, system.rounding), system.lever

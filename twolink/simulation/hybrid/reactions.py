@@ -98,7 +98,7 @@ def _out_of_dents(system: HybridSystem, state: HybridState) -> HybridState:
         normal = system.elements[number].normal
         assert normal is not None
         x, y = pose.row(normal)
-        at_edge = abs(gap - dent.residual) <= system.place_of_rounding
+        at_edge = abs(gap - dent.residual) <= system.place_of_rounding(number)
         if at_edge and approach((-x, -y), state.u, system.rounding, system.lever):
             state = _cleared(system, state, number)
     return state
@@ -116,7 +116,7 @@ def _met_with(system: HybridSystem, state: HybridState, index: int) -> Iterator[
         normal = system.elements[number].normal
         if own is None or gap is None or normal is None or number in state.touching:
             continue
-        met = number != index and abs(gap) <= system.place_of_rounding
+        met = number != index and abs(gap) <= system.place_of_rounding(number)
         if met and approach(pose.row(normal), state.u, system.rounding, system.lever):
             yield number
 
@@ -151,7 +151,7 @@ def press(
     assert own is not None
     # Two values of √depth that are both zero would remain zero.
     slow = slow or any(other is not None and other.sqrt_depth == 0 for other in state.compliant)
-    least = system.least_root if slow else system.number(0)
+    least = system.least_root(index) if slow else system.number(0)
     compliant = put(state.compliant, index, compliant_state.pressed(element, own, least))
     sliding = put(state.sliding, index, sliding_of(system, pose, index, state.u))
     return state._replace(
@@ -201,7 +201,8 @@ def _left_with(system: HybridSystem, state: HybridState, pose: Pose, index: int)
         if normal is None or state.compliant[number] is None:
             continue
         away = not approach(pose.row(normal), state.u, system.rounding, system.lever)
-        if away and _depth_of_force(system, state, pose, number) <= system.place_of_rounding:
+        small = system.place_of_rounding(number)
+        if away and _depth_of_force(system, state, pose, number) <= small:
             yield number
 
 
@@ -225,7 +226,8 @@ def _released(system: HybridSystem, state: HybridState, pose: Pose, index: int) 
     assert own is not None
     speed = speed_along(pose.row(element.normal), state.u)
     depth = element.bound - own.offset - element.normal.coordinate(system.chain, state.q)
-    released = compliant_state.released(element, own, speed, depth)
+    small = system.place_of_rounding(index)
+    released = compliant_state.released(element, own, speed, depth, small)
     return state._replace(
         touching=state.touching - {index}, gaps=put(state.gaps, index, system.number(0)),
         compliant=put(state.compliant, index, released),

@@ -111,7 +111,7 @@ def _touching(system: HybridSystem, pose: Pose) -> list[int]:
         gap = _gap(system, element, pose.q)
         if gap is None:
             continue
-        rounding = _ROUNDING * max(1.0, abs(float(element.bound)))
+        rounding = _ROUNDING * system.sizes[index]
         if abs(gap) <= tolerances.CONTACT_GAP * rounding:
             if gap <= max(tolerances.ROUNDED_PLACE * rounding, _rounded_place(pose, element)):
                 found.append(index)

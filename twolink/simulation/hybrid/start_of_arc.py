@@ -62,7 +62,7 @@ class StartOfArc:
         known = self._orders.get(trigger)
         if not isinstance(known, Zero) or math.isinf(known.size):
             return 0.0
-        return known.size * self._system.force_scale
+        return known.size * self._system.force_scale(trigger.index)
 
     def _order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
         if self._orders or self._compiled.clock is not None:
@@ -82,7 +82,7 @@ class StartOfArc:
             return _order_of_small(polynomial, noise * pace)
         least = LEADING_SHARE * self._system.resolution * _size(polynomial)
         if is_speed:
-            least += self._speed_of_rounding(block)
+            least += self._speed_of_rounding(block, trigger.index)
         elif trigger.kind is EventKind.REACHES:
             least += self._root_of_rounding(trigger, block)
         order = _leading_zeros(polynomial, noise, noise, pace, least)
@@ -96,7 +96,7 @@ class StartOfArc:
         A gap is a variable of its own, and is zero only after a jump has set it to zero. Its first
         derivative is the speed of the state, which is known relative to u, however slow that is.
         """
-        noise = self._system.place_of_rounding
+        noise = self._system.place_of_rounding(trigger.index)
         if polynomial[0] > noise:
             return 0
         if polynomial[0] > 0:
@@ -131,19 +131,19 @@ class StartOfArc:
         normal = self._system.elements[index].normal
         assert normal is not None
         speed = normal.speed(self._system.chain, state.q, state.u)
-        return bool(speed > self._speed_of_state(state))
+        return bool(speed > self._speed_of_state(state, index))
 
-    def _speed_of_state(self, state: HybridState) -> float:
-        """Return the error that the speed of a point has through that of u."""
-        return LEADING * self._system.resolution * self._system.scale * size_of(state.u)
+    def _speed_of_state(self, state: HybridState, index: int) -> float:
+        """Return the error that the speed of an element has through that of u."""
+        return LEADING * self._system.resolution * self._system.sizes[index] * size_of(state.u)
 
     def _noise(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
         """Return the size below which an event function at the start of an arc is zero."""
         if trigger.kind in _PLACES:
-            return self._system.place_of_rounding
+            return self._system.place_of_rounding(trigger.index)
         size = _size(polynomial)
         if trigger.kind in _SPEEDS:
-            size = max(size, self._change(block))
+            size = max(size, self._change(block, trigger.index))
         elif trigger.kind is EventKind.BREAKS:
             size = max(size, 1.0)
         elif trigger.kind is EventKind.REACHES:
@@ -154,8 +154,8 @@ class StartOfArc:
             noise += self._system.forces_of_rounding[trigger.index]
         return noise
 
-    def _change(self, block: Block) -> float:
-        """Return the sum of the sizes of all changes of speed (m/s) in the first step.
+    def _change(self, block: Block, index: int) -> float:
+        """Return the sum of the sizes of all changes of an element's speed in the first step.
 
         A change of a speed is due to forces that may nearly cancel.
         """
@@ -164,8 +164,8 @@ class StartOfArc:
             rows = block.coefficients[0, 2:4] * powers_of(block.lengths[:1], order)
             changes = float(np.abs(rows).astype(float).sum())
             least = 1 / float(self._system.longest_step)
-            self._known_change = self._system.scale * max(changes, least)
-        return self._known_change
+            self._known_change = max(changes, least)
+        return self._system.sizes[index] * self._known_change
 
     def _speed_noise(self, trigger: Trigger, noise: float) -> float:
         """Return the size below which a speed at the start of an arc is zero: at most `noise`.
@@ -178,13 +178,14 @@ class StartOfArc:
         element = self._system.elements[trigger.index]
         along = element.normal if trigger.kind is EventKind.TURNS else element.tangent
         assert along is not None
-        row = size_of(self._system.pose(self._state.q).row(along)) / self._system.scale
-        return min(noise, self._speed_of_state(self._state) + row * noise)
+        row = size_of(self._system.pose(self._state.q).row(along))
+        row /= self._system.sizes[trigger.index]
+        return min(noise, self._speed_of_state(self._state, trigger.index) + row * noise)
 
-    def _speed_of_rounding(self, block: Block) -> float:
+    def _speed_of_rounding(self, block: Block, index: int) -> float:
         """Return the speed that round-off of large forces causes in the first step."""
         pressing, duration = self._pressing(), self._duration(block)
-        return LEADING * self._system.resolution * self._system.scale * pressing * duration
+        return LEADING * self._system.resolution * self._system.sizes[index] * pressing * duration
 
     def _root_of_rounding(self, trigger: Trigger, block: Block) -> float:
         """Return the change of √depth in the first step by the round-off of the speed.
@@ -194,8 +195,8 @@ class StartOfArc:
         root = self._root(trigger)
         if self._state is None or root == 0:
             return 0.0
-        changed = LEADING * self._system.resolution * self._change(block)
-        speed = max(changed, self._speed_of_state(self._state))
+        changed = LEADING * self._system.resolution * self._change(block, trigger.index)
+        speed = max(changed, self._speed_of_state(self._state, trigger.index))
         return speed * self._duration(block) / (2 * root)
 
     def _root(self, trigger: Trigger) -> float:
@@ -233,7 +234,8 @@ class StartOfArc:
         state = self._state
         if trigger.kind is _HITS and isinstance(self._orders.get(trigger), Zero):
             # Its derivatives are round-off, which may grow; its place is given in float64.
-            return self._system.scale * LEADING * PRECISIONS["double"].rounding
+            size = self._system.sizes[trigger.index]
+            return size * LEADING * PRECISIONS["double"].rounding
         if trigger.kind is _HITS and (state is None or trigger.index in state.touching):
             # A touching contact that carries no force: its gap stays zero.
             return math.inf

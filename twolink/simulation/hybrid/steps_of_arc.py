@@ -66,7 +66,7 @@ def _longest_press(course: Course, span: Any) -> Any:
     longest = 2 * span
     for index in compiled.roots:
         root = state.compliant[index].sqrt_depth  # type: ignore[union-attr]
-        longest = longest / (root if root > 0 else system.least_root)  # type: ignore[operator]
+        longest = longest / (root if root > 0 else system.least_root(index))  # type: ignore[operator]
     return longest
 
 

@@ -165,7 +165,7 @@ class HybridSystem:
         """
         scale = tolerances.CONTACT_GAP * self.rounding
         return tuple(
-            (index, scale * max(1.0, abs(float(element.bound))))
+            (index, scale * self.sizes[index])
             for index, element in enumerate(self.elements)
             if element.rigid and element.reachable
         )
@@ -188,10 +188,9 @@ class HybridSystem:
         """The time (s) below which all further bounces are omitted."""
         return tolerances.zeno_time(self.longest_step, self.rounding)
 
-    @property
-    def least_root(self) -> Any:
-        """The √depth (m^½) at which a press without speed begins, as zero would remain zero."""
-        return self.number(self.rounding**0.5)
+    def least_root(self, index: int) -> Any:
+        """Return the √depth (m^½) at which a press without speed begins: zero would remain zero."""
+        return self.number((self.rounding * self.sizes[index]) ** 0.5)
 
     @cached_property
     def lever(self) -> float:
@@ -199,19 +198,20 @@ class HybridSystem:
         return float(self.scene_chain.L1 + self.scene_chain.L2)
 
     @cached_property
-    def scale(self) -> float:
-        """The size (rad or m) of the places of a chain of this length."""
-        return max(1.0, self.lever)
+    def sizes(self) -> tuple[float, ...]:
+        """The size (rad or m) of the places of each element: of its coordinate, or of its bound."""
+        return tuple(
+            max(element.principal.size(self.scene_chain), abs(float(element.bound)))
+            for element in self.elements
+        )
 
-    @cached_property
-    def place_of_rounding(self) -> float:
-        """The gap (rad or m) at the start of an arc that is zero within round-off."""
-        return self.scale * tolerances.LEADING * self.rounding
+    def place_of_rounding(self, index: int) -> float:
+        """Return the gap (rad or m) of an element that is zero within round-off."""
+        return tolerances.LEADING * self.rounding * self.sizes[index]
 
-    @cached_property
-    def grazing(self) -> float:
-        """The gap (rad or m) above which a flight is certain to pass a contact."""
-        return self.scale * tolerances.GRAZING * self.rounding
+    def grazing(self, index: int) -> float:
+        """Return the gap (rad or m) above which a flight is certain to pass a contact."""
+        return tolerances.GRAZING * self.rounding * self.sizes[index]
 
     @cached_property
     def slowest(self) -> float:
@@ -219,23 +219,27 @@ class HybridSystem:
         return tolerances.UNDECIDED * self.rounding / float(self.longest_step)
 
     @cached_property
-    def force_scale(self) -> float:
-        """The factor that scales forces to order 1, like the other variables."""
+    def moment_scale(self) -> float:
+        """The factor that scales moments (N m) to order 1, like the other variables."""
         chain, step, lever = self.scene_chain, float(self.longest_step), self.lever
         inertia = float(chain.I_C1 + chain.I_C2 + (chain.m1 + chain.m2) * lever * lever)
-        return step * step * max(lever, 1.0) / inertia
+        return step * step / inertia
+
+    def force_scale(self, index: int) -> float:
+        """Return the factor that scales the forces (N or N m) of an element to order 1."""
+        return self.moment_scale * self.elements[index].principal.size(self.scene_chain)
 
     @cached_property
     def forces_of_rounding(self) -> tuple[float, ...]:
         """The scaled force that round-off of a position causes in each surface, if it is stiff."""
-        return tuple(self._force_of_rounding(element) for element in self.elements)
+        return tuple(self._force_of_rounding(index) for index in range(len(self.elements)))
 
-    def _force_of_rounding(self, element: ContactElement) -> float:
-        law = element.compliant
+    def _force_of_rounding(self, index: int) -> float:
+        law = self.elements[index].compliant
         if law is None or law.uses_root:
             return 0.0
-        depth = tolerances.CONTACT_GAP * self.rounding * max(1.0, abs(float(element.bound)))
-        return abs(float(law.force(depth, 0.0, 0.0))) * self.force_scale
+        depth = tolerances.CONTACT_GAP * self.rounding * self.sizes[index]
+        return abs(float(law.force(depth, 0.0, 0.0))) * self.force_scale(index)
 
     def check(self) -> None:
         """Raise `SimulationError` if two frictions act along one coordinate."""
