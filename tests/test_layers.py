@@ -125,7 +125,7 @@ ROWS = {
         "measure",
     ],
     "twolink.simulation.hybrid": [
-        "block jet mode stepper tolerances",
+        "block jet mode pace stepper tolerances",
         "bernstein compliant_state configurations constraint",
         "polishing pose state",
         "roots",

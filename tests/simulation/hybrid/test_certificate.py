@@ -59,7 +59,7 @@ def certificate_of(*triggers, clock=None, span=1.0, integral=False, system=SYSTE
     )
     compiled = CompiledMode(
         pool=IntegratorPool(None), operations=0, numbers=0, watched=watched, gaps=(), recovering=(),
-        roots=(), clock=clock if clock is None else 4 + clock, integrals=slice(0, 0),
+        roots=(), moving=(), clock=clock if clock is None else 4 + clock, integrals=slice(0, 0),
         number=system.number,
     )  # fmt: skip
     return Certificate(system, compiled, MODE, system.number(span), state=state)

@@ -42,7 +42,8 @@ def compiled_with(*, clock, recovering=()):
     """Return a compiled mode without code."""
     return CompiledMode(
         pool=IntegratorPool(None), operations=0, numbers=0, watched=(), gaps=(0,),
-        recovering=recovering, roots=(), clock=clock, integrals=slice(0, 0), number=float,
+        recovering=recovering, roots=(), moving=(), clock=clock, integrals=slice(0, 0),
+        number=float,
     )  # fmt: skip
 
 
@@ -98,7 +99,7 @@ def test_a_gap_of_zero_stays_zero_only_where_the_contact_touches():
     state = state_of(SYSTEM, (-0.3, -0.2))
     compiled = CompiledMode(
         pool=IntegratorPool(None), operations=0, numbers=0, watched=(), gaps=(0,), recovering=(),
-        roots=(), clock=None, integrals=slice(0, 0), number=float,
+        roots=(), moving=(), clock=None, integrals=slice(0, 0), number=float,
     )  # fmt: skip
     block = Block(np.zeros(1), np.ones(1), np.array([[GAP, CLOCK]]))
     touches, opens = (state._replace(touching=frozenset(own)) for own in ({0}, ()))

@@ -13,14 +13,12 @@ from __future__ import annotations
 
 import functools
 import itertools
-import operator
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from twolink.arithmetic import sqrt
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
 from twolink.effects import Effect, ParametricEffect, contact_elements
@@ -38,6 +36,7 @@ from twolink.simulation.hybrid.dynamics import (
 )
 from twolink.simulation.hybrid.event_functions import EDGES, OF_GAP, Surfaces, triggers, value
 from twolink.simulation.hybrid.mode import Mode
+from twolink.simulation.hybrid.pace import factors_of_pace, product
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.stepper import Stepper
 from twolink.simulation.hybrid.system import HybridSystem
@@ -189,6 +188,7 @@ class _Builder:
             gaps=tuple(self._gaps),
             recovering=self._recovering,
             roots=tuple(self._roots),
+            moving=tuple(self._moving),
             clock=first - 1 if self._moving else None,
             integrals=slice(first, first + len(integrals)),
             number=system.number,
@@ -209,28 +209,16 @@ class _Builder:
         variables += roots.values()
         if not moving:
             return variables, [*rates, *(0.0 for _ in roots)]
-        scales = self._scales_of_pace()
-        pace = functools.reduce(operator.mul, [*moving.values(), *scales])
+        factors = factors_of_pace(list(moving.values()))
+        pace = product(factors)
         rates = [rate * pace for rate in rates]
+        places = {index: place for place, index in enumerate(moving)}
         for index in roots:
             # d√δ/ds = dδ/dt/(2√δ) dt/ds, in which the root cancels.
-            others = [root for other, root in moving.items() if other != index] + scales
+            others = [f for place, f in enumerate(factors) if place != places.get(index)]
             rate = -self._normal_speed(index) / 2 if index in moving else 0.0
-            rates.append(functools.reduce(operator.mul, others, rate))
+            rates.append(product([rate, *others]))
         return [*variables, self._clock], [*rates, pace]
-
-    def _scales_of_pace(self) -> list[Any]:
-        """Return the factors of dt/ds beside the moving roots: one for each beyond two.
-
-        It makes dt/ds as small as two roots, and not as all: where many roots begin at the least
-        one, s would else be so long that the powers of its steps leave the range of the numbers.
-        It is analytic, as the sum of the depths is zero only if every root is.
-        """
-        roots, power = list(self._moving.values()), len(self._moving) - 2
-        if power <= 0:
-            return []
-        size = 1 / sqrt(functools.reduce(operator.add, [root * root for root in roots]))
-        return [size] * power
 
     def _normal_speed(self, index: int) -> Any:
         normal = self._system.elements[index].normal

@@ -42,10 +42,10 @@ class CompiledMode:
     """A mode's integrators, lent as a `Stepper`, and the layout of their variables.
 
     `gaps`, `recovering` and `roots` have the numbers of the elements, in the order of their
-    variables after q and u; `clock` is the variable of time, where that is not the independent one.
-    The parameters are the `numbers` of effects, dents and frictions, the scale of forces, and, with
-    a clock, the start of the arc (s). A compiled mode equals only itself, and may be the key of a
-    mapping.
+    variables after q and u; `moving` are those of roots that are not constant; `clock` is the
+    variable of time, where that is not the independent one. The parameters are the `numbers` of
+    effects, dents and frictions, the scale of moments, and, with a clock, the start of the arc (s).
+    A compiled mode equals only itself, and may be the key of a mapping.
     """
 
     pool: IntegratorPool
@@ -55,6 +55,7 @@ class CompiledMode:
     gaps: tuple[int, ...]
     recovering: tuple[int, ...]
     roots: tuple[int, ...]
+    moving: tuple[int, ...]
     clock: int | None
     integrals: slice
     number: Any

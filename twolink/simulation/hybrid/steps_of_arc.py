@@ -12,6 +12,7 @@ from twolink.integration.outcomes import failure_of
 from twolink.optional import heyoka
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.course import Course
+from twolink.simulation.hybrid.pace import factors_of_pace, product
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
 
 
@@ -62,12 +63,12 @@ def _longest_press(course: Course, span: Any) -> Any:
     of zero, and its clock is slow until the root has grown. Where the point leaves the surface at
     the instant at which the arc begins, the root is below zero by round-off.
     """
-    system, compiled, state = course.system, course.compiled, course.state
-    longest = 2 * span
-    for index in compiled.roots:
-        root = state.compliant[index].sqrt_depth  # type: ignore[union-attr]
-        longest = longest / (root if root > 0 else system.least_root(index))  # type: ignore[operator]
-    return longest
+    system, state = course.system, course.state
+    roots = []
+    for index in course.compiled.moving:
+        root: Any = state.compliant[index].sqrt_depth  # type: ignore[union-attr]
+        roots.append(root if root > 0 else system.least_root(index))
+    return 2 * span / product(factors_of_pace(roots))
 
 
 class _Taken(NamedTuple):
