@@ -1,6 +1,7 @@
-"""Symmetries of mechanics: a motion runs backwards where nothing is lost, and turns with its scene.
+"""Symmetries of mechanics: a motion runs backwards where nothing is lost, turns with its scene, and
+does not depend on units.
 
-Neither needs another simulator to tell the right motion.
+None of them needs another simulator to tell the right motion.
 """
 
 import math
@@ -11,6 +12,8 @@ import pytest
 
 from tests.campaign.dice import Dice
 from tests.campaign.draw import draw_chain, draw_scene
+from tests.campaign.draw_coincidences import draw_coincidence
+from tests.campaign.units import Units, in_units
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
@@ -18,6 +21,7 @@ from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.pd_control import PdControl
 from twolink.effects.surface import Surface
+from twolink.errors import TwolinkError
 from twolink.kinematics import position
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -119,3 +123,52 @@ def test_a_turned_scene_has_the_turned_motion(angle, scenes):
         assert other_u == pytest.approx(u, abs=1e-6 * max(1.0, np.abs(u).max())), index
         compared += 1
     assert compared > scenes / 3
+
+
+@pytest.mark.parametrize(
+    ("units", "draw", "scenes"),
+    [
+        pytest.param(Units(length=-13, mass=-20), draw_scene, 4, id="0.1 mm"),
+        pytest.param(Units(length=10, mass=7, time=3), draw_coincidence, 4, id="1 km"),
+        *(
+            pytest.param(units, draw, 60, marks=pytest.mark.slow, id=f"{name}, {draw.__name__}")
+            for name, units in (
+                ("0.1 mm", Units(length=-13, mass=-20)),
+                ("1 km", Units(length=10, mass=7, time=3)),
+                ("fast", Units(time=-6)),
+                ("slow", Units(time=5)),
+            )
+            for draw in (draw_scene, draw_coincidence)
+        ),
+    ],
+)
+def test_a_motion_does_not_depend_on_units(units, draw, scenes):
+    """Powers of two change the numbers of a scene exactly, and a tolerance in metres would show.
+
+    Starts at any distance from obstacles down to zero are among the scenes.
+    """
+    compared = 0
+    for index in range(scenes):
+        scene = draw(SEED, index)
+        if scene.duration > 3:
+            continue
+        one, two = simulated(scene), simulated(in_units(scene, units))
+        if one is None or two is None or not (one.met and two.met):
+            continue
+        second = 2.0**units.time
+        times = np.linspace(0.0, scene.duration, 41)[1:-1] + 1e-7
+        times = clear_of_impacts(times, one)
+        (q, u), (other_q, other_u) = one.at(times), two.at(second * times)
+        most = 1.01 * (one.error + two.error)
+        assert other_q == pytest.approx(q, abs=most, rel=0), index
+        assert other_u * second == pytest.approx(u, abs=most * max(1.0, second), rel=0), index
+        compared += 1
+    assert compared > scenes / 2
+
+
+def simulated(scene):
+    """Return the motion of a scene, or None if it is refused."""
+    try:
+        return simulate(scene)
+    except TwolinkError:
+        return None

@@ -489,3 +489,13 @@ def test_a_chain_without_loads_stays_at_rest_on_a_rough_surface(q):
     assert run.met
     assert np.all(run.u == 0)
     assert [str(event.mode) for event in run.events] == ["B on s rests"]
+
+
+@pytest.mark.parametrize(("size", "touching"), [(1.0, {0}), (1e-4, set())])
+def test_a_gap_is_closed_within_the_rounding_of_the_size_of_the_chain(size, touching):
+    """A chain of a tenth of a millimetre is 1e-15 m above a floor, which is round-off of 1 m."""
+    chain = Chain.uniform_bars((1.0, 1.0), (size, size))
+    height = size * (math.sin(Q[0]) + math.sin(Q[1])) + 1e-15
+    system = system_of(Surface((0.0, height), (0.0, -1.0), on=("D",)), chain=chain)
+    scene = Scene(chain, Q, (0.0, 0.0), 1.0, system.effects)
+    assert start_state(system, scene).touching == touching

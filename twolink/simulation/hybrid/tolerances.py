@@ -11,15 +11,16 @@ TRUNCATION = 2.0**-8
 # of the point, the force has fallen to zero, and not jumped below it. Read by compliant_state.
 NO_FORCE = 1e-9
 
-# Roundings of a position (relative to max(1 m or rad, |bound|)). A start, given in float64, that is
-# inside a contact by less is on it. Read by complementarity, differences, start and system.
+# Roundings of a place, whose size is that of its coordinate (1 rad, or the length of the chain) or
+# of its bound. A start, given in float64, that is inside a contact by less is on it. Read by
+# complementarity, differences, start and system.
 CONTACT_GAP = 64
 
 # Roundings in float64 of the largest speed. A note says so if another order of simultaneous impacts
 # changes u by more; a smaller change is round-off of the start. Read by impact_order.
 NOTED = 2.0**20
 
-# Gap (relative to the length of the chain, or 1 m or rad) of a contact that may have been struck
+# Gap (relative to the size of a place) of a contact that may have been struck
 # before another one, and the error of an angle (rad) by which another event may have come before:
 # as large as the coarsest accuracy. Read by event_order and impact_order.
 CLOSING = 1e-3
@@ -191,7 +192,7 @@ LEADING = 256
 # cancel leave round-off of this size in the leading ones. Read by start_of_arc.
 LEADING_SHARE = 2048
 
-# Roundings of the lever arm. The error of a run may have turned a graze into a flight by this gap,
+# Roundings of a place. The error of a run may have turned a graze into a flight by this gap,
 # so that a smaller one leaves a doubt. Read by system.
 GRAZING = 4096
 
@@ -208,10 +209,10 @@ SAME_LIMIT = 1024
 # Read by event_order.
 MOST_TOGETHER = 4
 
-# Distance (m) from the edge of a dent, and that of √depth (m^½) from the end of a branch of a force
-# law. A point that comes as near leaves a doubt, which counts if the error of the run may bridge
-# the distance: beyond the edge the surface is undamaged, and at the end a force may jump. Read by
-# doubts.
+# Distance from the edge of a dent (relative to the size of a place), and of √depth (to its root)
+# from the end of a branch of a force law. A point that comes as near leaves a doubt, which counts if
+# the error of the run may bridge the distance: beyond the edge the surface is undamaged, and at the
+# end a force may jump. Read by doubts.
 NEAR_EDGE, NEAR_END = 1e-6, 1e-6
 
 # Change of an angle (rad) or a speed (rad/s) for the derivatives of event functions, and part of
