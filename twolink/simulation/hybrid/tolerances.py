@@ -210,9 +210,9 @@ SAME_LIMIT = 1024
 MOST_TOGETHER = 4
 
 # Distance from the edge of a dent (relative to the size of a place), and of √depth (to its root)
-# from the end of a branch of a force law. A point that comes as near leaves a doubt, which counts if
-# the error of the run may bridge the distance: beyond the edge the surface is undamaged, and at the
-# end a force may jump. Read by doubts.
+# from the end of a branch of a force law. A point that comes as near leaves a doubt, which counts
+# if the error of the run may bridge the distance: beyond the edge the surface is undamaged, and at
+# the end a force may jump. Read by doubts.
 NEAR_EDGE, NEAR_END = 1e-6, 1e-6
 
 # Change of an angle (rad) or a speed (rad/s) for the derivatives of event functions, and part of
