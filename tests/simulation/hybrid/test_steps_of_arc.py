@@ -1,17 +1,20 @@
 """The steps of an arc: as many as asked for, no longer than allowed, and up to an event."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
+from tests.campaign.draw_coincidences import draw_coincidence
 from tests.simulation.hybrid import BALANCED, mode_of, state_of, system_of
 from tests.simulation.hybrid.test_course import BALL, STOP, course_of
 from twolink.contact.states import ContactState as S
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_stop import JointStop
+from twolink.simulation import simulate
 from twolink.simulation.hybrid.course import set_up
 from twolink.simulation.hybrid.flow import flow
-from twolink.simulation.hybrid.steps_of_arc import take_steps
+from twolink.simulation.hybrid.steps_of_arc import _longest_press, take_steps
 
 
 def begun(system, q, u=(0.0, 0.0), state=S.OPEN, until=10.0):
@@ -74,6 +77,34 @@ def test_a_press_that_round_off_has_ended_as_it_begins_takes_steps_forward(preci
     block, _, failure = take_steps(course, 2, 1e-6)
     assert failure == ""
     assert (block.lengths > 0).all()
+
+
+def test_points_in_pairs_leave_a_surface_at_one_instant():
+    """Their roots fall to zero together, and more slowly the smaller they are: steps grow with it.
+
+    Five contacts of two points press on two surfaces in one place.
+    """
+    scene = replace(draw_coincidence(1, 662), duration=0.01)
+    found = simulate(scene)
+    assert not found.failure
+    assert found.met
+    pressed = [sum(state is not S.OPEN for state in event.mode.states) for event in found.events]
+    # Two joints slide as well. B and C1, a contact each, and C1 on the other surface leave.
+    assert max(pressed) == 2 + 5
+    assert pressed[-1] == 2 + 2
+
+
+def test_the_longest_step_of_a_press_has_the_pace_of_its_roots():
+    """At the least root of six points, a step of the product of all would overflow."""
+    system = system_of(BALL)
+    course = begun(system, (0.0, 0.0), (0.01, 0.01), S.CLOSED, until=1e-4)
+    (index,) = course.compiled.moving
+    least = float(system.least_root(index))
+    assert _longest_press(course, 1e-4) == pytest.approx(2e-4 / least, rel=1e-12)
+    take_steps(course, 3, 1e-6)
+    root = float(course.stepper.values[4 + len(course.compiled.gaps)])
+    assert root > 10 * least
+    assert _longest_press(course, 1e-4) == pytest.approx(2e-4 / root, rel=1e-12)
 
 
 def test_an_arc_keeps_only_the_memory_of_its_steps():

@@ -26,7 +26,6 @@ def take_steps(course: Course, ahead: int, longest: Any) -> tuple[Block, bool, s
     by_time, watches_integrals = clock is None, integrals.stop > integrals.start
     complete, falling = _complete(), compiled.falling
     span, shortest = until - state.t, SHORTEST_STEP if by_time else 0
-    longest_press = None if by_time else _longest_press(course, span)
     taken = _Taken([], [], [])
     over, failure = False, ""
     for _ in range(ahead):
@@ -38,7 +37,7 @@ def take_steps(course: Course, ahead: int, longest: Any) -> tuple[Block, bool, s
                 break
             outcome, length = step(left if left < longest else longest, True)
         else:
-            outcome, length = step(longest_press, True)
+            outcome, length = step(_longest_press(course, span), True)
         if outcome.value not in complete:
             failure = failure_of(outcome)
             break
@@ -60,14 +59,17 @@ def _longest_press(course: Course, span: Any) -> Any:
     """Return a step (s/m^½) of more than the time in which an arc ends if no depth changes.
 
     The series of a chain that rests on a surface converges everywhere. A press begins with a root
-    of zero, and its clock is slow until the root has grown. Where the point leaves the surface at
-    the instant at which the arc begins, the root is below zero by round-off.
+    of zero, and its clock is slow until the root has grown, as it is where roots fall to zero
+    together. Where the point leaves the surface at the instant at which the arc begins, the root is
+    below zero by round-off.
     """
-    system, state = course.system, course.state
+    system, compiled, values = course.system, course.compiled, course.stepper.values
+    first = 4 + len(compiled.gaps) + len(compiled.recovering)
     roots = []
-    for index in course.compiled.moving:
-        root: Any = state.compliant[index].sqrt_depth  # type: ignore[union-attr]
-        roots.append(root if root > 0 else system.least_root(index))
+    for place, index in enumerate(compiled.roots, first):
+        if index in compiled.moving:
+            root = values[place]
+            roots.append(root if root > 0 else system.least_root(index))
     return 2 * span / product(factors_of_pace(roots))
 
 
