@@ -6,6 +6,7 @@ together (`certificate`). The arc ends at the first event, or at the requested t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from time import perf_counter
 from typing import Any
@@ -140,6 +141,11 @@ def _ended(
 ) -> Arc:
     """Return the arc at a time (s) or, if that is None, where its last step was cut."""
     end = end_state(course, blocks[-1], until) if blocks else course.state._replace(t=until)
+    if not all(math.isfinite(float(x)) for x in (*end.q, *end.u)):
+        raise IntegrationError(
+            f"the motion could not be integrated beyond {float(course.state.t):.9g} s (the state "
+            f"is not finite there), in the mode '{course.mode}'"
+        )
     return Arc(
         course.mode, course.state, end, tuple(blocks), trigger, tuple(doubts), course.compiled,
         course.compile_seconds,

@@ -15,6 +15,9 @@ from twolink.simulation.hybrid.course import Course
 from twolink.simulation.hybrid.pace import factors_of_pace, product
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
 
+# The most of the exponent of the powers of a step: float64 has 1023, longer numbers 16383.
+_MOST_EXPONENT = {"double": 900, "long double": 15000, "quadruple": 15000}
+
 
 def take_steps(course: Course, ahead: int, longest: Any) -> tuple[Block, bool, str]:
     """Return the next steps, whether they reach the end of the arc, and the failure if any.
@@ -70,7 +73,11 @@ def _longest_press(course: Course, span: Any) -> Any:
         if index in compiled.moving:
             root = values[place]
             roots.append(root if root > 0 else system.least_root(index))
-    return 2 * span / product(factors_of_pace(roots))
+    longest = 2 * span / product(factors_of_pace(roots))
+    # The powers of a longer step leave the range of the numbers.
+    exponent = _MOST_EXPONENT[system.precision] / (course.stepper.integrator.order + 1)
+    most = system.number(2.0 ** min(exponent, 1000.0))
+    return longest if longest < most else most
 
 
 class _Taken(NamedTuple):
