@@ -121,3 +121,13 @@ def test_an_arc_keeps_only_the_memory_of_its_steps():
     kept = rows.nbytes if rows.base is None else memoryview(rows.base).nbytes
     # The step in which the event was seen may follow those that the arc has.
     assert kept <= (len(block.lengths) + 1) * rows[0].nbytes
+
+
+@pytest.mark.parametrize(("precision", "digits"), [("double", 300), ("long double", 4900)])
+def test_the_powers_of_the_longest_step_stay_in_the_range_of_the_numbers(precision, digits):
+    """A press of the least root would let a step of a long arc take any length."""
+    system = system_of(BALL, precision=precision)
+    course = begun(system, (0.0, 0.0), (0.01, 0.01), S.CLOSED, until=1e-4)
+    longest = _longest_press(course, system.number(1e290))
+    order = course.stepper.integrator.order
+    assert math.log10(float(longest)) * order < digits
