@@ -163,11 +163,20 @@ MOVED = 1e-16
 )
 def test_an_error_that_stays_in_longer_numbers_is_that_of_the_start(earlier, later, expected):
     before = known_until(*earlier, DOUBLE)
-    assert known_until(*later, LONG, apart=MOVED).stays_as(before) is expected
-    assert not known_until(*later, LONG, apart=1e-17).stays_as(before)
+    assert known_until(*later, LONG, apart=MOVED).stays_as(before, 1e-9) is expected
+    assert not known_until(*later, LONG, apart=1e-17).stays_as(before, 1e-9)
     # Two runs in double precision may share their round-off.
     before = known_until(*earlier, LOW)
-    assert not known_until(*later, DOUBLE, apart=MOVED).stays_as(before)
+    assert not known_until(*later, DOUBLE, apart=MOVED).stays_as(before, 1e-9)
+
+
+def test_a_judge_that_ends_early_shows_only_an_error_that_is_too_large():
+    """Later, where the earlier pair has errors of 1e-7, longer numbers may have smaller ones."""
+    before = Seen(DOUBLE, TIMES, np.where(TIMES <= 2, 6e-12, 1e-7))
+    early = known_until(2.0, 4e-12, LONG, apart=MOVED)
+    assert not early.stays_as(before, 1e-9)
+    assert early.stays_as(before, 1e-12)
+    assert early.stays_as(known_until(2.0, 6e-12, DOUBLE), 1e-9)
 
 
 @pytest.mark.parametrize(

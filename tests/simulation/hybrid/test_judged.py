@@ -7,7 +7,9 @@ import pytest
 
 from tests.simulation.hybrid import BOUNCE_TIMES as TIMES
 from tests.simulation.hybrid import tampered
+from twolink.arithmetic import exactly
 from twolink.contact.states import EventKind
+from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS
 from twolink.simulation.hybrid.judged import JudgedRun, best_of
 from twolink.simulation.hybrid.mode import Doubt, Trigger
@@ -74,12 +76,25 @@ def test_a_judge_is_undecided_by_a_choice_at_its_own_round_off(
 
 
 def test_runs_start_apart_if_one_was_moved_onto_a_contact(run, judge):
-    """The judge starts as the scene does, in numbers of float64."""
+    """Whatever the precisions: the roundings of their speeds are no difference."""
     (q1, q2), u = run.start
     assert judged(run, judge).apart == 0
     moved = replace(run, start=((q1 + 1e-9, q2), u))
     assert judged(moved, judge).apart == pytest.approx(1e-9, rel=1e-6)
     assert judged(moved, run).apart == pytest.approx(1e-9, rel=1e-6)
+    third = np.longdouble(1) / 3
+    starts = [
+        replace(judge, start=((third, third), (number(third), third)))
+        for number in (np.longdouble, float)
+    ]
+    exact = replace(starts[0], precision="quadruple", start=_in_113_bits(starts[0].start))
+    assert judged(starts[0], exact).apart == 0
+    assert judged(starts[1], exact).apart == pytest.approx(float(third - float(third)), rel=1e-6)
+
+
+def _in_113_bits(start):
+    number = PRECISIONS["quadruple"].number
+    return tuple(tuple(exactly(x, number) for x in pair) for pair in start)
 
 
 def test_the_work_of_a_judge_that_left_the_motion_does_not_end_the_search(run):

@@ -3,18 +3,25 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tests.campaign.draw_coincidences import draw_coincidence
+from tests.campaign.units import Units, in_units
 from tests.simulation.hybrid import BALANCED, mode_of, state_of, system_of
 from tests.simulation.hybrid.test_course import BALL, STOP, course_of
+from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
+from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_stop import JointStop
+from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.course import set_up
 from twolink.simulation.hybrid.flow import flow
 from twolink.simulation.hybrid.steps_of_arc import _longest_press, take_steps
+
+POINTS = ("B", "C1", "C2", "D")
 
 
 def begun(system, q, u=(0.0, 0.0), state=S.OPEN, until=10.0):
@@ -92,6 +99,23 @@ def test_points_in_pairs_leave_a_surface_at_one_instant():
     # Two joints slide as well. B and C1, a contact each, and C1 on the other surface leave.
     assert max(pressed) == 2 + 5
     assert pressed[-1] == 2 + 2
+
+
+@pytest.mark.parametrize("units", [Units(), Units(length=-10, mass=-10)], ids=["1 m", "1 mm"])
+@pytest.mark.parametrize("u", [(-0.5, 0.2), (0.0, 0.0)])
+def test_eight_contacts_press_from_their_first_instant(units, u):
+    """A chain lies on two surfaces in one place. Powers of s would leave the range of float64."""
+    floors = (
+        CompliantSurface((0.0, 0.0), (0.0, 1.0), "hertz", 1e5, on=POINTS, name="smooth"),
+        CompliantSurface(
+            (0.0, 0.0), (0.0, 1.0), "hertz", 1e5, on=POINTS, friction=0.3, name="rough"
+        ),
+    )
+    down = Gravity(9.81, (0.0, -1.0))
+    scene = Scene(Chain.uniform_bars(), (0.0, 0.0), u, 0.2, (down, *floors))
+    found = simulate(in_units(scene, units))
+    assert found.met
+    assert np.isfinite(found.q).all()
 
 
 def test_the_longest_step_of_a_press_has_the_pace_of_its_roots():

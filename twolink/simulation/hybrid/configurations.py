@@ -44,7 +44,8 @@ _EXTRAPOLATED = 100.0
 # more than the second.
 _STAYS, _FALLS = 2.0, 100.0
 
-# The part of the rounding of a start that its change is at least if it causes such an error.
+# A start causes such an error only if it was moved by at least this part of a rounding of the
+# earlier result.
 _OF_START = 0.1
 
 
@@ -82,9 +83,10 @@ class Configuration(NamedTuple):
 class Seen(NamedTuple):
     """The errors (rad, rad/s) up to each time that a configuration has shown, both of shape (n,).
 
-    They are infinite from the time on at which the judge ends, or does not determine the motion. It
-    is `undecided` there if its own round-off leaves a choice open. The two runs start `apart` (rad
-    or rad/s) if one of them was moved onto a contact, and one of them may have omitted `bounces`.
+    They are infinite from the time on at which the judge ends, or does not determine the motion.
+    They are `undecided` if the round-off of the judge leaves a choice open. The two runs start
+    `apart` (rad or rad/s) if one of them was moved onto a contact, and one of them may have omitted
+    `bounces`.
     """
 
     configuration: Configuration
@@ -111,16 +113,21 @@ class Seen(NamedTuple):
 
     @property
     def leaves_open(self) -> bool:
-        """Whether an unknown error depends on a choice that 113 bits have left open."""
+        """Whether an unknown error may depend on a choice that 113 bits have left open.
+
+        Of two runs in 113 bits this is assumed, whatever has ended them.
+        """
         return self.configuration.is_long or (
             self.undecided and self.configuration.judge == "quadruple"
         )
 
-    def stays_as(self, earlier: Seen) -> bool:
-        """Return whether the start causes the errors: they are those of an earlier pair.
+    def stays_as(self, earlier: Seen, accuracy: float) -> bool:
+        """Return whether the start causes the errors: they are as large as those of another pair.
 
-        The steps of that one had larger errors, and its round-off is no larger than the change of
-        the start, which no precision reduces.
+        The steps of the `earlier` pair had larger errors, and its start differed by a rounding
+        that is no more than ten times the change of the start. No precision reduces that change. A
+        pair that shows less of the motion counts only if it misses the accuracy (rad, rad/s) there:
+        its judge may have ended early.
         """
         before, now = earlier.configuration, self.configuration
         longer = now.rounding < before.rounding and now.step_error * _FALLS < before.step_error
@@ -128,9 +135,10 @@ class Seen(NamedTuple):
             return False
         every = earlier.errors, self.errors
         known = [int((errors <= SATURATED).sum()) for errors in every]
-        if known[1] - known[0] > LEAST_SHARE * len(self.times):
-            return False
+        more, share = known[1] - known[0], LEAST_SHARE * len(self.times)
         first, last = (float(errors[: min(known)].max(initial=0.0)) for errors in every)
+        if more > share or (-more > share and last <= accuracy):
+            return False
         return last > SHOWN and first / _STAYS < last < first * _STAYS
 
     def expected(self, following: Configuration) -> float:

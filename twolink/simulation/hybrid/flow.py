@@ -198,4 +198,4 @@ def _recovering(course: Course) -> str:
     if not rates:
         return ""
     fastest = max(rates, key=rates.__getitem__)
-    return f", while {course.mode.names[fastest]} recovers at {rates[fastest]:.2g} 1/s"
+    return f", while {course.mode.names[fastest]} recovers at {float(rates[fastest]):.2g} 1/s"

@@ -9,6 +9,8 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from twolink.arithmetic import exactly
+from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS, differences
 from twolink.simulation.hybrid.effort import MOST_WORK, STEPS_OF_A_JUMP
 from twolink.simulation.hybrid.run import HybridRun
@@ -61,10 +63,8 @@ class JudgedRun:
     def apart(self) -> float:
         """The difference of the starts of two runs (rad, rad/s)."""
         starts = ([*run.start[0], *run.start[1]] for run in (self.kept, self.judge))
-        if self.kept.precision == self.judge.precision:
-            return max(abs(float(y - x)) for x, y in zip(*starts, strict=True))
-        # The judge starts as the scene does, in numbers of float64.
-        return max(abs(float(x - type(x)(float(y)))) for x, y in zip(*starts, strict=True))
+        number = PRECISIONS[self.judge.precision].number
+        return max(abs(float(y - exactly(x, number))) for x, y in zip(*starts, strict=True))
 
     @property
     def is_undecided(self) -> bool:

@@ -157,7 +157,7 @@ def _trials(runs: _Runs, accuracy: float) -> Iterator[JudgedRun]:
             )
         assert seen is not None
         yield trial.with_shared(seen.in_long_doubles) if pair.shares_judge else trial
-        if seen.is_of_start or (earlier is not None and seen.stays_as(earlier)):
+        if seen.is_of_start or (earlier is not None and seen.stays_as(earlier, accuracy)):
             return
         too_long = too_long or trial.is_too_long
     if seen is None:
