@@ -1,4 +1,4 @@
-"""Scenes in other units: powers of two change all numbers exactly, and no motion."""
+"""Scenes in other units: even powers of two change all numbers exactly, and no motion."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def scaled(value: Any, power: float) -> Any:
 def in_units(scene: Scene, units: Units) -> Scene:
     """Return a scene whose lengths, masses and times have larger or smaller numbers.
 
-    The stiffness of a law with δ^1.5 has the root of a power of two.
+    The stiffness of a law with δ^1.5 has the root of a power of two, so that of m should be even.
     """
     return replace(
         scene,
@@ -65,6 +65,7 @@ def in_units(scene: Scene, units: Units) -> Scene:
 
 
 def _chain(chain: Chain, units: Units) -> Chain:
+    assert not chain.rotors
     mass, length = scaled(chain.mass, units.mass), scaled(chain.length, units.length)
     if chain == Chain.uniform_bars(chain.mass, chain.length):
         # The inertia of bars is known with more digits.

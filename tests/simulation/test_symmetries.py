@@ -106,7 +106,7 @@ def in_larger_units(scene, index):
     return in_units(scene, LARGE)
 
 
-SMALL, LARGE = Units(length=-13, mass=-20, time=-2), Units(length=10, mass=7, time=3)
+SMALL, LARGE = Units(length=-14, mass=-20, time=-2), Units(length=10, mass=7, time=3)
 
 
 @pytest.mark.parametrize(

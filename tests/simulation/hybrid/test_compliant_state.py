@@ -69,7 +69,10 @@ def test_a_released_damper_is_where_it_gives_no_force_at_that_speed():
 
 @pytest.mark.parametrize(("off", "kept"), [(3e-14, False), (3e-13, True)])
 def test_the_depth_of_a_released_damper_is_known_within_the_rounding_of_a_place(off, kept):
-    """A fast damper is left at 1e-12 m, and another depth would be a speed of its surface."""
+    """A fast damper is left at 1e-12 m, of which its place shows few digits.
+
+    At a depth that is larger by a tenth the surface would spring back faster than the point.
+    """
     depth = 1e-12 + off
     fast = CompliantContact("D on fast", UP, 0.5, KelvinVoigt(1e8, 1e-4))
     state = compliant_state.released(fast, CompliantState(), 1.0, depth, SMALL)

@@ -42,7 +42,7 @@ class CompiledMode:
     """A mode's integrators, lent as a `Stepper`, and the layout of their variables.
 
     `gaps`, `recovering` and `roots` have the numbers of the elements, in the order of their
-    variables after q and u; `moving` are those of roots that are not constant; `clock` is the
+    variables after q and u; `moving` are those of the roots that change; `clock` is the
     variable of time, where that is not the independent one. The parameters are the `numbers` of
     effects, dents and frictions, the scale of moments, and, with a clock, the start of the arc (s).
     A compiled mode equals only itself, and may be the key of a mapping.

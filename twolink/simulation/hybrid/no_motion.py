@@ -46,8 +46,9 @@ def _gripped(system: HybridSystem, state: HybridState, pose: Pose) -> str:
     if not (is_at_rest(state) and is_gripped(system, state, pose)):
         return ""
     return (
-        "only contacts on opposite sides hold the chain, which may press on it with any force; "
-        f"such a rest is not simulated; elements in contact: {touched_names(system, state)}"
+        "only contacts that press against each other could hold the chain, with forces that no "
+        "load determines; such a rest is not simulated; elements in contact: "
+        f"{touched_names(system, state)}"
     )
 
 

@@ -12,20 +12,15 @@ from twolink.arithmetic import Scalar, sqrt
 def factors_of_pace(roots: Sequence[Scalar]) -> list[Scalar]:
     """Return the factors whose product is dt/ds: the roots (m^½), and one for each beyond two.
 
-    The latter make dt/ds as small as two roots, and not as all: where many roots begin at the least
-    one, s would else be so long that the powers of its steps leave the range of the numbers. They
-    are analytic, as the sum of the depths is zero only if every root is.
+    The latter make dt/ds as small as the product of two roots, not of all: where many roots begin
+    at the least one, s would otherwise grow so large that the powers of its steps leave the range
+    of the numbers. They are analytic, as the sum of the depths is zero only if every root is.
     """
     beyond = len(roots) - 2
     if beyond <= 0:
         return [*roots]
-    size = 1 / sqrt(sum_of_squares(roots))
+    size = 1 / sqrt(functools.reduce(operator.add, [root * root for root in roots]))
     return [*roots, *[size] * beyond]
-
-
-def sum_of_squares(numbers: Sequence[Scalar]) -> Scalar:
-    """Return the sum of the squares of some numbers."""
-    return functools.reduce(operator.add, [number * number for number in numbers])
 
 
 def product(factors: Sequence[Scalar]) -> Scalar:

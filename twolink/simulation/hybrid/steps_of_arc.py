@@ -15,7 +15,8 @@ from twolink.simulation.hybrid.course import Course
 from twolink.simulation.hybrid.pace import factors_of_pace, product
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
 
-# The most of the exponent of the powers of a step: float64 has 1023, longer numbers 16383.
+# Largest binary exponent of the powers of a step: numbers have exponents up to 1023 in float64, and
+# up to 16383 in long doubles and in 113 bits.
 _MOST_EXPONENT = {"double": 900, "long double": 15000, "quadruple": 15000}
 
 
@@ -59,7 +60,7 @@ def take_steps(course: Course, ahead: int, longest: Any) -> tuple[Block, bool, s
 
 
 def _longest_press(course: Course, span: Any) -> Any:
-    """Return a step (s/m^½) of more than the time in which an arc ends if no depth changes.
+    """Return a step of s that takes more than the time left to an arc if no depth changes.
 
     The series of a chain that rests on a surface converges everywhere. A press begins with a root
     of zero, and its clock is slow until the root has grown, as it is where roots fall to zero

@@ -199,7 +199,10 @@ class HybridSystem:
 
     @cached_property
     def sizes(self) -> tuple[float, ...]:
-        """The size (rad or m) of the places of each element: of its coordinate, or of its bound."""
+        """The size (rad or m) of the places of each element: that of its coordinate or its bound.
+
+        It is the larger of the two.
+        """
         return tuple(
             max(element.principal.size(self.scene_chain), abs(float(element.bound)))
             for element in self.elements

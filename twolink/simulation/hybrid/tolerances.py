@@ -11,18 +11,18 @@ TRUNCATION = 2.0**-8
 # of the point, the force has fallen to zero, and not jumped below it. Read by compliant_state.
 NO_FORCE = 1e-9
 
-# Roundings of a place, whose size is that of its coordinate (1 rad, or the length of the chain) or
-# of its bound. A start, given in float64, that is inside a contact by less is on it. Read by
-# complementarity, differences, start and system.
+# Roundings of a place, whose size is the larger of that of its coordinate (1 rad, or the length of
+# the chain) and that of its bound. A start, given in float64, that is inside a contact by less is
+# on it. Read by complementarity, differences, start and system.
 CONTACT_GAP = 64
 
 # Roundings in float64 of the largest speed. A note says so if another order of simultaneous impacts
 # changes u by more; a smaller change is round-off of the start. Read by impact_order.
 NOTED = 2.0**20
 
-# Gap (relative to the size of a place) of a contact that may have been struck
-# before another one, and the error of an angle (rad) by which another event may have come before:
-# as large as the coarsest accuracy. Read by event_order and impact_order.
+# Gap, relative to the size of a place, of a contact that may have been struck before another one,
+# and the error of an angle (rad) by which another event may have come before: as large as the
+# coarsest accuracy. Read by event_order and impact_order.
 CLOSING = 1e-3
 
 # Roundings of a position, or of the terms of a speed. The place and the speed of a point that are
@@ -106,8 +106,8 @@ OF_DOUBLE = 0.05
 # next one may be far below it or not. Read by configurations.
 OF_BOUNCES = 0.2
 
-# Least share of the duration from which the growth of errors is extrapolated, or by which a longer
-# part of the motion is known. Read by configurations.
+# Least share of the duration from which the growth of errors is extrapolated, or by which the known
+# part of a motion must have grown to count as longer. Read by configurations.
 LEAST_SHARE = 0.01
 
 # The least error (rad, rad/s) that shows whether errors fall with those of steps: smaller ones are
@@ -209,10 +209,10 @@ SAME_LIMIT = 1024
 # Read by event_order.
 MOST_TOGETHER = 4
 
-# Distance from the edge of a dent (relative to the size of a place), and of √depth (to its root)
-# from the end of a branch of a force law. A point that comes as near leaves a doubt, which counts
-# if the error of the run may bridge the distance: beyond the edge the surface is undamaged, and at
-# the end a force may jump. Read by doubts.
+# Distance from the edge of a dent, relative to the size of a place, and of √depth from the end of a
+# branch of a force law, relative to the root of that size. A point that comes as near leaves a
+# doubt, which counts if the error of the run may bridge the distance: beyond the edge the surface
+# is undamaged, and at the end a force may jump. Read by doubts.
 NEAR_EDGE, NEAR_END = 1e-6, 1e-6
 
 # Change of an angle (rad) or a speed (rad/s) for the derivatives of event functions, and part of
