@@ -189,8 +189,11 @@ class HybridSystem:
         return tolerances.zeno_time(self.longest_step, self.rounding)
 
     def least_root(self, index: int) -> Any:
-        """Return the √depth (m^½) at which a press without speed begins: zero would remain zero."""
-        return self.number((self.rounding * self.sizes[index]) ** 0.5)
+        """Return the √depth (m^½) at which a press without speed begins: zero would remain zero.
+
+        The depth is the error of a place that is rounded to nearest: half of the last digit.
+        """
+        return self.number((self.rounding / 2 * self.sizes[index]) ** 0.5)
 
     @cached_property
     def lever(self) -> float:
