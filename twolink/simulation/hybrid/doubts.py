@@ -58,10 +58,10 @@ class StepOfArc(NamedTuple):
 
     def change(self, x: float, index: int, speed: float) -> float:
         """Return a bound on the change of u (rad/s) by an impact of an element at a speed, at x."""
-        system = self.system
-        if not system.elements[index].rigid:
+        system, element = self.system, self.system.elements[index]
+        if not element.rigid:
             # A press that has just begun gives a point twice its speed at the most.
-            return usual_change(system.scene_chain, speed)
+            return usual_change(element.principal, system.scene_chain, speed)
         q1, q2, u1, u2 = self._state(x)
         pose = Pose(system.chain, system.formulation, (q1, q2))
         impacts = Impacts(pose, system.elements, 0.0, system.rounding)

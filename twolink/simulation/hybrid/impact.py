@@ -308,7 +308,7 @@ class Impacts:
         the end of its reach turns the chain around.
         """
         row, most = self.row(index), self._most_by_energy(index, u)
-        usual = usual_change(self.pose.chain, speed)
+        usual = usual_change(self.contact(index).normal, self.pose.chain, speed)
         long = row[0] * row[0] + row[1] * row[1]
         if long == 0 or speed == math.inf:
             return max(usual, most)
@@ -376,14 +376,15 @@ class Impacts:
         return contact
 
 
-def usual_change(chain: Chain, speed: float) -> float:
+def usual_change(coordinate: ConstraintCoordinate, chain: Chain, speed: float) -> float:
     """Return the change of u (rad/s) by an impact at a normal speed, far from singular poses.
 
-    It is twice the speed (rad/s or m/s), for a point that is 1 m or a link away from its axis.
+    A point that is the shorter link away from its axis turns at the speed (m/s) divided by that
+    link, and loses twice that. The speed of a stop (rad/s) is that of the stretched chain.
     """
     # Link 2 may have no length: D is then at B.
     lengths = [float(length) for length in (chain.L1, chain.L2) if length]
-    return 2 * speed * max(1.0, 1 / min(lengths))
+    return 2 * speed * sum(lengths) / min(lengths) / coordinate.size(chain)
 
 
 def is_left_over(row: Pair, u: Pair, before: Pair, rounding: float) -> bool:
