@@ -8,6 +8,7 @@ from collections.abc import Callable
 from tests.campaign.dice import Dice
 from tests.campaign.draw_coincidences import draw_coincidence
 from tests.campaign.draw_contacts import Pose, compliant_surfaces, grazed, joint_stops, surfaces
+from tests.campaign.draw_extremes import draw_extreme
 from tests.campaign.draw_forces import dry_frictions, smooth_effects
 from twolink import Chain, Scene
 
@@ -82,5 +83,6 @@ def draw_start(dice: Dice, start: str) -> tuple[tuple[float, float], tuple[float
 DRAWS: dict[str, Callable[[int, int], Scene]] = {
     "any": draw_scene,
     "coincidences": draw_coincidence,
+    "extremes": draw_extreme,
 }
 """The kinds of random scenes."""
