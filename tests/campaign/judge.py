@@ -22,10 +22,11 @@ OK, NOT_MET, OUT_OF_RANGE, REFUSED = "ok", "not met", "out of range", "refused"
 CUT_SHORT, VIOLATION, CRASH, HANG = "cut short", "violation", "crash", "hang"
 # Beyond these the laws of contact have no motion, and say so: a dent that is too deep for the
 # elasto-plastic law, a chain that a rigid surface wedges where no finite force stops it, a rest by
-# a grip that no load determines, and Newton's law of restitution where it would multiply the energy
-# by more than a million.
+# a grip that no load determines, a folded chain that turns about an end whose forces they do not
+# determine, and Newton's law of restitution where it would multiply the energy by more than a
+# million.
 _RANGES = (
-    "elasto-plastic", "is wedged", "such a rest is not simulated",
+    "elasto-plastic", "is wedged", "such a rest is not simulated", "such motions are not simulated",
     "beyond the range of its law", "range of their laws",
 )  # fmt: skip
 OUTCOMES = (OK, NOT_MET, OUT_OF_RANGE, REFUSED, CUT_SHORT, VIOLATION, CRASH, HANG)

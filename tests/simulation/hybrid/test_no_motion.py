@@ -8,7 +8,7 @@ from tests.simulation.hybrid import state_of, system_of
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.surface import Surface
-from twolink.simulation.hybrid.no_motion import sentence_on
+from twolink.simulation.hybrid.no_motion import sentence_on, sentence_on_endless
 from twolink.simulation.hybrid.select import select
 
 BELOW, ABOVE = (0.0, 1.0), (0.0, -1.0)
@@ -45,6 +45,16 @@ def test_the_cause_is_named(effects, q, u, cause):
     sentence = sentence_on(*on_contacts(*effects, q=q, u=u))
     assert sentence.startswith("at 0 s ")
     assert cause in sentence
+
+
+def test_modes_without_end_of_a_chain_that_turns_about_its_end_have_that_cause():
+    contact = Surface((0.0, 0.0), ABOVE, friction=0.5)
+    for q, words in [
+        (FOLDED, "at 0 s the links turn together about a point of link 2 at A"),
+        (LIES, "modes follow each other without end at 0 s: slides, then rests"),
+    ]:
+        system, state, _ = on_contacts(contact, q=q)
+        assert words in sentence_on_endless(system, state, "slides, then rests")
 
 
 def test_a_link_that_only_a_grip_could_hold_is_refused():

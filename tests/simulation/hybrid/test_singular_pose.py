@@ -6,11 +6,17 @@ import pytest
 
 from tests.simulation.hybrid import state_of, system_of
 from twolink.chain import Chain
+from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.surface import Surface
 from twolink.simulation.hybrid.jump import settle
-from twolink.simulation.hybrid.singular_pose import pinned, wedged, wedged_between
+from twolink.simulation.hybrid.singular_pose import (
+    pinned,
+    turned_about,
+    wedged,
+    wedged_between,
+)
 
 
 def at_rest(q, normal, *, lengths=(1.0, 1.0), friction=0.5, u=(0.0, 0.0), sliding=0, load=None):
@@ -55,6 +61,20 @@ def test_in_other_poses_and_where_a_point_slides_nothing_is_wedged_or_pinned():
         at_rest(FOLDED, (0.0, -1.0), lengths=(1.0, 0.6), friction=0.0),
     ):
         assert (wedged(*case), pinned(*case)) == ([], [])
+
+
+def test_links_turn_about_an_end_at_the_base():
+    """The friction of an end force acts there too; a contact only while it touches."""
+    system, state, pose = at_rest(FOLDED, (0.0, -1.0), load=EndForce(-1.0, 0.5))
+    assert system.names == ("D", "D on surface")
+    assert turned_about(system, state._replace(touching=frozenset({1})), pose) == [0, 1]
+    assert turned_about(system, state._replace(touching=frozenset()), pose) == [0]
+    for case in (
+        at_rest(FOLDED, (0.0, -1.0), lengths=(1.0, 0.6)),
+        at_rest((1.1, 1.1), (0.0, -1.0)),
+        at_rest((1.1, 1.1 + math.pi - 1e-6), (0.0, -1.0)),
+    ):
+        assert turned_about(*case) == []
 
 
 def test_a_pinned_contact_is_remarked():

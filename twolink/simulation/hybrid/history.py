@@ -25,6 +25,7 @@ from twolink.simulation.hybrid.flow import flow
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.jump import Jump, jump, settle
 from twolink.simulation.hybrid.mode import Doubt, Remark
+from twolink.simulation.hybrid.no_motion import sentence_on_endless
 from twolink.simulation.hybrid.replayed_order import Switch
 from twolink.simulation.hybrid.start import start_state, through_start
 from twolink.simulation.hybrid.state import HybridState, put
@@ -110,10 +111,8 @@ class History:
             undecided = self._add(arc, following.delay)
             at_once = 0 if advanced else at_once + 1
             if at_once > tolerances.MOST_JUMPS_AT_ONCE:
-                raise IntegrationError(
-                    f"modes follow each other without end at {float(arc.end.t):.9g} s: "
-                    f"{arc.mode}, then {_event_of(arc)}"
-                )
+                modes = f"{arc.mode}, then {_event_of(arc)}"
+                raise IntegrationError(sentence_on_endless(self.system, arc.end, modes))
             self._work.add(arc)
             if self._work.steps - reported >= _UNREPORTED or arc.end.t >= self.end:
                 reported = self._work.steps

@@ -1,4 +1,4 @@
-"""Why the laws admit no motion: the sentence of an error."""
+"""Why the laws admit no motion, or no single one: the sentence of an error."""
 
 from __future__ import annotations
 
@@ -8,7 +8,12 @@ from twolink.simulation.hybrid.collision import touched_names
 from twolink.simulation.hybrid.complementarity import is_at_rest
 from twolink.simulation.hybrid.grip import is_gripped
 from twolink.simulation.hybrid.pose import Pose
-from twolink.simulation.hybrid.singular_pose import pinned, wedged, wedged_between
+from twolink.simulation.hybrid.singular_pose import (
+    pinned,
+    turned_about,
+    wedged,
+    wedged_between,
+)
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 
@@ -17,6 +22,18 @@ def sentence_on(system: HybridSystem, state: HybridState, pose: Pose) -> str:
     """Return why there is no motion from a state: the first cause that applies."""
     causes = (cause(system, state, pose) for cause in _CAUSES)
     return f"at {float(state.t):.9g} s {next(filter(None, causes))}"
+
+
+def sentence_on_endless(system: HybridSystem, state: HybridState, modes: str) -> str:
+    """Return why modes follow each other at one instant without end; `modes` has the last ones."""
+    numbers = turned_about(system, state, system.pose(state.q))
+    if not numbers:
+        return f"modes follow each other without end at {float(state.t):.9g} s: {modes}"
+    names = ", ".join(system.names[index] for index in numbers)
+    return (
+        f"at {float(state.t):.9g} s the links turn together about a point of link 2 at A, and the "
+        f"laws do not determine the forces there ({names}); such motions are not simulated"
+    )
 
 
 def _wedged(system: HybridSystem, state: HybridState, pose: Pose) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
+from twolink.contact.coordinates import ConstraintCoordinate, PointCoordinate
 from twolink.contact.elements import ContactElement
 from twolink.simulation.hybrid.constraint import parallel
 from twolink.simulation.hybrid.noise import size_of, vanishes
@@ -16,6 +17,9 @@ from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import UNDECIDED
+
+# The speed of joint B is u2 - u1.
+_ROW_OF_B = -1.0, 1.0
 
 
 def wedged(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
@@ -45,6 +49,28 @@ def pinned(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int
         and _is_singular(pose, element)
         and not _is_carried_off(pose, element)
     ]
+
+
+def turned_about(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
+    """Return the elements that act on points of link 2 that are at A, and move with joint B.
+
+    Links of one length, folded, turn together about such a point. All forces on it have the lever
+    arm of a torque in joint B, so that the laws do not determine the share of each.
+    """
+    return [
+        index
+        for index, element in enumerate(system.elements)
+        if (element.normal is None or index in state.touching)
+        and _is_at_base(pose, element.principal)
+    ]
+
+
+def _is_at_base(pose: Pose, coordinate: ConstraintCoordinate) -> bool:
+    """Return whether a point moves with joint B alone, whatever the direction."""
+    if not isinstance(coordinate, PointCoordinate) or coordinate.of(pose.chain).link != 2:
+        return False
+    ways = (PointCoordinate(coordinate.point, way) for way in ((1.0, 0.0), (0.0, 1.0)))
+    return all(parallel(pose.row(way), _ROW_OF_B, pose.lever) for way in ways)
 
 
 def wedged_between(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
