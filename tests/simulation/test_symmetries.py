@@ -1,5 +1,5 @@
 """Symmetries of mechanics: a motion runs backwards where nothing is lost, turns with its scene, has
-a mirror image, and depends neither on units nor on the order of effects.
+a mirror image, and depends neither on units nor on the order of effects, nor on how it is stated.
 
 None of them needs another simulator to tell the right motion.
 """
@@ -13,7 +13,9 @@ import pytest
 from tests.campaign.dice import Dice
 from tests.campaign.draw import draw_chain, draw_scene
 from tests.campaign.draw_coincidences import draw_coincidence
+from tests.campaign.equivalents import RESTATEMENTS
 from tests.campaign.images import mirrored, reordered, turned
+from tests.campaign.reference import leaves_a_choice
 from tests.campaign.units import Units, in_units
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.end_force import EndForce
@@ -148,6 +150,41 @@ def test_a_motion_changes_with_its_scene(change, sign, second, draw, scenes):
         assert sign * other_u * second == pytest.approx(u, abs=most * max(1, second), rel=0), index
         compared += 1
     assert compared > scenes / 2
+
+
+@pytest.mark.parametrize(
+    ("draw", "first", "scenes"),
+    [
+        (draw_scene, 18, 2),
+        (draw_coincidence, 0, 2),
+        pytest.param(draw_scene, 2, 16, marks=pytest.mark.slow),
+        pytest.param(draw_coincidence, 2, 16, marks=pytest.mark.slow),
+    ],
+)
+@pytest.mark.parametrize("restate", RESTATEMENTS.values(), ids=RESTATEMENTS)
+def test_a_motion_does_not_depend_on_how_it_is_stated(restate, draw, first, scenes):
+    """A later start has the rounding of its state, which grows like that of the first run."""
+    compared = 0
+    for index in range(first, first + scenes):
+        scene = draw(SEED, index)
+        one = simulated(scene) if scene.duration <= 3 else None
+        made = restate(one, np.random.default_rng([SEED, index])) if one and one.met else None
+        if made is None:
+            continue
+        changed, start = made
+        two = simulate(changed)
+        if leaves_a_choice(one, two):
+            continue
+        end = min(scene.duration - start, two.holds_until if not two.met else changed.duration)
+        times = np.linspace(0.0, end, 41)[1:-1] + 1e-7
+        times = clear_of_impacts(clear_of_impacts(times + start, one) - start, two)
+        (q, u), (other_q, other_u) = one.at(times + start), two.at(times)
+        most = 1.01 * (one.error + two.error) + 1e-13
+        most = 30 * most + 1e-10 if start else most
+        assert other_q == pytest.approx(q, abs=most, rel=0), index
+        assert other_u == pytest.approx(u, abs=most, rel=0), index
+        compared += 1
+    assert compared >= max(1, scenes // 8)
 
 
 def simulated(scene):
