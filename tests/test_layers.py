@@ -127,7 +127,7 @@ ROWS = {
     "twolink.simulation.hybrid": [
         "block jet mode pace stepper tolerances",
         "bernstein compliant_state configurations constraint",
-        "polishing pose state",
+        "polishing pose scales state",
         "roots",
         "dynamics",
         "system",

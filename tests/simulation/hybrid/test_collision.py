@@ -91,7 +91,7 @@ def test_a_press_that_an_impact_elsewhere_stops_begins_at_rest_or_ends(speed, ro
     struck = surfaces_after(
         system, state._replace(u=(speed, 0.0)), Pose(system.chain, lagrange, (0.0, 0.0))
     )
-    roots = {"zero": 0, "least": system.least_root(0), None: None}
+    roots = {"zero": 0, "least": system.scales.least_root(0), None: None}
     assert struck.compliant[0].sqrt_depth == roots[root]
     assert struck.touching == ({0} if touches else frozenset())
 
@@ -220,7 +220,7 @@ def test_the_pose_of_a_contact_takes_the_gaps_and_depths_of_others_with_it(preci
     shallow = pressed._replace(
         compliant=(None, own._replace(sqrt_depth=moved**0.5 / 2), None)
     ).with_gap(of_floor, moved / 2)
-    assert system.place_of_rounding(of_floor) < moved / 2
+    assert system.scales.place_of_rounding(of_floor) < moved / 2
     again, _ = place(system, shallow, system.pose(shallow.q), first)
     assert again.gaps[of_floor] == shallow.gaps[of_floor]
     assert again.compliant[press].sqrt_depth == shallow.compliant[press].sqrt_depth

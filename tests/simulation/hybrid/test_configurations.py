@@ -70,7 +70,7 @@ def test_the_states_of_a_judge_in_long_doubles_are_known_to_round_off(accuracy):
     for each in configurations(accuracy):
         if each.judge == "long double":
             system = replace(system_of(precision=each.judge), order=each.judging_order)
-            assert system.resolution == system.rounding
+            assert system.scales.resolution == system.rounding
 
 
 @pytest.mark.parametrize(("accuracy", "first"), [(1e-3, 15), (1e-11, 19), (1e-13, 21)])

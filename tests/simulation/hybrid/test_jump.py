@@ -104,7 +104,7 @@ def between_floor_and_ceiling(precision):
 def test_impacts_and_impacts_without_collision_that_answer_each_other_end_at_rest(precision):
     system, q = between_floor_and_ceiling(precision)
     # So slow that all further bounces fit into the Zeno time.
-    after = settle(system, state_of(system, q, (0.0, 50 * system.zeno_time)), {})
+    after = settle(system, state_of(system, q, (0.0, 50 * system.scales.zeno_time)), {})
     assert after.state.u == (0, 0)
     assert after.state.touching == {0, 1}
     assert len(after.strikes) > 10

@@ -66,7 +66,7 @@ def test_forces_that_cancel_keep_the_round_off_of_each():
     )
     condition = next(iter(conditions(problem, (S.STICKS,))))
     solution = solve(problem.equations, problem.system.elements, (S.STICKS,))
-    unsure = tolerances.UNDECIDED * problem.system.resolution
+    unsure = tolerances.UNDECIDED * problem.system.scales.resolution
     assert problem.noise.of(condition, solution.du) > 2 * 14.715 * unsure
 
 

@@ -115,7 +115,7 @@ def test_a_press_whose_speed_is_round_off_starts_at_the_least_depth(q, u):
     system = system_of(surface, chain=BALANCED)
     state = state_of(system, (0.5, 0.0), u)._replace(q=q, gaps=(0.0,), t=2.0)
     after, _, _ = REACTIONS[E.HITS](system, state, mode_of(system, S.OPEN), Trigger(E.HITS, 0))
-    assert after.compliant[0].sqrt_depth == system.least_root(0)
+    assert after.compliant[0].sqrt_depth == system.scales.least_root(0)
 
 
 def test_a_contact_that_no_longer_pushes_opens():
@@ -219,7 +219,7 @@ def test_points_that_arrive_at_one_instant_press_together(gap, u, met):
     after = jump(system, state, mode_of(system, S.OPEN, S.OPEN), Trigger(E.HITS, 0))
     assert after.mode.states == met
     roots = [own.sqrt_depth for own in after.state.compliant]
-    assert roots == [0.0, system.least_root(1) if met[1] is S.CLOSED else None]
+    assert roots == [0.0, system.scales.least_root(1) if met[1] is S.CLOSED else None]
     assert after.state.u == u
 
 

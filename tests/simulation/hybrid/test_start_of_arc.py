@@ -108,9 +108,9 @@ def test_a_gap_of_zero_stays_zero_only_where_the_contact_touches():
         for orders, own in (({}, touches), ({}, opens), ({HITS: Zero(1e-9)}, touches))
     ]
     assert sizes[0] == math.inf
-    assert sizes[1] == SYSTEM.place_of_rounding(0)
+    assert sizes[1] == SYSTEM.scales.place_of_rounding(0)
     # By the derivatives of the mode, not by what it holds: it is monitored once it has grown.
-    assert sizes[2] == SYSTEM.place_of_rounding(0)
+    assert sizes[2] == SYSTEM.scales.place_of_rounding(0)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,7 @@ def test_a_force_that_is_zero_by_the_selection_does_not_fall_at_once(size, value
     start = StartOfArc(SYSTEM, compiled, MODE, {leaves: Zero(size)}, None)
     assert start.order(leaves, polynomial, block) == expected
     kept = start.zero_size(leaves, polynomial, block)
-    assert kept == (pytest.approx(1e-8 * SYSTEM.force_scale(0)) if size == 1e-8 else kept)
+    assert kept == (pytest.approx(1e-8 * SYSTEM.scales.force(0)) if size == 1e-8 else kept)
     assert math.isfinite(kept)
 
 

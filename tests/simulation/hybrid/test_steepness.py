@@ -44,7 +44,7 @@ def test_the_steepness_of_a_force_is_not_too_small_where_a_point_is_hardly_press
     q = math.pi - turned if mirrored else turned, 0.3
     found = [steepness_at(system, mode, q, Trigger(E.BREAKS, 0, sense)) for sense in (1, -1)]
     # The sum of both functions is twice the limit, whose depth changes by cos q1.
-    slope = 5 * 1.5e4 * math.sqrt(depth) * math.cos(turned) * system.force_scale(0)
+    slope = 5 * 1.5e4 * math.sqrt(depth) * math.cos(turned) * system.scales.force(0)
     assert sum(found) > 2 * 0.99 * slope
 
 

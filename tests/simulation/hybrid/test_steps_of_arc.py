@@ -123,7 +123,7 @@ def test_the_longest_step_of_a_press_has_the_pace_of_its_roots():
     system = system_of(BALL)
     course = begun(system, (0.0, 0.0), (0.01, 0.01), S.CLOSED, until=1e-4)
     (index,) = course.compiled.moving
-    least = float(system.least_root(index))
+    least = float(system.scales.least_root(index))
     assert _longest_press(course, 1e-4) == pytest.approx(2e-4 / least, rel=1e-12)
     take_steps(course, 3, 1e-6)
     root = float(course.stepper.values[4 + len(course.compiled.gaps)])

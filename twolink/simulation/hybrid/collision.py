@@ -35,7 +35,7 @@ from twolink.simulation.hybrid.tolerances import SAME_INSTANT
 def nearby(system: HybridSystem, state: HybridState) -> list[int]:
     """Return the rigid contacts whose gap is zero within round-off."""
     found, gaps = [], state.gaps
-    for index, near in system.near:
+    for index, near in system.scales.near:
         gap = gaps[index]
         if gap is not None and abs(gap) <= near:
             found.append(index)
@@ -65,7 +65,9 @@ def _closes_now(system: HybridSystem, state: HybridState, pose: Pose, index: int
     assert normal is not None
     if gap <= 0:
         return True
-    speed = approach(pose.row(normal), state.u, known_at(state.t, system.rounding), system.lever)
+    speed = approach(
+        pose.row(normal), state.u, known_at(state.t, system.rounding), system.scales.lever
+    )
     instant = SAME_INSTANT * system.rounding * max(float(state.t), system.longest_step)
     return bool(gap <= -instant * speed)
 
@@ -106,7 +108,7 @@ def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
     found = resolve(impacts, state.u, near, state.touching)
     doubts: tuple[Doubt, ...] = ()
     notes: tuple[Remark, ...] = ()
-    if len(system.near) > 1 and found.strikes:
+    if len(system.scales.near) > 1 and found.strikes:
         doubts, notes = choices(system, state, impacts, near, found)
     if known > system.rounding:
         doubts += _doubts_of_float64(system, state, pose, near, found)
@@ -147,7 +149,9 @@ def _any_approached(
         normal = system.elements[index].normal
         if index in state.touching or normal is None:
             continue
-        if approach(pose.row(normal), state.u, known_at(state.t, system.rounding), system.lever):
+        if approach(
+            pose.row(normal), state.u, known_at(state.t, system.rounding), system.scales.lever
+        ):
             return True
     return False
 
@@ -177,8 +181,8 @@ def _begun(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> 
     assert own is not None
     assert normal is not None
     row = pose.row(normal)
-    if at_rest(row, state.u, known_at(state.t, system.rounding), system.lever):
-        begun = own._replace(sqrt_depth=system.least_root(index))
+    if at_rest(row, state.u, known_at(state.t, system.rounding), system.scales.lever):
+        begun = own._replace(sqrt_depth=system.scales.least_root(index))
         return state._replace(compliant=put(state.compliant, index, begun))
     if speed_along(row, state.u) < 0:
         return state
@@ -197,7 +201,7 @@ def _turns(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> 
     if not branch.turning:
         return False
     row = pose.row(element.normal)
-    still = at_rest(row, state.u, known_at(state.t, system.rounding), system.lever)
+    still = at_rest(row, state.u, known_at(state.t, system.rounding), system.scales.lever)
     speed = 0 if still else speed_along(row, state.u)
     return bool(branch.turning * (speed + branch.rate) > 0)
 
@@ -213,7 +217,7 @@ def place(
     element, own = system.elements[index], state.compliant[index]
     assert element.normal is not None
     surface = element.bound - (own.offset if own is not None else 0)
-    known = known_at(state.t, system.resolution)
+    known = known_at(state.t, system.scales.resolution)
     q = placed(pose, element.normal, surface, known, system.rounding)
     if q == pose.q:
         return state, pose
@@ -232,7 +236,7 @@ def _moved(system: HybridSystem, state: HybridState, pose: Pose, change: Pair) -
         if gap is None or normal is None:
             continue
         rise = speed_along(pose.row(normal), change)
-        small = max(system.place_of_rounding(index), 2 * abs(rise))
+        small = max(system.scales.place_of_rounding(index), 2 * abs(rise))
         if abs(gap) > small:
             gaps[index] = gap + rise
         if own is None or own.sqrt_depth is None:
@@ -267,7 +271,7 @@ def still_sliding(system: HybridSystem, state: HybridState, pose: Pose) -> tuple
 
 def direction_of(system: HybridSystem, row: Pair, before: Pair, u: Pair, rounding: float) -> int:
     """Return the sign of row · u, 0 within the rounding of the speeds and of the pose."""
-    if at_rest(row, u, rounding, system.lever) or is_left_over(row, u, before, rounding):
+    if at_rest(row, u, rounding, system.scales.lever) or is_left_over(row, u, before, rounding):
         return 0
     return 1 if speed_along(row, u) > 0 else -1
 

@@ -236,7 +236,7 @@ def is_independent(problem: Problem, shares: Sequence[Share]) -> bool:
         return False
     if len(rows) < MOST_CONSTRAINTS:
         return not flat or is_answered(problem.equations.M, flat[0], problem.system.rounding)
-    if parallel(rows[0], rows[1], problem.system.lever):
+    if parallel(rows[0], rows[1], problem.system.scales.lever):
         return False
     return are_answered(flat[0], flat[1], problem.system.rounding)
 

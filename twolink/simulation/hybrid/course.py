@@ -41,7 +41,7 @@ def set_up(course: Course) -> None:
     if count := len(parameters):
         own = [system.number(n) for n in mode.numbers]
         own += (*system.frictions(mode.states), *system.places)
-        every = [*system.effect_numbers, *own, system.number(system.moment_scale), state.t]
+        every = [*system.effect_numbers, *own, system.number(system.scales.moment), state.t]
         # The last parameters may not occur in the expressions of this mode.
         parameters[:] = every[:count]
 

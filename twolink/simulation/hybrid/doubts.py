@@ -90,9 +90,9 @@ def near_to_zero(system: HybridSystem, trigger: Trigger) -> float:
     by more than the function. How large the error is then decides on the doubt.
     """
     if trigger.kind is EventKind.HITS:
-        return system.grazing(trigger.index)
+        return system.scales.grazing(trigger.index)
     if trigger.kind in EDGES:
-        size = system.sizes[trigger.index]
+        size = system.scales.sizes[trigger.index]
         return NEAR_EDGE * size if trigger.kind is EventKind.CLEARS else NEAR_END * math.sqrt(size)
     if trigger.kind in _BREAKAWAY and system.elements[trigger.index].hysteretic:
         return NEAR_LIMIT
@@ -115,7 +115,7 @@ def may_jump(system: HybridSystem, mode: Mode, trigger: Trigger) -> bool:
         assert dent is not None
         branch = hysteresis.branch(dent)
         beyond = float(hysteresis.jump(dent)) - float(branch.residual)
-        near = NEAR_END * math.sqrt(system.sizes[trigger.index])
+        near = NEAR_END * math.sqrt(system.scales.sizes[trigger.index])
         return math.sqrt(beyond) - float(branch.reach or 0.0) <= near
     return trigger.kind is EventKind.CLEARS
 

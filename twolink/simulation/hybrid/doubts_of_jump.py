@@ -24,7 +24,7 @@ def of_zeroed_speeds(
 ) -> tuple[Doubt, ...]:
     """Return the doubt on speeds that a reaction has set to zero, if they exceed round-off."""
     change = float(largest((after.u[0] - state.u[0], after.u[1] - state.u[1])))
-    if change * system.longest_step <= UNDECIDED * system.resolution:
+    if change * system.longest_step <= UNDECIDED * system.scales.resolution:
         return ()
     return (doubt_of_change(float(state.t), trigger, change),)
 

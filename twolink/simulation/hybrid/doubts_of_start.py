@@ -61,11 +61,15 @@ def _presses_at_jumps(system: HybridSystem, state: HybridState) -> Iterator[Doub
         if law is None or normal is None or own is None or own.plastic is None:
             continue
         row = pose.row(normal)
-        if speed_along(row, state.u) < 0 and not at_rest(row, state.u, _ROUNDING, system.lever):
+        if speed_along(row, state.u) < 0 and not at_rest(
+            row, state.u, _ROUNDING, system.scales.lever
+        ):
             continue
         depth = element.bound - pose.value(normal, state.q)
         jumps = {float(law.jump(PlasticState(phase))) for phase in Phase}
-        if any(abs(float(depth - jump)) <= system.place_of_rounding(index) for jump in jumps):
+        if any(
+            abs(float(depth - jump)) <= system.scales.place_of_rounding(index) for jump in jumps
+        ):
             trigger = Trigger(EventKind.REACHES, index)
             yield Doubt(0.0, trigger, math.inf, math.inf, 0.0)
 

@@ -182,7 +182,7 @@ class History:
         """Return the jump at the end of an arc."""
         state = arc.end
         if arc.event is not None:
-            recent = self._strikes_since(float(state.t) - self.system.zeno_time)
+            recent = self._strikes_since(float(state.t) - self.system.scales.zeno_time)
             past = Past(recent, self._last, self._tired, float(self.end - state.t))
             return jump(self.system, state, arc.mode, arc.event, past)
         switch = self._switch()
@@ -228,7 +228,7 @@ class History:
 
     def _relaxation_time(self, index: int, own: CompliantState) -> float:
         """Return the time (s) until a surface has recovered, 0 if it has."""
-        least = self.system.resolution * self.system.sizes[index]
+        least = self.system.scales.resolution * self.system.scales.sizes[index]
         return compliant_state.relaxation_time(self.system.elements[index], own, least)
 
     def _sprung_back(self, state: HybridState) -> HybridState:

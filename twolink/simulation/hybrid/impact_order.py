@@ -49,14 +49,14 @@ def rivals(
     `near` are those whose gap is zero within round-off.
     """
     found: list[Rival] = []
-    for index, _ in system.near:
+    for index, _ in system.scales.near:
         gap, normal = state.gaps[index], system.elements[index].normal
         if gap is None or normal is None or index in state.touching:
             continue
-        if gap > tolerances.CLOSING * system.sizes[index] and index not in near:
+        if gap > tolerances.CLOSING * system.scales.sizes[index] and index not in near:
             continue
         speed = approach(
-            pose.row(normal), state.u, known_at(state.t, system.rounding), system.lever
+            pose.row(normal), state.u, known_at(state.t, system.rounding), system.scales.lever
         )
         if speed:
             found.append(Rival(index, float(speed), 0.0 if index in near else float(gap)))

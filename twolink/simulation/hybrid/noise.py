@@ -30,7 +30,7 @@ class Noise:
         inertia = abs(float(M11)), abs(float(M12)), abs(float(M22))
         self._system, self._equations = system, equations
         given = tolerances.ROUNDED_PLACE * known_at(t, 0.0)
-        self._unsure = max(tolerances.UNDECIDED * system.resolution, given)
+        self._unsure = max(tolerances.UNDECIDED * system.scales.resolution, given)
         self._forces = _size_of_forces(equations, inertia, system.scene_chain.L1, u)
         self._inertia = inertia[0] + inertia[1], inertia[1] + inertia[2]
         self._turning = size_of(u) * size_of(u)
@@ -104,7 +104,7 @@ def known_at(t: Scalar, rounding: float) -> float:
 
 def vanishes(system: HybridSystem, row: Pair) -> bool:
     """Return whether a row is zero within round-off: no force acts along it in this pose."""
-    return has_no_lever(row, system.lever)
+    return has_no_lever(row, system.scales.lever)
 
 
 def size_of(row: Pair) -> float:

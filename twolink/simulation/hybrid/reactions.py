@@ -54,7 +54,9 @@ def _hits(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigger
     element = system.elements[index]
     assert element.normal is not None
     state = state.with_gap(index, system.number(0))
-    if approach(system.pose(state.q).row(element.normal), state.u, system.rounding, system.lever):
+    if approach(
+        system.pose(state.q).row(element.normal), state.u, system.rounding, system.scales.lever
+    ):
         return Reaction(state, {})
     state, pose, _ = _met(system, state, index)
     # Other points at this place touch with it.
@@ -77,7 +79,7 @@ def _touched_with(
         other = system.elements[index].normal
         assert other is not None
         alike = same_line(other, normal, system.scene_chain)
-        if alike and not moves(pose.row(other), state.u, system.rounding, system.slowest):
+        if alike and not moves(pose.row(other), state.u, system.rounding, system.scales.slowest):
             found.add(index)
     return found
 
@@ -98,8 +100,8 @@ def _out_of_dents(system: HybridSystem, state: HybridState) -> HybridState:
         normal = system.elements[number].normal
         assert normal is not None
         x, y = pose.row(normal)
-        at_edge = abs(gap - dent.residual) <= system.place_of_rounding(number)
-        if at_edge and approach((-x, -y), state.u, system.rounding, system.lever):
+        at_edge = abs(gap - dent.residual) <= system.scales.place_of_rounding(number)
+        if at_edge and approach((-x, -y), state.u, system.rounding, system.scales.lever):
             state = _cleared(system, state, number)
     return state
 
@@ -116,8 +118,8 @@ def _met_with(system: HybridSystem, state: HybridState, index: int) -> Iterator[
         normal = system.elements[number].normal
         if own is None or gap is None or normal is None or number in state.touching:
             continue
-        met = number != index and abs(gap) <= system.place_of_rounding(number)
-        if met and approach(pose.row(normal), state.u, system.rounding, system.lever):
+        met = number != index and abs(gap) <= system.scales.place_of_rounding(number)
+        if met and approach(pose.row(normal), state.u, system.rounding, system.scales.lever):
             yield number
 
 
@@ -131,7 +133,7 @@ def _met(system: HybridSystem, state: HybridState, index: int) -> tuple[HybridSt
     state = state.with_gap(index, system.number(0))
     pose = system.pose(state.q)
     row, u = pose.row(normal), state.u
-    slow = not approach(row, u, system.rounding, system.lever)
+    slow = not approach(row, u, system.rounding, system.scales.lever)
     slow = slow or is_left_over(row, u, u, system.rounding)
     state, pose = place(system, state, pose, index)
     if slow:
@@ -151,7 +153,7 @@ def press(
     assert own is not None
     # Two values of √depth that are both zero would remain zero.
     slow = slow or any(other is not None and other.sqrt_depth == 0 for other in state.compliant)
-    least = system.least_root(index) if slow else system.number(0)
+    least = system.scales.least_root(index) if slow else system.number(0)
     compliant = put(state.compliant, index, compliant_state.pressed(element, own, least))
     sliding = put(state.sliding, index, sliding_of(system, pose, index, state.u))
     return state._replace(
@@ -200,8 +202,8 @@ def _left_with(system: HybridSystem, state: HybridState, pose: Pose, index: int)
         normal = system.elements[number].normal
         if normal is None or state.compliant[number] is None:
             continue
-        away = not approach(pose.row(normal), state.u, system.rounding, system.lever)
-        small = system.place_of_rounding(number)
+        away = not approach(pose.row(normal), state.u, system.rounding, system.scales.lever)
+        small = system.scales.place_of_rounding(number)
         if away and _depth_of_force(system, state, pose, number) <= small:
             yield number
 
@@ -226,7 +228,7 @@ def _released(system: HybridSystem, state: HybridState, pose: Pose, index: int) 
     assert own is not None
     speed = speed_along(pose.row(element.normal), state.u)
     depth = element.bound - own.offset - element.normal.coordinate(system.chain, state.q)
-    small = system.place_of_rounding(index)
+    small = system.scales.place_of_rounding(index)
     released = compliant_state.released(element, own, speed, depth, small)
     return state._replace(
         touching=state.touching - {index}, gaps=put(state.gaps, index, system.number(0)),
@@ -252,7 +254,7 @@ def _brought_to_rest(
     pose while the link turns.
     """
     pose = system.pose(state.q)
-    u = stopped(pose, still, state.u, system.rounding, system.slowest)
+    u = stopped(pose, still, state.u, system.rounding, system.scales.slowest)
     _check_round_off(system, state, u, index)
     if u[0] == 0 and u[1] == 0:
         return state._replace(u=u, sliding=(0,) * len(state.sliding))
@@ -262,7 +264,7 @@ def _brought_to_rest(
         0
         if element.tangent is not None
         and same_line(element.tangent, tangent, chain)
-        and not moves(pose.row(element.tangent), u, system.rounding, system.slowest)
+        and not moves(pose.row(element.tangent), u, system.rounding, system.scales.slowest)
         else direction
         for element, direction in zip(system.elements, state.sliding, strict=True)
     )

@@ -61,7 +61,9 @@ class Instant(NamedTuple):
         stops = {each.index for each in events if each and each.kind is EventKind.STOPS}
         tangents = [system.tangents[index] for index in sorted(stops)]
         still = [*(each for each in tangents if each is not None), *system.held(arc.mode.states)]
-        u = stopped(system.pose(arc.end.q), still, arc.end.u, system.rounding, system.slowest)
+        u = stopped(
+            system.pose(arc.end.q), still, arc.end.u, system.rounding, system.scales.slowest
+        )
         slides = arc.mode.slides
         resting = frozenset(i for i, direction in enumerate(slides) if not direction) | stops
         sliding = tuple(own or other for own, other in zip(slides, arc.end.sliding, strict=True))

@@ -111,7 +111,7 @@ def _touching(system: HybridSystem, pose: Pose) -> list[int]:
         gap = _gap(system, element, pose.q)
         if gap is None:
             continue
-        rounding = _ROUNDING * system.sizes[index]
+        rounding = _ROUNDING * system.scales.sizes[index]
         if abs(gap) <= tolerances.CONTACT_GAP * rounding:
             if gap <= max(tolerances.ROUNDED_PLACE * rounding, _rounded_place(pose, element)):
                 found.append(index)
@@ -170,11 +170,11 @@ def _placed(system: HybridSystem, pose: Pose, near: list[int]) -> Pose:
     row = pose.row(element.normal)
     for index in others:
         other = system.elements[index]
-        if not parallel(row, pose.row(other.normal), system.lever):  # type: ignore[arg-type]
+        if not parallel(row, pose.row(other.normal), system.scales.lever):  # type: ignore[arg-type]
             both = _on_both(system, pose, element, other)
             if both is not None:
                 return both
-    known = max(system.resolution, _ROUNDING)
+    known = max(system.scales.resolution, _ROUNDING)
     return system.pose(placed(pose, element.normal, element.bound, known, system.rounding))
 
 
@@ -235,7 +235,9 @@ def _pressed_in(system: HybridSystem, state: HybridState, index: int, depth: Any
     pressed = compliant_state.pressed_at(element, own, depth)
     row = system.pose(state.q).row(element.normal)
     rate = (
-        0 * depth if at_rest(row, state.u, _ROUNDING, system.lever) else -speed_along(row, state.u)
+        0 * depth
+        if at_rest(row, state.u, _ROUNDING, system.scales.lever)
+        else -speed_along(row, state.u)
     )
     branch = element.branch(pressed.plastic)
     force = branch.law.force(depth, pressed.sqrt_depth or 0, rate)

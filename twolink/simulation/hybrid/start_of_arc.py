@@ -43,7 +43,7 @@ class StartOfArc:
     ) -> None:
         """Store the arguments of `Certificate`."""
         self._state = state
-        self._system, self._compiled = system, compiled
+        self._system, self._scales, self._compiled = system, system.scales, compiled
         self._mode, self._orders = mode, orders
         self._known_change: float | None = None
 
@@ -62,7 +62,7 @@ class StartOfArc:
         known = self._orders.get(trigger)
         if not isinstance(known, Zero) or math.isinf(known.size):
             return 0.0
-        return known.size * self._system.force_scale(trigger.index)
+        return known.size * self._scales.force(trigger.index)
 
     def _order(self, trigger: Trigger, polynomial: list[Any], block: Block) -> int | None:
         if self._orders or self._compiled.clock is not None:
@@ -80,7 +80,7 @@ class StartOfArc:
             return 0
         if polynomial[0] > 0 and trigger.kind is EventKind.LEAVES:
             return _order_of_small(polynomial, noise * pace)
-        least = LEADING_SHARE * self._system.resolution * _size(polynomial)
+        least = LEADING_SHARE * self._scales.resolution * _size(polynomial)
         if is_speed:
             least += self._speed_of_rounding(block, trigger.index)
         elif trigger.kind is EventKind.REACHES:
@@ -96,7 +96,7 @@ class StartOfArc:
         A gap is a variable of its own, and is zero only after a jump has set it to zero. Its first
         derivative is the speed of the state, which is known relative to u, however slow that is.
         """
-        noise = self._system.place_of_rounding(trigger.index)
+        noise = self._scales.place_of_rounding(trigger.index)
         if polynomial[0] > noise:
             return 0
         if polynomial[0] > 0:
@@ -135,12 +135,12 @@ class StartOfArc:
 
     def _speed_of_state(self, state: HybridState, index: int) -> float:
         """Return the error that the speed of an element has through that of u."""
-        return LEADING * self._system.resolution * self._system.sizes[index] * size_of(state.u)
+        return LEADING * self._scales.resolution * self._scales.sizes[index] * size_of(state.u)
 
     def _noise(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
         """Return the size below which an event function at the start of an arc is zero."""
         if trigger.kind in _PLACES:
-            return self._system.place_of_rounding(trigger.index)
+            return self._scales.place_of_rounding(trigger.index)
         size = _size(polynomial)
         if trigger.kind in _SPEEDS:
             size = max(size, self._change(block, trigger.index))
@@ -149,9 +149,9 @@ class StartOfArc:
         elif trigger.kind is EventKind.REACHES:
             # A root subtracted from its largest value.
             size = max(size, self._root(trigger))
-        noise = LEADING * self._system.resolution * size
+        noise = LEADING * self._scales.resolution * size
         if trigger.kind in _FORCES:
-            noise += self._system.forces_of_rounding[trigger.index]
+            noise += self._scales.forces_of_rounding[trigger.index]
         return noise
 
     def _change(self, block: Block, index: int) -> float:
@@ -165,7 +165,7 @@ class StartOfArc:
             changes = float(np.abs(rows).astype(float).sum())
             least = 1 / float(self._system.longest_step)
             self._known_change = max(changes, least)
-        return self._system.sizes[index] * self._known_change
+        return self._scales.sizes[index] * self._known_change
 
     def _speed_noise(self, trigger: Trigger, noise: float) -> float:
         """Return the size below which a speed at the start of an arc is zero: at most `noise`.
@@ -179,13 +179,13 @@ class StartOfArc:
         along = element.normal if trigger.kind is EventKind.TURNS else element.tangent
         assert along is not None
         row = size_of(self._system.pose(self._state.q).row(along))
-        row /= self._system.sizes[trigger.index]
+        row /= self._scales.sizes[trigger.index]
         return min(noise, self._speed_of_state(self._state, trigger.index) + row * noise)
 
     def _speed_of_rounding(self, block: Block, index: int) -> float:
         """Return the speed that round-off of large forces causes in the first step."""
         pressing, duration = self._pressing(), self._duration(block)
-        return LEADING * self._system.resolution * self._system.sizes[index] * pressing * duration
+        return LEADING * self._scales.resolution * self._scales.sizes[index] * pressing * duration
 
     def _root_of_rounding(self, trigger: Trigger, block: Block) -> float:
         """Return the change of √depth in the first step by the round-off of the speed.
@@ -195,7 +195,7 @@ class StartOfArc:
         root = self._root(trigger)
         if self._state is None or root == 0:
             return 0.0
-        changed = LEADING * self._system.resolution * self._change(block, trigger.index)
+        changed = LEADING * self._scales.resolution * self._change(block, trigger.index)
         speed = max(changed, self._speed_of_state(self._state, trigger.index))
         return speed * self._duration(block) / (2 * root)
 
@@ -234,7 +234,7 @@ class StartOfArc:
         state = self._state
         if trigger.kind is _HITS and isinstance(self._orders.get(trigger), Zero):
             # Its derivatives are round-off, which may grow; its place is given in float64.
-            size = self._system.sizes[trigger.index]
+            size = self._scales.sizes[trigger.index]
             return size * LEADING * PRECISIONS["double"].rounding
         if trigger.kind is _HITS and (state is None or trigger.index in state.touching):
             # A touching contact that carries no force: its gap stays zero.

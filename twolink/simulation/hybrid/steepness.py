@@ -50,7 +50,7 @@ def steepness(
         found += abs(ends[0] - ends[1]) / (2 * DIFFERENCE)
     if not math.isfinite(found):
         return math.inf
-    return found * (system.force_scale(trigger.index) if trigger.kind is EventKind.BREAKS else 1.0)
+    return found * (system.scales.force(trigger.index) if trigger.kind is EventKind.BREAKS else 1.0)
 
 
 def _of_place(system: HybridSystem, mode: Mode, state: Sequence[Any], trigger: Trigger) -> float:

@@ -73,7 +73,7 @@ def _longest_press(course: Course, span: Any) -> Any:
     for place, index in enumerate(compiled.roots, first):
         if index in compiled.moving:
             root = values[place]
-            roots.append(root if root > 0 else system.least_root(index))
+            roots.append(root if root > 0 else system.scales.least_root(index))
     longest = 2 * span / product(factors_of_pace(roots))
     # The powers of a longer step leave the range of the numbers.
     exponent = _MOST_EXPONENT[system.precision] / (course.stepper.integrator.order + 1)

@@ -17,10 +17,10 @@ from twolink.effects import Effect, ParametricEffect, contact_elements
 from twolink.errors import SimulationError
 from twolink.formulations import EquationsOfMotion
 from twolink.integration.precisions import PRECISIONS, PrecisionName
-from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.dynamics import held_coordinates
 from twolink.simulation.hybrid.mode import Mode
 from twolink.simulation.hybrid.pose import Pose, PoseFormulas
+from twolink.simulation.hybrid.scales import Scales
 from twolink.values import Content, Own
 
 
@@ -153,99 +153,22 @@ class HybridSystem:
         return found.moved_to([float(place) for place in self.places])
 
     @cached_property
+    def scales(self) -> Scales:
+        """The sizes of places, speeds and forces, and of their round-off."""
+        return Scales(
+            self.scene_chain, self.elements, self.precision, self.order, self.number, self.rounding,
+            self.longest_step,
+        )  # fmt: skip
+
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """The names of the elements."""
         return tuple(element.name for element in self.elements)
 
     @cached_property
-    def near(self) -> tuple[tuple[int, float], ...]:
-        """The numbers of the rigid contacts, each with the gap (rad or m) that counts as closed.
-
-        Contacts that no point can get beyond are left out.
-        """
-        scale = tolerances.CONTACT_GAP * self.rounding
-        return tuple(
-            (index, scale * self.sizes[index])
-            for index, element in enumerate(self.elements)
-            if element.rigid and element.reachable
-        )
-
-    @cached_property
     def tangents(self) -> tuple[ConstraintCoordinate | None, ...]:
         """The coordinate along which each element slides, None where it has no friction."""
         return tuple(element.tangent for element in self.elements)
-
-    @cached_property
-    def resolution(self) -> float:
-        """The relative accuracy of a state at an event: round-off or truncation error."""
-        return max(
-            self.rounding,
-            tolerances.TRUNCATION * PRECISIONS[self.precision].step_tolerance(self.order),
-        )
-
-    @cached_property
-    def zeno_time(self) -> float:
-        """The time (s) below which all further bounces are omitted."""
-        return tolerances.zeno_time(self.longest_step, self.rounding)
-
-    def least_root(self, index: int) -> Any:
-        """Return the √depth (m^½) at which a press without speed begins: zero would remain zero.
-
-        The depth is the error of a place that is rounded to nearest: half of the last digit.
-        """
-        return self.number((self.rounding / 2 * self.sizes[index]) ** 0.5)
-
-    @cached_property
-    def lever(self) -> float:
-        """The length of the stretched chain (m)."""
-        return float(self.scene_chain.L1 + self.scene_chain.L2)
-
-    @cached_property
-    def sizes(self) -> tuple[float, ...]:
-        """The size (rad or m) of the places of each element: that of its coordinate or its bound.
-
-        It is the larger of the two.
-        """
-        return tuple(
-            max(element.principal.size(self.scene_chain), abs(float(element.bound)))
-            for element in self.elements
-        )
-
-    def place_of_rounding(self, index: int) -> float:
-        """Return the gap (rad or m) of an element that is zero within round-off."""
-        return tolerances.LEADING * self.rounding * self.sizes[index]
-
-    def grazing(self, index: int) -> float:
-        """Return the gap (rad or m) above which a flight is certain to pass a contact."""
-        return tolerances.GRAZING * self.rounding * self.sizes[index]
-
-    @cached_property
-    def slowest(self) -> float:
-        """The speed (rad/s) below which links that stop are at rest: they have turned faster."""
-        return tolerances.UNDECIDED * self.rounding / float(self.longest_step)
-
-    @cached_property
-    def moment_scale(self) -> float:
-        """The factor that scales moments (N m) to order 1, like the other variables."""
-        chain, step, lever = self.scene_chain, float(self.longest_step), self.lever
-        inertia = float(chain.I_C1 + chain.I_C2 + (chain.m1 + chain.m2) * lever * lever)
-        return step * step / inertia
-
-    def force_scale(self, index: int) -> float:
-        """Return the factor that scales the forces (N or N m) of an element to order 1."""
-        return self.moment_scale * self.elements[index].principal.size(self.scene_chain)
-
-    @cached_property
-    def forces_of_rounding(self) -> tuple[float, ...]:
-        """The scaled force that round-off of a position causes in each surface, if it is stiff."""
-        return tuple(self._force_of_rounding(index) for index in range(len(self.elements)))
-
-    def _force_of_rounding(self, index: int) -> float:
-        law = self.elements[index].compliant
-        if law is None or law.uses_root:
-            return 0.0
-        depth = tolerances.CONTACT_GAP * self.rounding * self.sizes[index]
-        return abs(float(law.force(depth, 0.0, 0.0))) * self.force_scale(index)
 
     def check(self) -> None:
         """Raise `SimulationError` if two frictions act along one coordinate."""

@@ -4,7 +4,7 @@ A threshold "in roundings" is a multiple of the machine epsilon of the precision
 """
 
 # Part of the tolerance of a step, to which it is truncated: where more than rounding, states at
-# events are known within this. Read by system.
+# events are known within this. Read by scales.
 TRUNCATION = 2.0**-8
 
 # Part of the depth of a damped surface. Closer to the depth at which it springs back at the speed
@@ -13,7 +13,7 @@ NO_FORCE = 1e-9
 
 # Roundings of a place, whose size is the larger of that of its coordinate (1 rad, or the length of
 # the chain) and that of its bound. A start, given in float64, that is inside a contact by less is
-# on it. Read by complementarity, differences, start and system.
+# on it. Read by complementarity, differences, scales and start.
 CONTACT_GAP = 64
 
 # Roundings in float64 of the largest speed. A note says so if another order of simultaneous impacts
@@ -34,7 +34,7 @@ ROUNDED_PLACE = 8
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
 # smaller is zero within the precision, and the next derivatives decide. The factor
 # covers the solution of two equations in a pose near a singular one. Read by doubts_of_jump, noise,
-# impact, resolution, singular_pose, start and system.
+# impact, resolution, scales, singular_pose and start.
 UNDECIDED = 2.0**20
 
 # Roundings of the terms of a speed. A smaller speed along a coordinate is zero within round-off.
@@ -185,7 +185,7 @@ LONGEST_PRESS = 1.0
 POLYNOMIAL = 16
 
 # Roundings of an event function's size at the start of an arc, and of its derivatives in units of
-# the longest step. Smaller leading coefficients are zero. Read by start_of_arc and system.
+# the longest step. Smaller leading coefficients are zero. Read by scales and start_of_arc.
 LEADING = 256
 
 # Roundings of all coefficients of an event function at the start of an arc: forces that nearly
@@ -193,7 +193,7 @@ LEADING = 256
 LEADING_SHARE = 2048
 
 # Roundings of a place. The error of a run may have turned a graze into a flight by this gap,
-# so that a smaller one leaves a doubt. Read by system.
+# so that a smaller one leaves a doubt. Read by scales.
 GRAZING = 4096
 
 # Scaled force, or speed (rad/s or m/s). A static friction limit, or the end of a slide under one,
@@ -248,6 +248,6 @@ def zeno_time(longest_step: float, rounding: float) -> float:
 
     The sum of the bounces that remain, T, changes the state by terms of the order of T² once their
     impulses are replaced by those of rest: with T = h √ε for the longest step h, by rounding ε.
-    Read by system.
+    Read by scales.
     """
     return float(longest_step) * rounding**0.5

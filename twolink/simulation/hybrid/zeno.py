@@ -110,7 +110,7 @@ def left_out(
     flying += [strike.number for strike in crowd]
     now = float(state.t)
     latest = max([past.last.get(index, now) for index in flying])
-    if not past.tired and now - latest > tolerances.LONG_FLIGHT * system.zeno_time:
+    if not past.tired and now - latest > tolerances.LONG_FLIGHT * system.scales.zeno_time:
         # Successive bounces do not shorten by so large a factor.
         return None
     flights = {
@@ -127,7 +127,7 @@ def _crowd(
     """Return the impacts within the Zeno time before a state, if there are several."""
     if not past.strikes and len(recent) < 2:
         return []
-    begins = float(state.t) - system.zeno_time
+    begins = float(state.t) - system.scales.zeno_time
     return [strike for strike in (*past.strikes, *recent) if strike.time >= begins]
 
 
@@ -144,7 +144,7 @@ def _ended(
         index: _bounces_last(flight, _ratio(system, strikes, index))
         for index, flight in flights.items()
     }
-    dying = [index for index, time in lasting.items() if time <= system.zeno_time]
+    dying = [index for index, time in lasting.items() if time <= system.scales.zeno_time]
     if dying:
         last = max(lasting[index] for index in dying)
         return _clamped(system, state, pose, dying, last, flights)
