@@ -15,17 +15,25 @@ from twolink.errors import TooMuchError
 
 @dataclass(frozen=True)
 class Limits:
-    """The most that a run may take: seconds of computing, and bytes of memory."""
+    """The most that a run may take: seconds of computing, and bytes of memory.
+
+    Where any time is allowed, a motion may have any number of modes.
+    """
 
     seconds: float = 3600.0
     memory: float = 4e9
+
+    @property
+    def are_lifted(self) -> bool:
+        """Whether a run may take any time."""
+        return math.isinf(self.seconds)
 
     def check_memory(self, description: str, size: float) -> None:
         """Raise `TooMuchError` if something would take more bytes than are allowed."""
         if size > self.memory:
             raise TooMuchError(
                 f"{description} would take about {in_bytes(size)} of memory; the limit is "
-                f"{in_bytes(self.memory)}{_LIFTED}"
+                f"{in_bytes(self.memory)}{LIFTED}"
             )
 
     def check_time(self, description: str, seconds: float) -> None:
@@ -33,7 +41,7 @@ class Limits:
         if seconds > self.seconds:
             raise TooMuchError(
                 f"{description} would take {in_time(seconds)}; the limit is {in_time(self.seconds)}"
-                f"{_LIFTED}"
+                f"{LIFTED}"
             )
 
     def timed(
@@ -44,7 +52,7 @@ class Limits:
         It is called in the thread that computes, with the share that is done, and passes it on to
         `progress`. Raises `TooMuchError`.
         """
-        if math.isinf(self.seconds):
+        if self.are_lifted:
             return progress or (lambda share: None)
         forecast, clock = Forecast(_WINDOW), _ThreadClock()
 
@@ -58,7 +66,7 @@ class Limits:
                     estimate = "more time than can be estimated"
                 raise TooMuchError(
                     f"{description} would take {estimate}; the limit is "
-                    f"{in_time(self.seconds)}{_LIFTED}"
+                    f"{in_time(self.seconds)}{LIFTED}"
                 )
             if progress is not None:
                 progress(share)
@@ -75,14 +83,15 @@ class Limits:
         if total > self.memory and size > _USED * self.memory:
             raise TooMuchError(
                 f"{description} would take about {in_bytes(total)} of memory ({share:.1%} are "
-                f"done); the limit is {in_bytes(self.memory)}{_LIFTED}"
+                f"done); the limit is {in_bytes(self.memory)}{LIFTED}"
             )
 
 
 UNLIMITED = Limits(math.inf, math.inf)
 DEFAULT_LIMITS = Limits()
 
-_LIFTED = " (--force lifts it, and limits=UNLIMITED in Python)"
+LIFTED = " (--force lifts it, and limits=UNLIMITED in Python)"
+"""How a limit is lifted, for a message."""
 
 # Seconds of computing from which an estimate is made.
 _WINDOW = 1.5

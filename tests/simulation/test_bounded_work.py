@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from tests.simulation.hybrid import BOUNCES
 from twolink.accuracy.drift import energy_drift
 from twolink.accuracy.enclosure import enclosure
 from twolink.accuracy.method_configurations import own_configurations
@@ -177,6 +178,15 @@ def test_force_lifts_the_limits(monkeypatch):
     for words in ([], ["--force"]):
         CliRunner().invoke(app, ["accuracy", "free_fall", *words])
     assert asked == [Limits(), UNLIMITED]
+
+
+def test_without_limits_a_motion_has_any_number_of_modes(monkeypatch):
+    """Two bounces, and the modes between, where one is the limit."""
+    monkeypatch.setattr("twolink.simulation.hybrid.effort._most_jumps", lambda *run: 1)
+    limited = simulate(BOUNCES)
+    assert limited.t[-1] < BOUNCES.duration
+    assert "within the limit of work (--force lifts it, and limits=UNLIMITED" in limited.failure
+    assert simulate(BOUNCES, limits=UNLIMITED).met
 
 
 @pytest.mark.slow_but_first

@@ -1,4 +1,4 @@
-"""The option --force, which lifts the limits of time and memory."""
+"""The option --force, which lifts the limits of time, memory and work."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ if TYPE_CHECKING:
 Force = Annotated[
     bool,
     typer.Option(
-        "--force", help="Run on, even if it takes more than an hour, or more than 4 GB of memory."
+        "--force",
+        help="Run on, even if it takes more than an hour, or more than 4 GB of memory, or if a "
+        "motion has thousands of modes.",
     ),
 ]
 

@@ -1,5 +1,6 @@
 """The limits of work of a run, and the work that it takes."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,10 +14,11 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_stop import JointStop
 from twolink.errors import IntegrationError
 from twolink.integration.precisions import PRECISIONS
+from twolink.limits import DEFAULT_LIMITS, UNLIMITED
 from twolink.scene import Scene
 from twolink.simulation.hybrid import effort as effort_module
 from twolink.simulation.hybrid import history as history_module
-from twolink.simulation.hybrid.effort import Effort
+from twolink.simulation.hybrid.effort import MOST_WORK, Effort, effort_of
 from twolink.simulation.hybrid.run import hybrid_run
 
 
@@ -27,7 +29,29 @@ def test_a_run_ends_where_it_exceeds_its_effort(effort):
     run = hybrid_run(BOUNCES, [0.0, 4.0], effort=effort, partial=True)
     assert run.exhausted
     assert 0 < run.reached <= 3
-    assert "is not followed further: moves freely" in run.failure
+    assert "is not followed further within the limit of work (--force lifts it" in run.failure
+    assert "in Python): moves freely, then" in run.failure
+
+
+def test_a_judge_follows_as_many_jumps_as_its_motion_may_take():
+    """Short motions with very many are those of accumulating bounces."""
+
+    def jumps(precision, duration):
+        return effort_of(precision, duration, DEFAULT_LIMITS).jumps
+
+    found = {t: jumps("long double", t) for t in (0.5, 3.0, 4.0, 6.0, 1e3)}
+    assert found == {0.5: 6_000, 3.0: 6_000, 4.0: 8_000, 6.0: 12_000, 1e3: 12_000}
+    assert jumps("quadruple", 1.0) == jumps("quadruple", 1e3) == 2_000
+    assert jumps("double", 0.1) == 5_625
+    assert jumps("double", 1e3) == 11_250
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_without_limits_a_run_may_take_any_work(precision):
+    limited = effort_of(precision, 1.0, DEFAULT_LIMITS)
+    assert effort_of(precision, 1.0, UNLIMITED) == Effort(jumps=math.inf)
+    assert limited.steps == (MOST_WORK if precision == "quadruple" else math.inf)
+    assert limited.jumps < 10_000
 
 
 def test_a_run_ends_early_that_would_exceed_its_steps_at_its_pace():

@@ -21,7 +21,7 @@ from twolink.effects.surface import Surface
 from twolink.errors import TooMuchError
 from twolink.limits import DEFAULT_LIMITS
 from twolink.scene import Scene
-from twolink.simulation.hybrid import judged, measure
+from twolink.simulation.hybrid import effort, judged, measure
 from twolink.simulation.hybrid.configurations import Configuration
 from twolink.simulation.hybrid.measure import measured_run
 from twolink.simulation.hybrid.run import hybrid_run
@@ -113,7 +113,7 @@ def test_the_error_includes_the_moments_after_a_force_jumped():
 
 
 def test_a_run_that_ends_early_is_measured_slightly_beyond_its_end(monkeypatch):
-    monkeypatch.setattr(measure, "_OF_JUMPS_OF_A_JUDGE", 2e-4)
+    monkeypatch.setattr(effort, "_OF_JUMPS_OF_A_JUDGE", 2e-4)
     measured = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
     judge = next(run for run in measured.runs if run.formulation == "kane")
     assert measured.kept.failure
@@ -125,7 +125,7 @@ def test_a_run_that_ends_early_is_measured_slightly_beyond_its_end(monkeypatch):
 @pytest.mark.parametrize("limit", ["_MOST_JUMPS", "_MOST_STEPS"])
 def test_a_result_ends_where_it_can_no_longer_be_measured(monkeypatch, limit):
     """In long double it would reach the end, but the run that measures it has its limit of work."""
-    monkeypatch.setattr(measure, limit, {"quadruple": 1, "long double": 12_000})
+    monkeypatch.setattr(effort, limit, {"quadruple": 1, "long double": 12_000})
     monkeypatch.setattr(measure, "configurations", lambda accuracy: [LONG_DOUBLE])
     measured = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
     judge = next(run for run in measured.runs if run.formulation == "kane")
@@ -134,15 +134,6 @@ def test_a_result_ends_where_it_can_no_longer_be_measured(monkeypatch, limit):
     assert measured.kept.failure == judge.failure
     assert measured.kept.exhausted
     assert np.isfinite(measured.errors).all()
-
-
-def test_a_judge_follows_as_many_jumps_as_its_motion_may_take():
-    """Short motions with very many are those of accumulating bounces."""
-    jumps = {t: measure._most_jumps("long double", t) for t in (0.5, 3.0, 4.0, 6.0, 1e3)}
-    assert jumps == {0.5: 6_000, 3.0: 6_000, 4.0: 8_000, 6.0: 12_000, 1e3: 12_000}
-    assert measure._most_jumps("quadruple", 1.0) == measure._most_jumps("quadruple", 1e3) == 2_000
-    assert measure._most_jumps("double", 0.1) == 5_625
-    assert measure._most_jumps("double", 1e3) == 11_250
 
 
 def test_a_longer_run_replaces_a_shorter_one():

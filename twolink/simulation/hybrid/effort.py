@@ -21,6 +21,26 @@ Longer runs are not attempted in it, and runs that exceed the limit are ended.
 STEPS_OF_A_JUMP = 4
 """The steps that last as long as a jump, in quadruple precision."""
 
+_MOST_JUMPS: dict[PrecisionName, int] = {
+    "quadruple": MOST_WORK // STEPS_OF_A_JUMP,
+    "long double": 12_000,
+}
+# Jumps in long double precision that a second of motion may take, and those of any motion. A jump
+# takes half a millisecond, and motions with more of them in a short time do not end in most cases:
+# bounces accumulate while a load presses on.
+_JUMPS_OF_A_SECOND, _JUMPS_OF_ANY = 2_000, 6_000
+
+# The part of these jumps that a run in double precision may take: the one that measures it in long
+# doubles goes slightly beyond its end.
+_OF_JUMPS_OF_A_JUDGE = 15 / 16
+
+# A step in quadruple precision takes a millisecond or two.
+_MOST_STEPS: dict[PrecisionName, int] = {"quadruple": MOST_WORK}
+
+# A step on a pressed stiff surface takes a quarter of a millisecond in long double precision. Runs
+# with more of them are ended.
+_MOST_SHORT_STEPS: dict[PrecisionName, int] = {"long double": 80_000}
+
 # Memory of an arc beside its steps, and how much of it is looked at together.
 _BYTES_OF_AN_ARC, _MEMORY_WINDOW = 4000, 16e6
 
@@ -33,7 +53,7 @@ class Effort(NamedTuple):
     after `patience` of them. The run ends at `until` (s) at the latest.
     """
 
-    jumps: int = tolerances.MOST_JUMPS
+    jumps: float = tolerances.MOST_JUMPS
     steps: float = math.inf
     short_steps: float = math.inf
     patience: int = tolerances.PATIENCE
@@ -41,6 +61,29 @@ class Effort(NamedTuple):
 
 
 DEFAULT_EFFORT = Effort()
+
+
+def effort_of(precision: PrecisionName, duration: float, limits: Limits) -> Effort:
+    """Return the work that a run of a motion of a duration (s) may take.
+
+    Where the limits are lifted, it may take any.
+    """
+    if limits.are_lifted:
+        return Effort(jumps=math.inf)
+    return Effort(
+        jumps=_most_jumps(precision, duration),
+        steps=_MOST_STEPS.get(precision, math.inf),
+        short_steps=_MOST_SHORT_STEPS.get(precision, math.inf),
+    )
+
+
+def _most_jumps(precision: PrecisionName, duration: float) -> int:
+    """Return the number of jumps after which a run of a motion (s) is ended."""
+    if precision == "quadruple":
+        return _MOST_JUMPS[precision]
+    of_time = max(_JUMPS_OF_ANY, math.ceil(_JUMPS_OF_A_SECOND * duration))
+    of_judge = min(_MOST_JUMPS["long double"], of_time)
+    return of_judge if precision == "long double" else int(_OF_JUMPS_OF_A_JUDGE * of_judge)
 
 
 class Work:

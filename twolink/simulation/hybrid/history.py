@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -9,7 +10,7 @@ from twolink.effects import contact_elements, discontinuities, pieces_at
 from twolink.errors import IntegrationError
 from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PRECISIONS, PrecisionName
-from twolink.limits import Limits
+from twolink.limits import LIFTED, Limits
 from twolink.names import FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
@@ -161,22 +162,33 @@ class History:
 
         `share` is the part of the time that has passed.
         """
-        if self._work.is_too_much(share) or self._is_stuck():
-            self.exhausted = True
-            raise IntegrationError(
-                f"the motion has {len(self.arcs)} modes by {float(arc.end.t):.6g} s, and is "
-                f"not followed further: {arc.mode}, then {_event_of(arc)}"
-            )
+        if self._work.is_too_much(share):
+            left = f"is not followed further within the limit of work{LIFTED}"
+        elif coming := self._modes_of_an_endless_run():
+            left = f"is not followed further, as some {coming:.0e} would follow at this pace"
+        else:
+            return
+        self.exhausted = True
+        raise IntegrationError(
+            f"the motion has {len(self.arcs)} modes by {float(arc.end.t):.6g} s, and {left}: "
+            f"{arc.mode}, then {_event_of(arc)}"
+        )
 
-    def _is_stuck(self) -> bool:
-        """Return whether modes change without impacts so often that the run would not end."""
+    def _modes_of_an_endless_run(self) -> float:
+        """Return how many modes would follow where the run would not end, and otherwise 0.
+
+        There modes change ever more often, without impacts.
+        """
         count = tolerances.MANY_JUMPS
         if len(self.arcs) % count:
-            return False
+            return 0.0
         since = float(self.arcs[-count].start.t)
         now = float(self.state.t)
         struck = bool(self.strikes) and self.strikes[-1].time >= since
-        return not struck and float(self.end) - now > count * (now - since)
+        left, passed = float(self.end) - now, now - since
+        if struck or left <= count * passed:
+            return 0.0
+        return count * left / passed if passed else math.inf
 
     def _jump(self, arc: Arc, until: Any) -> Jump:
         """Return the jump at the end of an arc."""

@@ -27,7 +27,7 @@ from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.configurations import BEST_ORDER, Configuration, Seen, configurations
 from twolink.simulation.hybrid.doubts import reason_of
-from twolink.simulation.hybrid.effort import MOST_WORK, STEPS_OF_A_JUMP, Effort
+from twolink.simulation.hybrid.effort import effort_of
 from twolink.simulation.hybrid.judged import JudgedRun, best_of
 from twolink.simulation.hybrid.run import HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import BEYOND, PATIENCE
@@ -36,26 +36,6 @@ from twolink.simulation.smooth.equations import EQUATIONS
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], Callable[[float], None] | None]
-
-_MOST_JUMPS: dict[PrecisionName, int] = {
-    "quadruple": MOST_WORK // STEPS_OF_A_JUMP,
-    "long double": 12_000,
-}
-# Jumps in long double precision that a second of motion may take, and those of any motion. A jump
-# takes half a millisecond, and motions with more of them in a short time do not end in most cases:
-# bounces accumulate while a load presses on.
-_JUMPS_OF_A_SECOND, _JUMPS_OF_ANY = 2_000, 6_000
-
-# The part of these jumps that a run in double precision may take: the one that measures it in long
-# doubles goes slightly beyond its end.
-_OF_JUMPS_OF_A_JUDGE = 15 / 16
-
-# A step in quadruple precision takes a millisecond or two.
-_MOST_STEPS: dict[PrecisionName, int] = {"quadruple": MOST_WORK}
-
-# A step on a pressed stiff surface takes a quarter of a millisecond in long double precision. Runs
-# with more of them are ended.
-_MOST_SHORT_STEPS: dict[PrecisionName, int] = {"long double": 80_000}
 
 # Steps above which orders below the best one lose accuracy.
 _MANY_STEPS_OF_A_LOW_ORDER = 3000
@@ -159,7 +139,7 @@ def _trials(runs: _Runs, accuracy: float) -> Iterator[JudgedRun]:
         yield trial.with_shared(seen.in_long_doubles) if pair.shares_judge else trial
         if seen.is_of_start or (earlier is not None and seen.stays_as(earlier, accuracy)):
             return
-        too_long = too_long or trial.is_too_long
+        too_long = too_long or (trial.is_too_long and not runs.limits.are_lifted)
     if seen is None:
         assert refused is not None
         raise refused
@@ -281,13 +261,11 @@ class _Runs:
             report(share)
 
         low = by == self.own and order < BEST_ORDER
-        effort = Effort(
-            jumps=_most_jumps(precision, self.scene.duration),
-            steps=_MANY_STEPS_OF_A_LOW_ORDER if low else _MOST_STEPS.get(precision, math.inf),
-            short_steps=_MOST_SHORT_STEPS.get(precision, math.inf),
-            patience=PATIENCE if by == self.own else _MORE_PATIENCE * PATIENCE,
-            until=until,
+        effort = effort_of(precision, self.scene.duration, self.limits)._replace(
+            patience=PATIENCE if by == self.own else _MORE_PATIENCE * PATIENCE, until=until
         )
+        if low:
+            effort = effort._replace(steps=_MANY_STEPS_OF_A_LOW_ORDER)
         return hybrid_run(
             self.scene, self.times, formulation=by, precision=precision, order=order,
             partial=True, effort=effort, progress=advance,
@@ -295,12 +273,3 @@ class _Runs:
             # The difference of the runs has the change of a start that is moved onto a contact.
             judges=by != self.own,
         )  # fmt: skip
-
-
-def _most_jumps(precision: PrecisionName, duration: float) -> int:
-    """Return the number of jumps after which a run of a motion (s) is ended."""
-    if precision == "quadruple":
-        return _MOST_JUMPS[precision]
-    of_time = max(_JUMPS_OF_ANY, math.ceil(_JUMPS_OF_A_SECOND * duration))
-    of_judge = min(_MOST_JUMPS["long double"], of_time)
-    return of_judge if precision == "long double" else int(_OF_JUMPS_OF_A_JUDGE * of_judge)
