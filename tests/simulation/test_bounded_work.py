@@ -189,6 +189,15 @@ def test_without_limits_a_motion_has_any_number_of_modes(monkeypatch):
     assert simulate(BOUNCES, limits=UNLIMITED).met
 
 
+def test_a_note_says_where_longer_numbers_were_not_tried(monkeypatch):
+    monkeypatch.setattr("twolink.simulation.hybrid.measure.MOST_WORK", 10)
+    limited = simulate(BOUNCES, accuracy=1e-16)
+    assert not limited.met
+    words = "Runs in 113 bits, which may meet the accuracy, would exceed the limit of work (--force"
+    assert any(note.startswith(words) for note in limited.notes)
+    assert not any("113 bits" in note for note in simulate(BOUNCES).notes)
+
+
 @pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     "bounded",

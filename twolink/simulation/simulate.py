@@ -26,7 +26,7 @@ from twolink.integration.methods import (
     NumericName,
 )
 from twolink.integration.precisions import PrecisionName
-from twolink.limits import DEFAULT_LIMITS, Limits
+from twolink.limits import DEFAULT_LIMITS, LIFTED, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.motion import has_events, has_modes
@@ -48,6 +48,8 @@ _CHECKED_IN_ALL, _CHECKED = 256, 2
 
 # The method that takes the place of Taylor series where heyoka is not installed.
 _STAND_IN: NumericName = "DOP853"
+
+_LIMITED = f"Runs in 113 bits, which may meet the accuracy, would exceed the limit of work{LIFTED}."
 
 _ESTIMATED = (
     "The error is an estimate: the difference of two runs of one method, which may share it, as no "
@@ -203,10 +205,12 @@ def _through_events(asked: _Asked) -> Trajectory:
         sum(run.run_seconds for run in found.runs) + found.measuring_seconds,
     )
     made = _trajectory(asked, kept, errors, found.runs, spent, found.why_unknown)
-    if not kept.failure:
-        return made
-    note = f"{kept.failure[0].upper()}{kept.failure[1:]}; the trajectory ends there."
-    return replace(made, failure=kept.failure, notes=(*made.notes, note))
+    notes = made.notes
+    if found.limited and not made.met:
+        notes += (_LIMITED,)
+    if kept.failure:
+        notes += (f"{kept.failure[0].upper()}{kept.failure[1:]}; the trajectory ends there.",)
+    return replace(made, failure=kept.failure, notes=notes)
 
 
 def _by_refining(asked: _Asked, name: NumericName) -> Trajectory:

@@ -99,8 +99,14 @@ def _in_113_bits(start):
 
 def test_the_work_of_a_judge_that_left_the_motion_does_not_end_the_search(run):
     wild = replace(run, steps=1_000_000)
-    assert not judged(run, wild).is_too_long
-    assert judged(wild, wild).is_too_long
+    assert judged(run, wild).expected_work == run.steps + 4 * len(run.arcs)
+    assert judged(wild, wild).expected_work == wild.steps + 4 * len(run.arcs)
+
+
+def test_only_runs_in_quadruple_precision_are_work(run, judge):
+    longest = replace(judge, precision="quadruple", steps=5_000)
+    assert judged(run, judge).work == 0
+    assert judged(run, longest).work == judged(longest, longest).work == 5_000 + 4 * len(judge.arcs)
 
 
 def test_the_better_run_reaches_farther_or_is_more_accurate(run, judge):

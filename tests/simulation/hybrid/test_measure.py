@@ -19,7 +19,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 from twolink.errors import TooMuchError
-from twolink.limits import DEFAULT_LIMITS
+from twolink.limits import DEFAULT_LIMITS, UNLIMITED
 from twolink.scene import Scene
 from twolink.simulation.hybrid import effort, judged, measure
 from twolink.simulation.hybrid.configurations import Configuration
@@ -350,7 +350,7 @@ def interrupting(share):
     raise ZeroDivisionError
 
 
-def configurations_tried(monkeypatch, error_of, failing=()):
+def configurations_tried(monkeypatch, error_of, failing=(), limits=DEFAULT_LIMITS):
     """Return the orders of the pairs that are tried where runs have these errors by precision."""
     tried = []
 
@@ -366,7 +366,7 @@ def configurations_tried(monkeypatch, error_of, failing=()):
 
     monkeypatch.setattr(judged, "differences", differences)
     monkeypatch.setattr(measure, "hybrid_run", made)
-    measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
+    measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None, limits)
     return list(dict.fromkeys(tried))
 
 
@@ -408,6 +408,26 @@ def test_no_pair_follows_one_whose_errors_stay_in_longer_numbers(monkeypatch, ap
     tried = configurations_tried(monkeypatch, lambda run: 2e-9)
     assert ("long double", 23, 25) in tried
     assert max(judging for _, _, judging in tried) == last
+
+
+@pytest.mark.parametrize(("limits", "last"), [(DEFAULT_LIMITS, 25), (UNLIMITED, 37)])
+def test_the_work_of_all_runs_in_quadruple_precision_is_limited(monkeypatch, limits, last):
+    """There may be two of them in all, and not a third."""
+    run = hybrid_run(SCENE, TIMES, order=21)
+    monkeypatch.setattr(measure, "MOST_WORK", 2.5 * (run.steps + 4 * len(run.arcs)))
+    tried = configurations_tried(monkeypatch, lambda run: 2e-9, limits=limits)
+    assert ("quadruple", 31, 25) in tried
+    assert tried[-1][2] == last
+
+
+@pytest.mark.parametrize("limits", [DEFAULT_LIMITS, UNLIMITED])
+def test_a_search_that_is_limited_says_so(monkeypatch, limits):
+    monkeypatch.setattr(measure, "MOST_WORK", 10)
+    found = measured_run(SCENE, TIMES, 1e-16, "lagrange", lambda name: None, limits)
+    assert found.limited == (limits is DEFAULT_LIMITS)
+    # The first pair has a judge in quadruple precision.
+    longest = [run for run in found.runs if run.precision == "quadruple"]
+    assert (len(longest) == 1) == found.limited
 
 
 @pytest.mark.slow

@@ -13,9 +13,9 @@ from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.arc import Arc
 
 MOST_WORK = 8_000
-"""The most steps of a run in quadruple precision, each of about a millisecond.
+"""The most steps in quadruple precision, each of about a millisecond, for one motion.
 
-Longer runs are not attempted in it, and runs that exceed the limit are ended.
+A run that is expected to exceed it, with those before, is not attempted; one that does is ended.
 """
 
 STEPS_OF_A_JUMP = 4

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from twolink.arithmetic import exactly
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS, differences
-from twolink.simulation.hybrid.effort import MOST_WORK, STEPS_OF_A_JUMP
+from twolink.simulation.hybrid.effort import STEPS_OF_A_JUMP
 from twolink.simulation.hybrid.run import HybridRun
 
 Array = NDArray[np.float64]
@@ -109,12 +109,23 @@ class JudgedRun:
         return bool(self.kept.exhausted or self.judge.exhausted)
 
     @property
-    def is_too_long(self) -> bool:
-        """Whether the longest precision would take too long."""
-        # The run whose error is of order one may have reached high speeds, and taken more steps.
+    def expected_work(self) -> int:
+        """The work of such a run in quadruple precision, in steps.
+
+        The run whose error is of order one may have reached high speeds, and taken more of them.
+        """
+        return min(map(_work_of, (self.kept, self.judge)))
+
+    @property
+    def work(self) -> int:
+        """The work in quadruple precision, in steps, of the two runs side by side."""
         both = self.kept, self.judge
-        work = min(run.steps + STEPS_OF_A_JUMP * len(run.arcs) for run in both)
-        return work > MOST_WORK and self.kept.reached >= self.judge.reached
+        return max((_work_of(run) for run in both if run.precision == "quadruple"), default=0)
+
+
+def _work_of(run: HybridRun) -> int:
+    """Return the work of a run in quadruple precision, in steps."""
+    return run.steps + STEPS_OF_A_JUMP * len(run.arcs)
 
 
 def best_of(best: JudgedRun | None, trial: JudgedRun, times: Array) -> JudgedRun:

@@ -27,7 +27,7 @@ from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.configurations import BEST_ORDER, Configuration, Seen, configurations
 from twolink.simulation.hybrid.doubts import reason_of
-from twolink.simulation.hybrid.effort import effort_of
+from twolink.simulation.hybrid.effort import MOST_WORK, effort_of
 from twolink.simulation.hybrid.judged import JudgedRun, best_of
 from twolink.simulation.hybrid.run import HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import BEYOND, PATIENCE
@@ -51,7 +51,8 @@ _MORE_PATIENCE = 2
 class Measured:
     """The result, its largest error up to each time (rad, rad/s), its `judge`, and all runs.
 
-    Beside the runs, `measuring_seconds` were spent on comparisons.
+    Beside the runs, `measuring_seconds` were spent on comparisons. The search is `limited` if a run
+    in quadruple precision, which might have met the accuracy, was not made.
     """
 
     kept: HybridRun
@@ -59,6 +60,7 @@ class Measured:
     judge: HybridRun
     runs: tuple[HybridRun, ...]
     measuring_seconds: float
+    limited: bool = False
 
     @property
     def why_unknown(self) -> str:
@@ -86,7 +88,8 @@ def measured_run(
     runs = _Runs(scene, times, EQUATIONS[formulation].in_speeds, progress, limits)
     best: JudgedRun | None = None
     measuring = 0.0
-    for trial in _trials(runs, accuracy):
+    search = _Search(runs, accuracy)
+    for trial in search.trials():
         begun = perf_counter()
         best = best_of(best, trial, times)
         measuring += perf_counter() - begun + trial.seconds
@@ -94,55 +97,92 @@ def measured_run(
             break
     assert best is not None
     kept = best.kept.decided(times, best.errors)
-    return Measured(kept, best.errors, best.judge, tuple(runs.known.values()), measuring)
+    made = tuple(runs.known.values())
+    return Measured(kept, best.errors, best.judge, made, measuring, search.limited)
 
 
-def _trials(runs: _Runs, accuracy: float) -> Iterator[JudgedRun]:
-    """Yield at least one run that is measured: those that are expected to suffice, and the last.
+@dataclass
+class _Search:
+    """The runs that are measured, one after the other, for an accuracy (rad, rad/s).
 
-    The longest precision is left out where it would take too long. Raises `SimulationError` if not
-    even the start can be integrated.
+    `seen` are the errors of the last one, `earlier` those of the one before. `work` is that of all
+    runs in quadruple precision, in steps, and the search is `limited` if its limit has ended it.
     """
-    earlier: Seen | None = None
+
+    runs: _Runs
+    accuracy: float
+    work: int = 0
+    limited: bool = False
     seen: Seen | None = None
-    refused: TooMuchError | None = None
-    too_long = False
-    *_, last = every = list(configurations(accuracy))
-    for pair in every:
-        hopeless = pair.shares_judge if seen is None else seen.expected(pair) > accuracy
-        if hopeless and pair is not last:
-            continue
-        if too_long and not pair.shares_judge:
-            return
-        try:
-            trial = runs.trial(pair, accuracy, is_last=pair is last)
-        except _JudgeFailsError:
-            continue
-        except TooMuchError as error:
-            if seen is not None:
+    earlier: Seen | None = None
+
+    def trials(self) -> Iterator[JudgedRun]:
+        """Yield at least one run that is measured: those that may suffice, and the last.
+
+        Raises `SimulationError` if not even the start can be integrated.
+        """
+        refused: TooMuchError | None = None
+        too_long = False
+        *_, last = every = list(configurations(self.accuracy))
+        for pair in every:
+            if self._is_hopeless(pair) and pair is not last:
+                continue
+            if too_long and not pair.shares_judge:
+                self.limited = True
                 return
-            if not runs.is_made(pair):
-                raise
-            # Once its error is of order one, the judge follows another motion, which may reach
-            # speeds at which it takes more steps than the limits allow.
-            refused = error
-            continue
-        if trial is None:
-            continue
-        if not pair.shares_judge:
-            bounces = trial.kept.omits_bounces or trial.judge.omits_bounces
-            earlier, seen = (
-                seen,
-                Seen(pair, runs.times, trial.errors, trial.apart, bounces, trial.is_undecided),
-            )
-        assert seen is not None
-        yield trial.with_shared(seen.in_long_doubles) if pair.shares_judge else trial
-        if seen.is_of_start or (earlier is not None and seen.stays_as(earlier, accuracy)):
-            return
-        too_long = too_long or (trial.is_too_long and not runs.limits.are_lifted)
-    if seen is None:
-        assert refused is not None
-        raise refused
+            try:
+                trial = self.runs.trial(pair, self.accuracy, is_last=pair is last)
+            except _JudgeFailsError:
+                continue
+            except TooMuchError as error:
+                if self.seen is not None:
+                    return
+                if not self.runs.is_made(pair):
+                    raise
+                # Once its error is of order one, the judge follows another motion, which may reach
+                # speeds at which it takes more steps than the limits allow.
+                refused = error
+                continue
+            if trial is None:
+                continue
+            yield self._with_shared(pair, trial)
+            if self._is_of_start():
+                return
+            too_long = self._is_too_long(trial) or too_long
+        if self.seen is None:
+            assert refused is not None
+            raise refused
+
+    def _is_hopeless(self, pair: Configuration) -> bool:
+        """Return whether a pair of runs is expected to miss the accuracy."""
+        if self.seen is None:
+            return pair.shares_judge
+        return self.seen.expected(pair) > self.accuracy
+
+    def _with_shared(self, pair: Configuration, trial: JudgedRun) -> JudgedRun:
+        """Return a measured run with the error that it shares with its judge; others are kept."""
+        if pair.shares_judge:
+            assert self.seen is not None
+            return trial.with_shared(self.seen.in_long_doubles)
+        bounces = trial.kept.omits_bounces or trial.judge.omits_bounces
+        found = Seen(pair, self.runs.times, trial.errors, trial.apart, bounces, trial.is_undecided)
+        self.earlier, self.seen = self.seen, found
+        return trial
+
+    def _is_of_start(self) -> bool:
+        """Return whether the change of the start causes the error, in every precision."""
+        seen, earlier = self.seen, self.earlier
+        if seen is None:
+            return False
+        stays = earlier is not None and seen.stays_as(earlier, self.accuracy)
+        return seen.is_of_start or stays
+
+    def _is_too_long(self, trial: JudgedRun) -> bool:
+        """Return whether one more run in quadruple precision would exceed the limit of work."""
+        self.work += trial.work
+        too_much = self.work + trial.expected_work > MOST_WORK
+        lifted = self.runs.limits.are_lifted
+        return too_much and not lifted and trial.kept.reached >= trial.judge.reached
 
 
 class _JudgeFailsError(Exception):
