@@ -135,15 +135,19 @@ def as_duration(name: str, value: Any) -> float:
     return seconds
 
 
-def as_count(name: str, value: Any, least: int = 0) -> int:
-    """Return a whole number that is not below the least one."""
+def as_count(name: str, value: Any, least: int = 0, most: int | None = None, why: str = "") -> int:
+    """Return a whole number that is not below the least one, nor above the `most`.
+
+    `why` says why there are no more.
+    """
+    expected = f"of {least} or more" if most is None else f"from {least} to {most}{why}"
     number = None if isinstance(value, (bool, np.bool_)) else value
     try:
         count = number.__index__()  # type: ignore[union-attr]
     except (AttributeError, TypeError):
-        refuse(name, value, f"a whole number of {least} or more")
-    if count < least:
-        refuse(name, value, f"a whole number of {least} or more")
+        refuse(name, value, f"a whole number {expected}")
+    if count < least or (most is not None and count > most):
+        refuse(name, value, f"a whole number {expected}")
     if count > sys.maxsize:
         refuse(name, value, f"a whole number of {sys.maxsize} or less")
     return int(count)

@@ -35,7 +35,7 @@ from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.motor_inertia import MotorInertia
 from twolink.effects.pd_control import PdControl
-from twolink.errors import SimulationError
+from twolink.errors import SimulationError, TwolinkError
 from twolink.loads import Torque
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
@@ -368,7 +368,7 @@ def test_the_radius_grows_no_faster_than_ten_times_the_error():
     [
         (Scene.load(SCENES / "stick_slip.toml"), 30, None, "must have no events"),
         (Scene.load(SCENES / "sampled_torque.toml"), 30, None, "must have no events"),
-        (GENERAL, 0, None, "digits of an enclosure must be a whole number from 1 to 400; got 0"),
+        (GENERAL, 0, None, "digits must be a whole number from 1 to 400; got 0"),
         (GENERAL, 30, (11.0,), "times must increase from 0 to 10 s; got 11"),
         (
             replace(GENERAL, duration=20.0, effects=(Gravity(1e6),)),
@@ -379,7 +379,7 @@ def test_the_radius_grows_no_faster_than_ten_times_the_error():
     ],
 )
 def test_invalid_requests_are_rejected_with_one_sentence(scene, digits, times, sentence):
-    with pytest.raises(SimulationError, match=sentence):
+    with pytest.raises(TwolinkError, match=sentence):
         enclosure(scene, digits, times)
 
 

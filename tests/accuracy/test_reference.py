@@ -31,7 +31,7 @@ from twolink.effects import (
     Surface,
     pieces_at,
 )
-from twolink.errors import SimulationError
+from twolink.errors import ParameterError, SimulationError, TwolinkError
 from twolink.scene import Scene
 from twolink.simulation import simulate
 
@@ -152,6 +152,7 @@ def test_with_events_more_of_the_agreement_is_held_back(monkeypatch):
     ("digits", "times", "sentence"),
     [
         (0, None, "digits must be a whole number from 1 to 1000; got 0"),
+        (-3, None, "digits must be a whole number from 1 to 1000; got -3"),
         (5, (1.0, 1.0), "times must increase from 0 to 10 s; got 1, 1"),
         (5, (11.0,), "times must increase from 0 to 10 s; got 11"),
         (5, (10.0000001,), "times must increase from 0 to 10 s; got 10.0000001"),
@@ -159,12 +160,12 @@ def test_with_events_more_of_the_agreement_is_held_back(monkeypatch):
     ],
 )
 def test_invalid_requests_are_rejected_with_one_sentence(digits, times, sentence):
-    with pytest.raises(SimulationError, match=sentence):
+    with pytest.raises(TwolinkError, match=sentence):
         reference(GENERAL, digits, times)
 
 
 def test_events_allow_fewer_digits():
-    with pytest.raises(SimulationError, match="from 1 to 28, since its motion has events"):
+    with pytest.raises(ParameterError, match="from 1 to 28, since its motion has events"):
         reference(Scene.load(SCENES / "stick_slip.toml"), 60)
 
 

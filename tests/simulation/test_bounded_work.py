@@ -244,8 +244,8 @@ def test_a_reference_at_the_start():
 @pytest.mark.parametrize(
     ("digits", "times", "words"),
     [
-        ("60", None, "digits must be a whole number of 0 or more; got '60'"),
-        (60.5, None, r"digits must be a whole number of 0 or more; got 60\.5"),
+        ("60", None, "digits must be a whole number from 1 to 1000; got '60'"),
+        (60.5, None, r"digits must be a whole number from 1 to 1000; got 60\.5"),
         (20, "0.5", "times must be a number of seconds, or a row of them; got '0.5'"),
         (20, (0.5, float("nan")), "times must increase from 0 to 1 s"),
     ],

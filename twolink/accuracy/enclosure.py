@@ -139,14 +139,13 @@ def enclosure(
     Times must increase, within the run; the default is its end. The scene may have rigid surfaces
     and joint stops: then the result has the impacts as well, and ends early where bounces
     accumulate within 10^−digits s, where a contact persists, and where no number of digits that was
-    tried decides about an impact. Proofs in several threads take turns. Raises `SimulationError` if
-    python-flint or heyoka is missing, for scenes with other events or with a contact at the start,
-    and if the motion loses more digits than can be computed in reasonable time, and `TooMuchError`
-    if the proof exceeds the `limits`.
+    tried decides about an impact. Proofs in several threads take turns. Raises `ParameterError` for
+    an invalid number of digits, `SimulationError` if python-flint or heyoka is missing, for scenes
+    with other events or with a contact at the start, and if the motion loses more digits than can
+    be computed in reasonable time, and `TooMuchError` if the proof exceeds the `limits`.
     """
     check_run(scene, progress, limits)
     asked = asked_times(scene, times)
-    digits = as_count("digits", digits)
     check_enclosed(scene, digits)
     report = progress or (lambda stage, share: None)
     loss = 0.0 if has_modes(scene) else _expected_loss(scene, asked[-1])
@@ -191,16 +190,13 @@ def _proven(
 
 
 def check_enclosed(scene: Scene, digits: int) -> None:
-    """Raise `SimulationError` for scenes and digits for which there is no proof."""
+    """Raise an error for scenes (`SimulationError`) and digits for which there is no proof."""
+    as_count("digits", digits, 1, MOST_LOST)
     contacts = contact_elements(scene.effects, scene.moving_chain)
     if discontinuities(scene.effects) or not all(contact.rigid for contact in contacts):
         raise SimulationError(
             "the scene of a rigorous enclosure must have no events but impacts: no dry friction in "
             "joints, compliant surfaces or piecewise torques"
-        )
-    if not 1 <= digits <= MOST_LOST:
-        raise SimulationError(
-            f"digits of an enclosure must be a whole number from 1 to {MOST_LOST}; got {digits}"
         )
 
 

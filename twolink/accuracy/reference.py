@@ -138,13 +138,12 @@ def reference(
     Times must increase, within the run; the default is its end. If a motion amplifies errors more
     than expected, both runs are repeated with more digits, a few times. A motion with events is
     limited to the digits of 113 bits. The result states its number of digits. Raises
-    `SimulationError` for invalid digits or times and for a failed run, and `TooMuchError` for one
-    that would exceed the `limits`.
+    `ParameterError` for an invalid number of digits, `SimulationError` for invalid times and for a
+    failed run, and `TooMuchError` for one that would exceed the `limits`.
     """
     check_run(scene, progress, limits)
-    digits = as_count("digits", digits)
+    digits = _as_digits(scene, digits)
     asked = asked_times(scene, times)
-    _check(scene, digits)
     grid = asked if asked[0] == 0 else (0.0, *asked)
     report = progress or (lambda stage, share: None)
     if has_events(scene):
@@ -214,11 +213,11 @@ def asked_times(scene: Scene, times: tuple[float, ...] | None) -> tuple[float, .
     return tuple(float(t) for t in times)
 
 
-def _check(scene: Scene, digits: int) -> None:
+def _as_digits(scene: Scene, value: int) -> int:
+    """Return a number of digits that a motion can have."""
     most = most_digits(scene)
-    if not 1 <= digits <= most:
-        why = ", since its motion has events" if most == MOST_DIGITS_WITH_EVENTS else ""
-        raise SimulationError(f"digits must be a whole number from 1 to {most}{why}; got {digits}")
+    why = ", since its motion has events" if most == MOST_DIGITS_WITH_EVENTS else ""
+    return as_count("digits", value, 1, most, why)
 
 
 def _precise(
