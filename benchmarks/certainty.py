@@ -37,6 +37,7 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.surface import Surface
 from twolink.errors import SimulationError
 from twolink.integration.precisions import PrecisionName
+from twolink.limits import UNLIMITED
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -153,7 +154,9 @@ def bare(
     scene: Scene, times: Array, precision: PrecisionName, order: int, formulation: EquationsName
 ) -> MotionRun:
     """Return one run of the integrator."""
-    return motion_run(scene, times, formulation=formulation, precision=precision, order=order)
+    return motion_run(
+        scene, times, formulation=formulation, precision=precision, order=order, limits=UNLIMITED
+    )
 
 
 class Bare(NamedTuple):

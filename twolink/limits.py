@@ -17,7 +17,7 @@ from twolink.errors import TooMuchError
 class Limits:
     """The most that a run may take: seconds of computing, and bytes of memory.
 
-    Where any time is allowed, a motion may have any number of modes.
+    If `seconds` is infinite, the number of modes and the work in 113 bits are not limited either.
     """
 
     seconds: float = 3600.0
@@ -25,7 +25,7 @@ class Limits:
 
     @property
     def are_lifted(self) -> bool:
-        """Whether a run may take any time."""
+        """Whether a run may take any time, any number of modes, and any work in 113 bits."""
         return math.isinf(self.seconds)
 
     def check_memory(self, description: str, size: float) -> None:

@@ -12,7 +12,9 @@ from collections.abc import Callable
 from typing import Any
 
 from tests.campaign.dice import Dice
+from tests.campaign.draw_contacts import POINTS
 from twolink import Chain, Scene, kinematics
+from twolink.contact.impact_laws import LAWS
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.end_drag import EndDrag
 from twolink.effects.end_force import EndForce
@@ -26,8 +28,7 @@ from twolink.effects.motor_inertia import MotorInertia
 from twolink.effects.pd_control import PdControl
 from twolink.effects.surface import Surface
 
-POINTS: tuple[Any, ...] = ("B", "C1", "C2", "D")
-LAWS: tuple[Any, ...] = ("stronge", "poisson", "newton", "newton-routh")
+_LAWS: Any = tuple(LAWS)
 
 Pair = tuple[float, float]
 
@@ -169,7 +170,7 @@ def _on(dice: Dice) -> Any:
 
 def _rigid(dice: Dice, height: float, normal: Pair, on: Any, name: str) -> Surface:
     return Surface(
-        _placed(normal, height), normal, on, restitution=_restitution(dice), law=dice.pick(LAWS),
+        _placed(normal, height), normal, on, restitution=_restitution(dice), law=dice.pick(_LAWS),
         name=name, **_friction(dice),
     )  # fmt: skip
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from numpy.random import Generator
 
+from twolink.contact.impact_laws import LAWS
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.end_force import EndForce
 from twolink.effects.joint_damping import JointDamping
@@ -26,9 +27,6 @@ Restatement = Callable[[Any, Generator], tuple[Scene, float] | None]
 """Takes a trajectory and random numbers; returns another scene, and the time of the trajectory (s)
 at which it starts, or None where there is no such scene."""
 
-# The laws of restitution are one law without friction.
-_LAWS = "newton", "newton-routh", "poisson", "stronge"
-
 # Distance of an obstacle out of reach, in lengths of the stretched chain.
 _FAR = 3.0
 
@@ -40,7 +38,7 @@ def longer(trajectory: Any, rng: Generator) -> tuple[Scene, float]:
 
 
 def restarted(trajectory: Any, rng: Generator) -> tuple[Scene, float] | None:
-    """Return a scene that starts from the state at some time, often just after an impact.
+    """Return a scene that starts from the state at some time, sometimes just after an impact.
 
     There is none for torques that are sampled, and for surfaces that have a dent to keep.
     """
@@ -113,7 +111,8 @@ def _by_points(surface: Any, rng: Generator) -> list[Any]:
     if surface.static is None:
         changes["static"] = surface.friction
     if isinstance(surface, Surface) and not (surface.friction or surface.static):
-        changes["law"] = str(rng.choice(_LAWS))
+        # The laws of restitution are one law without friction.
+        changes["law"] = str(rng.choice(list(LAWS)))
     return [
         replace(surface, on=(point,), name=f"{surface.name} {point}", **changes)
         for point in surface.on

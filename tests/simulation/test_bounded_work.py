@@ -25,13 +25,16 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.pd_control import PdControl
-from twolink.errors import SimulationError, TooMuchError, TwolinkError
+from twolink.errors import IntegrationError, SimulationError, TooMuchError, TwolinkError
 from twolink.inputs import LEAST_DURATION
 from twolink.limits import UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.effects_cost import effects_cost
+from twolink.simulation.hybrid.effort import Effort
 from twolink.simulation.hybrid.run import hybrid_run
+from twolink.simulation.motion import motion_run
+from twolink.simulation.trajectory import Trajectory
 
 FALL = Scene(Chain.uniform_bars(), (0.3, 0.5), (0.0, 0.0), 1.0, (Gravity(),))
 DIVERGING = replace(FALL, duration=60.0, effects=(Gravity(), PdControl((0.0, 0.0), (-50.0, -50.0))))
@@ -187,6 +190,20 @@ def test_without_limits_a_motion_has_any_number_of_modes(monkeypatch):
     assert limited.t[-1] < BOUNCES.duration
     assert "within the limit of work (--force lifts it, and limits=UNLIMITED" in limited.failure
     assert simulate(BOUNCES, limits=UNLIMITED).met
+
+
+def test_other_runs_and_stored_motions_have_any_number_of_modes(monkeypatch, tmp_path):
+    """A stored motion is repeated for values between its samples."""
+    file = tmp_path / "bounces.npz"
+    whole = simulate(BOUNCES)
+    whole.save(file)
+    monkeypatch.setattr("twolink.simulation.hybrid.run.DEFAULT_EFFORT", Effort(jumps=1))
+    times = [0.0, BOUNCES.duration]
+    with pytest.raises(IntegrationError, match="within the limit of work"):
+        motion_run(BOUNCES, times, formulation="lagrange")
+    run = motion_run(BOUNCES, times, formulation="lagrange", limits=UNLIMITED)
+    assert run.q[:, -1] == pytest.approx(whole.q[:, -1], abs=1e-9)
+    assert Trajectory.load(file).at([1.7])[0] == pytest.approx(whole.at([1.7])[0], abs=1e-12)
 
 
 def test_a_note_says_where_longer_numbers_were_not_tried(monkeypatch):

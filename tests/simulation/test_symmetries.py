@@ -173,9 +173,10 @@ def test_a_motion_does_not_depend_on_how_it_is_stated(restate, draw, first, scen
             continue
         changed, start = made
         two = simulate(changed)
-        if leaves_a_choice(one, two):
+        # A longer motion may lose its accuracy later.
+        if leaves_a_choice(one, two) or not two.met:
             continue
-        end = min(scene.duration - start, two.holds_until if not two.met else changed.duration)
+        end = min(scene.duration - start, changed.duration)
         times = np.linspace(0.0, end, 41)[1:-1] + 1e-7
         times = clear_of_impacts(clear_of_impacts(times + start, one) - start, two)
         (q, u), (other_q, other_u) = one.at(times + start), two.at(times)

@@ -38,7 +38,7 @@ from twolink.environment import package_versions
 from twolink.errors import SimulationError
 from twolink.inputs import as_count
 from twolink.interruptible import side_by_side
-from twolink.limits import DEFAULT_LIMITS, Limits
+from twolink.limits import DEFAULT_LIMITS, UNLIMITED, Limits
 from twolink.optional import flint
 from twolink.scene import Scene
 from twolink.simulation.motion import check_run, has_modes, motion_run
@@ -230,7 +230,7 @@ def _expected_loss(scene: Scene, until: float) -> float:
         return 0.0
     # The least numbers have not so many others below them.
     times = np.unique(np.linspace(0.0, until, max(50, math.ceil(50 * until))))
-    run = motion_run(scene, times, formulation="momenta")
+    run = motion_run(scene, times, formulation="momenta", limits=UNLIMITED)
     chain, loss = scene.moving_chain, 0.0
     with ONE_AT_A_TIME, library.ctx.workprec(COARSE_BITS):
         frame = Frame.around(library, [arb(1)] * 4)

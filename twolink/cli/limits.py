@@ -13,8 +13,8 @@ Force = Annotated[
     bool,
     typer.Option(
         "--force",
-        help="Run on, even if it takes more than an hour, or more than 4 GB of memory, or if a "
-        "motion has thousands of modes.",
+        help="Run on, even if it takes more than an hour or more than 4 GB of memory, if a motion "
+        "has thousands of modes, or if it takes thousands of steps in 113 bits.",
     ),
 ]
 

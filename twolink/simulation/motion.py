@@ -8,7 +8,7 @@ from typing import Any
 from twolink.effects import contact_elements, discontinuities
 from twolink.inputs import check_callback, check_instance
 from twolink.integration.precisions import PrecisionName
-from twolink.limits import UNLIMITED, Limits
+from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import MotionRun
@@ -42,7 +42,7 @@ def motion_run(
     longest_step: float | None = None,
     evaluated_in: PrecisionName | None = None,
     progress: Callable[[float], None] | None = None,
-    limits: Limits = UNLIMITED,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> MotionRun:
     """Return the motion of a scene at increasing times (s), the first of them 0.
 

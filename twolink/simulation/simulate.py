@@ -206,7 +206,7 @@ def _through_events(asked: _Asked) -> Trajectory:
     )
     made = _trajectory(asked, kept, errors, found.runs, spent, found.why_unknown)
     notes = made.notes
-    if found.limited and not made.met:
+    if found.limited and not made.met and not kept.exhausted:
         notes += (_LIMITED,)
     if kept.failure:
         notes += (f"{kept.failure[0].upper()}{kept.failure[1:]}; the trajectory ends there.",)

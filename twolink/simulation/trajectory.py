@@ -18,6 +18,7 @@ from twolink.effects import (
 from twolink.errors import SimulationError
 from twolink.inputs import as_floats, as_path, as_times, check_instance, refuse
 from twolink.integration.precisions import PRECISIONS
+from twolink.limits import UNLIMITED
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
 from twolink.simulation.run import Array, MotionRun, Recipe, Statistics
@@ -295,6 +296,7 @@ class _Repeated:
             order=self.recipe.order,
             longest_step=self.recipe.longest_step,
             evaluated_in=self.recipe.evaluated_in,
+            limits=UNLIMITED,
         )
         off = max(
             float(np.abs(np.asarray(found, dtype=float) - kept).max(initial=0.0))

@@ -18,7 +18,7 @@ from twolink.ensembles.file import scene_tables
 from twolink.ensembles.parameters import keys_of
 from twolink.errors import ParameterError, SimulationError
 from twolink.inputs import as_path, as_tuple, check_callback, check_instance, refuse
-from twolink.limits import DEFAULT_LIMITS, Limits
+from twolink.limits import DEFAULT_LIMITS, UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
 from twolink.simulation.options import RunOptions
@@ -99,7 +99,7 @@ class Sensitivity:
         def neighbour(difference: Array) -> Array:
             scene = self._family.scene(np.array(self.values) + difference)
             # Its own errors are those of double precision, far below what it is compared with.
-            run = motion_run(scene, self.t, formulation="momenta")
+            run = motion_run(scene, self.t, formulation="momenta", limits=UNLIMITED)
             return np.concatenate([run.q, run.u])
 
         return propagated(self.t, states, slopes, self.errors, factor, neighbour)

@@ -49,7 +49,7 @@ def test_a_judge_follows_as_many_jumps_as_its_motion_may_take():
 @pytest.mark.parametrize("precision", PRECISIONS)
 def test_without_limits_a_run_may_take_any_work(precision):
     limited = effort_of(precision, 1.0, DEFAULT_LIMITS)
-    assert effort_of(precision, 1.0, UNLIMITED) == Effort(jumps=math.inf)
+    assert effort_of(precision, 1.0, UNLIMITED) == Effort(jumps=math.inf, patience=math.inf)
     assert limited.steps == (MOST_WORK if precision == "quadruple" else math.inf)
     assert limited.jumps < 10_000
 
@@ -62,6 +62,14 @@ def test_a_run_ends_early_that_would_exceed_its_steps_at_its_pace():
     few = hybrid_run(lossless, [0.0, 100.0], effort=Effort(steps=whole.steps // 3), partial=True)
     assert few.exhausted
     assert few.steps < whole.steps // 4
+
+
+def test_a_run_that_has_reached_its_end_has_not_taken_too_much():
+    """However many steps it took: nothing is left to follow."""
+    free = Scene(BARS, (0.4, 0.7), (0.3, 0.2), 2.0, (Gravity(), JointStop("A", lower=-1e9)))
+    whole = hybrid_run(free, [0.0, 2.0])
+    assert len(whole.arcs) == 1
+    assert not hybrid_run(free, [0.0, 2.0], effort=Effort(steps=whole.steps - 1)).exhausted
 
 
 def test_the_code_of_a_mode_is_optimised_that_will_take_enough_steps(monkeypatch):

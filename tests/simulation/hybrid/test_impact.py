@@ -282,26 +282,23 @@ def test_no_impact_changes_more_than_the_bound_says(law, mu, random):
 
 def test_no_bound_is_below_that_of_usual_poses_and_newtons_rule_has_no_limit_of_energy():
     impacts = impacts_of(floor(0.5, 0.3, "newton"))
-    assert impacts.largest_change(0, 0.25, (0.0, 0.0)) >= usual_change(POINT, BARS, 0.25) == 0.5
+    assert impacts.largest_change(0, 0.25, (0.0, 0.0)) >= usual_change(UP, BARS, 0.25) == 0.5
     assert impacts.largest_change(0, math.inf, (0.1, 0.1)) == math.inf
     lower = impacts_of(floor(0.5, 0.0), q=(math.pi / 2, math.pi / 2))
-    assert lower.largest_change(0, 1e-9, (0.0, 0.0)) == usual_change(POINT, BARS, 1e-9)
-
-
-POINT = PointCoordinate("D", (0.0, 1.0))
+    assert lower.largest_change(0, 1e-9, (0.0, 0.0)) == usual_change(UP, BARS, 1e-9)
 
 
 def test_a_link_without_length_has_a_usual_change():
     """The longest links are shorter than 1 m: the other one counts."""
     chain = Chain((1.0, 1.0), (0.5, 0.0), ((0.2, 0.0), (0.1, 0.0)), (0.1, 0.1))
-    assert usual_change(POINT, chain, 1.0) == 4.0
+    assert usual_change(UP, chain, 1.0) == 4.0
 
 
 @pytest.mark.parametrize("metre", [2.0**-10, 1.0, 2.0**10])
 def test_a_usual_change_does_not_depend_on_the_unit_of_length(metre):
     chain = Chain.uniform_bars((1.0, 1.0), (0.75 * metre, 0.25 * metre))
-    assert usual_change(POINT, chain, metre) == 8.0
-    assert usual_change(JointCoordinate("B", 1), chain, 1.0) == 8.0
+    assert usual_change(UP, chain, metre) == 8.0
+    assert usual_change(AT_B, chain, 1.0) == 8.0
 
 
 LONG_AND_SHORT = Chain.point_masses((1.0, 1.0), (1.0, 0.5))

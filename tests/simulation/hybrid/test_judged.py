@@ -103,10 +103,26 @@ def test_the_work_of_a_judge_that_left_the_motion_does_not_end_the_search(run):
     assert judged(wild, wild).expected_work == wild.steps + 4 * len(run.arcs)
 
 
-def test_only_runs_in_quadruple_precision_are_work(run, judge):
-    longest = replace(judge, precision="quadruple", steps=5_000)
-    assert judged(run, judge).work == 0
-    assert judged(run, longest).work == judged(longest, longest).work == 5_000 + 4 * len(judge.arcs)
+def test_a_run_in_quadruple_precision_that_its_work_has_ended_limits_the_search(run, judge):
+    ended = replace(judge, precision="quadruple", failure="too many modes", exhausted=True)
+    assert judged(run, ended).is_limited
+    assert judged(ended, ended).is_limited
+    # Bounces that are left out do not end a run, and shorter numbers are no limit.
+    assert not judged(run, replace(ended, failure="")).is_limited
+    assert not judged(replace(run, failure="too many", exhausted=True), judge).is_limited
+
+
+def test_of_runs_that_follow_another_motion_the_one_that_holds_longest_is_kept(run, judge):
+    """Their errors at the end do not compare them."""
+
+    def known_until(time, worst):
+        found = judged(run, judge, 1e-12)
+        return replace(found, errors=np.where(time > TIMES, 1e-12, worst))
+
+    assert known_until(2.0, 30.0).rank > known_until(1.0, 10.0).rank
+    assert known_until(2.0, np.inf).rank > known_until(1.0, 10.0).rank
+    # Errors that are known to be small are better than those that are unknown.
+    assert known_until(1.0, 1e-8).rank > known_until(2.0, np.inf).rank
 
 
 def test_the_better_run_reaches_farther_or_is_more_accurate(run, judge):

@@ -50,7 +50,10 @@ def test_the_cause_is_named(effects, q, u, cause):
 def test_modes_without_end_of_a_chain_that_turns_about_its_end_have_that_cause():
     contact = Surface((0.0, 0.0), ABOVE, friction=0.5)
     for q, words in [
-        (FOLDED, "at 0 s the links turn together about a point of link 2 at A"),
+        (
+            FOLDED,
+            "at 0 s the folded links can turn together about A, and the laws do not",
+        ),
         (LIES, "modes follow each other without end at 0 s: slides, then rests"),
     ]:
         system, state, _ = on_contacts(contact, q=q)

@@ -13,9 +13,10 @@ from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.arc import Arc
 
 MOST_WORK = 8_000
-"""The most steps in quadruple precision, each of about a millisecond, for one motion.
+"""The most steps in quadruple precision, each of about a millisecond.
 
-A run that is expected to exceed it, with those before, is not attempted; one that does is ended.
+A run is not attempted that is expected to exceed this together with those before, and it is ended
+if it exceeds this alone.
 """
 
 STEPS_OF_A_JUMP = 4
@@ -56,11 +57,12 @@ class Effort(NamedTuple):
     jumps: float = tolerances.MOST_JUMPS
     steps: float = math.inf
     short_steps: float = math.inf
-    patience: int = tolerances.PATIENCE
+    patience: float = tolerances.PATIENCE
     until: float = math.inf
 
 
 DEFAULT_EFFORT = Effort()
+ANY_EFFORT = Effort(jumps=math.inf, patience=math.inf)
 
 
 def effort_of(precision: PrecisionName, duration: float, limits: Limits) -> Effort:
@@ -69,7 +71,7 @@ def effort_of(precision: PrecisionName, duration: float, limits: Limits) -> Effo
     Where the limits are lifted, it may take any.
     """
     if limits.are_lifted:
-        return Effort(jumps=math.inf)
+        return ANY_EFFORT
     return Effort(
         jumps=_most_jumps(precision, duration),
         steps=_MOST_STEPS.get(precision, math.inf),

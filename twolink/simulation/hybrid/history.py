@@ -162,16 +162,20 @@ class History:
 
         `share` is the part of the time that has passed.
         """
+        if arc.end.t >= self.end:
+            return
         if self._work.is_too_much(share):
-            left = f"is not followed further within the limit of work{LIFTED}"
+            why = f" within the limit of work{LIFTED}"
         elif coming := self._modes_of_an_endless_run():
-            left = f"is not followed further, as some {coming:.0e} would follow at this pace"
+            many = f"about {coming:.2g} more modes" if coming < math.inf else "endlessly many modes"
+            why = f", as {many} would follow at this pace"
         else:
             return
         self.exhausted = True
+        modes = f"{len(self.arcs)} modes" if len(self.arcs) > 1 else "1 mode"
         raise IntegrationError(
-            f"the motion has {len(self.arcs)} modes by {float(arc.end.t):.6g} s, and {left}: "
-            f"{arc.mode}, then {_event_of(arc)}"
+            f"the motion has {modes} by {float(arc.end.t):.6g} s, and is not followed further"
+            f"{why}: {arc.mode}, then {_event_of(arc)}"
         )
 
     def _modes_of_an_endless_run(self) -> float:

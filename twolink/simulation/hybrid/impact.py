@@ -379,8 +379,8 @@ class Impacts:
 def usual_change(coordinate: ConstraintCoordinate, chain: Chain, speed: float) -> float:
     """Return the change of u (rad/s) by an impact at a normal speed, far from singular poses.
 
-    A point that is the shorter link away from its axis turns at the speed (m/s) divided by that
-    link, and loses twice that. The speed of a stop (rad/s) is that of the stretched chain.
+    It is that of a point that is the shorter link away from its axis, and changes by twice its
+    speed (m/s). A stop at a speed (rad/s) counts like the end of the stretched chain that turns so.
     """
     # Link 2 may have no length: D is then at B.
     lengths = [float(length) for length in (chain.L1, chain.L2) if length]

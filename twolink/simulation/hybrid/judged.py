@@ -14,6 +14,7 @@ from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid.differences import MARGIN_OF_EQUALS, differences
 from twolink.simulation.hybrid.effort import STEPS_OF_A_JUMP
 from twolink.simulation.hybrid.run import HybridRun
+from twolink.simulation.hybrid.tolerances import SATURATED
 
 Array = NDArray[np.float64]
 
@@ -87,9 +88,14 @@ class JudgedRun:
         return min(self.kept.reached, self.judge.reached) if ended else self.kept.reached
 
     @property
-    def rank(self) -> tuple[float, float]:
-        """The larger, the better: first by the part of the time that is reached."""
-        return round(self.known_until / self.end, _DIGITS), -self.worst
+    def rank(self) -> tuple[float, float, int, float]:
+        """The larger, the better: first by the part of the time that is reached.
+
+        Runs that follow another motion in the end are compared by how long they are accurate.
+        """
+        held = int((self.errors <= self.accuracy).sum())
+        reached = round(self.known_until / self.end, _DIGITS)
+        return reached, -min(self.worst, SATURATED), held, -self.worst
 
     @property
     def suffices(self) -> bool:
@@ -104,6 +110,12 @@ class JudgedRun:
         return self.suffices and self.rank[0] == 1.0
 
     @property
+    def is_limited(self) -> bool:
+        """Whether the limit of work has ended a run in quadruple precision."""
+        both = self.kept, self.judge
+        return any(run.precision == "quadruple" and run.exhausted and run.failure for run in both)
+
+    @property
     def is_exhausted(self) -> bool:
         """Whether a run was ended by its effort: others would be too."""
         return bool(self.kept.exhausted or self.judge.exhausted)
@@ -114,16 +126,10 @@ class JudgedRun:
 
         The run whose error is of order one may have reached high speeds, and taken more of them.
         """
-        return min(map(_work_of, (self.kept, self.judge)))
-
-    @property
-    def work(self) -> int:
-        """The work in quadruple precision, in steps, of the two runs side by side."""
-        both = self.kept, self.judge
-        return max((_work_of(run) for run in both if run.precision == "quadruple"), default=0)
+        return min(map(work_of, (self.kept, self.judge)))
 
 
-def _work_of(run: HybridRun) -> int:
+def work_of(run: HybridRun) -> int:
     """Return the work of a run in quadruple precision, in steps."""
     return run.steps + STEPS_OF_A_JUMP * len(run.arcs)
 

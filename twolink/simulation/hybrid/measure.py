@@ -28,9 +28,9 @@ from twolink.scene import Scene
 from twolink.simulation.hybrid.configurations import BEST_ORDER, Configuration, Seen, configurations
 from twolink.simulation.hybrid.doubts import reason_of
 from twolink.simulation.hybrid.effort import MOST_WORK, effort_of
-from twolink.simulation.hybrid.judged import JudgedRun, best_of
+from twolink.simulation.hybrid.judged import JudgedRun, best_of, work_of
 from twolink.simulation.hybrid.run import HybridRun, hybrid_run
-from twolink.simulation.hybrid.tolerances import BEYOND, PATIENCE
+from twolink.simulation.hybrid.tolerances import BEYOND
 from twolink.simulation.run import ENDS_EARLY
 from twolink.simulation.smooth.equations import EQUATIONS
 
@@ -94,6 +94,7 @@ def measured_run(
         best = best_of(best, trial, times)
         measuring += perf_counter() - begun + trial.seconds
         if trial.suffices or trial.is_exhausted:
+            search.limited = trial.is_limited
             break
     assert best is not None
     kept = best.kept.decided(times, best.errors)
@@ -105,13 +106,12 @@ def measured_run(
 class _Search:
     """The runs that are measured, one after the other, for an accuracy (rad, rad/s).
 
-    `seen` are the errors of the last one, `earlier` those of the one before. `work` is that of all
-    runs in quadruple precision, in steps, and the search is `limited` if its limit has ended it.
+    `seen` are the errors of the last one, `earlier` those of the one before. The search is
+    `limited` if the limit of work in quadruple precision has ended it.
     """
 
     runs: _Runs
     accuracy: float
-    work: int = 0
     limited: bool = False
     seen: Seen | None = None
     earlier: Seen | None = None
@@ -178,11 +178,14 @@ class _Search:
         return seen.is_of_start or stays
 
     def _is_too_long(self, trial: JudgedRun) -> bool:
-        """Return whether one more run in quadruple precision would exceed the limit of work."""
-        self.work += trial.work
-        too_much = self.work + trial.expected_work > MOST_WORK
-        lifted = self.runs.limits.are_lifted
-        return too_much and not lifted and trial.kept.reached >= trial.judge.reached
+        """Return whether one more run in quadruple precision would exceed the limit of work.
+
+        How much it takes is not known where the judge shows that the motion goes on.
+        """
+        if self.runs.limits.are_lifted:
+            return False
+        expected = trial.expected_work if trial.kept.reached >= trial.judge.reached else 0
+        return self.runs.work + expected > MOST_WORK
 
 
 class _JudgeFailsError(Exception):
@@ -206,6 +209,11 @@ class _Runs:
     progress: Progress
     limits: Limits
     known: dict[_Key, HybridRun] = field(default_factory=dict)
+
+    @property
+    def work(self) -> int:
+        """The work of all runs in quadruple precision, in steps."""
+        return sum(work_of(run) for run in self.known.values() if run.precision == "quadruple")
 
     def trial(
         self, configuration: Configuration, accuracy: float, *, is_last: bool = True
@@ -301,9 +309,9 @@ class _Runs:
             report(share)
 
         low = by == self.own and order < BEST_ORDER
-        effort = effort_of(precision, self.scene.duration, self.limits)._replace(
-            patience=PATIENCE if by == self.own else _MORE_PATIENCE * PATIENCE, until=until
-        )
+        effort = effort_of(precision, self.scene.duration, self.limits)._replace(until=until)
+        if by != self.own:
+            effort = effort._replace(patience=_MORE_PATIENCE * effort.patience)
         if low:
             effort = effort._replace(steps=_MANY_STEPS_OF_A_LOW_ORDER)
         return hybrid_run(

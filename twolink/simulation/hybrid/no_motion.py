@@ -31,8 +31,9 @@ def sentence_on_endless(system: HybridSystem, state: HybridState, modes: str) ->
         return f"modes follow each other without end at {float(state.t):.9g} s: {modes}"
     names = ", ".join(system.names[index] for index in numbers)
     return (
-        f"at {float(state.t):.9g} s the links turn together about a point of link 2 at A, and the "
-        f"laws do not determine the forces there ({names}); such motions are not simulated"
+        f"at {float(state.t):.9g} s the folded links can turn together about A, and the laws do "
+        f"not determine the forces on link 2 there ({names}) beside the torque of joint B; such "
+        "motions are not simulated"
     )
 
 

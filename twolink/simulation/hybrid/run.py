@@ -16,13 +16,13 @@ from twolink.contact.impact_laws import Regime
 from twolink.errors import IntegrationError
 from twolink.integration.operations import Extent, Operations, total
 from twolink.integration.precisions import PRECISIONS, PrecisionName
-from twolink.limits import UNLIMITED, Limits
+from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.arc import Arc
 from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
 from twolink.simulation.hybrid.doubts import remarks_of
-from twolink.simulation.hybrid.effort import DEFAULT_EFFORT, Effort
+from twolink.simulation.hybrid.effort import ANY_EFFORT, DEFAULT_EFFORT, Effort
 from twolink.simulation.hybrid.history import History
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.impact_log import impact_log
@@ -160,23 +160,25 @@ def hybrid_run(
     longest_step: float | None = None,
     progress: Callable[[float], None] | None = None,
     partial: bool = False,
-    effort: Effort = DEFAULT_EFFORT,
-    limits: Limits = UNLIMITED,
+    effort: Effort | None = None,
+    limits: Limits = DEFAULT_LIMITS,
     judges: bool = False,
 ) -> HybridRun:
     """Return the hybrid motion of a scene at increasing times (s), the first of them 0.
 
     `progress` receives the completed share. Raises `IntegrationError` if the motion cannot be
     integrated to the last time, unless a `partial` run is accepted, or if that takes more than an
-    `effort`, and `TooMuchError` where its steps would take more memory than the `limits` allow.
+    `effort`, by default that of the `limits`, and `TooMuchError` where its steps would take more
+    memory than these allow.
     A run that `judges` another one starts from the pose as it is given, and has doubts that the
     error of that run decides.
     """
     # Modes are formulated in speeds, not in momenta.
     own = EQUATIONS[formulation].in_speeds
     cap = longest_step or default_longest_step(scene)
-    begun, end = perf_counter(), min(float(times[-1]), effort.until)
-    history = History(scene, own, precision, order, cap, end, effort, limits, judges)
+    most = effort or (ANY_EFFORT if limits.are_lifted else DEFAULT_EFFORT)
+    begun, end = perf_counter(), min(float(times[-1]), most.until)
+    history = History(scene, own, precision, order, cap, end, most, limits, judges)
     failure = ""
     try:
         history.follow(progress or (lambda share: None))

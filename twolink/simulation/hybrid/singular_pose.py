@@ -52,10 +52,10 @@ def pinned(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int
 
 
 def turned_about(system: HybridSystem, state: HybridState, pose: Pose) -> Sequence[int]:
-    """Return the elements that act on points of link 2 that are at A, and move with joint B.
+    """Return the elements that act on a point of link 2 that coincides with A.
 
-    Links of one length, folded, turn together about such a point. All forces on it have the lever
-    arm of a torque in joint B, so that the laws do not determine the share of each.
+    Every force on it acts like a torque in joint B, so that the laws do not determine how these
+    share a load.
     """
     return [
         index

@@ -77,7 +77,7 @@ MOST_IMPACTS = 1000
 MOST_JUMPS_AT_ONCE = 400
 
 # Bounces on a contact before further ones are left out if they would not end. The run that judges
-# another follows more of them. Read by effort and measure.
+# another follows more of them. Read by effort.
 PATIENCE = 1500
 
 # Jumps before a run is given up: bounces without loss that a load presses on never end, and take a
@@ -94,7 +94,7 @@ BEYOND = 0.01
 
 # Difference of two runs (rad or rad/s) above which they follow different motions, and do not show
 # any more how errors grow. A note names the event whose doubt changes the motion by more. Read by
-# configurations, doubts and impact_order.
+# configurations, doubts, impact_order and judged.
 SATURATED = 1e-3
 
 # The part of the errors in double precision that those in long doubles may be. Round-off is a

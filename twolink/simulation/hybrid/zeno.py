@@ -186,9 +186,8 @@ def _check_energy(
     if not last <= tolerances.MOST_ENERGY * first:
         names, laws = impacts.names_and_laws(sorted({strike.number for strike in crowd}))
         raise IntegrationError(
-            f"at {float(state.t):.9g} s the impacts on {names} follow each other without end, "
-            f"beyond the range of their laws ({laws}): the chain, which had {first:.3g} J, has "
-            f"{last:.3g} J"
+            f"at {float(state.t):.9g} s the last {len(crowd)} impacts, on {names}, are beyond the "
+            f"range of their laws ({laws}): the chain, which had {first:.3g} J, has {last:.3g} J"
         )
 
 
