@@ -16,6 +16,7 @@ from twolink.simulation.hybrid.impact import (
     Impacts,
     approach,
     at_rest,
+    change_by_press,
     is_left_over,
     placed,
     speed_along,
@@ -286,6 +287,26 @@ def test_no_bound_is_below_that_of_usual_poses_and_newtons_rule_has_no_limit_of_
     assert impacts.largest_change(0, math.inf, (0.1, 0.1)) == math.inf
     lower = impacts_of(floor(0.5, 0.0), q=(math.pi / 2, math.pi / 2))
     assert lower.largest_change(0, 1e-9, (0.0, 0.0)) == usual_change(UP, BARS, 1e-9)
+
+
+@pytest.mark.parametrize("along", [1.0, 0.05])
+def test_a_soft_surface_changes_u_by_no_more_than_a_lossless_push(along):
+    """A point near the axis turns its link fast, however slowly it meets the surface."""
+    chain = Chain((1.0, 1.0), (1.0, 1.0), ((along, 0.0), (0.5, 0.0)), (1e-3, 1e-3))
+    pose, speed = Pose(chain, lagrange, (0.4, -1.2)), 0.25
+    point = PointCoordinate("C1", (0.0, -1.0))
+    x, y = pose.row(point)
+    u = -speed / x, 0.3
+    x_response, y_response = pose.impulse_response((x, y))
+    push = 2 * speed / (x * x_response + y * y_response)
+    energy = Impacts(pose, [], 0.0, EPSILON).energy(u)
+    most = change_by_press(pose, point, speed, energy)
+    assert most >= push * max(abs(x_response), abs(y_response)) * (1 - 1e-12)
+    assert most >= usual_change(point, chain, speed)
+    assert most < 100.0
+    # A point that cannot be pushed away leaves its energy alone.
+    lying = Pose(chain, lagrange, (math.pi / 2, -1.2))
+    assert change_by_press(lying, point, 0.0, energy) < math.inf
 
 
 def test_a_link_without_length_has_a_usual_change():

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.event_functions import EDGES
-from twolink.simulation.hybrid.impact import Impacts, usual_change
+from twolink.simulation.hybrid.impact import Impacts, change_by_press
 from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
 from twolink.simulation.hybrid.polishing import horner, lowest
 from twolink.simulation.hybrid.pose import Pose
@@ -59,13 +59,12 @@ class StepOfArc(NamedTuple):
     def change(self, x: float, index: int, speed: float) -> float:
         """Return a bound on the change of u (rad/s) by an impact of an element at a speed, at x."""
         system, element = self.system, self.system.elements[index]
-        if not element.rigid:
-            # A press that has just begun gives a point twice its speed at the most.
-            return usual_change(element.principal, system.scene_chain, speed)
         q1, q2, u1, u2 = self._state(x)
         pose = Pose(system.chain, system.formulation, (q1, q2))
         impacts = Impacts(pose, system.elements, 0.0, system.rounding)
-        return impacts.largest_change(index, speed, (u1, u2))
+        if element.rigid:
+            return impacts.largest_change(index, speed, (u1, u2))
+        return change_by_press(pose, element.principal, speed, impacts.energy((u1, u2)))
 
     def steepness(self, x: float, trigger: Trigger) -> float:
         """Return the change of an event function at x by one of every angle and speed (1/rad)."""

@@ -326,10 +326,7 @@ class Impacts:
         contact = self.contact(index)
         if contact.law == "newton" and contact.tangent is not None:
             return math.inf
-        ((M11, M12), (_, M22)), _ = self.pose.inertia
-        a, b, c = float(M11), float(M12), float(M22)
-        least = 2 * (a * c - b * b) / (a + c + math.hypot(a - c, 2 * b))
-        return 2 * math.sqrt(2 * self.energy(u) / least)
+        return _turned_around(self.pose, self.energy(u))
 
     def _after(self, u: Pair, row: Pair, tangent: Pair, impulse: Impulse) -> Pair:
         """Return u after the impulses along a normal and a tangent."""
@@ -385,6 +382,30 @@ def usual_change(coordinate: ConstraintCoordinate, chain: Chain, speed: float) -
     # Link 2 may have no length: D is then at B.
     lengths = [float(length) for length in (chain.L1, chain.L2) if length]
     return 2 * speed * sum(lengths) / min(lengths) / coordinate.size(chain)
+
+
+def change_by_press(
+    pose: Pose, coordinate: ConstraintCoordinate, speed: float, energy: float
+) -> float:
+    """Return a bound on the change of u (rad/s) by a soft surface that a point meets at a speed.
+
+    The point gets twice its speed at the most, and the chain keeps its kinetic energy (J).
+    """
+    row = pose.row(coordinate)
+    x, y = pose.impulse_response(row)
+    along = float(row[0] * x + row[1] * y)
+    pushed = 2 * speed * float(largest((x, y))) / along if along > 0 else math.inf
+    return max(
+        usual_change(coordinate, pose.chain, speed), min(pushed, _turned_around(pose, energy))
+    )
+
+
+def _turned_around(pose: Pose, energy: float) -> float:
+    """Return the largest change of u (rad/s) that keeps a kinetic energy (J)."""
+    ((M11, M12), (_, M22)), _ = pose.inertia
+    a, b, c = float(M11), float(M12), float(M22)
+    least = 2 * (a * c - b * b) / (a + c + math.hypot(a - c, 2 * b))
+    return 2 * math.sqrt(2 * energy / least)
 
 
 def is_left_over(row: Pair, u: Pair, before: Pair, rounding: float) -> bool:
