@@ -132,7 +132,7 @@ ROWS = {
         "dynamics",
         "system",
         "compiled conditions event_functions impact mode_at",
-        "noise steepness",
+        "missed_change noise steepness",
         "complementarity",
         "breakaway_order compile confirm doubts impact_log resolution trials",
         "impact_order",

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.event_functions import EDGES
-from twolink.simulation.hybrid.impact import Impacts, change_by_press
+from twolink.simulation.hybrid.impact import Impacts
+from twolink.simulation.hybrid.missed_change import change_by_impact, change_by_press
 from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
 from twolink.simulation.hybrid.polishing import horner, lowest
 from twolink.simulation.hybrid.pose import Pose
@@ -63,7 +64,7 @@ class StepOfArc(NamedTuple):
         pose = Pose(system.chain, system.formulation, (q1, q2))
         impacts = Impacts(pose, system.elements, 0.0, system.rounding)
         if element.rigid:
-            return impacts.largest_change(index, speed, (u1, u2))
+            return change_by_impact(impacts, index, speed, (u1, u2))
         return change_by_press(pose, element.principal, speed, impacts.energy((u1, u2)))
 
     def steepness(self, x: float, trigger: Trigger) -> float:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from twolink.arithmetic import Pair, Scalar
-from twolink.chain import Chain
 from twolink.contact.coordinates import ConstraintCoordinate, JointCoordinate
 from twolink.contact.elements import ContactElement, RigidContact
 from twolink.contact.impact_laws import (
@@ -27,9 +25,6 @@ from twolink.simulation.hybrid.tolerances import (
     NO_LEVER,
     UNDECIDED,
 )
-
-# Margin of the change by an impact of which only the size of the speed is known.
-_UNSURE = 2
 
 
 class Strike(NamedTuple):
@@ -301,33 +296,6 @@ class Impacts:
         after = before[0] + N * x + T * X, before[1] + N * y + T * Y
         return bool(largest(after) <= LEFT_BY_LOCKING * largest(before))
 
-    def largest_change(self, index: int, speed: float, u: Pair) -> float:
-        """Return a bound on the change of u (rad/s) by an impact at about a normal speed.
-
-        It is large where the row of the normal is short: a point that only just meets a surface at
-        the end of its reach turns the chain around.
-        """
-        row, most = self.row(index), self._most_by_energy(index, u)
-        usual = usual_change(self.contact(index).normal, self.pose.chain, speed)
-        long = row[0] * row[0] + row[1] * row[1]
-        if long == 0 or speed == math.inf:
-            return max(usual, most)
-        miss = speed_along(row, u) + speed
-        u = u[0] - miss * row[0] / long, u[1] - miss * row[1] / long
-        after = self.impact(index, u).u[1]
-        changed = float(largest((after[0] - u[0], after[1] - u[1])))
-        return max(usual, min(_UNSURE * changed, most))
-
-    def _most_by_energy(self, index: int, u: Pair) -> float:
-        """Return the most by which an impact changes u (rad/s) that gives no energy.
-
-        It is infinite for Newton's law with friction, which may give some.
-        """
-        contact = self.contact(index)
-        if contact.law == "newton" and contact.tangent is not None:
-            return math.inf
-        return _turned_around(self.pose, self.energy(u))
-
     def _after(self, u: Pair, row: Pair, tangent: Pair, impulse: Impulse) -> Pair:
         """Return u after the impulses along a normal and a tangent."""
         normal, along = impulse.normal, impulse.tangential
@@ -371,41 +339,6 @@ class Impacts:
         contact = self._elements[index]
         assert isinstance(contact, RigidContact)
         return contact
-
-
-def usual_change(coordinate: ConstraintCoordinate, chain: Chain, speed: float) -> float:
-    """Return the change of u (rad/s) by an impact at a normal speed, far from singular poses.
-
-    It is that of a point that is the shorter link away from its axis, and changes by twice its
-    speed (m/s). A stop at a speed (rad/s) counts like the end of the stretched chain that turns so.
-    """
-    # Link 2 may have no length: D is then at B.
-    lengths = [float(length) for length in (chain.L1, chain.L2) if length]
-    return 2 * speed * sum(lengths) / min(lengths) / coordinate.size(chain)
-
-
-def change_by_press(
-    pose: Pose, coordinate: ConstraintCoordinate, speed: float, energy: float
-) -> float:
-    """Return a bound on the change of u (rad/s) by a soft surface that a point meets at a speed.
-
-    The point gets twice its speed at the most, and the chain keeps its kinetic energy (J).
-    """
-    row = pose.row(coordinate)
-    x, y = pose.impulse_response(row)
-    along = float(row[0] * x + row[1] * y)
-    pushed = 2 * speed * float(largest((x, y))) / along if along > 0 else math.inf
-    return max(
-        usual_change(coordinate, pose.chain, speed), min(pushed, _turned_around(pose, energy))
-    )
-
-
-def _turned_around(pose: Pose, energy: float) -> float:
-    """Return the largest change of u (rad/s) that keeps a kinetic energy (J)."""
-    ((M11, M12), (_, M22)), _ = pose.inertia
-    a, b, c = float(M11), float(M12), float(M22)
-    least = 2 * (a * c - b * b) / (a + c + math.hypot(a - c, 2 * b))
-    return 2 * math.sqrt(2 * energy / least)
 
 
 def is_left_over(row: Pair, u: Pair, before: Pair, rounding: float) -> bool:
