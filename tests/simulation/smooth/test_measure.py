@@ -1,6 +1,8 @@
 """The measured error of smooth motions, against more precise runs, and where it is hardest."""
 
 import math
+from dataclasses import replace
+from threading import get_ident
 
 import numpy as np
 import pytest
@@ -226,6 +228,45 @@ def test_the_growth_bounds_round_off_that_two_runs_share(monkeypatch):
     monkeypatch.undo()
     exact = taylor_run(HARD["reference"], TIMES, formulation="kane", precision="long double")
     assert np.all(true_errors(search._run("double", 19), exact) <= equal)
+
+
+@pytest.mark.parametrize(("precision", "threads"), [("double", 1), ("quadruple", 2)])
+def test_two_runs_in_113_bits_are_made_in_two_threads(monkeypatch, precision, threads):
+    """They are those that are made one after the other, to the last bit."""
+    used = set()
+
+    def made(*given, **options):
+        used.add(get_ident())
+        return taylor_run(*given, **options)
+
+    monkeypatch.setattr(measure, "taylor_run", made)
+    short, times = replace(HARD["reference"], duration=0.2), np.linspace(0.0, 0.2, 5)
+    search = measure._Search(short, times, 1e-8, "momenta", quiet, True, 0.1, False)
+    found = search._both_runs(precision, (21, 25))
+    assert len(used) == threads
+    assert (get_ident() in used) == (threads == 1)
+    assert len(search.made) == 2
+    for order, run in zip((21, 25), found, strict=True):
+        alone = taylor_run(
+            short, times, formulation="momenta", precision=precision, order=order, longest_step=0.1
+        )
+        assert run is search.runs[precision, order]
+        assert run.order == order
+        assert np.array_equal(run.q, alone.q)
+        assert np.array_equal(run.u, alone.u)
+    assert search._both_runs(precision, (21, 25)) == found
+
+
+def test_an_interrupted_run_in_113_bits_ends_the_other():
+    def interrupting(share):
+        raise ZeroDivisionError
+
+    search = measure._Search(
+        HARD["reference"], TIMES, 1e-8, "momenta", lambda name: interrupting, True, 1.0, False
+    )
+    with pytest.raises(ZeroDivisionError):
+        search._both_runs("quadruple", (31, 35))
+    assert not search.runs
 
 
 def test_the_first_pair_selects_the_order(monkeypatch):

@@ -34,7 +34,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from twolink.effects import is_built_in
 from twolink.integration.precisions import PRECISIONS, PrecisionName, longer_than
+from twolink.interruptible import side_by_side
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array, MotionRun
@@ -173,8 +175,8 @@ class _Search:
             if precision != last and not self._is_vain(precision, noise):
                 yield from self._judged_by_defect(precision, noise)
         # The finest run: the difference is the error of the coarser one, which is larger.
-        finest = self._run(last, PRECISIONS[last].full_order)
-        other = self._run(last, PRECISIONS[last].truncated_order)
+        orders = PRECISIONS[last].full_order, PRECISIONS[last].truncated_order
+        finest, other = self._both_runs(last, orders)
         compared = self._compared(finest, other)
         yield self._of(finest, self._judged(compared, MARGIN_OF_LIKE_PRECISIONS))
 
@@ -188,7 +190,7 @@ class _Search:
             order = min(order, truncated - MORE_ORDERS)
         while order <= truncated:
             order = self._cheapest_pair(precision, order, truncated)
-            kept, judge = (self._run(precision, each) for each in (order, order + MORE_ORDERS))
+            kept, judge = self._both_runs(precision, (order, order + MORE_ORDERS))
             compared = self._compared(kept, judge)
             errors = self._judged(compared, MARGIN_OF_ORDERS)
             grown = errors / MARGIN_OF_ORDERS / truncation(order)
@@ -282,6 +284,27 @@ class _Search:
         most = _OF_ROUND_OFF[precision] if self.correct else _OF_RAW_ROUND_OFF
         return noise > most * self.accuracy
 
+    def _both_runs(
+        self, precision: PrecisionName, orders: tuple[int, int]
+    ) -> tuple[TaylorRun, TaylorRun]:
+        """Return the runs of two orders.
+
+        Those of the longest precision are made in a thread each, as their steps need no
+        interpreter, unless the first could shorten the steps of the second.
+        """
+        missing = [order for order in orders if (precision, order) not in self.runs]
+        *_, last = PRECISIONS
+        is_fixed = all(map(is_built_in, self.scene.effects))
+        if precision == last and is_fixed and len(missing) > 1:
+
+            def made(order: int) -> Callable[[Callable[[], None]], TaylorRun]:
+                return lambda go_on: self._taylor(precision, order, go_on=go_on)
+
+            for order, run in zip(missing, side_by_side(*map(made, missing)), strict=True):
+                self.runs[precision, order] = run
+        first, second = (self._run(precision, order) for order in orders)
+        return first, second
+
     def _run(self, precision: PrecisionName, order: int) -> TaylorRun:
         """Return the run of a precision and an order."""
         key = precision, order
@@ -290,13 +313,24 @@ class _Search:
         return self.runs[key]
 
     def _taylor(
-        self, precision: PrecisionName, order: int, observe: Observer | None = None
+        self,
+        precision: PrecisionName,
+        order: int,
+        observe: Observer | None = None,
+        go_on: Callable[[], None] | None = None,
     ) -> TaylorRun:
         """Return a new run of a precision and an order, with steps that pass no change of loads.
 
-        Raises `_UnseenError` if even the shortest steps do.
+        It calls `go_on` now and then. Raises `_UnseenError` if even the shortest steps do.
         """
         residuals = residuals_of(self.scene, self.formulation)
+        report = self.progress(f"order {order}, {precision}")
+
+        def advance(share: float) -> None:
+            if go_on is not None:
+                go_on()
+            report(share)
+
         while True:
             found = taylor_run(
                 self.scene,
@@ -305,7 +339,7 @@ class _Search:
                 precision=precision,
                 order=order,
                 longest_step=self.longest_step,
-                progress=self.progress(f"order {order}, {precision}"),
+                progress=advance,
                 observe=_both(observe, residuals),
             )
             self.made.append(found)
