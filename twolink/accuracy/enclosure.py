@@ -146,7 +146,8 @@ def enclosure(
     """
     check_run(scene, progress, limits)
     asked = asked_times(scene, times)
-    check_enclosed(scene, digits)
+    digits = as_count("digits", digits, 1, MOST_LOST)
+    check_enclosed(scene)
     report = progress or (lambda stage, share: None)
     loss = 0.0 if has_modes(scene) else _expected_loss(scene, asked[-1])
     if loss > MOST_LOST:
@@ -189,9 +190,8 @@ def _proven(
     return found
 
 
-def check_enclosed(scene: Scene, digits: int) -> None:
-    """Raise an error for scenes (`SimulationError`) and digits for which there is no proof."""
-    as_count("digits", digits, 1, MOST_LOST)
+def check_enclosed(scene: Scene) -> None:
+    """Raise `SimulationError` for scenes for which there is no proof."""
     contacts = contact_elements(scene.effects, scene.moving_chain)
     if discontinuities(scene.effects) or not all(contact.rigid for contact in contacts):
         raise SimulationError(

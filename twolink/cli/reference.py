@@ -119,7 +119,7 @@ class _Asked:
                 if rigorous:
                     from twolink.accuracy.enclosure import check_enclosed
 
-                    check_enclosed(scene, self.digits or _PROVEN)
+                    check_enclosed(scene)
             except SimulationError as error:
                 refuse(f"{one_line(file, 300)}: {error}")
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from twolink.chain import Chain
 from twolink.contact.elements import ContactElement
-from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.integration.precisions import Precision
 from twolink.simulation.hybrid import tolerances
 
 
@@ -17,18 +17,20 @@ class Scales:
     """The sizes by which numbers of a system count as zero, near, or of order 1.
 
     They follow from the `chain` in float64 and its elements, so that no unit of length, mass or
-    time is in them: lengths are relative to that of the stretched chain, angles to 1 rad.
-    `rounding` is the relative spacing of the numbers, which `number` makes of floats, and
-    `longest_step` is in s.
+    time is in them: lengths are relative to that of the stretched chain, angles to 1 rad. Series
+    have an `order` in numbers of a `precision`, and `longest_step` is in s.
     """
 
     chain: Chain
     elements: tuple[ContactElement, ...]
-    precision: PrecisionName
+    precision: Precision
     order: int | None
-    number: Any
-    rounding: float
     longest_step: float
+
+    @property
+    def rounding(self) -> float:
+        """The relative spacing of the numbers."""
+        return self.precision.rounding
 
     @cached_property
     def near(self) -> tuple[tuple[int, float], ...]:
@@ -48,7 +50,7 @@ class Scales:
         """The relative accuracy of a state at an event: round-off or truncation error."""
         return max(
             self.rounding,
-            tolerances.TRUNCATION * PRECISIONS[self.precision].step_tolerance(self.order),
+            tolerances.TRUNCATION * self.precision.step_tolerance(self.order),
         )
 
     @cached_property
@@ -61,7 +63,7 @@ class Scales:
 
         The depth is the error of a place that is rounded to nearest: half of the last digit.
         """
-        return self.number((self.rounding / 2 * self.sizes[index]) ** 0.5)
+        return self.precision.number((self.rounding / 2 * self.sizes[index]) ** 0.5)
 
     @cached_property
     def lever(self) -> float:

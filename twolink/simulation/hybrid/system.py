@@ -155,10 +155,8 @@ class HybridSystem:
     @cached_property
     def scales(self) -> Scales:
         """The sizes of places, speeds and forces, and of their round-off."""
-        return Scales(
-            self.scene_chain, self.elements, self.precision, self.order, self.number, self.rounding,
-            self.longest_step,
-        )  # fmt: skip
+        own = PRECISIONS[self.precision]
+        return Scales(self.scene_chain, self.elements, own, self.order, self.longest_step)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
