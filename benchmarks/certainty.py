@@ -45,7 +45,7 @@ from twolink.simulation.hybrid import flow, judged, run
 from twolink.simulation.hybrid import measure as hybrid_measure
 from twolink.simulation.motion import has_events, motion_run
 from twolink.simulation.run import MotionRun
-from twolink.simulation.smooth import measure as smooth_measure
+from twolink.simulation.smooth import runs as smooth_runs
 from twolink.simulation.smooth import step_errors, taylor
 from twolink.simulation.smooth.taylor import taylor_run
 
@@ -251,7 +251,7 @@ def price(case: Case, accuracy: float) -> Price:
 def counted() -> Iterator[list[float]]:
     """Collect the operations of all runs that are made meanwhile for a measured motion."""
     found: list[float] = []
-    places = (smooth_measure, "taylor_run"), (hybrid_measure, "hybrid_run")
+    places = (smooth_runs, "taylor_run"), (hybrid_measure, "hybrid_run")
     kept = [getattr(module, name) for module, name in places]
 
     def counting(made: Callable[..., MotionRun]) -> Callable[..., MotionRun]:

@@ -120,7 +120,7 @@ ROWS = {
         "numeric stiffness taylor",
         "linear",
         "correction defect residuals round_off",
-        "prediction step_errors",
+        "prediction runs step_errors",
         "corrected",
         "measure",
     ],

@@ -1,8 +1,6 @@
 """The measured error of smooth motions, against more precise runs, and where it is hardest."""
 
 import math
-from dataclasses import replace
-from threading import get_ident
 
 import numpy as np
 import pytest
@@ -23,6 +21,7 @@ from twolink.simulation.smooth.judging import (
 from twolink.simulation.smooth.longest_step import pace_of
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.round_off import MOST_ROUND_OFF, sums
+from twolink.simulation.smooth.runs import Runs
 from twolink.simulation.smooth.taylor import TaylorRun, taylor_run
 
 TIMES = np.linspace(0, 10, 41)
@@ -220,53 +219,15 @@ def test_the_round_off_that_two_runs_share_is_in_the_error(monkeypatch):
 
 def test_the_growth_bounds_round_off_that_two_runs_share(monkeypatch):
     """The growth is that of a lower order: two runs that are equal say nothing."""
-    search = measure._Search(HARD["reference"], TIMES, 1e-8, "momenta", quiet, True, 1.0, False)
+    made = Runs(HARD["reference"], TIMES, "momenta", quiet, 1.0)
+    search = measure._Search(made, 1e-8, True, False)
     next(search._judged_by_order("double"))
     monkeypatch.setattr(measure, "difference", lambda first, second: np.zeros(len(TIMES)))
-    runs = search._run("double", 15), search._run("double", 19)
+    runs = made.run("double", 15), made.run("double", 19)
     equal = search._judged(search._compared(*runs), 2.0)
     monkeypatch.undo()
     exact = taylor_run(HARD["reference"], TIMES, formulation="kane", precision="long double")
-    assert np.all(true_errors(search._run("double", 19), exact) <= equal)
-
-
-@pytest.mark.parametrize(("precision", "threads"), [("double", 1), ("quadruple", 2)])
-def test_two_runs_in_113_bits_are_made_in_two_threads(monkeypatch, precision, threads):
-    """They are those that are made one after the other, to the last bit."""
-    used = set()
-
-    def made(*given, **options):
-        used.add(get_ident())
-        return taylor_run(*given, **options)
-
-    monkeypatch.setattr(measure, "taylor_run", made)
-    short, times = replace(HARD["reference"], duration=0.2), np.linspace(0.0, 0.2, 5)
-    search = measure._Search(short, times, 1e-8, "momenta", quiet, True, 0.1, False)
-    found = search._both_runs(precision, (21, 25))
-    assert len(used) == threads
-    assert (get_ident() in used) == (threads == 1)
-    assert len(search.made) == 2
-    for order, run in zip((21, 25), found, strict=True):
-        alone = taylor_run(
-            short, times, formulation="momenta", precision=precision, order=order, longest_step=0.1
-        )
-        assert run is search.runs[precision, order]
-        assert run.order == order
-        assert np.array_equal(run.q, alone.q)
-        assert np.array_equal(run.u, alone.u)
-    assert search._both_runs(precision, (21, 25)) == found
-
-
-def test_an_interrupted_run_in_113_bits_ends_the_other():
-    def interrupting(share):
-        raise ZeroDivisionError
-
-    search = measure._Search(
-        HARD["reference"], TIMES, 1e-8, "momenta", lambda name: interrupting, True, 1.0, False
-    )
-    with pytest.raises(ZeroDivisionError):
-        search._both_runs("quadruple", (31, 35))
-    assert not search.runs
+    assert np.all(true_errors(made.run("double", 19), exact) <= equal)
 
 
 def test_the_first_pair_selects_the_order(monkeypatch):

@@ -9,8 +9,8 @@ from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.scene import Scene
 from twolink.simulation import simulate
-from twolink.simulation.smooth import measure
 from twolink.simulation.smooth import residuals as residuals_module
+from twolink.simulation.smooth import runs
 from twolink.simulation.smooth.residuals import Residuals, residuals_of
 from twolink.simulation.smooth.taylor import taylor_run
 
@@ -91,7 +91,7 @@ def test_loads_of_unknown_size_do_not_shorten_steps():
 def test_a_kink_that_no_step_resolves_ends_the_search(monkeypatch):
     """Its error is unknown, and the sentence names the remedy."""
     kinked = acting(Gravity(), Kink(0.1, 1.0, 1e-12), q=(0.3, 1.5))
-    monkeypatch.setattr(measure, "MOST_STEPS", 2000)
+    monkeypatch.setattr(runs, "MOST_STEPS", 2000)
     found = measured(kinked, 1e-6, SHORT)
     assert found.worst == np.inf
     assert "pass a change of the loads" in found.why_unknown

@@ -34,13 +34,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twolink.effects import is_built_in
 from twolink.integration.precisions import PRECISIONS, PrecisionName, longer_than
-from twolink.interruptible import side_by_side
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array, MotionRun
-from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
@@ -52,15 +49,15 @@ from twolink.simulation.smooth.judging import (
 )
 from twolink.simulation.smooth.longest_step import Pace
 from twolink.simulation.smooth.prediction import Prediction
-from twolink.simulation.smooth.residuals import residuals_of
 from twolink.simulation.smooth.round_off import (
     LoadsAlong,
     conversions,
     rounding,
     sums,
 )
+from twolink.simulation.smooth.runs import Runs, UnseenError
 from twolink.simulation.smooth.step_errors import StepErrors
-from twolink.simulation.smooth.taylor import Observer, Steps, TaylorRun, taylor_run
+from twolink.simulation.smooth.taylor import TaylorRun
 
 # The part of the accuracy for the expected round-off of a run above which its defect is evaluated
 # in longer numbers at once: above it, the round-off of its own precision leaves too little room in
@@ -119,51 +116,35 @@ def measured_run(
     a run to a function that receives its completed share. No step is longer than that of the
     `pace`. Raises `SimulationError` if the scene cannot be integrated to the last time.
     """
-    search = _Search(
-        scene, times, accuracy, formulation, progress, correct, pace.longest_step, pace.leaving > 0
-    )
+    runs = Runs(scene, times, formulation, progress, pace.longest_step)
+    search = _Search(runs, accuracy, correct, pace.leaving > 0)
     try:
         for found in search.attempts():
             if found.worst <= accuracy:
                 break
-    except _UnseenError as error:
+    except UnseenError as error:
         found = search.unseen(error.run)
     in_runs = sum(run.compile_seconds for run in found.runs)
     return replace(found, compile_seconds=search.compile_seconds + in_runs)
 
 
-class _UnseenError(Exception):
-    """The steps of a run pass a change of the loads, however short they are made."""
-
-    def __init__(self, run: TaylorRun) -> None:
-        """Store the run."""
-        super().__init__()
-        self.run = run
-
-
 @dataclass
 class _Search:
-    """The runs of a scene so far, and the `prediction` of further ones.
+    """The runs of a scene so far, and the `prediction` of further ones, for an accuracy.
 
-    `runs` are those that may judge others; `made` are all, in their order. A motion that is
+    Only a result that is to be `correct`ed has its estimated error subtracted. A motion that is
     `balanced` at the start grows from round-off, which runs of one precision share. `loads` have
     their round-off along the motion, which is nearly the same in all runs. Code for defects took
     `compile_seconds`.
     """
 
-    scene: Scene
-    times: Array
+    runs: Runs
     accuracy: float
-    formulation: EquationsName
-    progress: Callable[[str], Callable[[float], None]]
     correct: bool
-    longest_step: float
     balanced: bool
     prediction: Prediction = field(default_factory=Prediction)
     loads: LoadsAlong | None = None
     compile_seconds: float = 0.0
-    runs: dict[tuple[PrecisionName, int], TaylorRun] = field(default_factory=dict)
-    made: list[TaylorRun] = field(default_factory=list)
 
     def attempts(self) -> Iterator[Measured]:
         """Yield measured runs, the cheapest first: the caller stops at one that suffices."""
@@ -176,7 +157,7 @@ class _Search:
                 yield from self._judged_by_defect(precision, noise)
         # The finest run: the difference is the error of the coarser one, which is larger.
         orders = PRECISIONS[last].full_order, PRECISIONS[last].truncated_order
-        finest, other = self._both_runs(last, orders)
+        finest, other = self.runs.pair(last, orders)
         compared = self._compared(finest, other)
         yield self._of(finest, self._judged(compared, MARGIN_OF_LIKE_PRECISIONS))
 
@@ -190,7 +171,7 @@ class _Search:
             order = min(order, truncated - MORE_ORDERS)
         while order <= truncated:
             order = self._cheapest_pair(precision, order, truncated)
-            kept, judge = self._both_runs(precision, (order, order + MORE_ORDERS))
+            kept, judge = self.runs.pair(precision, (order, order + MORE_ORDERS))
             compared = self._compared(kept, judge)
             errors = self._judged(compared, MARGIN_OF_ORDERS)
             grown = errors / MARGIN_OF_ORDERS / truncation(order)
@@ -207,9 +188,10 @@ class _Search:
 
         def cost(kept: int) -> int:
             pair = kept, kept + MORE_ORDERS
-            return sum(own * own for own in pair if (precision, own) not in self.runs)
+            return sum(own * own for own in pair if (precision, own) not in self.runs.known)
 
-        there = [own for kind, own in self.runs if kind == precision and order < own <= highest]
+        known = [own for kind, own in self.runs.known if kind == precision]
+        there = [own for own in known if order < own <= highest]
         return min([order, *there], key=cost)
 
     def _judged_by_defect(self, precision: PrecisionName, noise: float) -> Iterator[Measured]:
@@ -224,13 +206,13 @@ class _Search:
             hidden = self.correct and noise > _OF_ESTIMATE[precision] * self.accuracy
             evaluated_in = longer_than(precision) if hidden else precision
             kept, errors = self._with_errors(precision, order, evaluated_in)
-            self.runs[precision, order] = kept
+            self.runs.known[precision, order] = kept
             yield from self._by_errors(kept, errors)
             if not hidden:
-                noise = float(errors.round_off_at(self.times).max())
-                grown = _PESSIMISM * errors.round_off_at(self.times) / own.rounding
+                noise = float(errors.round_off_at(self.runs.times).max())
+                grown = _PESSIMISM * errors.round_off_at(self.runs.times) / own.rounding
                 self.prediction = self.prediction.learned(grown)
-                if self.correct and errors.left_at(self.times).max() <= self.accuracy:
+                if self.correct and errors.left_at(self.runs.times).max() <= self.accuracy:
                     # Only the round-off of the estimate is in the way.
                     finer = errors.again(longer_than(precision))
                     if finer is not None:
@@ -240,7 +222,7 @@ class _Search:
                 return
             # Beyond that, the error is the round-off of the run.
             least = max(truncation(order), own.rounding / _PESSIMISM)
-            grown = errors.estimate_at(self.times) / least
+            grown = errors.estimate_at(self.runs.times) / least
             self.prediction = self.prediction.learned(grown)
 
     def _with_errors(
@@ -248,116 +230,51 @@ class _Search:
     ) -> tuple[TaylorRun, StepErrors]:
         """Return a new run and its errors, with steps over which errors are carried."""
         for _ in range(_SHORTENINGS):
-            errors = StepErrors(self.scene, self.formulation, precision, evaluated_in)
+            errors = StepErrors(self.runs.scene, self.runs.formulation, precision, evaluated_in)
             self.compile_seconds += errors.compile_seconds
-            kept = self._taylor(precision, order, errors)
-            if errors.longest_step >= self.longest_step:
+            kept = self.runs.new(precision, order, errors)
+            if errors.longest_step >= self.runs.longest_step:
                 break
-            self.longest_step = errors.longest_step
+            self.runs.longest_step = errors.longest_step
         return kept, errors
 
     def _by_errors(self, kept: TaylorRun, errors: StepErrors) -> Iterator[Measured]:
         """Yield a run with its errors, and the corrected one if it has the accuracy."""
-        yield self._of(kept, errors.at(self.times) + conversions(kept))
-        left = errors.corrected_at(self.times) + conversions(kept)
+        yield self._of(kept, errors.at(self.runs.times) + conversions(kept))
+        left = errors.corrected_at(self.runs.times) + conversions(kept)
         if self.correct and errors.is_kept and left.max() <= self.accuracy:
-            run = corrected_run(kept, self.times, errors.correction(), errors.evaluated_in)
+            run = corrected_run(kept, self.runs.times, errors.correction(), errors.evaluated_in)
             yield self._of(run, left)
 
     def _of(self, kept: MotionRun, errors: Array) -> Measured:
         """Return a run with its errors, those of values in float64 included, beside all runs."""
         # An error that is not a number is unknown.
         known = np.nan_to_num(errors, nan=math.inf, posinf=math.inf)
-        return Measured(kept, known + rounding(kept), tuple(self.made))
+        return Measured(kept, known + rounding(kept), tuple(self.runs.made))
 
     def unseen(self, run: TaylorRun) -> Measured:
         """Return a run whose steps pass a change of the loads: its error is unknown."""
         why = (
-            f"steps of {self.longest_step:.2g} s pass a change of the loads; an effect that changes"
-            " so fast must declare its shortest_time"
+            f"steps of {self.runs.longest_step:.2g} s pass a change of the loads; an effect that "
+            "changes so fast must declare its shortest_time"
         )
-        unknown = np.full(len(self.times), math.inf)
-        return Measured(run, unknown, tuple(self.made), why_unknown=why)
+        unknown = np.full(len(self.runs.times), math.inf)
+        return Measured(run, unknown, tuple(self.runs.made), why_unknown=why)
 
     def _is_vain(self, precision: PrecisionName, noise: float) -> bool:
         """Return whether round-off (rad, rad/s) exceeds the accuracy at every order."""
         most = _OF_ROUND_OFF[precision] if self.correct else _OF_RAW_ROUND_OFF
         return noise > most * self.accuracy
 
-    def _both_runs(
-        self, precision: PrecisionName, orders: tuple[int, int]
-    ) -> tuple[TaylorRun, TaylorRun]:
-        """Return the runs of two orders.
-
-        Those of the longest precision are made in a thread each, as their steps need no
-        interpreter, unless the first could shorten the steps of the second.
-        """
-        missing = [order for order in orders if (precision, order) not in self.runs]
-        *_, last = PRECISIONS
-        is_fixed = all(map(is_built_in, self.scene.effects))
-        if precision == last and is_fixed and len(missing) > 1:
-
-            def made(order: int) -> Callable[[Callable[[], None]], TaylorRun]:
-                return lambda go_on: self._taylor(precision, order, go_on=go_on)
-
-            for order, run in zip(missing, side_by_side(*map(made, missing)), strict=True):
-                self.runs[precision, order] = run
-        first, second = (self._run(precision, order) for order in orders)
-        return first, second
-
-    def _run(self, precision: PrecisionName, order: int) -> TaylorRun:
-        """Return the run of a precision and an order."""
-        key = precision, order
-        if key not in self.runs:
-            self.runs[key] = self._taylor(precision, order)
-        return self.runs[key]
-
-    def _taylor(
-        self,
-        precision: PrecisionName,
-        order: int,
-        observe: Observer | None = None,
-        go_on: Callable[[], None] | None = None,
-    ) -> TaylorRun:
-        """Return a new run of a precision and an order, with steps that pass no change of loads.
-
-        It calls `go_on` now and then. Raises `_UnseenError` if even the shortest steps do.
-        """
-        residuals = residuals_of(self.scene, self.formulation)
-        report = self.progress(f"order {order}, {precision}")
-
-        def advance(share: float) -> None:
-            if go_on is not None:
-                go_on()
-            report(share)
-
-        while True:
-            found = taylor_run(
-                self.scene,
-                self.times,
-                formulation=self.formulation,
-                precision=precision,
-                order=order,
-                longest_step=self.longest_step,
-                progress=advance,
-                observe=_both(observe, residuals),
-            )
-            self.made.append(found)
-            if residuals is None or residuals.longest_step >= self.longest_step:
-                return found
-            if residuals.longest_step < self.scene.duration / MOST_STEPS:
-                raise _UnseenError(found)
-            self.longest_step = residuals.longest_step
-
     def _compared(self, kept: TaylorRun, judge: TaylorRun) -> _Compared:
         """Return the difference of two runs of one precision, and the round-off of both."""
         apart = difference(kept, judge)
         if self.loads is None:
-            self.loads = LoadsAlong.along(kept, self.times)
+            self.loads = LoadsAlong.along(kept, self.runs.times)
         grown = apart / truncation(min(kept.order, judge.order))
         # The run of the higher order takes the more steps, by a few hundredths.
         most = max(kept, judge, key=lambda run: run.steps)
-        shared = sums(most, self.times) + self.loads.errors(most, self.times, grown)
+        shared = sums(most, self.runs.times) + self.loads.errors(most, self.runs.times, grown)
         rounding = PRECISIONS[kept.precision].rounding
         self.prediction = replace(self.prediction, shared=float(shared.max()) / rounding)
         return _Compared(apart, shared, rounding)
@@ -377,14 +294,3 @@ class _Compared(NamedTuple):
     apart: Array
     shared: Array
     rounding: float
-
-
-def _both(*observers: Observer | None) -> Observer | None:
-    """Return an observer that passes steps on to others, if there are any."""
-    own = [each for each in observers if each is not None]
-
-    def observe(steps: Steps) -> None:
-        for each in own:
-            each(steps)
-
-    return observe if own else None

@@ -1,0 +1,54 @@
+"""The runs of a smooth scene: one after the other, or side by side."""
+
+from dataclasses import replace
+from threading import get_ident
+
+import numpy as np
+import pytest
+
+from twolink.chain import Chain
+from twolink.effects.gravity import Gravity
+from twolink.scene import Scene
+from twolink.simulation.smooth import runs as module
+from twolink.simulation.smooth.runs import Runs
+from twolink.simulation.smooth.taylor import taylor_run
+
+TIMES = np.linspace(0, 10, 41)
+SCENE = Scene(Chain.uniform_bars(), (0.3, -0.4), (0.1, 0.2), 10.0, (Gravity(),))
+
+
+@pytest.mark.parametrize(("precision", "threads"), [("double", 1), ("quadruple", 2)])
+def test_two_runs_in_113_bits_are_made_in_two_threads(monkeypatch, precision, threads):
+    """They are those that are made one after the other, to the last bit."""
+    used = set()
+
+    def made(*given, **options):
+        used.add(get_ident())
+        return taylor_run(*given, **options)
+
+    monkeypatch.setattr(module, "taylor_run", made)
+    short, times = replace(SCENE, duration=0.2), np.linspace(0.0, 0.2, 5)
+    runs = Runs(short, times, "momenta", lambda name: lambda share: None, 0.1)
+    found = runs.pair(precision, (21, 25))
+    assert len(used) == threads
+    assert (get_ident() in used) == (threads == 1)
+    assert len(runs.made) == 2
+    for order, run in zip((21, 25), found, strict=True):
+        alone = taylor_run(
+            short, times, formulation="momenta", precision=precision, order=order, longest_step=0.1
+        )
+        assert run is runs.known[precision, order]
+        assert run.order == order
+        assert np.array_equal(run.q, alone.q)
+        assert np.array_equal(run.u, alone.u)
+    assert runs.pair(precision, (21, 25)) == found
+
+
+def test_an_interrupted_run_in_113_bits_ends_the_other():
+    def interrupting(share):
+        raise ZeroDivisionError
+
+    runs = Runs(SCENE, TIMES, "momenta", lambda name: interrupting, 1.0)
+    with pytest.raises(ZeroDivisionError):
+        runs.pair("quadruple", (31, 35))
+    assert not runs.known

@@ -1,0 +1,118 @@
+"""The runs of a smooth scene by Taylor series, with steps that pass no change of loads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from twolink.effects import is_built_in
+from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.interruptible import side_by_side
+from twolink.names import EquationsName
+from twolink.scene import Scene
+from twolink.simulation.run import Array
+from twolink.simulation.smooth.changes import MOST_STEPS
+from twolink.simulation.smooth.residuals import residuals_of
+from twolink.simulation.smooth.taylor import Observer, Steps, TaylorRun, taylor_run
+
+
+class UnseenError(Exception):
+    """The steps of a run pass a change of the loads, however short they are made."""
+
+    def __init__(self, run: TaylorRun) -> None:
+        """Store the run."""
+        super().__init__()
+        self.run = run
+
+
+@dataclass
+class Runs:
+    """The runs of a scene at some times (s), none of whose steps is longer than `longest_step` (s).
+
+    `known` are those that may judge others; `made` are all, in the order of their ends. `progress`
+    maps the name of a run to a function that receives its completed share.
+    """
+
+    scene: Scene
+    times: Array
+    formulation: EquationsName
+    progress: Callable[[str], Callable[[float], None]]
+    longest_step: float
+    known: dict[tuple[PrecisionName, int], TaylorRun] = field(default_factory=dict)
+    made: list[TaylorRun] = field(default_factory=list)
+
+    def pair(
+        self, precision: PrecisionName, orders: tuple[int, int]
+    ) -> tuple[TaylorRun, TaylorRun]:
+        """Return the runs of two orders.
+
+        Those of the longest precision are made in a thread each, as their steps need no
+        interpreter, unless the first could shorten the steps of the second.
+        """
+        missing = [order for order in orders if (precision, order) not in self.known]
+        *_, last = PRECISIONS
+        is_fixed = all(map(is_built_in, self.scene.effects))
+        if precision == last and is_fixed and len(missing) > 1:
+
+            def made(order: int) -> Callable[[Callable[[], None]], TaylorRun]:
+                return lambda go_on: self.new(precision, order, go_on=go_on)
+
+            for order, run in zip(missing, side_by_side(*map(made, missing)), strict=True):
+                self.known[precision, order] = run
+        first, second = (self.run(precision, order) for order in orders)
+        return first, second
+
+    def run(self, precision: PrecisionName, order: int) -> TaylorRun:
+        """Return the run of a precision and an order."""
+        key = precision, order
+        if key not in self.known:
+            self.known[key] = self.new(precision, order)
+        return self.known[key]
+
+    def new(
+        self,
+        precision: PrecisionName,
+        order: int,
+        observe: Observer | None = None,
+        go_on: Callable[[], None] | None = None,
+    ) -> TaylorRun:
+        """Return a new run of a precision and an order, with steps that pass no change of loads.
+
+        It calls `go_on` now and then. Raises `UnseenError` if even the shortest steps do.
+        """
+        residuals = residuals_of(self.scene, self.formulation)
+        report = self.progress(f"order {order}, {precision}")
+
+        def advance(share: float) -> None:
+            if go_on is not None:
+                go_on()
+            report(share)
+
+        while True:
+            found = taylor_run(
+                self.scene,
+                self.times,
+                formulation=self.formulation,
+                precision=precision,
+                order=order,
+                longest_step=self.longest_step,
+                progress=advance,
+                observe=_together(observe, residuals),
+            )
+            self.made.append(found)
+            if residuals is None or residuals.longest_step >= self.longest_step:
+                return found
+            if residuals.longest_step < self.scene.duration / MOST_STEPS:
+                raise UnseenError(found)
+            self.longest_step = residuals.longest_step
+
+
+def _together(*observers: Observer | None) -> Observer | None:
+    """Return an observer that passes steps on to others, if there are any."""
+    own = [each for each in observers if each is not None]
+
+    def observe(steps: Steps) -> None:
+        for each in own:
+            each(steps)
+
+    return observe if own else None
