@@ -1,9 +1,12 @@
 """The loop of flow and jump: its progress, its limits of work, and its errors."""
 
+import math
+
 import pytest
 
 from tests.simulation.hybrid import BALANCED, BARS
 from tests.simulation.hybrid.test_run import BOUNCES, ONTO, STOP, scene
+from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.errors import IntegrationError, SimulationError
@@ -45,6 +48,15 @@ def test_modes_that_follow_each_other_without_time_are_an_error(monkeypatch):
     monkeypatch.setattr(history_module, "jump", nowhere)
     with pytest.raises(IntegrationError, match="modes follow each other without end at 1 s"):
         hybrid_run(BOUNCES, [0.0, 4.0])
+
+
+def test_a_folded_chain_that_turns_about_its_end_ends_with_this_cause():
+    """The friction of an end force at A and that of joint B share a torque in no single way."""
+    effects = Gravity(), EndForce(-1.0, 0.5), JointFriction((0.0, 5.0))
+    folded = scene(*effects, chain=BARS, q=(0.3, 0.3 + math.pi), u=(1.0, 1.0), duration=1.0)
+    run = hybrid_run(folded, [0.0, 1.0], precision="long double", partial=True)
+    assert "the folded links can turn together about A" in run.failure
+    assert "(D) beside the torque of joint B" in run.failure
 
 
 def test_a_run_whose_modes_change_too_often_is_an_error(monkeypatch):

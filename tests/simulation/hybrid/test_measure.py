@@ -420,6 +420,20 @@ def test_the_work_of_all_runs_in_quadruple_precision_is_limited(monkeypatch, lim
     assert tried[-1][2] == last
 
 
+def test_the_work_of_a_motion_that_goes_on_is_not_known(monkeypatch):
+    """Runs that have been made count in any case."""
+    monkeypatch.setattr(measure, "MOST_WORK", 1)
+    run = hybrid_run(SCENE, TIMES, order=21)
+    runs = measure._Runs(SCENE, TIMES, "lagrange", lambda name: None, DEFAULT_LIMITS)
+    search = measure._Search(runs, 1e-9)
+    whole = judged.JudgedRun(run, run, np.zeros(len(TIMES)), 1e-9, 2.5)
+    goes_on = replace(whole, kept=replace(run, reached=1.0))
+    assert search._is_too_long(whole)
+    assert not search._is_too_long(goes_on)
+    runs.known["quadruple", 31, "kane"] = replace(run, precision="quadruple")
+    assert search._is_too_long(goes_on)
+
+
 @pytest.mark.parametrize("limits", [DEFAULT_LIMITS, UNLIMITED])
 def test_a_search_that_is_limited_says_so(monkeypatch, limits):
     monkeypatch.setattr(measure, "MOST_WORK", 10)
