@@ -49,10 +49,11 @@ _STEP = operator.itemgetter(0)
 
 
 class _Suspect(NamedTuple):
-    """An event function that is not proven positive on a step: its number and its coefficients.
+    """An event function that may be near to zero on a step: its number and its coefficients.
 
     `place` is the number of the step, and `bound` that on the error of the values. `bernstein` are
-    the Bernstein coefficients in float64. It is `whole` if it was not divided by a power of time.
+    the Bernstein coefficients in float64. It is `whole` if it was not divided by a power of time,
+    and `proven` if it is positive on the step: then it may only touch.
     """
 
     place: int
@@ -61,6 +62,7 @@ class _Suspect(NamedTuple):
     bernstein: list[float]
     bound: float
     whole: bool
+    proven: bool
 
 
 class Certificate:
@@ -132,7 +134,11 @@ class Certificate:
         return earliest, tuple(doubts)
 
     def _suspects(self, block: Block, at_start: bool) -> list[_Suspect]:
-        """Return the event functions that are not proven positive, in the order of the steps."""
+        """Return the event functions that may be near to zero, in the order of the steps.
+
+        One that is proven positive is nearest to zero inside a step only if it falls at first: the
+        ends of steps are no touches.
+        """
         every = self.polynomials(block)
         if at_start:
             self._deflate(every, block)
@@ -154,6 +160,9 @@ class Certificate:
             place, number = divmod(row, functions)
             tail = tails.get(number) if place == 0 else None
             least = tail if tail is not None else self._near[number]
+            proven = margin > 0 and tail is None
+            if proven and not every[place, number, 1] < 0:
+                continue
             if not margin > least and place >= zeros.get(number, 0):
                 polynomial = every[place, number].tolist()
                 bound = float(bounds[row]) if known else rounding_bound(polynomial, rounding)
@@ -165,6 +174,7 @@ class Certificate:
                         bernstein[row].tolist(),
                         bound + (tail or 0.0),
                         tail is None,
+                        proven,
                     )
                 )
         return found
@@ -302,8 +312,11 @@ def _searched(suspect: _Suspect, near: float) -> tuple[Search, float]:
     One that comes as `near` to zero, if that is not zero, touches.
     """
     polynomial, bound = suspect.polynomial, suspect.bound
-    known = suspect.bernstein if isinstance(polynomial[0], float) else None
-    search = first_fall(polynomial, bound, known)
+    if suspect.proven:
+        search = Search()
+    else:
+        known = suspect.bernstein if isinstance(polynomial[0], float) else None
+        search = first_fall(polynomial, bound, known)
     if search.fall is None and search.touch is None and near:
         return search._replace(touch=lowest(polynomial, near)), near
     return search, bound
