@@ -101,6 +101,11 @@ class Content:
         self._key = tuple(_content_or_own(thing, own) for thing in objects)
         self._hash = hash(self._key)
 
+    @property
+    def is_value(self) -> bool:
+        """Whether all objects are values: equal ones have an equal key, whatever `own` is."""
+        return not any(type(key) is object for key in self._key)
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Content) and self._key == other._key
 

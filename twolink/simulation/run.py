@@ -57,8 +57,8 @@ class MotionRun(ABC):
 
     `q` (rad) and `u` (rad/s) have shape (2, n), in the numbers of the precision. `steps` of the
     given order, none longer than `longest_step` (s), were taken, with `operations` for a term of
-    the series; `compile_seconds` were spent on compilation (0 if a similar scene was compiled
-    before) and `run_seconds` on integration.
+    the series. The run waited `compile_seconds` for compilation (0 if a similar scene was compiled
+    before), and `run_seconds` were spent on integration.
     """
 
     scene: Scene

@@ -7,6 +7,7 @@ from twolink.contact.states import ContactState as S
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.simulation.hybrid.arc import NO_ARCS
+from twolink.simulation.hybrid.compile import Compiler
 from twolink.simulation.hybrid.flow import flow
 
 TURNING = JointTorque((-6.0, 0.0)), JointStop("A", lower=-9.0)
@@ -16,7 +17,9 @@ TURNING = JointTorque((-6.0, 0.0)), JointStop("A", lower=-9.0)
 def arc_of(longest_step, until):
     system = system_of(*TURNING, chain=BALANCED, longest_step=longest_step)
     state = state_of(system, (0.3, 0.2))
-    return flow(system, state, mode_of(system, S.OPEN), until, "lagrange", lambda t, size: None)
+    return flow(
+        system, state, mode_of(system, S.OPEN), until, Compiler("lagrange"), lambda t, size: None
+    )
 
 
 def test_the_steps_of_an_arc_are_those_of_all_its_blocks():

@@ -17,7 +17,7 @@ from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.kinematics import velocity
-from twolink.simulation.hybrid.compile import compiled_mode, safe_order
+from twolink.simulation.hybrid.compile import Compiler, safe_order
 
 FLOOR = Surface((0.0, 0.9), (0.0, -1.0), on=("B", "D"))
 BALL = CompliantSurface((0.0, 1.2), (0.0, -1.0), "hertz", 1000.0)
@@ -25,7 +25,7 @@ CUSHION = CompliantSurface((0.0, 1.2), (0.0, -1.0), "kelvin-voigt", 100.0, 4.0)
 
 
 def compiled(system, *states, dents=(), recovering=(), formulation="lagrange"):
-    return compiled_mode(system, mode_of(system, *states, dents=dents), formulation, recovering)
+    return Compiler(formulation).mode(system, mode_of(system, *states, dents=dents), recovering)
 
 
 def coefficients(mode, *values, scale=1.0, start=0.0):
@@ -245,10 +245,11 @@ def test_optimised_code_gives_the_same_series(precision):
     """It may fuse multiplications and additions of doubles, and is compiled once as well."""
     system = system_of(Gravity(), FLOOR, precision=precision)
     mode = mode_of(system, S.OPEN, S.CLOSED)
-    plain = compiled_mode(system, mode, "kane", ())
-    optimised = compiled_mode(system, mode, "kane", (), optimised=True)
+    compiler = Compiler("kane")
+    plain = compiler.mode(system, mode)
+    optimised = compiler.mode(system, mode, optimised=True)
     assert optimised.pool is not plain.pool
-    assert compiled_mode(system, mode, "kane", (), optimised=True) is optimised
+    assert compiler.mode(system, mode, optimised=True) is optimised
     values = [system.number(x) for x in (0.3, 0.2, 1.5, -0.5)]
     first, second = coefficients(plain, *values), coefficients(optimised, *values)
     if precision == "double":

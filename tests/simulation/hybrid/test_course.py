@@ -8,7 +8,7 @@ from twolink.contact.states import ContactState as S
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
-from twolink.simulation.hybrid.compile import compiled_mode
+from twolink.simulation.hybrid.compile import Compiler
 from twolink.simulation.hybrid.course import Course, now, set_up, springing_back
 
 STOP = JointTorque((-6.0, 0.0)), JointStop("A", lower=0.25)
@@ -17,7 +17,7 @@ BALL = CompliantSurface((0.0, 0.0), (0.0, -1.0), "hertz", 1e6)
 
 def course_of(system, state, *states, until=10.0):
     mode = mode_of(system, *states)
-    compiled = compiled_mode(system, mode, "lagrange", springing_back(state))
+    compiled = Compiler("lagrange").mode(system, mode, springing_back(state))
     with compiled.pool.lend() as stepper:
         return Course(system, compiled, stepper, mode, state, until, 0.0)
 

@@ -15,6 +15,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.hybrid import dense
+from twolink.simulation.hybrid.compile import Compiler
 from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
 from twolink.simulation.hybrid.flow import flow
 from twolink.simulation.hybrid.run import hybrid_run
@@ -128,7 +129,9 @@ def test_values_are_in_the_numbers_of_the_precision(precision):
     number = PRECISIONS[precision].number
     system = system_of(JointTorque((1.0, 0.0)), precision=precision)
     state = state_of(system, (0.3, 0.2))
-    arc = flow(system, state, mode_of(system), number(1), "lagrange", lambda t, size: None)
+    arc = flow(
+        system, state, mode_of(system), number(1), Compiler("lagrange"), lambda t, size: None
+    )
     q, _ = polynomials_of([arc], arc.end, precision).at([0.0, 0.5, 1.0])
     assert isinstance(q[0, 1], number)
     assert q[0, 0] == number(0.3)

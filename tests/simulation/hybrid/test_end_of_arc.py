@@ -11,6 +11,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Finding
+from twolink.simulation.hybrid.compile import Compiler
 from twolink.simulation.hybrid.course import set_up
 from twolink.simulation.hybrid.end_of_arc import cut, end_state
 from twolink.simulation.hybrid.flow import flow
@@ -44,6 +45,6 @@ def test_the_state_is_that_of_the_last_step(until):
 def test_a_joint_that_sticks_does_not_creep():
     system = system_of(Gravity(), JointFriction((50.0, 0.0)))
     state, mode = state_of(system, (0.3, 0.2), (0.0, 0.5)), mode_of(system, S.STICKS)
-    arc = flow(system, state, mode, 2.0, "lagrange", lambda t, size: None)
+    arc = flow(system, state, mode, 2.0, Compiler("lagrange"), lambda t, size: None)
     assert arc.end.u[0] == 0
     assert arc.end.q[0] == 0.3

@@ -22,6 +22,7 @@ from twolink.errors import IntegrationError
 from twolink.scene import Scene
 from twolink.simulation.hybrid import flow as flow_module
 from twolink.simulation.hybrid import tolerances
+from twolink.simulation.hybrid.compile import Compiler
 from twolink.simulation.hybrid.flow import flow
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.run import hybrid_run
@@ -31,7 +32,8 @@ from twolink.simulation.hybrid.steps_of_arc import take_steps
 def arc_of(system, q, u, *states, until=10.0, state=None, formulation="lagrange"):
     state = state or state_of(system, q, u)
     mode = mode_of(system, *states)
-    return flow(system, state, mode, system.number(until), formulation, lambda t, size: None)
+    compiler = Compiler(formulation)
+    return flow(system, state, mode, system.number(until), compiler, lambda t, size: None)
 
 
 FALLING = JointTorque((-6.0, 0.0)), JointStop("A", lower=0.0, restitution=0.5)
@@ -206,7 +208,7 @@ def test_an_arc_does_not_depend_on_the_last_one_in_its_mode(duration):
     state = state_of(system, (1.0, 0.3), (0.5, 2.0))
 
     def followed(lasts):
-        return flow(system, state, mode, until, "lagrange", lambda t, size: None, lasts)
+        return flow(system, state, mode, until, Compiler("lagrange"), lambda t, size: None, lasts)
 
     alone = followed({})
     last = alone._replace(end=alone.start._replace(t=alone.start.t + duration))
@@ -233,11 +235,11 @@ def test_as_many_steps_are_taken_at_first_as_by_the_last_arc_in_the_mode(monkeyp
         return found
 
     monkeypatch.setattr(flow_module, "take_steps", counted)
-    first = flow(system, state, mode, 10.0, "lagrange", lambda t, size: None)
+    first = flow(system, state, mode, 10.0, Compiler("lagrange"), lambda t, size: None)
     assert len(taken) > 1
     taken.clear()
     lasts = {first.compiled: first}
-    again = flow(system, state, mode, 10.0, "lagrange", lambda t, size: None, lasts)
+    again = flow(system, state, mode, 10.0, Compiler("lagrange"), lambda t, size: None, lasts)
     assert sum(taken) == first.step_count == again.step_count
     assert again.end == first.end
 

@@ -30,6 +30,7 @@ from twolink.simulation.hybrid import (
 )
 from twolink.simulation.hybrid.bernstein import margins_of
 from twolink.simulation.hybrid.certificate import Certificate
+from twolink.simulation.hybrid.compile import Compiler
 from twolink.simulation.hybrid.conditions import Law
 from twolink.simulation.hybrid.run import hybrid_run
 
@@ -101,7 +102,7 @@ def test_a_low_bounce_keeps_its_flight(monkeypatch):
     mode = mode_of(system, ContactState.OPEN)
 
     def flight():
-        return flow.flow(system, state, mode, 1.0, "lagrange", lambda t, size: None).end.t
+        return flow.flow(system, state, mode, 1.0, Compiler("lagrange"), lambda t, size: None).end.t
 
     assert flight() == pytest.approx(1e-9, rel=1e-12)
     monkeypatch.setattr(Certificate, "_deflate", not_deflated)

@@ -17,6 +17,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_stop import JointStop
 from twolink.scene import Scene
 from twolink.simulation import simulate
+from twolink.simulation.hybrid.compile import Compiler
 from twolink.simulation.hybrid.course import set_up
 from twolink.simulation.hybrid.flow import flow
 from twolink.simulation.hybrid.steps_of_arc import _longest_press, take_steps
@@ -138,7 +139,7 @@ def test_an_arc_keeps_only_the_memory_of_its_steps():
         state_of(system, (-0.99, 0.0), (-5.0, 0.0)),
         mode_of(system, S.OPEN),
         10.0,
-        "lagrange",
+        Compiler("lagrange"),
         lambda t, size: None,
     ).blocks
     rows = block.coefficients

@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,58 +45,88 @@ from twolink.simulation.pool import IntegratorPool
 from twolink.values import Content
 
 
-def compiled_mode(
-    system: HybridSystem,
-    mode: Mode,
-    formulation: FormulationName,
-    recovering: tuple[int, ...],
-    optimised: bool = False,
-) -> CompiledMode:
-    """Return the integrator of a mode, compiled on first use.
+class Kind(NamedTuple):
+    """Modes that share compiled code: a chain and effects without their numbers, and a mode.
 
     `recovering` are the surfaces that are not in contact and have not recovered. Optimised code
     compiles twenty times longer, and takes a third to a half of the time per step.
     """
-    # Two dents in one phase differ in parameters.
-    phases = tuple([dent and dent.phase for dent in mode.dents]) if mode.dents else ()
-    key = mode.states, phases, recovering, formulation, optimised
-    found: CompiledMode | None = system.compiled.get(key)
-    if found is None:
-        # Systems whose effects differ only in parameters share integrators.
-        chain, effects = Content((system.scene_chain,)), system.content
-        shared = _compiled(
-            chain, effects, mode.kind, formulation, system.precision, system.order, recovering,
-            optimised,
-        )  # fmt: skip
-        found = system.compiled[key] = shared.turned(mode.states)
-    return found
+
+    chain: Content
+    effects: Content
+    mode: Mode
+    recovering: tuple[int, ...]
+    optimised: bool
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether other runs find the compiled code: its key is a value."""
+        return self.chain.is_value and self.effects.is_value
+
+
+class Target(NamedTuple):
+    """The runs for which modes are compiled, by formulation, precision and order."""
+
+    formulation: FormulationName
+    precision: PrecisionName
+    order: int | None
 
 
 @functools.lru_cache(maxsize=512)
-def _compiled(
-    content: Content,
-    blank: Content,
-    mode: Mode,
-    formulation: FormulationName,
-    precision: PrecisionName,
-    order: int | None,
-    recovering: tuple[int, ...],
-    optimised: bool,
-) -> CompiledMode:
+def compiled_kind(kind: Kind, target: Target) -> CompiledMode:
     """Return the integrators of a kind of modes, cached for all arcs and runs."""
-    hy, number = heyoka(), PRECISIONS[precision].number
+    hy, number = heyoka(), PRECISIONS[target.precision].number
     parameters = itertools.count()
-    effects = _with_parameters(blank.objects, parameters, number)
-    (chain,) = content.objects
+    effects = _with_parameters(kind.effects.objects, parameters, number)
+    (chain,) = kind.chain.objects
     own = chain.convert(number)
+    elements = contact_elements(effects, own)
     system = HybridSystem(
-        chain, own, FORMULATIONS[formulation].equations, effects, contact_elements(effects, own),
-        precision, order, number, 0.0, 0.0,
+        chain, own, FORMULATIONS[target.formulation].equations, effects, elements,
+        target.precision, safe_order(elements, target.order), number, 0.0, 0.0,
     )  # fmt: skip
+    mode = kind.mode
     mode = mode.with_numbers(tuple(precise(hy.par[next(parameters)], number) for _ in mode.numbers))
     elements = _with_frictions(system.elements, mode.states, parameters, number)
     system = replace(system, elements=_with_places(elements, parameters, number))
-    return _Builder(system, mode, recovering, next(parameters)).compiled(optimised)
+    builder = _Builder(system, mode, kind.recovering, next(parameters))
+    return builder.compiled(kind.optimised)
+
+
+Compilation = Callable[[Kind, Target], CompiledMode]
+"""A function that returns the integrators of a kind of modes."""
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """The compiler of the modes that a run enters, by a formulation.
+
+    `compiled` may find kinds of modes that are compiled already.
+    """
+
+    formulation: FormulationName
+    compiled: Compilation = compiled_kind
+
+    def mode(
+        self,
+        system: HybridSystem,
+        mode: Mode,
+        recovering: tuple[int, ...] = (),
+        *,
+        optimised: bool = False,
+    ) -> CompiledMode:
+        """Return the integrator of a mode, compiled on first use; `Kind` has the arguments."""
+        # Two dents in one phase differ in parameters.
+        phases = tuple([dent and dent.phase for dent in mode.dents]) if mode.dents else ()
+        key = mode.states, phases, recovering, self.formulation, optimised
+        found: CompiledMode | None = system.compiled.get(key)
+        if found is None:
+            # Systems whose effects differ only in parameters share integrators.
+            chain, effects = Content((system.scene_chain,)), system.content
+            kind = Kind(chain, effects, mode.kind, recovering, optimised)
+            shared = self.compiled(kind, Target(self.formulation, system.precision, system.order))
+            found = system.compiled[key] = shared.turned(mode.states)
+        return found
 
 
 def safe_order(elements: Sequence[ContactElement], order: int | None) -> int | None:

@@ -14,12 +14,11 @@ from typing import Any
 from twolink.contact.states import EventKind
 from twolink.errors import IntegrationError
 from twolink.integration.precisions import PrecisionName
-from twolink.names import FormulationName
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.arc import NO_ARCS, Arc
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate, Finding
-from twolink.simulation.hybrid.compile import compiled_mode
+from twolink.simulation.hybrid.compile import Compiler
 from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.course import Course, now, set_up, springing_back
@@ -44,7 +43,7 @@ def flow(
     state: HybridState,
     mode: Mode,
     until: Any,
-    formulation: FormulationName,
+    compiler: Compiler,
     progress: Callable[[float, int], None],
     last_arcs: Mapping[CompiledMode, Arc] = NO_ARCS,
     orders: Orders = NO_ORDERS,
@@ -60,7 +59,7 @@ def flow(
     Raises `IntegrationError` where the motion does not stay finite, or its steps become too short.
     """
     begun = perf_counter()
-    compiled = compiled_mode(system, mode, formulation, springing_back(state), optimised)
+    compiled = compiler.mode(system, mode, springing_back(state), optimised=optimised)
     compile_seconds = perf_counter() - begun
     if compiled.roots:
         until = min(until, state.t + system.number(tolerances.LONGEST_PRESS))

@@ -15,7 +15,7 @@ from twolink.names import FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.arc import Arc
-from twolink.simulation.hybrid.compile import safe_order
+from twolink.simulation.hybrid.compile import Compilation, Compiler, compiled_kind, safe_order
 from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.compliant_state import CompliantState
 from twolink.simulation.hybrid.doubts import undecided_at
@@ -54,6 +54,7 @@ class History:
         effort: Effort,
         limits: Limits,
         judges: bool = False,
+        compiled: Compilation = compiled_kind,
     ) -> None:
         """Initialize at the start of a scene, to be integrated to an end (s)."""
         number = PRECISIONS[precision].number
@@ -71,6 +72,7 @@ class History:
         self._judges = judges
         self._breaks = [number(t) for t in discontinuities(scene.effects) if 0 < t < end]
         self._coming: Switch | None = None
+        self._compiler = Compiler(formulation, compiled)
         self.arcs: list[Arc] = []
         self.since: list[float] = []
         self.strikes: list[Strike] = []
@@ -103,7 +105,7 @@ class History:
             if any(self.state.compliant):
                 until = min(until, self._relaxed())
             arc = flow(
-                self.system, self.state, following.mode, until, self.formulation,
+                self.system, self.state, following.mode, until, self._compiler,
                 reached, self._last_arcs, following.orders,
                 self._work.is_worth_optimising(following.mode.states, share),
             )  # fmt: skip

@@ -25,6 +25,8 @@ from twolink.interruptible import side_by_side
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
+from twolink.simulation.hybrid.ahead import Ahead
+from twolink.simulation.hybrid.compile import Target
 from twolink.simulation.hybrid.configurations import BEST_ORDER, Configuration, Seen, configurations
 from twolink.simulation.hybrid.doubts import reason_of
 from twolink.simulation.hybrid.effort import MOST_WORK, effort_of
@@ -85,17 +87,18 @@ def measured_run(
     `progress` maps the name of a run to a function that receives its completed share. Raises
     `SimulationError` if not even the start can be integrated.
     """
-    runs = _Runs(scene, times, EQUATIONS[formulation].in_speeds, progress, limits)
     best: JudgedRun | None = None
     measuring = 0.0
-    search = _Search(runs, accuracy)
-    for trial in search.trials():
-        begun = perf_counter()
-        best = best_of(best, trial, times)
-        measuring += perf_counter() - begun + trial.seconds
-        if trial.suffices or trial.is_exhausted:
-            search.limited = trial.is_limited
-            break
+    with Ahead() as ahead:
+        runs = _Runs(scene, times, EQUATIONS[formulation].in_speeds, progress, limits, ahead)
+        search = _Search(runs, accuracy)
+        for trial in search.trials():
+            begun = perf_counter()
+            best = best_of(best, trial, times)
+            measuring += perf_counter() - begun + trial.seconds
+            if trial.suffices or trial.is_exhausted:
+                search.limited = trial.is_limited
+                break
     assert best is not None
     kept = best.kept.decided(times, best.errors)
     made = tuple(runs.known.values())
@@ -200,7 +203,8 @@ class _Runs:
     """The runs of a scene by precision, order and formulation.
 
     Runs by the formulation `own` are results; the others measure them. No run goes on where it
-    cannot be measured, or has nothing to measure.
+    cannot be measured, or has nothing to measure. The modes of a judge are compiled `ahead`, beside
+    the run that it measures.
     """
 
     scene: Scene
@@ -208,6 +212,7 @@ class _Runs:
     own: FormulationName
     progress: Progress
     limits: Limits
+    ahead: Ahead = field(default_factory=Ahead)
     known: dict[_Key, HybridRun] = field(default_factory=dict)
 
     @property
@@ -224,14 +229,28 @@ class _Runs:
         precision ends before the motion does: no time is spent on the run.
         """
         if configuration.judge == "quadruple":
+            # Each thread compiles for itself.
+            self.ahead.expect()
             self._make_both(configuration, measures=configuration.is_long and not is_last)
+        else:
+            self._expect(configuration)
         kept = self.kept(configuration)
         many = kept.steps > _MANY_STEPS_OF_A_LOW_ORDER or (kept.failure and kept.exhausted)
         if configuration.order < BEST_ORDER and many:
             # The truncation errors of many steps add up to more than the accuracy.
             return None
+        self._expect(configuration)
         judge = self.judge(configuration, kept)
         return JudgedRun.of(kept, judge, self.times, accuracy)
+
+    def _expect(self, configuration: Configuration) -> None:
+        """Compile modes for those of the two runs that are not there."""
+        keys = (
+            (configuration.precision, configuration.order, self.own),
+            (configuration.judge, configuration.judging_order, self._other),
+        )
+        coming = (key for key in keys if key not in self.known)
+        self.ahead.expect(*(Target(by, precision, order) for precision, order, by in coming))
 
     def _make_both(self, configuration: Configuration, *, measures: bool) -> None:
         """Make the runs of a configuration, each in a thread: their steps need no interpreter.
@@ -320,4 +339,5 @@ class _Runs:
             limits=replace(self.limits, memory=self.limits.memory / _RUNS_AT_ONCE),
             # The difference of the runs has the change of a start that is moved onto a contact.
             judges=by != self.own,
+            compiled=self.ahead.compiled,
         )  # fmt: skip

@@ -20,6 +20,7 @@ from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.arc import Arc
+from twolink.simulation.hybrid.compile import Compilation, compiled_kind
 from twolink.simulation.hybrid.dense import Polynomials, polynomials_of
 from twolink.simulation.hybrid.doubts import remarks_of
 from twolink.simulation.hybrid.effort import ANY_EFFORT, DEFAULT_EFFORT, Effort
@@ -163,6 +164,7 @@ def hybrid_run(
     effort: Effort | None = None,
     limits: Limits = DEFAULT_LIMITS,
     judges: bool = False,
+    compiled: Compilation = compiled_kind,
 ) -> HybridRun:
     """Return the hybrid motion of a scene at increasing times (s), the first of them 0.
 
@@ -171,14 +173,14 @@ def hybrid_run(
     `effort`, by default that of the `limits`, and `TooMuchError` where its steps would take more
     memory than these allow.
     A run that `judges` another one starts from the pose as it is given, and has doubts that the
-    error of that run decides.
+    error of that run decides. `compiled` returns the integrators of the modes.
     """
     # Modes are formulated in speeds, not in momenta.
     own = EQUATIONS[formulation].in_speeds
     cap = longest_step or default_longest_step(scene)
     most = effort or (ANY_EFFORT if limits.are_lifted else DEFAULT_EFFORT)
     begun, end = perf_counter(), min(float(times[-1]), most.until)
-    history = History(scene, own, precision, order, cap, end, most, limits, judges)
+    history = History(scene, own, precision, order, cap, end, most, limits, judges, compiled)
     failure = ""
     try:
         history.follow(progress or (lambda share: None))
