@@ -185,7 +185,7 @@ def test_force_lifts_the_limits(monkeypatch):
 
 def test_without_limits_a_motion_has_any_number_of_modes(monkeypatch):
     """Two bounces, and the modes between, where one is the limit."""
-    monkeypatch.setattr("twolink.simulation.hybrid.effort._most_jumps", lambda *run: 1)
+    monkeypatch.setattr("twolink.simulation.hybrid.effort._grown", lambda *limits: 1)
     limited = simulate(BOUNCES)
     assert limited.t[-1] < BOUNCES.duration
     assert "within the limit of work (--force lifts it, and limits=UNLIMITED" in limited.failure
@@ -207,7 +207,7 @@ def test_other_runs_and_stored_motions_have_any_number_of_modes(monkeypatch, tmp
 
 
 def test_a_note_says_where_longer_numbers_were_not_tried(monkeypatch):
-    monkeypatch.setattr("twolink.simulation.hybrid.measure.MOST_WORK", 10)
+    monkeypatch.setattr("twolink.simulation.hybrid.measure.most_work", lambda duration: 10)
     limited = simulate(BOUNCES, accuracy=1e-16)
     assert not limited.met
     words = "Runs in 113 bits, which may meet the accuracy, would exceed the limit of work (--force"

@@ -220,7 +220,7 @@ def test_the_pose_of_a_contact_takes_the_gaps_and_depths_of_others_with_it(preci
     shallow = pressed._replace(
         compliant=(None, own._replace(sqrt_depth=moved**0.5 / 2), None)
     ).with_gap(of_floor, moved / 2)
-    assert system.scales.place_of_rounding(of_floor) < moved / 2
+    assert system.scales.places_of_rounding[of_floor] < moved / 2
     again, _ = place(system, shallow, system.pose(shallow.q), first)
     assert again.gaps[of_floor] == shallow.gaps[of_floor]
     assert again.compliant[press].sqrt_depth == shallow.compliant[press].sqrt_depth

@@ -113,7 +113,7 @@ def test_the_error_includes_the_moments_after_a_force_jumped():
 
 
 def test_a_run_that_ends_early_is_measured_slightly_beyond_its_end(monkeypatch):
-    monkeypatch.setattr(effort, "_OF_JUMPS_OF_A_JUDGE", 2e-4)
+    monkeypatch.setattr(effort, "_OF_MODES_OF_A_JUDGE", 3e-4)
     measured = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
     judge = next(run for run in measured.runs if run.formulation == "kane")
     assert measured.kept.failure
@@ -122,10 +122,15 @@ def test_a_run_that_ends_early_is_measured_slightly_beyond_its_end(monkeypatch):
     assert not judge.failure
 
 
-@pytest.mark.parametrize("limit", ["_MOST_JUMPS", "_MOST_STEPS"])
+@pytest.mark.parametrize("limit", ["jumps", "steps"])
 def test_a_result_ends_where_it_can_no_longer_be_measured(monkeypatch, limit):
     """In long double it would reach the end, but the run that measures it has its limit of work."""
-    monkeypatch.setattr(effort, limit, {"quadruple": 1, "long double": 12_000})
+
+    def limited(precision, duration, limits):
+        found = effort.effort_of(precision, duration, limits)
+        return found._replace(**{limit: 1}) if precision == "quadruple" else found
+
+    monkeypatch.setattr(measure, "effort_of", limited)
     monkeypatch.setattr(measure, "configurations", lambda accuracy: [LONG_DOUBLE])
     measured = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
     judge = next(run for run in measured.runs if run.formulation == "kane")
@@ -414,7 +419,8 @@ def test_no_pair_follows_one_whose_errors_stay_in_longer_numbers(monkeypatch, ap
 def test_the_work_of_all_runs_in_quadruple_precision_is_limited(monkeypatch, limits, last):
     """There may be two of them in all, and not a third."""
     run = hybrid_run(SCENE, TIMES, order=21)
-    monkeypatch.setattr(measure, "MOST_WORK", 2.5 * (run.steps + 4 * len(run.arcs)))
+    work = 2.5 * (run.steps + 4 * len(run.arcs))
+    monkeypatch.setattr(measure, "most_work", lambda duration: work)
     tried = configurations_tried(monkeypatch, lambda run: 2e-9, limits=limits)
     assert ("quadruple", 31, 25) in tried
     assert tried[-1][2] == last
@@ -422,7 +428,7 @@ def test_the_work_of_all_runs_in_quadruple_precision_is_limited(monkeypatch, lim
 
 def test_the_work_of_a_motion_that_goes_on_is_not_known(monkeypatch):
     """Runs that have been made count in any case."""
-    monkeypatch.setattr(measure, "MOST_WORK", 1)
+    monkeypatch.setattr(measure, "most_work", lambda duration: 1)
     run = hybrid_run(SCENE, TIMES, order=21)
     runs = measure._Runs(SCENE, TIMES, "lagrange", lambda name: None, DEFAULT_LIMITS)
     search = measure._Search(runs, 1e-9)
@@ -436,7 +442,7 @@ def test_the_work_of_a_motion_that_goes_on_is_not_known(monkeypatch):
 
 @pytest.mark.parametrize("limits", [DEFAULT_LIMITS, UNLIMITED])
 def test_a_search_that_is_limited_says_so(monkeypatch, limits):
-    monkeypatch.setattr(measure, "MOST_WORK", 10)
+    monkeypatch.setattr(measure, "most_work", lambda duration: 10)
     found = measured_run(SCENE, TIMES, 1e-16, "lagrange", lambda name: None, limits)
     assert found.limited == (limits is DEFAULT_LIMITS)
     # The first pair has a judge in quadruple precision.

@@ -37,8 +37,8 @@ def test_places_are_known_within_round_off_of_their_size(precision):
     scales = system_of(FLOOR, stop, precision=precision).scales
     assert scales.sizes == (2.0, 2.0, 4.0)
     assert float(scales.least_root(0)) ** 2 == pytest.approx(scales.rounding, rel=1e-15)
-    assert scales.rounding < scales.place_of_rounding(0) < scales.grazing(0) < 1e-9
-    assert scales.place_of_rounding(2) == 2 * scales.place_of_rounding(0)
+    assert scales.rounding < scales.places_of_rounding[0] < scales.grazing(0) < 1e-9
+    assert scales.places_of_rounding[2] == 2 * scales.places_of_rounding[0]
     assert scales.resolution >= scales.rounding
 
 

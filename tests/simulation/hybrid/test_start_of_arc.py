@@ -108,9 +108,9 @@ def test_a_gap_of_zero_stays_zero_only_where_the_contact_touches():
         for orders, own in (({}, touches), ({}, opens), ({HITS: Zero(1e-9)}, touches))
     ]
     assert sizes[0] == math.inf
-    assert sizes[1] == SYSTEM.scales.place_of_rounding(0)
+    assert sizes[1] == SYSTEM.scales.places_of_rounding[0]
     # By the derivatives of the mode, not by what it holds: it is monitored once it has grown.
-    assert sizes[2] == SYSTEM.scales.place_of_rounding(0)
+    assert sizes[2] == SYSTEM.scales.places_of_rounding[0]
 
 
 @pytest.mark.parametrize(

@@ -244,7 +244,7 @@ class Certificate:
         on_first_step = every[0].tolist()
         for number, trigger in enumerate(self._triggers):
             polynomial = on_first_step[number]
-            small = self._system.scales.place_of_rounding(trigger.index)
+            small = self._system.scales.places_of_rounding[trigger.index]
             if trigger.kind is _HITS and polynomial[0] > small:
                 continue
             if trigger.kind is EventKind.JAMS and polynomial[0] < 0:

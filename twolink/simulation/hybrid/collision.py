@@ -236,7 +236,7 @@ def _moved(system: HybridSystem, state: HybridState, pose: Pose, change: Pair) -
         if gap is None or normal is None:
             continue
         rise = speed_along(pose.row(normal), change)
-        small = max(system.scales.place_of_rounding(index), 2 * abs(rise))
+        small = max(system.scales.places_of_rounding[index], 2 * abs(rise))
         if abs(gap) > small:
             gaps[index] = gap + rise
         if own is None or own.sqrt_depth is None:

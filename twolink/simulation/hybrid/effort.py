@@ -12,35 +12,28 @@ from twolink.limits import Forecast, Limits
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.arc import Arc
 
-MOST_WORK = 8_000
-"""The most steps in quadruple precision, each of about a millisecond.
-
-A run is not attempted that is expected to exceed this together with those before, and it is ended
-if it exceeds this alone.
-"""
-
 STEPS_OF_A_JUMP = 4
 """The steps that last as long as a jump, in quadruple precision."""
 
-_MOST_JUMPS: dict[PrecisionName, int] = {
-    "quadruple": MOST_WORK // STEPS_OF_A_JUMP,
-    "long double": 12_000,
-}
-# Jumps in long double precision that a second of motion may take, and those of any motion. A jump
-# takes half a millisecond, and motions with more of them in a short time do not end in most cases:
-# bounces accumulate while a load presses on.
-_JUMPS_OF_A_SECOND, _JUMPS_OF_ANY = 2_000, 6_000
+# Durations (s) of a short and of a long motion. Between them the limits of work grow: a short one
+# is given up after about 10 s.
+_SHORT, _LONG = 3.0, 6.0
 
-# The part of these jumps that a run in double precision may take: the one that measures it in long
+# The most modes of a short and of a long motion in long double precision. Together with the run in
+# double precision that it measures, a mode takes some 2 ms, and short motions with more of them do
+# not end in most cases: bounces accumulate while a load presses on.
+_MOST_MODES = 4_000, 12_000
+
+# The part of these modes that a run in double precision may take: the one that measures it in long
 # doubles goes slightly beyond its end.
-_OF_JUMPS_OF_A_JUDGE = 15 / 16
+_OF_MODES_OF_A_JUDGE = 15 / 16
 
-# A step in quadruple precision takes a millisecond or two.
-_MOST_STEPS: dict[PrecisionName, int] = {"quadruple": MOST_WORK}
+# The most steps in quadruple precision for a short and for a long motion. A step takes some 1.3 ms.
+_MOST_WORK = 6_000, 8_000
 
 # A step on a pressed stiff surface takes a quarter of a millisecond in long double precision. Runs
 # with more of them are ended.
-_MOST_SHORT_STEPS: dict[PrecisionName, int] = {"long double": 80_000}
+_MOST_SHORT_STEPS = 80_000
 
 # Memory of an arc beside its steps, and how much of it is looked at together.
 _BYTES_OF_AN_ARC, _MEMORY_WINDOW = 4000, 16e6
@@ -72,20 +65,29 @@ def effort_of(precision: PrecisionName, duration: float, limits: Limits) -> Effo
     """
     if limits.are_lifted:
         return ANY_EFFORT
-    return Effort(
-        jumps=_most_jumps(precision, duration),
-        steps=_MOST_STEPS.get(precision, math.inf),
-        short_steps=_MOST_SHORT_STEPS.get(precision, math.inf),
-    )
-
-
-def _most_jumps(precision: PrecisionName, duration: float) -> int:
-    """Return the number of jumps after which a run of a motion (s) is ended."""
     if precision == "quadruple":
-        return _MOST_JUMPS[precision]
-    of_time = max(_JUMPS_OF_ANY, math.ceil(_JUMPS_OF_A_SECOND * duration))
-    of_judge = min(_MOST_JUMPS["long double"], of_time)
-    return of_judge if precision == "long double" else int(_OF_JUMPS_OF_A_JUDGE * of_judge)
+        work = most_work(duration)
+        return Effort(jumps=work // STEPS_OF_A_JUMP, steps=work)
+    modes = _grown(_MOST_MODES, duration)
+    if precision == "double":
+        return Effort(jumps=int(_OF_MODES_OF_A_JUDGE * modes))
+    return Effort(jumps=modes, short_steps=_MOST_SHORT_STEPS)
+
+
+def most_work(duration: float) -> int:
+    """Return the most steps in quadruple precision that a motion of a duration (s) may take.
+
+    No run is attempted that is expected to exceed them together with those before, and one is ended
+    if it exceeds them alone.
+    """
+    return _grown(_MOST_WORK, duration)
+
+
+def _grown(limits: tuple[int, int], duration: float) -> int:
+    """Return the limit for a motion of a duration (s), of those for a short and a long one."""
+    few, many = limits
+    share = min(max((duration - _SHORT) / (_LONG - _SHORT), 0.0), 1.0)
+    return round(few + share * (many - few))
 
 
 class Work:

@@ -29,7 +29,7 @@ from twolink.simulation.hybrid.ahead import Ahead
 from twolink.simulation.hybrid.compile import Target
 from twolink.simulation.hybrid.configurations import BEST_ORDER, Configuration, Seen, configurations
 from twolink.simulation.hybrid.doubts import reason_of
-from twolink.simulation.hybrid.effort import MOST_WORK, effort_of
+from twolink.simulation.hybrid.effort import effort_of, most_work
 from twolink.simulation.hybrid.judged import JudgedRun, best_of, work_of
 from twolink.simulation.hybrid.run import HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import BEYOND
@@ -188,7 +188,7 @@ class _Search:
         if self.runs.limits.are_lifted:
             return False
         expected = trial.expected_work if trial.kept.reached >= trial.judge.reached else 0
-        return self.runs.work + expected > MOST_WORK
+        return self.runs.work + expected > most_work(self.runs.scene.duration)
 
 
 class _JudgeFailsError(Exception):

@@ -100,7 +100,7 @@ def _out_of_dents(system: HybridSystem, state: HybridState) -> HybridState:
         normal = system.elements[number].normal
         assert normal is not None
         x, y = pose.row(normal)
-        at_edge = abs(gap - dent.residual) <= system.scales.place_of_rounding(number)
+        at_edge = abs(gap - dent.residual) <= system.scales.places_of_rounding[number]
         if at_edge and approach((-x, -y), state.u, system.rounding, system.scales.lever):
             state = _cleared(system, state, number)
     return state
@@ -118,7 +118,7 @@ def _met_with(system: HybridSystem, state: HybridState, index: int) -> Iterator[
         normal = system.elements[number].normal
         if own is None or gap is None or normal is None or number in state.touching:
             continue
-        met = number != index and abs(gap) <= system.scales.place_of_rounding(number)
+        met = number != index and abs(gap) <= system.scales.places_of_rounding[number]
         if met and approach(pose.row(normal), state.u, system.rounding, system.scales.lever):
             yield number
 
@@ -203,7 +203,7 @@ def _left_with(system: HybridSystem, state: HybridState, pose: Pose, index: int)
         if normal is None or state.compliant[number] is None:
             continue
         away = not approach(pose.row(normal), state.u, system.rounding, system.scales.lever)
-        small = system.scales.place_of_rounding(number)
+        small = system.scales.places_of_rounding[number]
         if away and _depth_of_force(system, state, pose, number) <= small:
             yield number
 
@@ -228,7 +228,7 @@ def _released(system: HybridSystem, state: HybridState, pose: Pose, index: int) 
     assert own is not None
     speed = speed_along(pose.row(element.normal), state.u)
     depth = element.bound - own.offset - element.normal.coordinate(system.chain, state.q)
-    small = system.scales.place_of_rounding(index)
+    small = system.scales.places_of_rounding[index]
     released = compliant_state.released(element, own, speed, depth, small)
     return state._replace(
         touching=state.touching - {index}, gaps=put(state.gaps, index, system.number(0)),

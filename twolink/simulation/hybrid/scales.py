@@ -27,7 +27,7 @@ class Scales:
     order: int | None
     longest_step: float
 
-    @property
+    @cached_property
     def rounding(self) -> float:
         """The relative spacing of the numbers."""
         return self.precision.rounding
@@ -81,9 +81,10 @@ class Scales:
             for element in self.elements
         )
 
-    def place_of_rounding(self, index: int) -> float:
-        """Return the gap (rad or m) of an element that is zero within round-off."""
-        return tolerances.LEADING * self.rounding * self.sizes[index]
+    @cached_property
+    def places_of_rounding(self) -> tuple[float, ...]:
+        """The gap (rad or m) of each element that is zero within round-off."""
+        return tuple(tolerances.LEADING * self.rounding * size for size in self.sizes)
 
     def grazing(self, index: int) -> float:
         """Return the gap (rad or m) above which a flight is certain to pass a contact."""

@@ -96,7 +96,7 @@ class StartOfArc:
         A gap is a variable of its own, and is zero only after a jump has set it to zero. Its first
         derivative is the speed of the state, which is known relative to u, however slow that is.
         """
-        noise = self._scales.place_of_rounding(trigger.index)
+        noise = self._scales.places_of_rounding[trigger.index]
         if polynomial[0] > noise:
             return 0
         if polynomial[0] > 0:
@@ -140,7 +140,7 @@ class StartOfArc:
     def _noise(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
         """Return the size below which an event function at the start of an arc is zero."""
         if trigger.kind in _PLACES:
-            return self._scales.place_of_rounding(trigger.index)
+            return self._scales.places_of_rounding[trigger.index]
         size = _size(polynomial)
         if trigger.kind in _SPEEDS:
             size = max(size, self._change(block, trigger.index))

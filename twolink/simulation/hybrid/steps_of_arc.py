@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +14,8 @@ from twolink.simulation.hybrid.course import Course
 from twolink.simulation.hybrid.pace import factors_of_pace, product
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
 
+_TOO_SHORT = "its steps become too short"
+
 # Largest binary exponent of the powers of a step: numbers have exponents up to 1023 in float64, and
 # up to 16383 in long doubles and in 113 bits.
 _MOST_EXPONENT = {"double": 900, "long double": 15000, "quadruple": 15000}
@@ -25,38 +26,60 @@ def take_steps(course: Course, ahead: int, longest: Any) -> tuple[Block, bool, s
 
     In time they are at most as long as the `longest` (s).
     """
-    _, compiled, (integrator, step, variables, tc, _, values), _, state, until, _ = course
-    clock, integrals = compiled.clock, compiled.integrals
-    by_time, watches_integrals = clock is None, integrals.stop > integrals.start
-    complete, falling = _complete(), compiled.falling
-    span, shortest = until - state.t, SHORTEST_STEP if by_time else 0
     taken = _Taken([], [], [])
-    over, failure = False, ""
+    if course.compiled.clock is None:
+        over, failure = _in_time(course, ahead, longest, taken)
+    else:
+        over, failure = _by_clock(course, ahead, course.compiled.clock, taken)
+    return taken.block(course.stepper.tc), over, failure
+
+
+def _in_time(course: Course, ahead: int, longest: Any, taken: _Taken) -> tuple[bool, str]:
+    """Take steps in time; return whether they reach the end of the arc, and the failure if any."""
+    _, compiled, (integrator, step, variables, tc, _, values), _, _, until, _ = course
+    integrals, falling, complete = compiled.integrals, compiled.falling, _complete()
+    watches_integrals = integrals.stop > integrals.start
+    # A method that is looked up once: a loop takes half as long.
+    starts, lengths, coefficients = (own.append for own in taken)
     for _ in range(ahead):
         start = integrator.time
-        if by_time:
-            left = until - start
-            if not left > 0:
-                over = True
-                break
-            outcome, length = step(left if left < longest else longest, True)
-        else:
-            outcome, length = step(_longest_press(course, span), True)
+        left = until - start
+        if not left > 0:
+            return True, ""
+        outcome, length = step(left if left < longest else longest, True)
         if outcome.value not in complete:
-            failure = failure_of(outcome)
-            break
-        taken.add(start, length, tc)
+            return False, failure_of(outcome)
+        starts(start)
+        lengths(length)
+        coefficients(tc.tobytes())
         if watches_integrals:
             variables[integrals] = 0
-        over = by_time and length == left
-        if over or (not by_time and values[clock] >= span):
+        if length == left:
+            return True, ""
+        if not length > SHORTEST_STEP * start:
+            return False, _TOO_SHORT
+        for variable in falling:
+            if values[variable] < 0:
+                return False, ""
+    return False, ""
+
+
+def _by_clock(course: Course, ahead: int, clock: int, taken: _Taken) -> tuple[bool, str]:
+    """Take steps of s; return whether they reach the end of the arc, and the failure if any."""
+    _, compiled, (integrator, step, variables, tc, _, values), _, state, until, _ = course
+    integrals, span, complete = compiled.integrals, until - state.t, _complete()
+    for _ in range(ahead):
+        start = integrator.time
+        outcome, length = step(_longest_press(course, span), True)
+        if outcome.value not in complete:
+            return False, failure_of(outcome)
+        taken.add(start, length, tc)
+        variables[integrals] = 0
+        if values[clock] >= span or any(values[own] < 0 for own in compiled.falling):
             break
-        if not length > shortest * start:
-            failure = "its steps become too short"
-            break
-        if _has_fallen(values, falling):
-            break
-    return taken.block(tc), over, failure
+        if not length > 0:
+            return False, _TOO_SHORT
+    return False, ""
 
 
 def _longest_press(course: Course, span: Any) -> Any:
@@ -102,14 +125,6 @@ class _Taken(NamedTuple):
         kind, shape = tc.dtype, (len(self.lengths), *tc.shape)
         joined: Any = np.ndarray(shape, kind, b"".join(self.coefficients))
         return Block(np.array(self.starts, kind), np.array(self.lengths, kind), joined)
-
-
-def _has_fallen(values: Any, falling: Sequence[int]) -> bool:
-    """Return whether an event has occurred: a variable that may fall is below zero."""
-    for variable in falling:  # noqa: SIM110
-        if values[variable] < 0:
-            return True
-    return False
 
 
 @functools.cache

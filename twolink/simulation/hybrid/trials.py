@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from twolink.arithmetic import Scalar
-from twolink.contact.elements import ContactForces
+from twolink.contact.elements import NO_FORCES, ContactForces
 from twolink.contact.states import ContactState
 from twolink.simulation.hybrid.complementarity import (
     Candidate,
@@ -71,15 +71,21 @@ class Trials:
             return None
         system, equations, noise = problem.system, problem.equations, problem.noise
         du, multipliers = accelerated(equations, shares)
+        values: list[float] = []
+        forces, owner = NO_FORCES, -1
+        for condition in mode.conditions:
+            # The conditions of one element follow each other.
+            if condition.number != owner:
+                owner = condition.number
+                forces = self._forces(mode, owner, multipliers)
+            value = float(value_of(system, equations, condition, du, forces))
+            if value < 0 and value < -noise.of(condition, du):
+                return None
+            values.append(value)
         decided: list[Condition] = []
         unsure: list[Condition] = []
-        for condition in mode.conditions:
-            forces = self._forces(mode, condition.number, multipliers)
-            value = float(value_of(system, equations, condition, du, forces))
-            small = noise.of(condition, du)
-            if value < -small:
-                return None
-            (decided if value > small else unsure).append(condition)
+        for condition, value in zip(mode.conditions, values, strict=True):
+            (decided if value > noise.of(condition, du) else unsure).append(condition)
         solution = solve(equations, system.elements, mode.states)
         return Candidate(mode.states, solution, tuple(decided), tuple(unsure))
 
