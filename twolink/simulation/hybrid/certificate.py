@@ -7,7 +7,6 @@ an impact, is divided by its leading power of time.
 
 from __future__ import annotations
 
-import functools
 import itertools
 import operator
 from collections.abc import Sequence
@@ -85,7 +84,9 @@ class Certificate:
         self._system, self._compiled, self._mode, self._span = system, compiled, mode, span
         self._begins = 0.0 if state is None else float(state.t)
         layout = compiled.layout
-        self._triggers, self._reversed = layout.triggers, layout.reversed
+        self._triggers = layout.triggers
+        # The event functions that are monitored with the opposite sign.
+        self._turned: frozenset[int] = frozenset()
         # How near to zero event functions leave a doubt.
         near = system.near_to_zero.get(compiled)
         if near is None:
@@ -106,20 +107,18 @@ class Certificate:
 
     def polynomials(self, block: Block) -> Any:
         """Return the event functions on each step, on [0, 1]: shape (n, m, p + 1)."""
-        layout = self._compiled.layout
-        rows = block.coefficients[:, layout.variables]
-        order = rows.shape[2]
-        if layout.integral is not None or self._reversed:
-            rows = rows.copy()
-        if layout.integral is not None:
-            rates = rows[:, layout.integral, 1:] * _counting(order, rows.dtype)
-            rows[:, layout.integral, :-1] = rates
-            rows[:, layout.integral, -1] = 0
-        for place in self._reversed:
+        coefficients = block.coefficients
+        count, _, order = coefficients.shape
+        by_power = powers(block.lengths, order)[:, None]
+        if self._compiled.layout.is_plain:
+            return coefficients[:, self._compiled.layout.variables] * by_power
+        places, factors = self._compiled.terms(order, coefficients.dtype)
+        rows = coefficients.reshape(count, -1)[:, places] * factors
+        for place in self._turned:
             rows[:, place] = -rows[:, place]
         for place, offset in self._offsets.items():
             rows[:, place, 0] = rows[:, place, 0] + offset
-        return rows * powers(block.lengths, order)[:, None]
+        return rows * by_power
 
     def first_event(self, block: Block, at_start: bool) -> tuple[Finding | None, tuple[Doubt, ...]]:
         """Return the first event on a block of steps, and the touches before it.
@@ -249,7 +248,7 @@ class Certificate:
                 continue
             if trigger.kind is EventKind.JAMS and polynomial[0] < 0:
                 every[:, number] = -every[:, number]
-                self._reversed ^= {number}
+                self._turned ^= {number}
                 polynomial = [-c for c in polynomial]
             order = self._start.order(trigger, polynomial, block)
             if order is None:
@@ -303,7 +302,11 @@ def _by_step(suspects: Sequence[_Suspect]) -> Sequence[Sequence[_Suspect]]:
 def _guess(suspect: _Suspect) -> int:
     """Return a number that is the smaller, the earlier an event function seems to fall."""
     bernstein = suspect.bernstein
-    return next((k for k, b in enumerate(bernstein) if b <= 0), len(bernstein))
+    if not suspect.proven:
+        for place, value in enumerate(bernstein):
+            if value <= 0:
+                return place
+    return len(bernstein)
 
 
 def _searched(suspect: _Suspect, near: float) -> tuple[Search, float]:
@@ -326,8 +329,3 @@ def _offset(system: HybridSystem, mode: Mode, trigger: Trigger) -> Any:
     """Return the number that a variable is subtracted from to give an event function."""
     branch = system.elements[trigger.index].branch(mode.dent(trigger.index))
     return branch.residual if trigger.kind is EventKind.CLEARS else branch.reach
-
-
-@functools.cache
-def _counting(order: int, kind: Any) -> Any:
-    return np.arange(1.0, order).astype(kind)

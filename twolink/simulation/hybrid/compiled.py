@@ -36,6 +36,11 @@ class Layout(NamedTuple):
     integral: Any
     reversed: frozenset[int]
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether all event functions are variables."""
+        return self.integral is None and not self.reversed
+
 
 @dataclass(frozen=True, eq=False)
 class CompiledMode:
@@ -60,6 +65,7 @@ class CompiledMode:
     integrals: slice
     number: Any
     _turned: dict[Any, CompiledMode] = field(default_factory=dict, init=False, repr=False)
+    _terms: dict[Any, tuple[Any, Any]] = field(default_factory=dict, init=False, repr=False)
 
     def turned(self, states: tuple[ContactState, ...]) -> CompiledMode:
         """Return the compiled mode for the directions in which elements slide: it, or a copy.
@@ -95,6 +101,25 @@ class CompiledMode:
             integral=integral if integral.any() else None,
             reversed=frozenset(place for place, w in enumerate(watched) if w.factor < 0),
         )
+
+    def terms(self, length: int, kind: Any) -> tuple[Any, Any]:
+        """Return the places of the coefficients of the event functions, and factors for them.
+
+        Both have shape (m, p + 1), with `length` p + 1; the places are those among all coefficients
+        of a step, one after the other. The factors are numbers of the type `kind`.
+        """
+        known = self._terms.get((length, kind))
+        if known is None:
+            powers = np.arange(length)
+            places = np.array([w.variable for w in self.watched])[:, None] * length + powers
+            factors = np.array([[w.factor] * length for w in self.watched])
+            for row, watched in enumerate(self.watched):
+                if watched.integral:
+                    # The coefficients of the derivative, whose last one is not known.
+                    places[row, :-1] += 1
+                    factors[row] *= [*powers[1:], 0]
+            known = self._terms[length, kind] = places, factors.astype(kind)
+        return known
 
     @cached_property
     def falling(self) -> tuple[int, ...]:
