@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from tests.simulation.hybrid import BALANCED, system_of
 from tests.simulation.hybrid.test_compile import FLOOR, compiled
 from twolink.contact.states import ContactState as S
@@ -22,6 +24,24 @@ def test_the_layout_locates_the_event_functions():
     assert integral.tolist() == [False, True]
     assert reverse == frozenset()
     assert compiled(system, S.OPEN, S.OPEN).layout.integral is None
+
+
+def test_the_terms_give_the_coefficients_of_the_event_functions():
+    """A gap is a variable, a force the derivative of one, and a slide backward its negative."""
+    system = system_of(Gravity(), FLOOR)
+    mode = compiled(system, S.OPEN, S.CLOSED)
+    assert not mode.layout.is_plain
+    assert compiled(system, S.OPEN, S.OPEN).layout.is_plain
+    watched = tuple(
+        replace(w, variable=place, factor=factor)
+        for w, place, factor in zip(mode.watched, (2, 0), (-1.0, 1.0), strict=True)
+    )
+    places, factors = replace(mode, watched=watched).terms(4, np.dtype(np.longdouble))
+    coefficients = np.arange(12.0).reshape(3, 4)
+    found = coefficients.reshape(-1)[places] * factors
+    assert found.tolist() == [[-8, -9, -10, -11], [1, 2 * 2, 3 * 3, 0]]
+    assert factors.dtype == np.longdouble
+    assert mode.terms(4, np.dtype(float)) is mode.terms(4, np.dtype(float))
 
 
 def test_only_a_mode_whose_event_functions_are_variables_shows_its_events():

@@ -22,7 +22,7 @@ from twolink.simulation.hybrid.effort import Effort, effort_of, most_work
 from twolink.simulation.hybrid.run import hybrid_run
 
 
-@pytest.mark.parametrize("effort", [Effort(jumps=3), Effort(steps=30)])
+@pytest.mark.parametrize("effort", [Effort(jumps=3), Effort(work=215), Effort(steps=30)])
 def test_a_run_ends_where_it_exceeds_its_effort(effort):
     with pytest.raises(IntegrationError, match=r"modes by .* s, and is not followed further"):
         hybrid_run(BOUNCES, [0.0, 4.0], effort=effort)
@@ -33,18 +33,34 @@ def test_a_run_ends_where_it_exceeds_its_effort(effort):
     assert "in Python): moves freely, then" in run.failure
 
 
-def test_a_judge_follows_as_many_jumps_as_its_motion_may_take():
-    """Short motions with very many are those of accumulating bounces, in most cases."""
+def test_the_limits_of_work_grow_from_short_to_long_motions():
+    def work(precision, duration):
+        return effort_of(precision, duration, DEFAULT_LIMITS).work
 
-    def jumps(precision, duration):
-        return effort_of(precision, duration, DEFAULT_LIMITS).jumps
+    found = {t: work("long double", t) for t in (0.5, 3.0, 4.5, 6.0, 1e3)}
+    assert found == {0.5: 30_000, 3.0: 30_000, 4.5: 45_000, 6.0: 60_000, 1e3: 60_000}
+    assert [work("double", t) for t in (0.1, 1e3)] == [28_125, 56_250]
+    assert [work("quadruple", t) for t in (1.0, 1e3)] == [6_000, 9_000]
+    assert [most_work(t) for t in (1.0, 4.0, 1e3)] == [6_000, 7_000, 9_000]
 
-    found = {t: jumps("long double", t) for t in (0.5, 3.0, 4.5, 6.0, 1e3)}
-    assert found == {0.5: 4_000, 3.0: 4_000, 4.5: 8_000, 6.0: 12_000, 1e3: 12_000}
-    assert [jumps("quadruple", t) for t in (1.0, 1e3)] == [1_500, 2_000]
-    assert jumps("double", 0.1) == 3_750
-    assert jumps("double", 1e3) == 11_250
-    assert [most_work(t) for t in (0.5, 3.0, 4.0, 6.0, 1e3)] == [6_000, 6_000, 6_667, 8_000, 8_000]
+
+@pytest.mark.parametrize("precision", ["double", "quadruple"])
+def test_work_is_that_of_steps_jumps_and_compilations(precision):
+    """A run ends with the arc in which it exceeds its limit."""
+    times, compilation = [0.0, 4.0], {"double": 200, "quadruple": 20}[precision]
+    *arcs, before_last, last = hybrid_run(BOUNCES, times, precision=precision).arcs
+
+    def work(*arcs):
+        kinds = {arc.compiled.pool for arc in arcs}
+        return sum(arc.step_count + 4 for arc in arcs) + compilation * len(kinds)
+
+    options = {"precision": precision, "partial": True}
+    enough = Effort(work=work(*arcs, before_last))
+    assert not hybrid_run(BOUNCES, times, effort=enough, **options).exhausted
+    cut = hybrid_run(BOUNCES, times, effort=enough._replace(work=enough.work - 1), **options)
+    assert cut.exhausted
+    assert len(cut.arcs) == len(arcs) + 1
+    assert last.compiled.pool is not before_last.compiled.pool
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
@@ -52,7 +68,7 @@ def test_without_limits_a_run_may_take_any_work(precision):
     limited = effort_of(precision, 1.0, DEFAULT_LIMITS)
     assert effort_of(precision, 1.0, UNLIMITED) == Effort(jumps=math.inf, patience=math.inf)
     assert limited.steps == (6_000 if precision == "quadruple" else math.inf)
-    assert limited.jumps < 10_000
+    assert limited.work < 40_000
 
 
 def test_a_run_ends_early_that_would_exceed_its_steps_at_its_pace():

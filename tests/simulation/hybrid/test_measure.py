@@ -113,7 +113,7 @@ def test_the_error_includes_the_moments_after_a_force_jumped():
 
 
 def test_a_run_that_ends_early_is_measured_slightly_beyond_its_end(monkeypatch):
-    monkeypatch.setattr(effort, "_OF_MODES_OF_A_JUDGE", 3e-4)
+    monkeypatch.setattr(effort, "_OF_WORK_OF_A_JUDGE", 7e-3)
     measured = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
     judge = next(run for run in measured.runs if run.formulation == "kane")
     assert measured.kept.failure
@@ -122,7 +122,7 @@ def test_a_run_that_ends_early_is_measured_slightly_beyond_its_end(monkeypatch):
     assert not judge.failure
 
 
-@pytest.mark.parametrize("limit", ["jumps", "steps"])
+@pytest.mark.parametrize("limit", ["jumps", "work", "steps"])
 def test_a_result_ends_where_it_can_no_longer_be_measured(monkeypatch, limit):
     """In long double it would reach the end, but the run that measures it has its limit of work."""
 

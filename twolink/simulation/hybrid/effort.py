@@ -13,23 +13,32 @@ from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.arc import Arc
 
 STEPS_OF_A_JUMP = 4
-"""The steps that last as long as a jump, in quadruple precision."""
+"""The steps that last as long as a jump."""
+
+# The steps that last as long as the compilation of a kind of modes. Some motions enter dozens of
+# kinds. In quadruple precision a step takes ten times as long.
+_STEPS_OF_A_COMPILATION: dict[PrecisionName, int] = {
+    "double": 200,
+    "long double": 200,
+    "quadruple": 20,
+}
 
 # Durations (s) of a short and of a long motion. Between them the limits of work grow: a short one
 # is given up after about 10 s.
 _SHORT, _LONG = 3.0, 6.0
 
-# The most modes of a short and of a long motion in long double precision. Together with the run in
-# double precision that it measures, a mode takes some 2 ms, and short motions with more of them do
-# not end in most cases: bounces accumulate while a load presses on.
-_MOST_MODES = 4_000, 12_000
+# The most work of a run in long doubles, in steps, for a short and a long motion: some 6000 and
+# 12000 bounces. A step takes a tenth of a millisecond, with those of the run that it measures a
+# fifth. Short motions with more of them do not end in most cases: bounces accumulate while a load
+# presses on.
+_MOST_WORK_OF_A_JUDGE = 30_000, 60_000
 
-# The part of these modes that a run in double precision may take: the one that measures it in long
-# doubles goes slightly beyond its end.
-_OF_MODES_OF_A_JUDGE = 15 / 16
+# The part of it that a run in double precision may take: the one that measures it in long doubles
+# goes slightly beyond its end.
+_OF_WORK_OF_A_JUDGE = 15 / 16
 
-# The most steps in quadruple precision for a short and for a long motion. A step takes some 1.3 ms.
-_MOST_WORK = 6_000, 8_000
+# The most work of runs in quadruple precision. A step takes about a millisecond.
+_MOST_WORK = 6_000, 9_000
 
 # A step on a pressed stiff surface takes a quarter of a millisecond in long double precision. Runs
 # with more of them are ended.
@@ -42,12 +51,14 @@ _BYTES_OF_AN_ARC, _MEMORY_WINDOW = 4000, 16e6
 class Effort(NamedTuple):
     """The limit of work of a run: jumps and steps in all, and lossless bounces on a contact.
 
-    A run whose steps would exceed `steps` at their pace is ended early. Steps are short below
-    `SHORT_STEPS` of the longest one. Bounces that do not end are omitted
-    after `patience` of them. The run ends at `until` (s) at the latest.
+    Its `work` is counted in steps: those of the run, of its jumps, and of the compilation of its
+    modes. A run whose steps would exceed `steps` at their pace is ended early. Steps are short
+    below `SHORT_STEPS` of the longest one. Bounces that do not end are omitted after `patience` of
+    them. The run ends at `until` (s) at the latest.
     """
 
     jumps: float = tolerances.MOST_JUMPS
+    work: float = math.inf
     steps: float = math.inf
     short_steps: float = math.inf
     patience: float = tolerances.PATIENCE
@@ -67,18 +78,18 @@ def effort_of(precision: PrecisionName, duration: float, limits: Limits) -> Effo
         return ANY_EFFORT
     if precision == "quadruple":
         work = most_work(duration)
-        return Effort(jumps=work // STEPS_OF_A_JUMP, steps=work)
-    modes = _grown(_MOST_MODES, duration)
+        return Effort(work=work, steps=work)
+    work = _grown(_MOST_WORK_OF_A_JUDGE, duration)
     if precision == "double":
-        return Effort(jumps=int(_OF_MODES_OF_A_JUDGE * modes))
-    return Effort(jumps=modes, short_steps=_MOST_SHORT_STEPS)
+        return Effort(work=int(_OF_WORK_OF_A_JUDGE * work))
+    return Effort(work=work, short_steps=_MOST_SHORT_STEPS)
 
 
 def most_work(duration: float) -> int:
-    """Return the most steps in quadruple precision that a motion of a duration (s) may take.
+    """Return the most work in quadruple precision that a motion of a duration (s) may take.
 
-    No run is attempted that is expected to exceed them together with those before, and one is ended
-    if it exceeds them alone.
+    It is counted in steps. No run is attempted that is expected to exceed it together with those
+    before, and one is ended if it exceeds it alone.
     """
     return _grown(_MOST_WORK, duration)
 
@@ -98,11 +109,13 @@ class Work:
     ) -> None:
         """Begin a run of a longest step `cap` (s) in a scene of a duration (s)."""
         self._effort, self._limits = effort, limits
+        self._compilation = _STEPS_OF_A_COMPILATION[precision]
         self._worth_optimising = PRECISIONS[precision].steps_worth_optimising
         self._short = tolerances.SHORT_STEPS * float(cap)
         self._description = f"the motion over {duration:g} s"
         self._growth = Forecast(_MEMORY_WINDOW)
         self._steps_in: Counter[tuple[ContactState, ...]] = Counter()
+        self._kinds: set[int] = set()
         self._arcs = self._short_steps = self._bytes = 0
         self.steps = 0
 
@@ -112,6 +125,8 @@ class Work:
         self._arcs += 1
         self.steps += count
         self._steps_in[arc.mode.states] += count
+        # Modes of one kind share a pool of integrators.
+        self._kinds.add(id(arc.compiled.pool))
         if float(arc.end.t - arc.start.t) < count * self._short:
             self._short_steps += count
         for block in arc.blocks:
@@ -130,9 +145,16 @@ class Work:
         most = self._effort
         return (
             self._arcs > most.jumps
+            or self._in_steps > most.work
             or _exceeds(self.steps, most.steps, share)
             or self._short_steps > most.short_steps
         )
+
+    @property
+    def _in_steps(self) -> int:
+        """The work so far, in steps."""
+        jumps, compilations = STEPS_OF_A_JUMP * self._arcs, self._compilation * len(self._kinds)
+        return self.steps + jumps + compilations
 
     def check_memory(self, share: float, size: Any) -> None:
         """Raise `TooMuchError` if the whole motion would take more memory than is allowed.
