@@ -82,6 +82,14 @@ def _await_end(threads: Sequence[Thread]) -> None:
             thread.join(_WAIT)
 
 
+def abandon(thread: Thread, wait: float) -> None:
+    """Leave a thread to itself that does not end within a time (s)."""
+    thread.join(wait)
+    if thread.is_alive():
+        _THREADS.add(thread)
+        _NUMBERS.add(thread.native_id or 0)
+
+
 def end_process(code: Any) -> NoReturn:
     """End the process with an exit code, even if calls that were abandoned still compute.
 

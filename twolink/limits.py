@@ -17,7 +17,7 @@ from twolink.errors import TooMuchError
 class Limits:
     """The most that a run may take: seconds of computing, and bytes of memory.
 
-    If `seconds` is infinite, the number of modes and the work in 113 bits are not limited either.
+    If `seconds` is infinite, the work for modes and that in 113 bits are not limited either.
     """
 
     seconds: float = 3600.0

@@ -131,6 +131,23 @@ def test_modules_are_imported_during_the_block():
     assert found(program) == [False, True]
 
 
+def test_an_interrupt_does_not_wait_for_imports_that_wait_without_end():
+    """An import that was interrupted leaves its module locked (CPython)."""
+    program = (
+        "import sys, threading\n"
+        "from twolink.cli import importing\n"
+        "from twolink.interruptible import end_process\n"
+        "importing.import_module = lambda name: threading.Event().wait()\n"
+        "try:\n"
+        "    with importing.imported_meanwhile('json'):\n"
+        "        raise KeyboardInterrupt\n"
+        "except KeyboardInterrupt:\n"
+        "    print(1, flush=True)\n"
+        "end_process(0)\n"
+    )
+    assert found(program) == 1
+
+
 def test_no_thread_is_left_by_an_interrupt():
     before = threading.active_count()
     with pytest.raises(KeyboardInterrupt), imported_meanwhile("json"):

@@ -184,7 +184,7 @@ def test_force_lifts_the_limits(monkeypatch):
 
 
 def test_without_limits_a_motion_has_any_number_of_modes(monkeypatch):
-    """Two bounces, and the modes between, where one is the limit."""
+    """Two bounces, and the modes between, where the work of one step is the limit."""
     monkeypatch.setattr("twolink.simulation.hybrid.effort._grown", lambda *limits: 1)
     limited = simulate(BOUNCES)
     assert limited.t[-1] < BOUNCES.duration

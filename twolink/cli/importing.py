@@ -14,6 +14,11 @@ from contextvars import ContextVar
 from importlib import import_module
 from threading import Thread
 
+from twolink.interruptible import abandon
+
+# Time (s) in which the imports of a thread end, unless they wait for each other without end.
+_PATIENCE = 1.0
+
 _OWN_PROCESS = ContextVar("own_process", default=False)
 
 # NumPy's OpenBLAS would start a thread for each core, which first waits busily for some 50 ms: it
@@ -78,6 +83,8 @@ def _environment() -> Iterator[None]:
 def imported_meanwhile(*modules: str) -> Iterator[None]:
     """Import modules in a thread during the block, which waits for them at its end.
 
+    After an error in the block it waits for a second only.
+
     LLVM and the integrators run without Python's lock, so where there is a second core, imports
     take no time beside them. An error of an import is left to the next import of the module.
     """
@@ -87,9 +94,12 @@ def imported_meanwhile(*modules: str) -> Iterator[None]:
             for name in modules:
                 import_module(name)
 
-    thread = Thread(target=import_all)
+    thread = Thread(target=import_all, daemon=True)
     thread.start()
     try:
         yield
-    finally:
-        thread.join()
+    except BaseException:
+        # An import that was interrupted leaves its module locked, and the thread may need it.
+        abandon(thread, _PATIENCE)
+        raise
+    thread.join()

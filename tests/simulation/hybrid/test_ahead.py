@@ -1,18 +1,27 @@
 """Compilation ahead of use: what is requested, cancelled, and found."""
 
+import os
+import subprocess
+import sys
 import threading
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
+import numpy as np
 import pytest
 
 from tests.simulation.hybrid import mode_of, system_of
+from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
+from twolink.effects.compliant_surface import CompliantSurface
+from twolink.effects.effect import Effect
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_stop import JointStop
+from twolink.scene import Scene
 from twolink.simulation.hybrid import ahead as ahead_module
 from twolink.simulation.hybrid.ahead import Ahead
-from twolink.simulation.hybrid.compile import Compiler, Kind, Target
+from twolink.simulation.hybrid.compile import Compiler, Kind, Target, safe_order
 from twolink.simulation.hybrid.configurations import configurations
+from twolink.simulation.hybrid.measure import measured_run
 from twolink.values import Content
 
 OWN = Target("lagrange", "double", 15)
@@ -124,40 +133,43 @@ def test_nothing_more_is_compiled_for_runs_that_are_not_expected(compilations):
     assert compilations.ahead() == [(OPEN, JUDGE), (OPEN, LATER), (CLOSED, LATER)]
 
 
-def test_the_end_of_the_context_cancels_and_does_not_wait(compilations):
+def test_the_end_of_the_context_cancels_requests_and_leaves_no_compilation(compilations):
     with Ahead() as ahead:
         ahead.expect(JUDGE)
         ahead.compiled(OPEN, OWN)
         assert compilations.begun.wait(10.0)
         ahead.compiled(CLOSED, OWN)
-    assert compilations.ahead() == []
-    compilations.may_go_on.set()
-    compilations.wait_for(1)
-    ahead._thread.shutdown(wait=True)
+        assert compilations.ahead() == []
+        threading.Timer(0.2, compilations.may_go_on.set).start()
     assert compilations.ahead() == [(OPEN, JUDGE)]
+    assert not any(thread.name.startswith("compilation") for thread in threading.enumerate())
 
 
 class Mutable:
     """Not a value: another run may find it changed."""
 
 
+@dataclass(frozen=True)
+class Wind(Effect):
+    """An effect of the user: a value, whose code may need the thread of the run."""
+
+    def loads(self, chain, q, u, t):
+        return ()
+
+
 def test_kinds_that_others_cannot_find_or_may_not_need_are_not_requested(compilations):
     compilations.may_go_on.set()
-    own = replace_effects(OPEN, Mutable())
-    optimised = OPEN._replace(optimised=True)
-    assert OPEN.is_shared
-    assert not own.is_shared
     with Ahead() as ahead:
         ahead.expect(OWN, JUDGE)
-        ahead.compiled(own, OWN)
-        ahead.compiled(optimised, OWN)
+        for effect in (Mutable(), Wind()):
+            kind = OPEN._replace(effects=Content((effect,)))
+            assert not kind.is_shared
+            ahead.compiled(kind, OWN)
+        ahead.compiled(OPEN._replace(optimised=True), OWN)
+        assert OPEN.is_shared
         ahead.compiled(OPEN, OWN)
         compilations.wait_for(1)
     assert compilations.ahead() == [(OPEN, JUDGE)]
-
-
-def replace_effects(kind, *effects):
-    return kind._replace(effects=Content(effects))
 
 
 def test_a_compilation_that_fails_raises_where_the_mode_is_needed(monkeypatch):
@@ -170,6 +182,111 @@ def test_a_compilation_that_fails_raises_where_the_mode_is_needed(monkeypatch):
         for target in (OWN, JUDGE):
             with pytest.raises(ValueError, match="no code"):
                 ahead.compiled(OPEN, target)
+
+
+def test_a_cancelled_request_may_be_made_again(compilations):
+    with Ahead() as ahead:
+        ahead.expect(JUDGE)
+        ahead.compiled(OPEN, OWN)
+        assert compilations.begun.wait(10.0)
+        ahead.compiled(CLOSED, OWN)
+        ahead.expect(LATER)
+        ahead.expect(JUDGE)
+        compilations.may_go_on.set()
+        compilations.wait_for(2)
+    assert compilations.ahead() == [(OPEN, JUDGE), (CLOSED, JUDGE)]
+
+
+@pytest.mark.parametrize("started", [False, True])
+def test_where_no_thread_works_runs_compile_for_themselves(compilations, monkeypatch, started):
+    """None can be started, or the context has ended."""
+
+    def refuse(thread):
+        raise RuntimeError("can't start new thread")
+
+    ahead = Ahead()
+    if not started:
+        monkeypatch.setattr(threading.Thread, "start", refuse)
+        ahead.expect(OWN, JUDGE)
+    else:
+        with ahead:
+            ahead.expect(OWN, JUDGE)
+        ahead.expect(OWN, JUDGE)
+    ahead.compiled(OPEN, OWN)
+    ahead.compiled(OPEN, JUDGE)
+    assert compilations.made == [(OPEN, OWN, False), (OPEN, JUDGE, False)]
+
+
+SCRIPT = """
+import heyoka, {module}, threading, time
+from twolink import Chain, Scene, simulate
+from twolink.effects.gravity import Gravity
+from twolink.effects.joint_stop import JointStop
+
+def motion():
+    stop = JointStop("A", lower=-1.0, restitution=0.5)
+    scene = Scene(Chain.uniform_bars(), (0.5, 0.2), (0.0, 0.0), 1.0, (Gravity(), stop))
+    print(simulate(scene).met, flush=True)
+
+{how}
+"""
+AT_EXIT = SCRIPT.format(module="atexit", how="atexit.register(motion)")
+IN_THREAD = SCRIPT.format(
+    module="atexit",
+    how="threading.Thread(target=lambda: (time.sleep(0.5), motion())).start()",
+)
+
+
+@pytest.mark.parametrize("script", [AT_EXIT, IN_THREAD], ids=["at exit", "in a thread"])
+def test_a_motion_is_simulated_while_the_interpreter_ends(script):
+    """It accepts no more work for threads then."""
+    found = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert found.stdout == "True\n"
+    assert found.stderr == ""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+def test_a_child_that_is_forked_during_a_run_compiles_for_itself(compilations):
+    """It has no copy of the thread, whose compilation never ends there."""
+    with Ahead() as ahead:
+        ahead.expect(OWN, JUDGE)
+        ahead.compiled(OPEN, OWN)
+        assert compilations.begun.wait(10.0)
+        threading.Timer(0.2, compilations.may_go_on.set).start()
+        # The fork waits for the compilation in progress.
+        child = os.fork()
+        if child == 0:
+            ahead.compiled(CLOSED, OWN)
+            ahead.compiled(CLOSED, JUDGE)
+            ahead._coming[OPEN, JUDGE] = threading.Event()
+            ahead.compiled(OPEN, JUDGE)
+            ahead.__exit__(None, None, None)
+            os._exit(42)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 42
+        assert compilations.ahead() == [(OPEN, JUDGE)]
+
+
+def test_a_measured_run_finds_the_modes_of_its_judge_compiled(monkeypatch):
+    """The thread, and not the run, compiles the kinds of modes that both enter."""
+    asked = []
+
+    def spied(kind, target):
+        asked.append((kind, target, threading.current_thread().name))
+        return compiled(kind, target)
+
+    compiled = ahead_module.compiled_kind
+    monkeypatch.setattr(ahead_module, "compiled_kind", spied)
+    stop = JointStop("A", lower=-0.987, restitution=0.5)
+    scene = Scene(Chain.uniform_bars(), (0.5, 0.2), (0.0, 0.0), 1.0, (Gravity(), stop))
+    found = measured_run(scene, np.linspace(0, 1, 11), 1e-9, "lagrange", lambda name: None)
+    own, judge = found.runs
+    for kind in {arc.compiled.kind for arc in own.arcs}:
+        target = Target(judge.formulation, judge.precision, judge.order)
+        names = [name for one, other, name in asked if (one, other) == (kind, target)]
+        assert any(name.startswith("compilation") for name in names)
+        assert len(names) == 2
 
 
 def test_the_key_of_a_kind_is_the_same_in_every_precision():
@@ -189,7 +306,8 @@ def test_the_key_of_a_kind_is_the_same_in_every_precision():
 
 def test_the_orders_of_runs_and_judges_are_safe_for_every_law():
     """Otherwise `safe_order` would change them, and judges would not find their code."""
+    rooted = system_of(CompliantSurface((0.0, 1.2), (0.0, -1.0), "hertz", 1000.0)).elements
     for accuracy in (1e-3, 1e-9, 1e-14):
         for found in configurations(accuracy):
-            assert found.order % 5 != 4
-            assert found.judging_order % 5 != 4
+            for order in (found.order, found.judging_order):
+                assert safe_order(rooted, order) == order

@@ -302,3 +302,42 @@ def test_a_touch_leaves_a_doubt_only_before_the_event(place, count, steep):
     found, doubts = certificate_of(HITS, other).first_event(steps, at_start=True)
     assert (found.trigger, float(found.x)) == (other, 0.5)
     assert len(doubts) == count
+
+
+def test_a_near_touch_inside_a_step_leaves_a_doubt_although_the_function_is_proven_positive():
+    """A static limit above the kinetic one is nearly reached: within 1/100 after 0.25 s."""
+    breaks = Trigger(E.BREAKS, 1, 1)
+    dip = (0.26, -2.0, 4.0)
+    found, doubts = first(breaks, dip, at_start=False)
+    assert found is None
+    (doubt,) = doubts
+    assert doubt.trigger is breaks
+    assert 0 < doubt.time < 0.25
+    assert doubt.until == pytest.approx(0.25)
+    # Farther away, and where it falls up to the end of the step, it does not touch.
+    assert first(breaks, (1.25, -2.0, 4.0), at_start=False) == (None, ())
+    assert first(breaks, (0.26, -0.4), at_start=False) == (None, ())
+    # The limit of B is not above the kinetic one.
+    assert first(Trigger(E.BREAKS, 2, 1), dip, at_start=False) == (None, ())
+
+
+def test_a_function_divided_by_time_is_searched_although_its_series_is_positive():
+    """Its last terms, which estimate the truncation error, may make it fall."""
+    grows = (0.0, 1.0, -1.5, 0, 0, 0, 0, 40.0)
+    system = SYSTEM
+    certificate = certificate_of(HITS, system=system)
+    block = block_of([[grows]])
+    (suspect,) = certificate._suspects(block, at_start=True)
+    assert not suspect.whole
+    assert not suspect.proven
+    assert min(suspect.bernstein) > 0
+
+
+def test_a_jam_that_is_monitored_with_the_opposite_sign_keeps_it_in_all_blocks():
+    jams = Trigger(E.JAMS, 0, 1)
+    certificate = certificate_of(jams)
+    first_block = block_of([[(-1.0, 0.5)]])
+    assert certificate.first_event(first_block, at_start=True) == (None, ())
+    second = block_of([[(-0.75, 2.0)]], start=0.5)
+    finding, _ = certificate.first_event(second, at_start=False)
+    assert (finding.trigger, finding.x) == (jams, pytest.approx(0.75))

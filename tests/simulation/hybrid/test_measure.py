@@ -112,8 +112,18 @@ def test_the_error_includes_the_moments_after_a_force_jumped():
     assert error <= found.errors[-1]
 
 
+def limited_in(precision, **limits):
+    """Return the limits of work with others in one precision."""
+
+    def limited(own, duration, given):
+        found = effort.effort_of(own, duration, given)
+        return found._replace(**limits) if own == precision else found
+
+    return limited
+
+
 def test_a_run_that_ends_early_is_measured_slightly_beyond_its_end(monkeypatch):
-    monkeypatch.setattr(effort, "_OF_WORK_OF_A_JUDGE", 7e-3)
+    monkeypatch.setattr(measure, "effort_of", limited_in("double", jumps=1))
     measured = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
     judge = next(run for run in measured.runs if run.formulation == "kane")
     assert measured.kept.failure
@@ -125,12 +135,7 @@ def test_a_run_that_ends_early_is_measured_slightly_beyond_its_end(monkeypatch):
 @pytest.mark.parametrize("limit", ["jumps", "work", "steps"])
 def test_a_result_ends_where_it_can_no_longer_be_measured(monkeypatch, limit):
     """In long double it would reach the end, but the run that measures it has its limit of work."""
-
-    def limited(precision, duration, limits):
-        found = effort.effort_of(precision, duration, limits)
-        return found._replace(**{limit: 1}) if precision == "quadruple" else found
-
-    monkeypatch.setattr(measure, "effort_of", limited)
+    monkeypatch.setattr(measure, "effort_of", limited_in("quadruple", **{limit: 1}))
     monkeypatch.setattr(measure, "configurations", lambda accuracy: [LONG_DOUBLE])
     measured = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
     judge = next(run for run in measured.runs if run.formulation == "kane")

@@ -73,6 +73,18 @@ def test_no_step_of_a_press_follows_one_whose_clock_is_beyond_the_end():
     assert clock.max() < 1e-4 <= course.stepper.state[course.compiled.clock]
 
 
+def test_no_step_of_a_press_follows_one_on_which_the_point_leaves():
+    """Its √depth is below zero at the end of that step."""
+    system = system_of(BALL)
+    course = begun(system, (0.0, 0.0), (0.01, 0.01), S.CLOSED)
+    block, over, failure = take_steps(course, 100, 1e-6)
+    (root,) = course.compiled.falling
+    assert (over, failure) == (False, "")
+    assert len(block.lengths) < 100
+    assert (block.coefficients[:, root, 0] >= 0).all()
+    assert course.stepper.state[root] < 0
+
+
 @pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
 def test_a_press_that_round_off_has_ended_as_it_begins_takes_steps_forward(precision):
     """Another event is at the instant at which the point leaves: its √depth is below zero."""

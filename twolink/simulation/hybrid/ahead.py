@@ -1,31 +1,54 @@
 """Compilation ahead of use: modes are compiled in a thread beside the runs that will need them.
 
-A run and its judge enter the same kinds of modes, which take as long to compile as thousands of
-steps. heyoka compiles without the interpreter: another core may do it meanwhile.
+A run and its judge enter the same kinds of modes, and a kind takes as long to compile as hundreds
+of steps. heyoka releases Python's global lock while it compiles, so that another core compiles
+while a run takes steps.
 """
 
 from __future__ import annotations
 
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+import os
+from collections import deque
+from contextlib import suppress
+from threading import Event, Lock, Thread
 from types import TracebackType
 from typing import Self
 
 from twolink.simulation.hybrid.compile import Kind, Target, compiled_kind
 from twolink.simulation.hybrid.compiled import CompiledMode
 
+# Held while a thread compiles. A fork waits for it: the child would inherit the locks of a
+# compilation in progress, without the thread that releases them.
+_COMPILING = Lock()
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(
+        before=_COMPILING.acquire,
+        after_in_parent=_COMPILING.release,
+        after_in_child=_COMPILING.release,
+    )
+
+
+_Request = tuple[Kind, Target]
+
 
 class Ahead:
     """The kinds of modes that runs have entered, and those that are compiled for the next runs.
 
-    It is a context, at whose end nothing more is compiled.
+    At the end of its context, compilations that have not begun are cancelled, and none is left in
+    progress.
     """
 
     def __init__(self) -> None:
         """Begin without modes."""
         self._entered: dict[Kind, None] = {}
         self._targets: tuple[Target, ...] = ()
-        self._coming: dict[tuple[Kind, Target], Future[CompiledMode]] = {}
-        self._thread = ThreadPoolExecutor(1, "compilation")
+        # The requests that were not cancelled, each with the event of its end, and those of them
+        # that have not begun. The lock is that of the last and of the thread.
+        self._coming: dict[_Request, Event] = {}
+        self._waiting: deque[_Request] = deque()
+        self._thread: Thread | None = None
+        self._lock = Lock()
+        self._process = os.getpid()
 
     def __enter__(self) -> Self:
         return self
@@ -36,35 +59,87 @@ class Ahead:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        # A compilation in progress, of some hundredths of a second, ends by itself.
-        self._thread.shutdown(wait=False, cancel_futures=True)
+        if not self._has_thread:
+            return
+        self.expect()
+        if (thread := self._thread) is not None and thread.is_alive():
+            thread.join()
 
     def expect(self, *targets: Target) -> None:
-        """Compile all kinds of modes that runs have entered, and will enter, for the next runs.
+        """Compile for the next runs each kind of modes that a run has entered, or will enter.
 
-        Those for the first of these come first. Nothing more is compiled for any other run.
+        The first target is served first. Requests for other targets are cancelled.
         """
-        for (_, target), coming in self._coming.items():
-            if target not in targets:
-                coming.cancel()
         self._targets = targets
+        if not self._has_thread:
+            return
+        with self._lock:
+            for request in tuple(self._waiting):
+                if request[1] not in targets:
+                    self._cancel(request)
         for target in targets:
             for kind in tuple(self._entered):
                 self._request(kind, target)
 
     def compiled(self, kind: Kind, target: Target) -> CompiledMode:
-        """Return the integrators of a kind of modes that a run enters."""
-        if kind not in self._entered and kind.is_shared and not kind.optimised:
-            self._entered[kind] = None
-            for other in self._targets:
-                if other != target:
-                    self._request(kind, other)
-        coming = self._coming.pop((kind, target), None)
-        if coming is not None and not coming.cancel():
-            wait([coming])
+        """Return the integrators of a kind of modes that a run enters.
+
+        It waits for their compilation in progress, and raises what that raises.
+        """
+        if self._has_thread:
+            if kind not in self._entered and kind.is_shared and not kind.optimised:
+                self._entered[kind] = None
+                for other in self._targets:
+                    if other != target:
+                        self._request(kind, other)
+            self._await((kind, target))
         return compiled_kind(kind, target)
 
+    @property
+    def _has_thread(self) -> bool:
+        """Whether this is the process of the thread: a forked one has no copy of it."""
+        return self._process == os.getpid()
+
+    def _await(self, request: _Request) -> None:
+        """Cancel a request that has not begun, and wait for the end of one that has."""
+        with self._lock:
+            if request in self._waiting:
+                self._cancel(request)
+        if (ended := self._coming.get(request)) is not None:
+            ended.wait()
+
+    def _cancel(self, request: _Request) -> None:
+        self._waiting.remove(request)
+        del self._coming[request]
+
     def _request(self, kind: Kind, target: Target) -> None:
-        """Compile a kind of modes in the thread, after those that were requested before."""
-        if (kind, target) not in self._coming:
-            self._coming[kind, target] = self._thread.submit(compiled_kind, kind, target)
+        """Compile a kind of modes in the thread, after those that were requested before.
+
+        Where no thread can be started, runs compile for themselves.
+        """
+        request = kind, target
+        with self._lock:
+            if request in self._coming:
+                return
+            self._coming[request] = Event()
+            self._waiting.append(request)
+            if self._thread is None:
+                self._thread = Thread(target=self._compile, name="compilation", daemon=True)
+                try:
+                    self._thread.start()
+                except RuntimeError:
+                    self._thread = None
+                    self._cancel(request)
+
+    def _compile(self) -> None:
+        """Compile all requests, in their order."""
+        while True:
+            with self._lock:
+                if not self._waiting:
+                    self._thread = None
+                    return
+                kind, target = self._waiting.popleft()
+            with _COMPILING, suppress(Exception):
+                # The run that needs the mode compiles it again, and raises the error.
+                compiled_kind(kind, target)
+            self._coming[kind, target].set()

@@ -51,8 +51,8 @@ class _Suspect(NamedTuple):
     """An event function that may be near to zero on a step: its number and its coefficients.
 
     `place` is the number of the step, and `bound` that on the error of the values. `bernstein` are
-    the Bernstein coefficients in float64. It is `whole` if it was not divided by a power of time,
-    and `proven` if it is positive on the step: then it may only touch.
+    the Bernstein coefficients in float64. It is `whole` if it was not divided by a power of time.
+    If it is `proven` positive on the step, it cannot fall, and is searched for a near touch only.
     """
 
     place: int
@@ -110,7 +110,7 @@ class Certificate:
         coefficients = block.coefficients
         count, _, order = coefficients.shape
         by_power = powers(block.lengths, order)[:, None]
-        if self._compiled.layout.is_plain:
+        if self._compiled.layout.is_plain and not self._turned:
             return coefficients[:, self._compiled.layout.variables] * by_power
         places, factors = self._compiled.terms(order, coefficients.dtype)
         rows = coefficients.reshape(count, -1)[:, places] * factors
@@ -135,8 +135,8 @@ class Certificate:
     def _suspects(self, block: Block, at_start: bool) -> list[_Suspect]:
         """Return the event functions that may be near to zero, in the order of the steps.
 
-        One that is proven positive is nearest to zero inside a step only if it falls at first: the
-        ends of steps are no touches.
+        Those that are proven positive and rise at first are left out: `lowest` finds no minimum of
+        such a function.
         """
         every = self.polynomials(block)
         if at_start:

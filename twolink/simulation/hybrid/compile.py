@@ -1,4 +1,4 @@
-"""Compilation of a mode to a heyoka integrator, in any precision, when it is first entered.
+"""Compilation of a mode to a heyoka integrator, in any precision, on first use.
 
 The variables of the integrator are q and u, the gap of each open contact, the residual depth of
 each damped surface that has not recovered, and √depth for each law that depends on it. With √depth
@@ -21,7 +21,7 @@ import numpy as np
 
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
-from twolink.effects import Effect, ParametricEffect, contact_elements
+from twolink.effects import Effect, ParametricEffect, contact_elements, is_built_in
 from twolink.formulations import FORMULATIONS
 from twolink.integration.expressions import plain, precise
 from twolink.integration.precisions import PRECISIONS, PrecisionName
@@ -46,10 +46,11 @@ from twolink.values import Content
 
 
 class Kind(NamedTuple):
-    """Modes that share compiled code: a chain and effects without their numbers, and a mode.
+    """Modes that share compiled code: a chain, effects and a mode without their parameters.
 
+    Zeros replace the numbers of effects and of the mode that are parameters of the code.
     `recovering` are the surfaces that are not in contact and have not recovered. Optimised code
-    compiles twenty times longer, and takes a third to a half of the time per step.
+    compiles five to twenty times longer, and takes a third to a half of the time per step.
     """
 
     chain: Content
@@ -60,12 +61,16 @@ class Kind(NamedTuple):
 
     @property
     def is_shared(self) -> bool:
-        """Whether other runs find the compiled code: its key is a value."""
-        return self.chain.is_value and self.effects.is_value
+        """Whether later runs find the compiled code, and any thread may compile it.
+
+        Effects of the user are evaluated in the thread of the run alone: it may hold their locks.
+        """
+        effects: tuple[Any, ...] = self.effects.objects
+        return self.chain.is_value and self.effects.is_value and all(map(is_built_in, effects))
 
 
 class Target(NamedTuple):
-    """The runs for which modes are compiled, by formulation, precision and order."""
+    """The formulation, the precision and the order that modes are compiled for."""
 
     formulation: FormulationName
     precision: PrecisionName
@@ -90,7 +95,7 @@ def compiled_kind(kind: Kind, target: Target) -> CompiledMode:
     elements = _with_frictions(system.elements, mode.states, parameters, number)
     system = replace(system, elements=_with_places(elements, parameters, number))
     builder = _Builder(system, mode, kind.recovering, next(parameters))
-    return builder.compiled(kind.optimised)
+    return replace(builder.compiled(kind.optimised), kind=kind)
 
 
 Compilation = Callable[[Kind, Target], CompiledMode]
@@ -101,7 +106,7 @@ Compilation = Callable[[Kind, Target], CompiledMode]
 class Compiler:
     """The compiler of the modes that a run enters, by a formulation.
 
-    `compiled` may find kinds of modes that are compiled already.
+    `compiled` returns the code of a kind of modes, which may have been compiled before.
     """
 
     formulation: FormulationName

@@ -50,6 +50,8 @@ class CompiledMode:
     variables after q and u; `moving` are those of the roots that change; `clock` is the
     variable of time, where that is not the independent one. The parameters are the `numbers` of
     effects, dents and frictions, the scale of moments, and, with a clock, the start of the arc (s).
+    `kind` is the key of those that share the code: modes that differ in parameters, or in the
+    directions of slides.
     A compiled mode equals only itself, and may be the key of a mapping.
     """
 
@@ -64,6 +66,7 @@ class CompiledMode:
     clock: int | None
     integrals: slice
     number: Any
+    kind: Any = None
     _turned: dict[Any, CompiledMode] = field(default_factory=dict, init=False, repr=False)
     _terms: dict[Any, tuple[Any, Any]] = field(default_factory=dict, init=False, repr=False)
 
@@ -105,8 +108,8 @@ class CompiledMode:
     def terms(self, length: int, kind: Any) -> tuple[Any, Any]:
         """Return the places of the coefficients of the event functions, and factors for them.
 
-        Both have shape (m, p + 1), with `length` p + 1; the places are those among all coefficients
-        of a step, one after the other. The factors are numbers of the type `kind`.
+        Both have shape (m, p + 1), with `length` p + 1; the places are indices into the flattened
+        coefficients of a step. The factors are numbers of the type `kind`.
         """
         known = self._terms.get((length, kind))
         if known is None:

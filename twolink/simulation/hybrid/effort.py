@@ -11,33 +11,32 @@ from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import Forecast, Limits
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.arc import Arc
+from twolink.simulation.hybrid.compile import Kind
+from twolink.simulation.hybrid.compiled import CompiledMode
 
 STEPS_OF_A_JUMP = 4
-"""The steps that last as long as a jump."""
+"""The steps that last as long as a jump, in quadruple precision."""
 
-# The steps that last as long as the compilation of a kind of modes. Some motions enter dozens of
-# kinds. In quadruple precision a step takes ten times as long.
-_STEPS_OF_A_COMPILATION: dict[PrecisionName, int] = {
-    "double": 200,
-    "long double": 200,
-    "quadruple": 20,
-}
+# In shorter numbers the work of a run is counted in steps of 0.1 ms: those that last as long as a
+# jump, the most that count of an arc, whose later steps are certified together and take a fourth of
+# the time, and those of a compilation, without and with optimisation. Some motions enter dozens of
+# kinds of modes.
+_OF_A_JUMP, _MOST_OF_AN_ARC, _OF_A_COMPILATION, _OF_AN_OPTIMISATION = 3, 8, 200, 1000
 
-# Durations (s) of a short and of a long motion. Between them the limits of work grow: a short one
-# is given up after about 10 s.
+# Durations (s) of a short and of a long motion. Between them the limits of work grow.
 _SHORT, _LONG = 3.0, 6.0
 
-# The most work of a run in long doubles, in steps, for a short and a long motion: some 6000 and
-# 12000 bounces. A step takes a tenth of a millisecond, with those of the run that it measures a
-# fifth. Short motions with more of them do not end in most cases: bounces accumulate while a load
-# presses on.
-_MOST_WORK_OF_A_JUDGE = 30_000, 60_000
+# The most work of a run in long doubles for a short and a long motion. A short one has 6000 bounces
+# of two steps, or half as many modes with more contacts; with the run that it measures, and one of
+# a low order, these take up to 10 s. Short motions with more bounces do not end in most cases: they
+# accumulate while a load presses on. A long motion has 12,000 modes with any number of steps.
+_MOST_WORK_OF_A_JUDGE = 30_000, 140_000
 
 # The part of it that a run in double precision may take: the one that measures it in long doubles
 # goes slightly beyond its end.
 _OF_WORK_OF_A_JUDGE = 15 / 16
 
-# The most work of runs in quadruple precision. A step takes about a millisecond.
+# The most steps of runs in quadruple precision. A step takes about a millisecond.
 _MOST_WORK = 6_000, 9_000
 
 # A step on a pressed stiff surface takes a quarter of a millisecond in long double precision. Runs
@@ -51,10 +50,10 @@ _BYTES_OF_AN_ARC, _MEMORY_WINDOW = 4000, 16e6
 class Effort(NamedTuple):
     """The limit of work of a run: jumps and steps in all, and lossless bounces on a contact.
 
-    Its `work` is counted in steps: those of the run, of its jumps, and of the compilation of its
-    modes. A run whose steps would exceed `steps` at their pace is ended early. Steps are short
-    below `SHORT_STEPS` of the longest one. Bounces that do not end are omitted after `patience` of
-    them. The run ends at `until` (s) at the latest.
+    `work` counts jumps, the first steps of arcs, and compilations, in steps. A run whose steps
+    would exceed `steps` at their pace is ended early. Steps are short below `SHORT_STEPS` of the
+    longest one. Bounces that do not end are omitted after `patience` of them. The run ends at
+    `until` (s) at the latest.
     """
 
     jumps: float = tolerances.MOST_JUMPS
@@ -78,7 +77,7 @@ def effort_of(precision: PrecisionName, duration: float, limits: Limits) -> Effo
         return ANY_EFFORT
     if precision == "quadruple":
         work = most_work(duration)
-        return Effort(work=work, steps=work)
+        return Effort(jumps=work // STEPS_OF_A_JUMP, steps=work)
     work = _grown(_MOST_WORK_OF_A_JUDGE, duration)
     if precision == "double":
         return Effort(work=int(_OF_WORK_OF_A_JUDGE * work))
@@ -88,14 +87,14 @@ def effort_of(precision: PrecisionName, duration: float, limits: Limits) -> Effo
 def most_work(duration: float) -> int:
     """Return the most work in quadruple precision that a motion of a duration (s) may take.
 
-    It is counted in steps. No run is attempted that is expected to exceed it together with those
-    before, and one is ended if it exceeds it alone.
+    It is counted in steps. A run is omitted if it is expected to exceed the limit together with
+    those before, and ends where it exceeds the limit alone.
     """
     return _grown(_MOST_WORK, duration)
 
 
 def _grown(limits: tuple[int, int], duration: float) -> int:
-    """Return the limit for a motion of a duration (s), of those for a short and a long one."""
+    """Return the limit for a duration (s), between those for a short and a long motion."""
     few, many = limits
     share = min(max((duration - _SHORT) / (_LONG - _SHORT), 0.0), 1.0)
     return round(few + share * (many - few))
@@ -109,13 +108,14 @@ class Work:
     ) -> None:
         """Begin a run of a longest step `cap` (s) in a scene of a duration (s)."""
         self._effort, self._limits = effort, limits
-        self._compilation = _STEPS_OF_A_COMPILATION[precision]
         self._worth_optimising = PRECISIONS[precision].steps_worth_optimising
         self._short = tolerances.SHORT_STEPS * float(cap)
         self._description = f"the motion over {duration:g} s"
         self._growth = Forecast(_MEMORY_WINDOW)
         self._steps_in: Counter[tuple[ContactState, ...]] = Counter()
-        self._kinds: set[int] = set()
+        self._compiled: set[CompiledMode] = set()
+        self._kinds: set[Kind] = set()
+        self._in_steps = 0
         self._arcs = self._short_steps = self._bytes = 0
         self.steps = 0
 
@@ -125,8 +125,10 @@ class Work:
         self._arcs += 1
         self.steps += count
         self._steps_in[arc.mode.states] += count
-        # Modes of one kind share a pool of integrators.
-        self._kinds.add(id(arc.compiled.pool))
+        self._in_steps += _OF_A_JUMP + min(count, _MOST_OF_AN_ARC)
+        if arc.compiled not in self._compiled:
+            self._compiled.add(arc.compiled)
+            self._add_kind(arc.compiled.kind)
         if float(arc.end.t - arc.start.t) < count * self._short:
             self._short_steps += count
         for block in arc.blocks:
@@ -150,11 +152,11 @@ class Work:
             or self._short_steps > most.short_steps
         )
 
-    @property
-    def _in_steps(self) -> int:
-        """The work so far, in steps."""
-        jumps, compilations = STEPS_OF_A_JUMP * self._arcs, self._compilation * len(self._kinds)
-        return self.steps + jumps + compilations
+    def _add_kind(self, kind: Kind) -> None:
+        """Add the compilation of a kind of modes, once, whether or not it was found compiled."""
+        if kind not in self._kinds:
+            self._kinds.add(kind)
+            self._in_steps += _OF_AN_OPTIMISATION if kind.optimised else _OF_A_COMPILATION
 
     def check_memory(self, share: float, size: Any) -> None:
         """Raise `TooMuchError` if the whole motion would take more memory than is allowed.

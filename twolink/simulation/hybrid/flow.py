@@ -140,6 +140,7 @@ def _ended(
 ) -> Arc:
     """Return the arc at a time (s) or, if that is None, where its last step was cut."""
     end = end_state(course, blocks[-1], until) if blocks else course.state._replace(t=until)
+    # A sum is finite only if all terms are.
     if not math.isfinite(sum(map(float, (*end.q, *end.u)))):
         raise IntegrationError(
             f"the motion could not be integrated beyond {float(course.state.t):.9g} s (the state "

@@ -229,7 +229,7 @@ class _Runs:
         precision ends before the motion does: no time is spent on the run.
         """
         if configuration.judge == "quadruple":
-            # Each thread compiles for itself.
+            # Both runs begin at once: neither has entered modes before the other.
             self.ahead.expect()
             self._make_both(configuration, measures=configuration.is_long and not is_last)
         else:
@@ -244,7 +244,7 @@ class _Runs:
         return JudgedRun.of(kept, judge, self.times, accuracy)
 
     def _expect(self, configuration: Configuration) -> None:
-        """Compile modes for those of the two runs that are not there."""
+        """Request modes for those of the two runs that have not been made."""
         keys = (
             (configuration.precision, configuration.order, self.own),
             (configuration.judge, configuration.judging_order, self._other),

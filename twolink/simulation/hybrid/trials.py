@@ -79,6 +79,7 @@ class Trials:
                 owner = condition.number
                 forces = self._forces(mode, owner, multipliers)
             value = float(value_of(system, equations, condition, du, forces))
+            # The noise is not negative, and takes longer than the value.
             if value < 0 and value < -noise.of(condition, du):
                 return None
             values.append(value)
