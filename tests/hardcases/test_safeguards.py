@@ -33,7 +33,7 @@ def mark(name: str, formulation: str) -> Mark:
 
 
 def forget_what_is_compiled() -> None:
-    compilation._compiled.cache_clear()
+    compilation.compiled_kind.cache_clear()
     taylor._compiled.cache_clear()
 
 
