@@ -305,9 +305,9 @@ def test_a_touch_leaves_a_doubt_only_before_the_event(place, count, steep):
 
 
 def test_a_near_touch_inside_a_step_leaves_a_doubt_although_the_function_is_proven_positive():
-    """A static limit above the kinetic one is nearly reached: within 1/100 after 0.25 s."""
+    """A static limit above the kinetic one is nearly reached: 0.05 is left after 0.25 s."""
     breaks = Trigger(E.BREAKS, 1, 1)
-    dip = (0.26, -2.0, 4.0)
+    dip = (0.3, -2.0, 4.0)
     found, doubts = first(breaks, dip, at_start=False)
     assert found is None
     (doubt,) = doubts
@@ -323,9 +323,8 @@ def test_a_near_touch_inside_a_step_leaves_a_doubt_although_the_function_is_prov
 
 def test_a_function_divided_by_time_is_searched_although_its_series_is_positive():
     """Its last terms, which estimate the truncation error, may make it fall."""
-    grows = (0.0, 1.0, -1.5, 0, 0, 0, 0, 40.0)
-    system = SYSTEM
-    certificate = certificate_of(HITS, system=system)
+    grows = (0.0, 1.0, -1.5, 0, 0, 0, 19.2)
+    certificate = certificate_of(HITS)
     block = block_of([[grows]])
     (suspect,) = certificate._suspects(block, at_start=True)
     assert not suspect.whole
