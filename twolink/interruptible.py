@@ -83,11 +83,10 @@ def _await_end(threads: Sequence[Thread]) -> None:
 
 
 def abandon(thread: Thread, wait: float) -> None:
-    """Leave a thread to itself that does not end within a time (s)."""
+    """Leave a thread to itself that does not end within a time (s), or before an interrupt."""
+    _THREADS.add(thread)
+    _NUMBERS.add(thread.native_id or 0)
     thread.join(wait)
-    if thread.is_alive():
-        _THREADS.add(thread)
-        _NUMBERS.add(thread.native_id or 0)
 
 
 def end_process(code: Any) -> NoReturn:

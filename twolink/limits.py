@@ -25,7 +25,7 @@ class Limits:
 
     @property
     def are_lifted(self) -> bool:
-        """Whether a run may take any time, any number of modes, and any work in 113 bits."""
+        """Whether a run may take any time, and any work for modes and in 113 bits."""
         return math.isinf(self.seconds)
 
     def check_memory(self, description: str, size: float) -> None:

@@ -70,11 +70,13 @@ def test_a_command_in_another_program_leaves_its_garbage_and_environment(monkeyp
     for name in NAMES:
         monkeypatch.delenv(name, raising=False)
     frozen = gc.get_freeze_count()
+    # A freeze would count these as well; a frozen object that dies meanwhile counts no more.
+    young = [[] for _ in range(1000)]
     begin_command()
     with importing():
         assert gc.isenabled()
         assert not set(NAMES) & set(os.environ)
-    assert gc.get_freeze_count() == frozen
+    assert frozen - len(young) < gc.get_freeze_count() <= frozen
 
 
 @pytest.mark.slow

@@ -4,23 +4,25 @@ import os
 import subprocess
 import sys
 import threading
-from dataclasses import dataclass, replace
+from contextlib import closing
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.simulation.hybrid import mode_of, system_of
+from tests.simulation.hybrid.test_kind import Mutable, Wind
 from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
 from twolink.effects.compliant_surface import CompliantSurface
-from twolink.effects.effect import Effect
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_stop import JointStop
 from twolink.scene import Scene
 from twolink.simulation.hybrid import ahead as ahead_module
 from twolink.simulation.hybrid.ahead import Ahead
-from twolink.simulation.hybrid.compile import Compiler, Kind, Target, safe_order
+from twolink.simulation.hybrid.compile import Compiler, safe_order
 from twolink.simulation.hybrid.configurations import configurations
+from twolink.simulation.hybrid.kind import Kind, Target
 from twolink.simulation.hybrid.measure import measured_run
 from twolink.values import Content
 
@@ -59,6 +61,14 @@ class Compilations:
     def ahead(self):
         return [(kind, target) for kind, target, is_ahead in self.made if is_ahead]
 
+    def begun_for(self, *targets):
+        """Return requests for targets, of which the first is being compiled."""
+        ahead = Ahead()
+        ahead.expect(*targets)
+        ahead.compiled(OPEN, OWN)
+        assert self.begun.wait(10.0)
+        return ahead
+
     def wait_for(self, count):
         for _ in range(1000):
             if len(self.ahead()) >= count:
@@ -77,7 +87,7 @@ def compilations(monkeypatch):
 
 def test_a_kind_that_a_run_enters_is_compiled_for_its_judge_in_the_thread(compilations):
     compilations.may_go_on.set()
-    with Ahead() as ahead:
+    with closing(Ahead()) as ahead:
         ahead.expect(OWN, JUDGE)
         ahead.compiled(OPEN, OWN)
         compilations.wait_for(1)
@@ -89,7 +99,7 @@ def test_kinds_that_earlier_runs_have_entered_are_compiled_for_the_first_of_the_
     compilations,
 ):
     compilations.may_go_on.set()
-    with Ahead() as ahead:
+    with closing(Ahead()) as ahead:
         ahead.compiled(OPEN, OWN)
         ahead.compiled(CLOSED, OWN)
         assert compilations.ahead() == []
@@ -104,7 +114,7 @@ def test_kinds_that_earlier_runs_have_entered_are_compiled_for_the_first_of_the_
 
 
 def test_a_run_waits_for_the_compilation_in_progress_and_makes_those_not_begun(compilations):
-    with Ahead() as ahead:
+    with closing(Ahead()) as ahead:
         ahead.expect(OWN, JUDGE)
         ahead.compiled(OPEN, OWN)
         ahead.compiled(CLOSED, OWN)
@@ -121,10 +131,7 @@ def test_a_run_waits_for_the_compilation_in_progress_and_makes_those_not_begun(c
 
 
 def test_nothing_more_is_compiled_for_runs_that_are_not_expected(compilations):
-    with Ahead() as ahead:
-        ahead.expect(OWN, JUDGE)
-        ahead.compiled(OPEN, OWN)
-        assert compilations.begun.wait(10.0)
+    with closing(compilations.begun_for(OWN, JUDGE)) as ahead:
         ahead.compiled(CLOSED, OWN)
         ahead.expect(LATER)
         compilations.may_go_on.set()
@@ -134,10 +141,7 @@ def test_nothing_more_is_compiled_for_runs_that_are_not_expected(compilations):
 
 
 def test_the_end_of_the_context_cancels_requests_and_leaves_no_compilation(compilations):
-    with Ahead() as ahead:
-        ahead.expect(JUDGE)
-        ahead.compiled(OPEN, OWN)
-        assert compilations.begun.wait(10.0)
+    with closing(compilations.begun_for(JUDGE)) as ahead:
         ahead.compiled(CLOSED, OWN)
         assert compilations.ahead() == []
         threading.Timer(0.2, compilations.may_go_on.set).start()
@@ -145,21 +149,9 @@ def test_the_end_of_the_context_cancels_requests_and_leaves_no_compilation(compi
     assert not any(thread.name.startswith("compilation") for thread in threading.enumerate())
 
 
-class Mutable:
-    """Not a value: another run may find it changed."""
-
-
-@dataclass(frozen=True)
-class Wind(Effect):
-    """An effect of the user: a value, whose code may need the thread of the run."""
-
-    def loads(self, chain, q, u, t):
-        return ()
-
-
 def test_kinds_that_others_cannot_find_or_may_not_need_are_not_requested(compilations):
     compilations.may_go_on.set()
-    with Ahead() as ahead:
+    with closing(Ahead()) as ahead:
         ahead.expect(OWN, JUDGE)
         for effect in (Mutable(), Wind()):
             kind = OPEN._replace(effects=Content((effect,)))
@@ -177,18 +169,29 @@ def test_a_compilation_that_fails_raises_where_the_mode_is_needed(monkeypatch):
         raise ValueError("no code")
 
     monkeypatch.setattr(ahead_module, "compiled_kind", failing)
-    with Ahead() as ahead:
+    with closing(Ahead()) as ahead:
         ahead.expect(JUDGE)
         for target in (OWN, JUDGE):
             with pytest.raises(ValueError, match="no code"):
                 ahead.compiled(OPEN, target)
 
 
-def test_a_cancelled_request_may_be_made_again(compilations):
-    with Ahead() as ahead:
+def test_a_thread_that_is_ended_keeps_no_run_waiting(monkeypatch):
+    def ending(kind, target):
+        if threading.get_ident() != HERE:
+            raise SystemExit
+        return "compiled here"
+
+    monkeypatch.setattr(ahead_module, "compiled_kind", ending)
+    with closing(Ahead()) as ahead:
         ahead.expect(JUDGE)
-        ahead.compiled(OPEN, OWN)
-        assert compilations.begun.wait(10.0)
+        for kind in (OPEN, CLOSED):
+            assert ahead.compiled(kind, OWN) == "compiled here"
+            assert ahead.compiled(kind, JUDGE) == "compiled here"
+
+
+def test_a_cancelled_request_may_be_made_again(compilations):
+    with closing(compilations.begun_for(JUDGE)) as ahead:
         ahead.compiled(CLOSED, OWN)
         ahead.expect(LATER)
         ahead.expect(JUDGE)
@@ -209,7 +212,7 @@ def test_where_no_thread_works_runs_compile_for_themselves(compilations, monkeyp
         monkeypatch.setattr(threading.Thread, "start", refuse)
         ahead.expect(OWN, JUDGE)
     else:
-        with ahead:
+        with closing(ahead):
             ahead.expect(OWN, JUDGE)
         ahead.expect(OWN, JUDGE)
     ahead.compiled(OPEN, OWN)
@@ -250,10 +253,7 @@ def test_a_motion_is_simulated_while_the_interpreter_ends(script):
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
 def test_a_child_that_is_forked_during_a_run_compiles_for_itself(compilations):
     """It has no copy of the thread, whose compilation never ends there."""
-    with Ahead() as ahead:
-        ahead.expect(OWN, JUDGE)
-        ahead.compiled(OPEN, OWN)
-        assert compilations.begun.wait(10.0)
+    with closing(compilations.begun_for(OWN, JUDGE)) as ahead:
         threading.Timer(0.2, compilations.may_go_on.set).start()
         # The fork waits for the compilation in progress.
         child = os.fork()
@@ -262,7 +262,7 @@ def test_a_child_that_is_forked_during_a_run_compiles_for_itself(compilations):
             ahead.compiled(CLOSED, JUDGE)
             ahead._coming[OPEN, JUDGE] = threading.Event()
             ahead.compiled(OPEN, JUDGE)
-            ahead.__exit__(None, None, None)
+            ahead.close()
             os._exit(42)
         assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 42
         assert compilations.ahead() == [(OPEN, JUDGE)]

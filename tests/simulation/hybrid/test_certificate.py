@@ -50,18 +50,23 @@ def block_of(steps, lengths=(0.5,), start=0.0, kind=float):
     return Block(np.array(starts, dtype=rows.dtype), np.array(lengths, dtype=rows.dtype), rows)
 
 
-def certificate_of(*triggers, clock=None, span=1.0, integral=False, system=SYSTEM, state=None):
-    """Return the certificate of variables 0, 1, …, each an event function or its integral."""
+def compiled_of(*triggers, clock=None, integral=False, system=SYSTEM):
+    """Return a mode whose variables 0, 1, … are each an event function or its integral."""
     downwards = (E.CLEARS, E.REACHES)
     watched = tuple(
         Watched(trigger, 4 + number, -1.0 if trigger.kind in downwards else 1.0, integral)
         for number, trigger in enumerate(triggers)
     )
-    compiled = CompiledMode(
+    return CompiledMode(
         pool=IntegratorPool(None), operations=0, numbers=0, watched=watched, gaps=(), recovering=(),
         roots=(), moving=(), clock=clock if clock is None else 4 + clock, integrals=slice(0, 0),
-        number=system.number,
+        number=system.number, kind=None,
     )  # fmt: skip
+
+
+def certificate_of(*triggers, span=1.0, system=SYSTEM, state=None, **more):
+    """Return the certificate of variables 0, 1, …, each an event function or its integral."""
+    compiled = compiled_of(*triggers, system=system, **more)
     return Certificate(system, compiled, MODE, system.number(span), state=state)
 
 
@@ -71,16 +76,8 @@ def first(trigger, *steps, lengths=(0.5,), at_start=True, **more):
     return certificate_of(trigger, **more).first_event(block, at_start)
 
 
-def test_polynomials_are_those_of_time_on_each_step_scaled_to_one():
-    block = block_of([[(1, -2, 3)], [(5, 6)]], (0.5, 0.25))
-    found = certificate_of(HITS).polynomials(block)
-    assert found[:, 0, :3].tolist() == [[1, -1, 0.75], [5, 1.5, 0]]
-
-
-def test_an_event_function_known_by_its_integral_is_the_rate():
+def test_an_event_function_known_by_its_integral_is_an_event_where_its_rate_falls():
     """f = 1 − 4 t from t − 2 t²."""
-    found = certificate_of(LEAVES, integral=True).polynomials(block_of([[(0, 1, -2)]]))
-    assert found[0, 0, :3].tolist() == [1, -2, 0]
     finding, _ = first(LEAVES, (0, 1, -2), integral=True)
     assert finding.x == pytest.approx(0.5, rel=1e-15)
 

@@ -18,12 +18,15 @@ def test_the_layout_locates_the_event_functions():
     """A gap is a variable; the force of a contact that rests is known by an integral."""
     system = system_of(Gravity(), FLOOR)
     mode = compiled(system, S.OPEN, S.CLOSED)
-    triggers, variables, integral, reverse = mode.layout
+    triggers, variables, is_plain, reverse = mode.layout
     assert [trigger.kind for trigger in triggers] == [E.HITS, E.LEAVES]
     assert variables == slice(4, 6)
-    assert integral.tolist() == [False, True]
+    assert not is_plain
+    assert [watched.integral for watched in mode.watched] == [False, True]
     assert reverse == frozenset()
-    assert compiled(system, S.OPEN, S.OPEN).layout.integral is None
+    free = compiled(system, S.OPEN, S.OPEN)
+    assert free.layout.is_plain
+    assert not any(watched.integral for watched in free.watched)
 
 
 def test_the_terms_give_the_coefficients_of_the_event_functions():

@@ -190,7 +190,7 @@ def test_a_touch_at_the_end_of_the_reach_leaves_the_motion_in_doubt():
     compiled = CompiledMode(
         pool=IntegratorPool(None), operations=0, numbers=0,
         watched=(Watched(Trigger(E.HITS, 0), 4, 1.0, False),), gaps=(0,), recovering=(),
-        roots=(), moving=(), clock=None, integrals=slice(0, 0), number=float,
+        roots=(), moving=(), clock=None, integrals=slice(0, 0), number=float, kind=None,
     )  # fmt: skip
     _, doubts = Certificate(system, compiled, mode_of(system, S.OPEN), 1.0).first_event(block, True)
     (doubt,) = doubts

@@ -43,7 +43,7 @@ def compiled_with(*, clock, recovering=()):
     return CompiledMode(
         pool=IntegratorPool(None), operations=0, numbers=0, watched=(), gaps=(0,),
         recovering=recovering, roots=(), moving=(), clock=clock, integrals=slice(0, 0),
-        number=float,
+        number=float, kind=None,
     )  # fmt: skip
 
 
@@ -99,7 +99,7 @@ def test_a_gap_of_zero_stays_zero_only_where_the_contact_touches():
     state = state_of(SYSTEM, (-0.3, -0.2))
     compiled = CompiledMode(
         pool=IntegratorPool(None), operations=0, numbers=0, watched=(), gaps=(0,), recovering=(),
-        roots=(), moving=(), clock=None, integrals=slice(0, 0), number=float,
+        roots=(), moving=(), clock=None, integrals=slice(0, 0), number=float, kind=None,
     )  # fmt: skip
     block = Block(np.zeros(1), np.ones(1), np.array([[GAP, CLOCK]]))
     touches, opens = (state._replace(touching=frozenset(own)) for own in ({0}, ()))

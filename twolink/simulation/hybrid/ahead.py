@@ -11,11 +11,11 @@ import os
 from collections import deque
 from contextlib import suppress
 from threading import Event, Lock, Thread
-from types import TracebackType
-from typing import Self
 
-from twolink.simulation.hybrid.compile import Kind, Target, compiled_kind
+from twolink.interruptible import abandon
+from twolink.simulation.hybrid.compile import compiled_kind
 from twolink.simulation.hybrid.compiled import CompiledMode
+from twolink.simulation.hybrid.kind import Kind, Target
 
 # Held while a thread compiles. A fork waits for it: the child would inherit the locks of a
 # compilation in progress, without the thread that releases them.
@@ -27,16 +27,14 @@ if hasattr(os, "register_at_fork"):
         after_in_child=_COMPILING.release,
     )
 
+# Time (s) in which a compilation ends that is in progress.
+_ENDING = 10.0
 
 _Request = tuple[Kind, Target]
 
 
 class Ahead:
-    """The kinds of modes that runs have entered, and those that are compiled for the next runs.
-
-    At the end of its context, compilations that have not begun are cancelled, and none is left in
-    progress.
-    """
+    """The kinds of modes that runs have entered, and those that are compiled for the next runs."""
 
     def __init__(self) -> None:
         """Begin without modes."""
@@ -50,20 +48,11 @@ class Ahead:
         self._lock = Lock()
         self._process = os.getpid()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        if not self._has_thread:
-            return
+    def close(self) -> None:
+        """Cancel all compilations that have not begun, and wait for the one in progress."""
         self.expect()
-        if (thread := self._thread) is not None and thread.is_alive():
-            thread.join()
+        if self._has_thread and (thread := self._thread) is not None and thread.is_alive():
+            abandon(thread, _ENDING)
 
     def expect(self, *targets: Target) -> None:
         """Compile for the next runs each kind of modes that a run has entered, or will enter.
@@ -139,7 +128,7 @@ class Ahead:
                     self._thread = None
                     return
                 kind, target = self._waiting.popleft()
-            with _COMPILING, suppress(Exception):
+            with _COMPILING, suppress(BaseException):
                 # The run that needs the mode compiles it again, and raises the error.
                 compiled_kind(kind, target)
             self._coming[kind, target].set()

@@ -20,14 +20,14 @@ from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.doubts import StepOfArc, doubt_of, near_to_zero, with_dip
-from twolink.simulation.hybrid.event_functions import EDGES
+from twolink.simulation.hybrid.event_polynomials import EventPolynomials
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.polishing import horner, lowest
 from twolink.simulation.hybrid.roots import Search, first_fall, with_rest
 from twolink.simulation.hybrid.start_of_arc import StartOfArc
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.series import powers, powers_of
+from twolink.simulation.series import powers_of
 
 
 class Finding(NamedTuple):
@@ -83,10 +83,8 @@ class Certificate:
         """
         self._system, self._compiled, self._mode, self._span = system, compiled, mode, span
         self._begins = 0.0 if state is None else float(state.t)
-        layout = compiled.layout
-        self._triggers = layout.triggers
-        # The event functions that are monitored with the opposite sign.
-        self._turned: frozenset[int] = frozenset()
+        self._triggers = compiled.layout.triggers
+        self._functions = EventPolynomials(system, compiled, mode)
         # How near to zero event functions leave a doubt.
         near = system.near_to_zero.get(compiled)
         if near is None:
@@ -99,26 +97,6 @@ class Certificate:
         self._tails: dict[int, float] = {}
         # Gaps at the start, below round-off of a place, that division by time omits.
         self._omitted: dict[int, Any] = {}
-        self._offsets: dict[int, Any] = {}
-        for place in layout.reversed:
-            if self._triggers[place].kind in EDGES:
-                offset = _offset(system, mode, self._triggers[place])
-                self._offsets[place] = system.number(offset)
-
-    def polynomials(self, block: Block) -> Any:
-        """Return the event functions on each step, on [0, 1]: shape (n, m, p + 1)."""
-        coefficients = block.coefficients
-        count, _, order = coefficients.shape
-        by_power = powers(block.lengths, order)[:, None]
-        if self._compiled.layout.is_plain and not self._turned:
-            return coefficients[:, self._compiled.layout.variables] * by_power
-        places, factors = self._compiled.terms(order, coefficients.dtype)
-        rows = coefficients.reshape(count, -1)[:, places] * factors
-        for place in self._turned:
-            rows[:, place] = -rows[:, place]
-        for place, offset in self._offsets.items():
-            rows[:, place, 0] = rows[:, place, 0] + offset
-        return rows * by_power
 
     def first_event(self, block: Block, at_start: bool) -> tuple[Finding | None, tuple[Doubt, ...]]:
         """Return the first event on a block of steps, and the touches before it.
@@ -138,7 +116,7 @@ class Certificate:
         Those that are proven positive and rise at first are left out: `lowest` finds no minimum of
         such a function.
         """
-        every = self.polynomials(block)
+        every = self._functions.on(block)
         if at_start:
             self._deflate(every, block)
         _, functions, length = every.shape
@@ -248,7 +226,7 @@ class Certificate:
                 continue
             if trigger.kind is EventKind.JAMS and polynomial[0] < 0:
                 every[:, number] = -every[:, number]
-                self._turned ^= {number}
+                self._functions.turn(number)
                 polynomial = [-c for c in polynomial]
             order = self._start.order(trigger, polynomial, block)
             if order is None:
@@ -323,9 +301,3 @@ def _searched(suspect: _Suspect, near: float) -> tuple[Search, float]:
     if search.fall is None and search.touch is None and near:
         return search._replace(touch=lowest(polynomial, near)), near
     return search, bound
-
-
-def _offset(system: HybridSystem, mode: Mode, trigger: Trigger) -> Any:
-    """Return the number that a variable is subtracted from to give an event function."""
-    branch = system.elements[trigger.index].branch(mode.dent(trigger.index))
-    return branch.residual if trigger.kind is EventKind.CLEARS else branch.reach

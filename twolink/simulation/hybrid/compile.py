@@ -15,16 +15,16 @@ import functools
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import ContactState, EventKind
-from twolink.effects import Effect, ParametricEffect, contact_elements, is_built_in
+from twolink.effects import Effect, ParametricEffect, contact_elements
 from twolink.formulations import FORMULATIONS
 from twolink.integration.expressions import plain, precise
-from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.integration.precisions import PRECISIONS
 from twolink.names import FormulationName
 from twolink.optional import heyoka
 from twolink.simulation.hybrid.compiled import CompiledMode, Watched
@@ -35,6 +35,7 @@ from twolink.simulation.hybrid.dynamics import (
     mode_solution,
 )
 from twolink.simulation.hybrid.event_functions import EDGES, OF_GAP, Surfaces, triggers, value
+from twolink.simulation.hybrid.kind import Kind, Target
 from twolink.simulation.hybrid.mode import Mode
 from twolink.simulation.hybrid.pace import factors_of_pace, product
 from twolink.simulation.hybrid.pose import Pose
@@ -43,38 +44,6 @@ from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import BAUMGARTE_RATE
 from twolink.simulation.pool import IntegratorPool
 from twolink.values import Content
-
-
-class Kind(NamedTuple):
-    """Modes that share compiled code: a chain, effects and a mode without their parameters.
-
-    Zeros replace the numbers of effects and of the mode that are parameters of the code.
-    `recovering` are the surfaces that are not in contact and have not recovered. Optimised code
-    compiles five to twenty times longer, and takes a third to a half of the time per step.
-    """
-
-    chain: Content
-    effects: Content
-    mode: Mode
-    recovering: tuple[int, ...]
-    optimised: bool
-
-    @property
-    def is_shared(self) -> bool:
-        """Whether later runs find the compiled code, and any thread may compile it.
-
-        Effects of the user are evaluated in the thread of the run alone: it may hold their locks.
-        """
-        effects: tuple[Any, ...] = self.effects.objects
-        return self.chain.is_value and self.effects.is_value and all(map(is_built_in, effects))
-
-
-class Target(NamedTuple):
-    """The formulation, the precision and the order that modes are compiled for."""
-
-    formulation: FormulationName
-    precision: PrecisionName
-    order: int | None
 
 
 @functools.lru_cache(maxsize=512)
@@ -95,7 +64,7 @@ def compiled_kind(kind: Kind, target: Target) -> CompiledMode:
     elements = _with_frictions(system.elements, mode.states, parameters, number)
     system = replace(system, elements=_with_places(elements, parameters, number))
     builder = _Builder(system, mode, kind.recovering, next(parameters))
-    return replace(builder.compiled(kind.optimised), kind=kind)
+    return builder.compiled(kind)
 
 
 Compilation = Callable[[Kind, Target], CompiledMode]
@@ -188,7 +157,7 @@ class _Builder:
         assert normal is not None
         return is_fixed(normal, held, self._system.scene_chain)
 
-    def compiled(self, optimised: bool) -> CompiledMode:
+    def compiled(self, kind: Kind) -> CompiledMode:
         """Return the compiled mode."""
         hy, system, mode = heyoka(), self._system, self._mode
         pose = Pose(system.chain, system.formulation, self._q)
@@ -211,7 +180,7 @@ class _Builder:
             # An arc lasts for a few steps: optimising them takes longer than they do, unless the
             # mode is entered thousands of times. So does unrolling them where there is more than
             # free motion.
-            opt_level=int(optimised),
+            opt_level=int(kind.optimised),
             compact_mode=precision != "double" or bool(integrals or self._roots),
             fp_type=system.number,
         )
@@ -227,6 +196,7 @@ class _Builder:
             clock=first - 1 if self._moving else None,
             integrals=slice(first, first + len(integrals)),
             number=system.number,
+            kind=kind,
         )
 
     def _motion(self, solution: Solution) -> tuple[list[Any], list[Any]]:

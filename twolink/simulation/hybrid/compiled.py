@@ -10,6 +10,7 @@ import numpy as np
 
 from twolink.contact.states import ContactState, EventKind
 from twolink.integration.operations import Operations, of_taylor_step
+from twolink.simulation.hybrid.kind import Kind
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.pool import IntegratorPool
 
@@ -27,19 +28,14 @@ class Watched:
 class Layout(NamedTuple):
     """The event functions of a mode, in order: their triggers and variables.
 
-    `variables` is a slice or an array of indices; `integral` is the mask of those computed from
-    their integrals, or None; `reversed` are those whose sign is opposite to that of their variable.
+    `variables` is a slice or an array of indices. They are the event functions themselves if the
+    layout `is_plain`: none is computed from its integral, or `reversed`, of opposite sign.
     """
 
     triggers: tuple[Trigger, ...]
     variables: Any
-    integral: Any
+    is_plain: bool
     reversed: frozenset[int]
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether all event functions are variables."""
-        return self.integral is None and not self.reversed
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +46,7 @@ class CompiledMode:
     variables after q and u; `moving` are those of the roots that change; `clock` is the
     variable of time, where that is not the independent one. The parameters are the `numbers` of
     effects, dents and frictions, the scale of moments, and, with a clock, the start of the arc (s).
-    `kind` is the key of those that share the code: modes that differ in parameters, or in the
-    directions of slides.
+    Modes of one `kind` share the code: they differ in parameters, or in the directions of slides.
     A compiled mode equals only itself, and may be the key of a mapping.
     """
 
@@ -66,7 +61,7 @@ class CompiledMode:
     clock: int | None
     integrals: slice
     number: Any
-    kind: Any = None
+    kind: Kind
     _turned: dict[Any, CompiledMode] = field(default_factory=dict, init=False, repr=False)
     _terms: dict[Any, tuple[Any, Any]] = field(default_factory=dict, init=False, repr=False)
 
@@ -97,11 +92,10 @@ class CompiledMode:
     def layout(self) -> Layout:
         """The positions of the event functions among the variables."""
         watched = self.watched
-        integral = np.array([w.integral for w in watched], dtype=bool)
         return Layout(
             triggers=tuple(w.trigger for w in watched),
             variables=_as_slice([w.variable for w in watched]),
-            integral=integral if integral.any() else None,
+            is_plain=not any(w.integral or w.factor < 0 for w in watched),
             reversed=frozenset(place for place, w in enumerate(watched) if w.factor < 0),
         )
 

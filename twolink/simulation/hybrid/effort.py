@@ -11,16 +11,16 @@ from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import Forecast, Limits
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.arc import Arc
-from twolink.simulation.hybrid.compile import Kind
 from twolink.simulation.hybrid.compiled import CompiledMode
+from twolink.simulation.hybrid.kind import Kind
 
 STEPS_OF_A_JUMP = 4
 """The steps that last as long as a jump, in quadruple precision."""
 
-# In shorter numbers the work of a run is counted in steps of 0.1 ms: those that last as long as a
-# jump, the most that count of an arc, whose later steps are certified together and take a fourth of
-# the time, and those of a compilation, without and with optimisation. Some motions enter dozens of
-# kinds of modes.
+# In double and long double precision, work is counted in steps of about 0.1 ms. A jump takes as
+# long as three. Only the first eight of an arc count: later ones are certified together, and take a
+# fourth of the time. The last two numbers are for a compilation without and with optimisation; some
+# motions enter dozens of kinds of modes.
 _OF_A_JUMP, _MOST_OF_AN_ARC, _OF_A_COMPILATION, _OF_AN_OPTIMISATION = 3, 8, 200, 1000
 
 # Durations (s) of a short and of a long motion. Between them the limits of work grow.

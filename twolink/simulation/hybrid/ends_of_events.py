@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 from twolink.simulation.hybrid.arc import Arc
 from twolink.simulation.hybrid.bernstein import rounding_bound
 from twolink.simulation.hybrid.block import Block
-from twolink.simulation.hybrid.certificate import Certificate
 from twolink.simulation.hybrid.doubts import StepOfArc
+from twolink.simulation.hybrid.event_polynomials import EventPolynomials
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.hybrid.polishing import horner
 from twolink.simulation.hybrid.system import HybridSystem
@@ -34,12 +34,11 @@ class Ends:
         place = len(block.lengths) - 1
         start = float(arc.start.t)
         self._step = StepOfArc(system, arc.mode, compiled.clock, start, block, place)
-        certificate = Certificate(system, compiled, arc.mode, 0.0, state=arc.start)
         # The last step may be cut at its start.
         self._length = block.lengths[place]
         one = 0 * block.lengths[place:] + system.number(1)
         last = Block(block.starts[place:], one, block.coefficients[place:])
-        (rows,) = certificate.polynomials(last)
+        (rows,) = EventPolynomials(system, compiled, arc.mode).on(last)
         clock = None if compiled.clock is None else block.coefficients[place, compiled.clock]
         self._rate = 1.0 if clock is None else float(self._slope(clock.tolist()))
         self.triggers = compiled.layout.triggers

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 
@@ -26,11 +27,11 @@ from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.ahead import Ahead
-from twolink.simulation.hybrid.compile import Target
 from twolink.simulation.hybrid.configurations import BEST_ORDER, Configuration, Seen, configurations
 from twolink.simulation.hybrid.doubts import reason_of
 from twolink.simulation.hybrid.effort import effort_of, most_work
 from twolink.simulation.hybrid.judged import JudgedRun, best_of, work_of
+from twolink.simulation.hybrid.kind import Target
 from twolink.simulation.hybrid.run import HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import BEYOND
 from twolink.simulation.run import ENDS_EARLY
@@ -89,7 +90,7 @@ def measured_run(
     """
     best: JudgedRun | None = None
     measuring = 0.0
-    with Ahead() as ahead:
+    with closing(Ahead()) as ahead:
         runs = _Runs(scene, times, EQUATIONS[formulation].in_speeds, progress, limits, ahead)
         search = _Search(runs, accuracy)
         for trial in search.trials():

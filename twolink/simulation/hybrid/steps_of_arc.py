@@ -39,8 +39,6 @@ def _in_time(course: Course, ahead: int, longest: Any, taken: _Taken) -> tuple[b
     _, compiled, (integrator, step, variables, tc, _, values), _, _, until, _ = course
     integrals, falling, complete = compiled.integrals, compiled.falling, _complete()
     watches_integrals = integrals.stop > integrals.start
-    # Methods are looked up once: the loop is twice as fast.
-    starts, lengths, coefficients = (own.append for own in taken)
     for _ in range(ahead):
         start = integrator.time
         left = until - start
@@ -49,9 +47,7 @@ def _in_time(course: Course, ahead: int, longest: Any, taken: _Taken) -> tuple[b
         outcome, length = step(left if left < longest else longest, True)
         if outcome.value not in complete:
             return False, failure_of(outcome)
-        starts(start)
-        lengths(length)
-        coefficients(tc.tobytes())
+        taken.add(start, length, tc)
         if watches_integrals:
             variables[integrals] = 0
         if length == left:
