@@ -84,7 +84,7 @@ class Certificate:
         self._system, self._compiled, self._mode, self._span = system, compiled, mode, span
         self._begins = 0.0 if state is None else float(state.t)
         self._triggers = compiled.layout.triggers
-        self._functions = EventPolynomials(system, compiled, mode)
+        self.functions = EventPolynomials(system, compiled, mode)
         # How near to zero event functions leave a doubt.
         near = system.near_to_zero.get(compiled)
         if near is None:
@@ -116,7 +116,7 @@ class Certificate:
         Those that are proven positive and rise at first are left out: `lowest` finds no minimum of
         such a function.
         """
-        every = self._functions.on(block)
+        every = self.functions.on(block)
         if at_start:
             self._deflate(every, block)
         _, functions, length = every.shape
@@ -226,7 +226,7 @@ class Certificate:
                 continue
             if trigger.kind is EventKind.JAMS and polynomial[0] < 0:
                 every[:, number] = -every[:, number]
-                self._functions.turn(number)
+                self.functions.turn(number)
                 polynomial = [-c for c in polynomial]
             order = self._start.order(trigger, polynomial, block)
             if order is None:
