@@ -115,8 +115,8 @@ def test_the_error_includes_the_moments_after_a_force_jumped():
 def limited_in(precision, **limits):
     """Return the limits of work with others in one precision."""
 
-    def limited(own, duration, given):
-        found = effort.effort_of(own, duration, given)
+    def limited(own, *given):
+        found = effort.effort_of(own, *given)
         return found._replace(**limits) if own == precision else found
 
     return limited
@@ -453,6 +453,24 @@ def test_a_search_that_is_limited_says_so(monkeypatch, limits):
     # The first pair has a judge in quadruple precision.
     longest = [run for run in found.runs if run.precision == "quadruple"]
     assert (len(longest) == 1) == found.limited
+
+
+def test_a_low_order_that_was_in_vain_leaves_less_work_to_the_next_runs(monkeypatch):
+    """All of them have one limit."""
+    given = []
+
+    def spied(*arguments):
+        given.append(arguments)
+        return effort.effort_of(*arguments)
+
+    monkeypatch.setattr(measure, "effort_of", spied)
+    monkeypatch.setattr(measure, "_MANY_STEPS_OF_A_LOW_ORDER", 1)
+    found = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
+    low, *others = found.runs
+    assert low.order < 21 <= min(run.order for run in others)
+    assert low.work > 0
+    spent = [arguments[-1] for arguments in given]
+    assert spent == [0] + len(others) * [low.work]
 
 
 @pytest.mark.slow

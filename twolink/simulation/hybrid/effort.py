@@ -18,19 +18,26 @@ STEPS_OF_A_JUMP = 4
 """The steps that last as long as a jump, in quadruple precision."""
 
 # In double and long double precision, work is counted in steps of about 0.1 ms. A jump takes as
-# long as three. Only the first eight of an arc count: later ones are certified together, and take a
-# fourth of the time. The last two numbers are for a compilation without and with optimisation; some
-# motions enter dozens of kinds of modes.
-_OF_A_JUMP, _MOST_OF_AN_ARC, _OF_A_COMPILATION, _OF_AN_OPTIMISATION = 3, 8, 200, 1000
+# long as three, with a fourth of one for each contact element and a sixth for each mode that the
+# selection tries: a hundred of them where several contacts are made at once.
+_OF_A_JUMP, _OF_AN_ELEMENT, _OF_A_TRIAL = 3, 1 / 4, 1 / 6
+
+# Only the first eight steps of an arc count: later ones are certified together, and take a fourth
+# of the time.
+_MOST_OF_AN_ARC = 8
+
+# A compilation without and with optimisation. Some motions enter dozens of kinds of modes.
+_OF_A_COMPILATION, _OF_AN_OPTIMISATION = 200, 1000
 
 # Durations (s) of a short and of a long motion. Between them the limits of work grow.
 _SHORT, _LONG = 3.0, 6.0
 
-# The most work of a run in long doubles for a short and a long motion. A short one has 6000 bounces
-# of two steps, or half as many modes with more contacts; with the run that it measures, and one of
-# a low order, these take up to 10 s. Short motions with more bounces do not end in most cases: they
-# accumulate while a load presses on. A long motion has 12,000 modes with any number of steps.
-_MOST_WORK_OF_A_JUDGE = 30_000, 140_000
+# The most work of a run in long doubles, and of those of a low order before it that were in vain,
+# for a short and a long motion. A short one has some 6500 bounces of two steps, or half as many
+# modes with more contacts; with the run that it measures, these take up to 10 s. Short motions with
+# more bounces do not end in most cases: they accumulate while a load presses on. A long motion has
+# 14,000 modes with any number of steps.
+_MOST_WORK_OF_A_JUDGE = 42_000, 170_000
 
 # The part of it that a run in double precision may take: the one that measures it in long doubles
 # goes slightly beyond its end.
@@ -68,19 +75,22 @@ DEFAULT_EFFORT = Effort()
 ANY_EFFORT = Effort(jumps=math.inf, patience=math.inf)
 
 
-def effort_of(precision: PrecisionName, duration: float, limits: Limits) -> Effort:
+def effort_of(
+    precision: PrecisionName, duration: float, limits: Limits, spent: float = 0.0
+) -> Effort:
     """Return the work that a run of a motion of a duration (s) may take.
 
-    Where the limits are lifted, it may take any.
+    Where the limits are lifted, it may take any. In double and long double precision it is what
+    earlier runs, in vain, have not `spent`.
     """
     if limits.are_lifted:
         return ANY_EFFORT
     if precision == "quadruple":
-        work = most_work(duration)
-        return Effort(jumps=work // STEPS_OF_A_JUMP, steps=work)
-    work = _grown(_MOST_WORK_OF_A_JUDGE, duration)
+        most = most_work(duration)
+        return Effort(jumps=most // STEPS_OF_A_JUMP, steps=most)
+    work = max(_grown(_MOST_WORK_OF_A_JUDGE, duration) - spent, 0.0)
     if precision == "double":
-        return Effort(work=int(_OF_WORK_OF_A_JUDGE * work))
+        return Effort(work=_OF_WORK_OF_A_JUDGE * work)
     return Effort(work=work, short_steps=_MOST_SHORT_STEPS)
 
 
@@ -101,7 +111,7 @@ def _grown(limits: tuple[int, int], duration: float) -> int:
 
 
 class Work:
-    """The steps and the memory that a run has taken so far."""
+    """The work that a run has taken so far, in `steps` alone and `in_steps`, and its memory."""
 
     def __init__(
         self, effort: Effort, limits: Limits, precision: PrecisionName, cap: float, duration: float
@@ -115,17 +125,18 @@ class Work:
         self._steps_in: Counter[tuple[ContactState, ...]] = Counter()
         self._compiled: set[CompiledMode] = set()
         self._kinds: set[Kind] = set()
-        self._in_steps = 0
         self._arcs = self._short_steps = self._bytes = 0
         self.steps = 0
+        self.in_steps = 0.0
 
-    def add(self, arc: Arc) -> None:
-        """Add the steps of an arc, and their memory."""
+    def add(self, arc: Arc, tried: int = 0) -> None:
+        """Add the steps of an arc, their memory, and the jump before it, which `tried` modes."""
         count = arc.step_count
         self._arcs += 1
         self.steps += count
         self._steps_in[arc.mode.states] += count
-        self._in_steps += _OF_A_JUMP + min(count, _MOST_OF_AN_ARC)
+        self.in_steps += _OF_A_JUMP + _OF_AN_ELEMENT * len(arc.mode.states)
+        self.in_steps += _OF_A_TRIAL * tried + min(count, _MOST_OF_AN_ARC)
         if arc.compiled not in self._compiled:
             self._compiled.add(arc.compiled)
             self._add_kind(arc.compiled.kind)
@@ -147,7 +158,7 @@ class Work:
         most = self._effort
         return (
             self._arcs > most.jumps
-            or self._in_steps > most.work
+            or self.in_steps > most.work
             or _exceeds(self.steps, most.steps, share)
             or self._short_steps > most.short_steps
         )
@@ -156,7 +167,7 @@ class Work:
         """Add the compilation of a kind of modes, once, whether or not it was found compiled."""
         if kind not in self._kinds:
             self._kinds.add(kind)
-            self._in_steps += _OF_AN_OPTIMISATION if kind.optimised else _OF_A_COMPILATION
+            self.in_steps += _OF_AN_OPTIMISATION if kind.optimised else _OF_A_COMPILATION
 
     def check_memory(self, share: float, size: Any) -> None:
         """Raise `TooMuchError` if the whole motion would take more memory than is allowed.

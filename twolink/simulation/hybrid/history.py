@@ -90,6 +90,11 @@ class History:
         self.doubts: list[Doubt] = doubts_of_start(self.system, scene, self.state)
         self.undecided: list[Doubt] = []
 
+    @property
+    def work(self) -> float:
+        """The work so far, in steps."""
+        return self._work.in_steps
+
     def follow(self, progress: Callable[[float], None]) -> None:
         """Integrate the motion to its end: flow and jump in turn."""
         at_once = reported = 0
@@ -116,7 +121,7 @@ class History:
             if at_once > tolerances.MOST_JUMPS_AT_ONCE:
                 modes = f"{arc.mode}, then {_event_of(arc)}"
                 raise IntegrationError(sentence_on_endless(self.system, arc.end, modes))
-            self._work.add(arc)
+            self._work.add(arc, following.tried)
             if self._work.steps - reported >= _UNREPORTED or arc.end.t >= self.end:
                 reported = self._work.steps
                 reached(float(arc.end.t), 0)

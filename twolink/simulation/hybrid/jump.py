@@ -55,7 +55,7 @@ class Jump(NamedTuple):
 
     `delay` (s) is the duration of omitted bounces. `orders` has the numbers of leading coefficients
     of event functions that are zero by the selection. It is `endless` if bounces without an end
-    were omitted.
+    were omitted. The selection has `tried` so many modes.
     """
 
     state: HybridState
@@ -66,6 +66,7 @@ class Jump(NamedTuple):
     orders: Orders = NO_ORDERS
     doubts: tuple[Doubt, ...] = ()
     endless: bool = False
+    tried: int = 0
 
 
 def jump(
@@ -159,7 +160,7 @@ def settle(
                     doubts += of_slides_at_start(system, state, pose, fastest, selection)
                 return Jump(
                     tidied, mode, before + so_far.strikes, notes, so_far.delay, selection.orders,
-                    doubts, so_far.endless,
+                    doubts, so_far.endless, selection.tried,
                 )  # fmt: skip
             ended, so_far = rest, so_far.ended_by(rest, ())
         state = surfaces_after(system, ended.state, pose)

@@ -199,6 +199,16 @@ class _JudgeFailsError(Exception):
 _Key = tuple[PrecisionName, int, FormulationName]
 
 
+def _is_vain(order: int, run: HybridRun) -> bool:
+    """Return whether the requested order of a run is too low for its number of steps.
+
+    Their truncation errors add up to more than the accuracy.
+    """
+    if order >= BEST_ORDER:
+        return False
+    return run.steps > _MANY_STEPS_OF_A_LOW_ORDER or bool(run.failure and run.exhausted)
+
+
 @dataclass(frozen=True)
 class _Runs:
     """The runs of a scene by precision, order and formulation.
@@ -221,6 +231,11 @@ class _Runs:
         """The work of all runs in quadruple precision, in steps."""
         return sum(work_of(run) for run in self.known.values() if run.precision == "quadruple")
 
+    @property
+    def _spent(self) -> float:
+        """The work of runs that are no results."""
+        return sum(run.work for (_, order, _), run in self.known.items() if _is_vain(order, run))
+
     def trial(
         self, configuration: Configuration, accuracy: float, *, is_last: bool = True
     ) -> JudgedRun | None:
@@ -236,9 +251,7 @@ class _Runs:
         else:
             self._expect(configuration)
         kept = self.kept(configuration)
-        many = kept.steps > _MANY_STEPS_OF_A_LOW_ORDER or (kept.failure and kept.exhausted)
-        if configuration.order < BEST_ORDER and many:
-            # The truncation errors of many steps add up to more than the accuracy.
+        if _is_vain(configuration.order, kept):
             return None
         self._expect(configuration)
         judge = self.judge(configuration, kept)
@@ -329,7 +342,8 @@ class _Runs:
             report(share)
 
         low = by == self.own and order < BEST_ORDER
-        effort = effort_of(precision, self.scene.duration, self.limits)._replace(until=until)
+        effort = effort_of(precision, self.scene.duration, self.limits, self._spent)
+        effort = effort._replace(until=until)
         if by != self.own:
             effort = effort._replace(patience=_MORE_PATIENCE * effort.patience)
         if low:

@@ -41,7 +41,8 @@ class HybridRun(MotionRun):
     `since` has the time (s) at which the mode of each arc begins: where bounces are left out, the
     time at which they would have ended, slightly later than the start of the arc. `failure` is the
     reason why the run ends early, at `reached` (s), or empty; q and u then have only the times up
-    to there. `exhausted` says that the limit of work has ended the run, or has omitted bounces.
+    to there. `exhausted` says that the limit of work has ended the run, or has omitted bounces; its
+    `work` is counted in steps (`effort`).
     `undecided` are those of the doubts that are on events, and are noted.
     """
 
@@ -55,6 +56,7 @@ class HybridRun(MotionRun):
     reached: float
     failure: str = ""
     exhausted: bool = False
+    work: float = 0.0
     undecided: tuple[Doubt, ...] = ()
 
     @property
@@ -222,5 +224,6 @@ def _run_of(history: History, asked: Any, failure: str, begun: float) -> HybridR
         reached=reached,
         failure=failure,
         exhausted=history.exhausted,
+        work=history.work,
         undecided=tuple(history.undecided),
     )

@@ -80,7 +80,8 @@ class Selection(NamedTuple):
     """The states of the next mode, and the other modes that the laws admit.
 
     It is not `confirmed` if the higher derivatives contradict every remaining mode. Where round-off
-    may hide that another mode holds a little longer, `early` says what that would change.
+    may hide that another mode holds a little longer, `early` says what that would change. So many
+    modes were `tried`.
     """
 
     states: States
@@ -88,6 +89,7 @@ class Selection(NamedTuple):
     confirmed: bool = True
     orders: Orders = NO_ORDERS
     early: Early | None = None
+    tried: int = 0
 
 
 def select(
@@ -155,11 +157,13 @@ def _only(options: tuple[States, ...]) -> Selection | None:
 
 def _selected(problem: Problem, pose: Pose) -> Selection | None:
     """Return the next mode between the options of a problem, or None if the laws admit none."""
-    derivatives = Derivatives(problem)
-    found = _admitted(problem, pose, derivatives)
-    if found is None or not derivatives.delays:
-        return found
-    return found._replace(early=_early(problem, derivatives.delays, found.states))
+    trials, derivatives = Trials(problem), Derivatives(problem)
+    found = _admitted(problem, pose, trials, derivatives)
+    if found is None:
+        return None
+    delays = derivatives.delays
+    early = _early(problem, delays, found.states) if delays else None
+    return found._replace(early=early, tried=trials.count)
 
 
 def _with_grip(system: HybridSystem, state: HybridState, pose: Pose, found: Selection) -> Selection:
@@ -197,10 +201,11 @@ def _early(problem: Problem, delays: Mapping[States, Delay], states: States) -> 
     return max(changes, key=lambda early: early.change)
 
 
-def _admitted(problem: Problem, pose: Pose, derivatives: Derivatives) -> Selection | None:
+def _admitted(
+    problem: Problem, pose: Pose, trials: Trials, derivatives: Derivatives
+) -> Selection | None:
     """Return the mode that the laws and the derivatives admit, or None if there is none."""
-    state, trials = problem.state, Trials(problem)
-    at_rest = is_at_rest(state)
+    at_rest = is_at_rest(problem.state)
     orders: dict[States, Orders] = {}
     undecided: list[Candidate] = []
     moving: list[Candidate] = []

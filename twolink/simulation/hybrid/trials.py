@@ -39,6 +39,11 @@ class Trials:
         self._independent: dict[tuple[tuple[int, ContactState], ...], bool] = {}
         self._known: dict[States, Candidate | None] = {}
 
+    @property
+    def count(self) -> int:
+        """The number of modes that were solved so far."""
+        return len(self._known)
+
     def candidates(
         self, with_pressed: bool, sticking_first: bool = True, *, beginning: bool = True
     ) -> Iterator[Candidate]:
