@@ -27,17 +27,17 @@ _OF_A_JUMP, _OF_AN_ELEMENT, _OF_A_TRIAL = 3, 1 / 4, 1 / 6
 _MOST_OF_AN_ARC = 8
 
 # A compilation without and with optimisation. Some motions enter dozens of kinds of modes.
-_OF_A_COMPILATION, _OF_AN_OPTIMISATION = 200, 1000
+_OF_A_COMPILATION, _OF_AN_OPTIMISATION = 300, 1000
 
 # Durations (s) of a short and of a long motion. Between them the limits of work grow.
 _SHORT, _LONG = 3.0, 6.0
 
 # The most work of a run in long doubles, and of those of a low order before it that were in vain,
-# for a short and a long motion. A short one has some 6500 bounces of two steps, or half as many
+# for a short and a long motion. A short one has some 9000 bounces of two steps, or half as many
 # modes with more contacts; with the run that it measures, these take up to 10 s. Short motions with
 # more bounces do not end in most cases: they accumulate while a load presses on. A long motion has
-# 14,000 modes with any number of steps.
-_MOST_WORK_OF_A_JUDGE = 42_000, 170_000
+# 16,000 modes with any number of steps.
+_MOST_WORK_OF_A_JUDGE = 57_000, 190_000
 
 # The part of it that a run in double precision may take: the one that measures it in long doubles
 # goes slightly beyond its end.
