@@ -345,6 +345,15 @@ def test_the_error_of_another_method_is_an_estimate_without_taylor_series(monkey
         assert found.notes[-1].startswith("The error is an estimate")
 
 
+@pytest.mark.parametrize("name", ["drop", "stick_slip", "joint_stops"])
+def test_friction_and_contact_are_refused_without_taylor_series(monkeypatch, name):
+    """The method that takes their place would leave them out."""
+    module = sys.modules["twolink.simulation.simulate"]
+    monkeypatch.setattr(module, "heyoka_is_here", lambda: False)
+    with pytest.raises(SimulationError, match="heyoka is not installed, which a scene with dry"):
+        simulate(Scene.load(name), samples=11)
+
+
 def test_the_error_of_a_motion_too_stiff_for_taylor_series_is_an_estimate():
     """Creep between dampers of 1e8 N m s/rad: Taylor series would take 1e9 steps."""
     scene = replace(SHORT, u=(0.0, 0.0), effects=(Gravity(), JointDamping((1e8, 1e8))))

@@ -111,9 +111,7 @@ def simulate_with(scene: Scene, options: RunOptions) -> Trajectory:
         return _by_refining(asked, method)
     if heyoka_is_here():
         return _by_taylor(asked)
-    note = f"heyoka is not installed here, so SciPy's {_STAND_IN} took the place of Taylor series."
-    found = _by_refining(asked, _STAND_IN)
-    return replace(found, notes=(note, *found.notes))
+    return _by_stand_in(asked)
 
 
 @dataclass(frozen=True)
@@ -160,6 +158,18 @@ def _check(scene: Scene, method: Method, options: RunOptions) -> None:
         )
     samples = options.samples
     options.limits.check_memory(f"{samples} samples", samples * method.bytes_of_a_sample)
+
+
+def _by_stand_in(asked: _Asked) -> Trajectory:
+    """Return the trajectory of a smooth scene without heyoka, by another method."""
+    if has_modes(asked.scene) and not METHODS[_STAND_IN].locates_events:
+        raise SimulationError(
+            "heyoka is not installed, which a scene with dry friction or contact needs; install "
+            "version 7.10 or later (pip install heyoka)"
+        )
+    note = f"heyoka is not installed here, so SciPy's {_STAND_IN} took the place of Taylor series."
+    found = _by_refining(asked, _STAND_IN)
+    return replace(found, notes=(note, *found.notes))
 
 
 def _by_taylor(asked: _Asked) -> Trajectory:
