@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from tests.simulation.hybrid import (
@@ -238,3 +239,40 @@ def test_points_of_a_link_that_land_without_rebound_lift_each_other_ever_less(q,
     assert found.events[-1].description == f"B on floor rests, {on[1]} on floor rests"
     assert abs(found.u[:, -1]).max() < 1e-12
     assert found.q[:, -1] == pytest.approx(bouncing.q[:, -1], abs=1e-5)
+
+
+@pytest.mark.parametrize(("play", "speed"), [(1e-12, 1.0), (1e-13, 100.0)])
+def test_impacts_without_loss_between_two_stops_are_not_left_out_without_a_word(play, speed):
+    """No load acts, and no energy is lost: the joint turns back and forth for ever."""
+    free = Chain((0.5, 0.5), (1.0, 1.0), ((1.0, 0.0), (0.0, 0.0)), (0.0, 1.0))
+    stop = JointStop("A", lower=-play / 2, upper=play / 2, restitution=1.0)
+    found = simulate(Scene(free, (0.0, 0.0), (speed, 0.0), 1.0, (stop,)), samples=11)
+    assert not found.met
+    assert np.abs(np.abs(found.u[0]) - speed).max() <= found.error
+    assert any("follow each other in" in note and "do not die away" in note for note in found.notes)
+
+
+def test_a_burst_dies_away_if_it_loses_energy_and_its_impacts_do_not_become_rarer():
+    """Sixty impacts at speeds and times like those of two contacts that answer each other."""
+    stop = JointStop("B", lower=-2.0, restitution=0.5)
+    system = system_of(STOP, stop, chain=BALANCED)
+    state = hitting(system, 1e-3)
+    struck = jump(system, hitting(system, -1e-12), mode_of(system, S.OPEN, S.OPEN), None).strikes[0]
+
+    def rests(speeds, times):
+        crowd = [
+            struck._replace(number=k % 2, time=2.0 + t, u=((-v, -v), (v, v)))
+            for k, (v, t) in enumerate(zip(speeds, times, strict=True))
+        ]
+        last = hitting(system, 1e-6)
+        last = last._replace(t=crowd[-1].time)
+        return accumulated(system, last, system.pose(state.q), Past(), crowd)
+
+    k = np.arange(60)
+    dying, closer, rarer = 0.9**k, 1e-10 * (1 - 0.9**k), 1e-12 * 1.1**k
+    assert rests(dying, closer).doubts == ()
+    (rare,) = rests(dying, rarer).doubts
+    (lossless,) = rests(np.ones(60), 1e-12 * k).doubts
+    assert rare.change == lossless.change == pytest.approx(2e-6)
+    (note,) = rests(np.ones(60), 1e-12 * k).notes
+    assert "with 1.0e-06 rad/s of the chain: 60 of them" in note.sentence

@@ -320,6 +320,12 @@ class Impacts:
         u1, u2 = u
         return float(M11 * u1 * u1 + 2 * M12 * u1 * u2 + M22 * u2 * u2) / 2
 
+    def energy_of_approach(self, index: int, u: Pair) -> float:
+        """Return v²/(2 G) (J): G is the change of the normal speed v by a unit of impulse."""
+        row = self.row(index)
+        speed = speed_along(row, u)
+        return float(speed * speed / self.pose.response(row, row)) / 2
+
     def approach(self, index: int, u: Pair) -> Scalar:
         """Return the normal speed of a contact if it is approached, else 0."""
         return approach(self.row(index), u, self.rounding, self.pose.lever)

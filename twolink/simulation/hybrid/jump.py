@@ -7,6 +7,7 @@ states of some elements. Then impacts are resolved, bounces that end within roun
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -117,7 +118,7 @@ class _SoFar(NamedTuple):
         return _SoFar(
             (*self.strikes, *last.strikes), struck, self.notes + last.notes,
             self.doubts + last.doubts, max(self.delay, last.delay),
-            self.endless or bool(last.doubts),
+            self.endless or any(doubt.change == math.inf for doubt in last.doubts),
         )  # fmt: skip
 
 

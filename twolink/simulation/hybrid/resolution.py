@@ -17,7 +17,6 @@ from twolink.simulation.hybrid.impact import (
     at_rest,
     is_left_over,
     largest,
-    speed_along,
     stopped,
 )
 from twolink.simulation.hybrid.tolerances import MOST_ENERGY, MOST_IMPACTS, NO_REBOUND, UNDECIDED
@@ -100,11 +99,7 @@ def strongest(impacts: Impacts, approached: Sequence[int], u: Pair) -> int:
     """
     if len(approached) == 1:
         return approached[0]
-    energies: dict[int, float] = {}
-    for index in approached:
-        row = impacts.row(index)
-        speed = speed_along(row, u)
-        energies[index] = float(speed * speed / impacts.pose.response(row, row))
+    energies = {index: impacts.energy_of_approach(index, u) for index in approached}
     least = (1 - UNDECIDED * impacts.rounding) * max(energies.values())
     equal = [impacts.contact(index) for index, energy in energies.items() if energy >= least]
     taken = min(equal, key=lambda contact: (contact.restitution, contact.name))

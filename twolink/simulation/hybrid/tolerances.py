@@ -126,6 +126,10 @@ MANY_JUMPS = 1_000
 # Read by jump and zeno.
 MOST_IMPACTS_OF_A_BURST = 60
 
+# The part of the energy of its first impacts that the last ones of a burst have if it dies away:
+# bursts of random scenes have less than 1e-3, and bounces without loss all of it. Read by zeno.
+DYING = 0.01
+
 # Impacts within the Zeno time of contacts that come to rest together if the laws admit no other
 # motion. Read by zeno.
 LEAST_IMPACTS_OF_A_BURST = 4

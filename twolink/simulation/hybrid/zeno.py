@@ -20,9 +20,9 @@ from twolink.simulation.hybrid.impact import (
     is_left_over,
     speed_along,
 )
-from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
+from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger, doubt_of_change
 from twolink.simulation.hybrid.mode_at import solution_at
-from twolink.simulation.hybrid.noise import known_at
+from twolink.simulation.hybrid.noise import known_at, size_of
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.resolution import ended
 from twolink.simulation.hybrid.state import HybridState, put
@@ -102,7 +102,7 @@ def left_out(
         _check_energy(system, state, pose, crowd)
     # They need not bounce: a contact that stops another one may open by this, again and again.
     if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
-        return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
+        return _after_burst(system, state, pose, crowd)
     flying = [strike.number for strike in struck if strike.number not in state.touching]
     if not flying:
         return None
@@ -169,7 +169,41 @@ def accumulated(
     if len(crowd) < tolerances.LEAST_IMPACTS_OF_A_BURST:
         return None
     _check_energy(system, state, pose, crowd)
-    return _clamped(system, state, pose, sorted({strike.number for strike in crowd}), 0.0)
+    return _after_burst(system, state, pose, crowd)
+
+
+def _after_burst(
+    system: HybridSystem, state: HybridState, pose: Pose, crowd: Sequence[Strike]
+) -> LeftOut:
+    """Return the state in which the contacts of a burst of impacts rest.
+
+    A burst that does not die away goes on, as between two stops without loss: its speed is an
+    error then, whatever the precision, and a note says so.
+    """
+    numbers, now = sorted({strike.number for strike in crowd}), float(state.t)
+    found = _clamped(system, state, pose, numbers, 0.0)
+    (u1, u2), (v1, v2) = state.u, found.state.u
+    lost = size_of((float(u1 - v1), float(u2 - v2)))
+    impacts = Impacts(pose, system.elements, now, system.rounding)
+    if not lost or _dies_away(impacts, crowd):
+        return found
+    names, _ = impacts.names_and_laws(numbers)
+    kind = f"the impacts on {names}"
+    sentence = (
+        f"From {now:.9g} s on {kind} are left out, with {lost:.1e} rad/s of the chain: {len(crowd)} "
+        f"of them follow each other in {now - crowd[0].time:.1e} s and do not die away."
+    )
+    # The chain may go either way.
+    doubt = doubt_of_change(now, Trigger(EventKind.HITS, numbers[0]), 2 * lost)
+    return found._replace(doubts=(doubt,), notes=(Remark(kind, now, sentence, lost),))
+
+
+def _dies_away(impacts: Impacts, crowd: Sequence[Strike]) -> bool:
+    """Return whether the impacts of a burst become weaker, and do not become rarer."""
+    energies = [impacts.energy_of_approach(strike.number, strike.u[0]) for strike in crowd]
+    part = max(len(crowd) // 3, 1)
+    early, late = (crowd[part].time - crowd[0].time, crowd[-1].time - crowd[-1 - part].time)
+    return late <= early and max(energies[-part:]) <= tolerances.DYING * max(energies[:part])
 
 
 def _check_energy(
