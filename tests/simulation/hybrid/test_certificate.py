@@ -89,7 +89,7 @@ def test_a_function_that_stays_positive_is_no_event():
 def test_the_first_fall_is_found_on_its_step():
     """1 − 3 t² falls at 1/√3, on the second half of the first second."""
     steps = (1, 0, -3), (0.25, -3, -3)
-    (place, x, trigger), doubts = first(HITS, *steps, lengths=(0.5, 0.5))
+    (place, x, trigger, _), doubts = first(HITS, *steps, lengths=(0.5, 0.5))
     assert (place, trigger, doubts) == (1, HITS, ())
     assert 0.5 + 0.5 * x == pytest.approx(1 / math.sqrt(3), rel=1e-15)
 

@@ -1,20 +1,25 @@
-"""Doubts on jumps: speeds that are set to zero, modes that begin early, slides at a start."""
+"""Doubts on jumps: speeds set to zero, modes that begin early, flat events, slides at a start."""
 
 import math
+from dataclasses import dataclass
 
 import pytest
 
 from tests.simulation.hybrid import BALANCED, mode_of, state_of, system_of
+from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
+from twolink.effects.effect import Effect
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
+from twolink.loads import Torque
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.doubts_of_jump import of_early_mode
 from twolink.simulation.hybrid.jump import jump, settle
 from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.hybrid.select import Early, Selection
 
 
@@ -57,3 +62,41 @@ def test_a_slide_that_an_impact_leaves_at_a_start_may_go_on(torque, sticks, prec
     assert run.met is not sticks
     if sticks:
         assert "round-off decides at 0 s whether a slide comes to rest (B)" in run.notes[0]
+
+
+@dataclass(frozen=True)
+class Flat(Effect):
+    """A torque of 1 N m on link 1 plus (t − 1 s)^`power`, which reaches 1 N m flat."""
+
+    power: int
+
+    def loads(self, chain, q, u, t):
+        found = 1.0
+        for _ in range(self.power):
+            found = found * (t - 1.0)
+        return (Torque(1, 1 + found),)
+
+
+@pytest.mark.parametrize("power", [3, 5, 7])
+def test_a_static_limit_that_is_reached_flat_is_in_the_error(power):
+    """In 113 bits two runs find it at nearly the same wrong time: 1.3e-7 s late for a power of 5."""
+    free = Chain((0.5, 0.5), (1.0, 1.0), ((1.0, 0.0), (0.0, 0.0)), (0.0, 1.0))
+    effects = (Flat(power), JointFriction((0.5, 0.0), (1.0, 0.0)))
+    found = simulate(Scene(free, (0.0, 0.0), (0.0, 0.0), 2.0, effects), samples=11)
+    off = abs(found.u[0, -1] - (0.5 + 1 / (power + 1)))
+    assert off <= found.error < 1e2 * max(off, 1e-12)
+    assert found.met == (power == 3)
+
+
+def test_the_doubt_on_a_flat_event_is_the_change_in_its_time():
+    """The force of friction falls from 1 to 0.5 N m, on an inertia of 1 kg m²."""
+    free = Chain((0.5, 0.5), (1.0, 1.0), ((1.0, 0.0), (0.0, 0.0)), (0.0, 1.0))
+    effects = (Flat(3), JointFriction((0.5, 0.0), (1.0, 0.0)))
+    scene = Scene(free, (0.0, 0.0), (0.0, 0.0), 2.0, effects)
+    run = hybrid_run(scene, [0.0, 2.0], precision="quadruple", order=31)
+    arc = next(arc for arc in run.arcs if arc.spread)
+    assert arc.event.kind is E.BREAKS
+    (doubt,) = (doubt for doubt in run.doubts if doubt.trigger == arc.event)
+    assert 1e-12 < arc.spread < 1e-10
+    assert doubt.change == pytest.approx(0.5 * arc.spread, rel=1e-6)
+    assert all(not arc.spread for arc in hybrid_run(scene, [0.0, 2.0]).arcs)

@@ -15,7 +15,7 @@ from tests.simulation.hybrid.polynomials import EPSILON, as_floats, bound_of, ex
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid import bernstein, roots
 from twolink.simulation.hybrid.bernstein import bernstein_matrix
-from twolink.simulation.hybrid.roots import Search, first_fall, with_rest
+from twolink.simulation.hybrid.roots import Search, first_fall, spread_of_fall, with_rest
 from twolink.simulation.hybrid.tolerances import POLYNOMIAL
 
 
@@ -338,3 +338,21 @@ def test_the_fall_of_a_gap_counts_the_rest_that_division_by_time_omits(precision
     for own, exact in zip(found[:2], expected[:2], strict=True):
         in_float = None if own is None else float(own)
         assert in_float == (None if exact is None else pytest.approx(exact, rel=1e-14))
+
+
+@pytest.mark.parametrize("power", [1, 3, 5])
+def test_a_flat_fall_may_be_as_far_as_its_polynomial_is_within_the_bound(power):
+    """(x₀ − x)^n is within a bound as far as its nth root from x₀."""
+    place, bound, steep = 0.5, 1e-15, 1e-8
+    coefficients = [
+        math.comb(power, k) * place ** (power - k) * (-1) ** k for k in range(power + 1)
+    ]
+    found = spread_of_fall(coefficients, place, bound, steep)
+    if power == 1:
+        assert found == 0
+    else:
+        assert bound ** (1 / power) <= found <= 2 * bound ** (1 / power)
+
+
+def test_a_fall_of_a_polynomial_within_its_bound_may_be_anywhere():
+    assert spread_of_fall([1e-16, -1e-16], 1.0, 1e-15, 1e-8) >= 1

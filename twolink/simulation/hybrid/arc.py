@@ -15,8 +15,8 @@ from twolink.simulation.hybrid.state import HybridState
 class Arc(NamedTuple):
     """The motion in one mode between two jumps: its ends, its steps, and the event that ended it.
 
-    `event` is None if the arc ends at the requested time. The last step is truncated at the end of
-    the arc.
+    `event` is None if the arc ends at the requested time. Round-off may move a flat event by the
+    time `spread` (s). The last step is truncated at the end of the arc.
     """
 
     mode: Mode
@@ -27,6 +27,7 @@ class Arc(NamedTuple):
     doubts: tuple[Doubt, ...]
     compiled: CompiledMode
     compile_seconds: float
+    spread: float = 0.0
 
     @property
     def step_count(self) -> int:

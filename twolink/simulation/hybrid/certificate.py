@@ -8,6 +8,7 @@ an impact, is divided by its leading power of time.
 from __future__ import annotations
 
 import itertools
+import math
 import operator
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -23,7 +24,7 @@ from twolink.simulation.hybrid.doubts import StepOfArc, doubt_of, near_to_zero, 
 from twolink.simulation.hybrid.event_polynomials import EventPolynomials
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.polishing import horner, lowest
-from twolink.simulation.hybrid.roots import Search, first_fall, with_rest
+from twolink.simulation.hybrid.roots import Search, first_fall, spread_of_fall, with_rest
 from twolink.simulation.hybrid.start_of_arc import StartOfArc
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
@@ -33,12 +34,14 @@ from twolink.simulation.series import powers_of
 class Finding(NamedTuple):
     """The first event on a block of steps: on which step, at which x in [0, 1] of it, and which.
 
-    `trigger` is None if the clock reaches the end of the arc first.
+    `trigger` is None if the clock reaches the end of the arc first. Where the event function is
+    flat, round-off may move the event by the time `spread` (s).
     """
 
     place: int
     x: Any
     trigger: Trigger | None
+    spread: float = 0.0
 
 
 _HITS = EventKind.HITS
@@ -179,7 +182,7 @@ class Certificate:
         The touches before it are added to the doubts.
         """
         earliest: Finding | None = None
-        first = -1
+        first: _Suspect | None = None
         touches: list[tuple[float, Doubt]] = []
         for suspect in sorted(suspects, key=_guess) if len(suspects) > 1 else suspects:
             place, number, polynomial, *_ = suspect
@@ -203,11 +206,25 @@ class Certificate:
                 if doubt is not None:
                     touch = search.touch or 0.0
                     touches.append((touch if fall is None else min(touch, float(fall)), doubt))
-            if fall is not None and (earliest is None or (fall, number) < (earliest.x, first)):
-                earliest, first = Finding(place, fall, trigger), number
+            if fall is None:
+                continue
+            if earliest is None or first is None or (fall, number) < (earliest.x, first.number):
+                earliest, first = Finding(place, fall, trigger), suspect
         until = 1.0 if earliest is None else float(earliest.x)
         doubts += [doubt for touch, doubt in touches if touch <= until]
-        return earliest
+        if earliest is None or first is None or self._system.precision == "double":
+            # A longer precision measures where runs in double precision find their events.
+            return earliest
+        return self._with_spread(block, earliest, first)
+
+    def _with_spread(self, block: Block, found: Finding, suspect: _Suspect) -> Finding:
+        """Return an event with the time by which round-off may move it."""
+        steep = math.sqrt(self._system.rounding)
+        share = spread_of_fall(suspect.polynomial, found.x, suspect.bound, steep)
+        if not share:
+            return found
+        step, x = self._on(block, found.place), float(found.x)
+        return found._replace(spread=step.time(x)[0] - step.time(max(x - share, 0.0))[0])
 
     def _on(self, block: Block, place: int) -> StepOfArc:
         """Return a step of the arc."""

@@ -6,11 +6,13 @@ import math
 
 from twolink.arithmetic import Pair
 from twolink.contact.states import EventKind, slipping
+from twolink.simulation.hybrid.arc import Arc
 from twolink.simulation.hybrid.collision import sliding_after
 from twolink.simulation.hybrid.complementarity import States, problem_at
 from twolink.simulation.hybrid.dynamics import solve
 from twolink.simulation.hybrid.impact import largest, speed_along
-from twolink.simulation.hybrid.mode import Doubt, Trigger, doubt_of_change
+from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger, doubt_of_change
+from twolink.simulation.hybrid.mode_at import solution_at
 from twolink.simulation.hybrid.noise import known_at
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.select import Selection, select
@@ -27,6 +29,20 @@ def of_zeroed_speeds(
     if change * system.longest_step <= UNDECIDED * system.scales.resolution:
         return ()
     return (doubt_of_change(float(state.t), trigger, change),)
+
+
+def of_flat_event(system: HybridSystem, arc: Arc, after: HybridState, mode: Mode) -> Doubt:
+    """Return the doubt on the time of an event whose event function is flat, before a mode.
+
+    Two runs of long precisions find it too early or too late by nearly the same time.
+    """
+    state, trigger = arc.end, arc.event
+    assert trigger is not None
+    du = solution_at(system, system.pose(state.q), state, arc.mode).du
+    dv = solution_at(system, system.pose(after.q), after, mode).du
+    change = arc.spread * float(largest((dv[0] - du[0], dv[1] - du[1])))
+    # The difference of two runs grows at once between their events, and as errors do beyond them.
+    return doubt_of_change(float(state.t) + 2 * arc.spread, trigger, change)
 
 
 def of_early_mode(state: HybridState, selection: Selection) -> tuple[Doubt, ...]:

@@ -96,7 +96,8 @@ def _followed(
             blocks.append(block if found is None else cut(block, found))
         if found is not None or over:
             trigger = None if found is None else found.trigger
-            return _ended(course, blocks, doubts, trigger, None if trigger else course.until)
+            arc = _ended(course, blocks, doubts, trigger, None if trigger else course.until)
+            return arc if found is None or not found.spread else arc._replace(spread=found.spread)
         taken += len(block.lengths)
         if not failure and taken > tolerances.MANY_STEPS:
             failure = _endless(course, block)

@@ -19,6 +19,7 @@ from twolink.simulation.hybrid.compile import Compilation, Compiler, compiled_ki
 from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.compliant_state import CompliantState
 from twolink.simulation.hybrid.doubts import undecided_at
+from twolink.simulation.hybrid.doubts_of_jump import of_flat_event
 from twolink.simulation.hybrid.doubts_of_start import doubts_of_start
 from twolink.simulation.hybrid.effort import Effort, Work
 from twolink.simulation.hybrid.event_order import doubts_on_order
@@ -207,7 +208,11 @@ class History:
         if arc.event is not None:
             recent = self._strikes_since(float(state.t) - self.system.scales.zeno_time)
             past = Past(recent, self._last, self._tired, float(self.end - state.t))
-            return jump(self.system, state, arc.mode, arc.event, past)
+            found = jump(self.system, state, arc.mode, arc.event, past)
+            if not arc.spread:
+                return found
+            doubt = of_flat_event(self.system, arc, found.state, found.mode)
+            return found._replace(doubts=(*found.doubts, doubt))
         switch = self._switch()
         if switch is not None and self._at_break():
             self._breaks.pop(0)

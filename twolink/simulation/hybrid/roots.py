@@ -91,6 +91,21 @@ def with_rest(search: Search, coefficients: Sequence[Any], rest: Any) -> Search:
     return search._replace(fall=fall)
 
 
+def spread_of_fall(coefficients: Sequence[Any], x: Any, bound: float, steep: float) -> float:
+    """Return how far from a fall at x the root may be, where the polynomial is flat there, else 0.
+
+    `bound` is that on the error of its values. A polynomial is flat if it falls by less than that
+    within a part `steep` of [0, 1].
+    """
+    slope = sum(k * float(c) * float(x) ** (k - 1) for k, c in enumerate(coefficients) if k)
+    if not bound > steep * abs(slope):
+        return 0.0
+    width = steep
+    while width < 1 and abs(horner(coefficients, x - width)) <= bound:
+        width *= 2
+    return width
+
+
 def _proven(coefficients: Sequence[Any], bound: float) -> _Isolated | None:
     """Return the first fall of a polynomial in longer numbers, if float64 suffices to prove it.
 

@@ -190,8 +190,9 @@ def _after_burst(
     names, _ = impacts.names_and_laws(numbers)
     kind = f"the impacts on {names}"
     sentence = (
-        f"From {now:.9g} s on {kind} are left out, with {lost:.1e} rad/s of the chain: {len(crowd)} "
-        f"of them follow each other in {now - crowd[0].time:.1e} s and do not die away."
+        f"From {now:.9g} s on {kind} are left out, with {lost:.1e} rad/s of the chain: "
+        f"{len(crowd)} of them follow each other in {now - crowd[0].time:.1e} s and do not die "
+        "away."
     )
     # The chain may go either way.
     doubt = doubt_of_change(now, Trigger(EventKind.HITS, numbers[0]), 2 * lost)
