@@ -79,7 +79,7 @@ class Flat(Effect):
 
 @pytest.mark.parametrize("power", [3, 5, 7])
 def test_a_static_limit_that_is_reached_flat_is_in_the_error(power):
-    """In 113 bits two runs find it at nearly the same wrong time: 1.3e-7 s late for a power of 5."""
+    """In 113 bits two runs find it at nearly the same wrong time: 1.3e-7 s late for power 5."""
     free = Chain((0.5, 0.5), (1.0, 1.0), ((1.0, 0.0), (0.0, 0.0)), (0.0, 1.0))
     effects = (Flat(power), JointFriction((0.5, 0.0), (1.0, 0.0)))
     found = simulate(Scene(free, (0.0, 0.0), (0.0, 0.0), 2.0, effects), samples=11)
