@@ -12,8 +12,19 @@ from tests.effects.test_inputs_of_effects import GOOD
 from twolink import arithmetic
 from twolink.arithmetic import cos, exp, sign, sin, sqrt
 from twolink.chain import Chain
-from twolink.effects import EFFECTS, ContactEffect, Effect, custom, effect_class
+from twolink.contact.coordinates import JointCoordinate
+from twolink.contact.elements import DryFriction, RigidContact
+from twolink.effects import (
+    EFFECTS,
+    ContactEffect,
+    Effect,
+    PiecewiseEffect,
+    custom,
+    effect_class,
+)
 from twolink.effects.gravity import Gravity
+from twolink.effects.joint_friction import JointFriction
+from twolink.effects.motor_inertia import MotorInertia
 from twolink.errors import ParameterError
 from twolink.kinematics import velocity
 from twolink.loads import Force, Torque, motor_loads
@@ -220,3 +231,82 @@ def test_functions_of_arithmetic_are_all_known():
     """All functions for users are tried, except the sign, which is not smooth."""
     offered = {n for n in vars(arithmetic) if n in ("sin", "cos", "sqrt", "exp", "sign")}
     assert offered == {"sin", "cos", "sqrt", "exp", "sign"}
+
+
+@dataclass(frozen=True)
+class Elements(ContactEffect):
+    """An effect with given elements of contact."""
+
+    elements: tuple
+
+    def contact_elements(self, chain):
+        return self.elements
+
+    def smooth_loads(self, chain, q, u, t=0.0):
+        return ()
+
+    def loads(self, chain, q, u, t=0.0):
+        return ()
+
+
+A, STOP_AT_A = JointCoordinate("A"), JointCoordinate("A", -1)
+
+
+@pytest.mark.parametrize(
+    ("element", "words"),
+    [
+        (DryFriction("A", A, -1.0, 1.0), "friction of A must be at least 0, .*; got -1 and 1"),
+        (DryFriction("A", A, 2.0, 1.0), "no more while it slides than .*; got 2 and 1"),
+        (DryFriction("A", A, 1.0, math.inf), "got 1 and inf"),
+        (DryFriction("A", A, math.nan, 1.0), "got nan and 1"),
+        (RigidContact("end", STOP_AT_A, -1.0, 1.5), "restitution of end must be .*; got 1.5"),
+        ("friction", "contact_elements must be a tuple of ContactElement; got 'friction'"),
+    ],
+)
+def test_elements_that_would_give_energy_are_refused(element, words):
+    with pytest.raises(ParameterError, match=words):
+        replace(SCENE, effects=(Elements((element,)),))
+    good = DryFriction("A", A, 0.5, 1.0), RigidContact("end", STOP_AT_A, -1.0, 1.0)
+    assert simulate(replace(SCENE, effects=(Elements(good),)), samples=3).met
+
+
+@dataclass(frozen=True)
+class Pieces(PiecewiseEffect):
+    """Gravity that is replaced by another effect at given times."""
+
+    times: tuple
+    other: object = Gravity(1.0)
+
+    @property
+    def discontinuities(self):
+        return self.times
+
+    def piece_at(self, t):
+        return Gravity() if t < 0.2 else self.other
+
+    def loads(self, chain, q, u, t=0.0):
+        return Gravity().loads(chain, q, u)
+
+
+@pytest.mark.parametrize(
+    ("effect", "words"),
+    [
+        (Pieces((0.2, 0.1)), "discontinuities must be increasing finite times in s; got "),
+        (Pieces((0.2, 0.2)), "discontinuities must be increasing"),
+        (Pieces((math.nan,)), "discontinuities must be increasing"),
+        (Pieces(("0.2",)), "a discontinuity must be a number; got '0.2'"),
+        (Pieces((0.2,), JointFriction((1.0, 1.0))), "piece_at must return an effect of smooth"),
+        (Pieces((0.2,), MotorInertia((1.0, 1.0))), "without friction, contact, rotors or pieces"),
+        (Pieces((0.2,), 3), "piece_at must return .*; got 3"),
+    ],
+)
+def test_pieces_must_be_smooth_loads_in_the_order_of_time(effect, words):
+    with pytest.raises(ParameterError, match=words):
+        replace(SCENE, effects=(effect,))
+    assert simulate(replace(SCENE, effects=(Pieces((0.2,)),)), samples=3).met
+
+
+def test_the_loads_of_every_piece_are_tried():
+    later = a_torque(lambda q, u, t: abs(u[0]))
+    with pytest.raises(ParameterError, match="in `abs"):
+        replace(SCENE, effects=(Pieces((0.2,), later),))

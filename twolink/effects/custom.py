@@ -9,17 +9,21 @@ from __future__ import annotations
 
 import copy
 import linecache
+import math
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from types import FrameType
 from typing import Any, NoReturn
 
 from twolink.chain import Chain
+from twolink.contact.elements import ContactElement, RigidContact
 from twolink.effects.effect import (
     ConservativeEffect,
     ContactEffect,
     Effect,
     PiecewiseEffect,
+    RotorEffect,
 )
 from twolink.errors import ParameterError
 from twolink.inputs import as_number, as_tuple, refuse
@@ -31,6 +35,12 @@ _FUNCTIONS = "+, -, *, / and the functions of twolink.arithmetic (sin, cos, sqrt
 _PIECES = (
     "an effect that is smooth only piece by piece must be a PiecewiseEffect or a ContactEffect"
 )
+
+
+_ELEMENTS = "a tuple of ContactElement"
+
+# A piece has loads alone.
+_NO_PIECES = (ContactEffect, PiecewiseEffect, RotorEffect)
 
 
 class _NotSymbolicError(Exception):
@@ -83,12 +93,56 @@ def _try(effect: Any, name: str, chain: Chain) -> None:
         # A chain with symbolic parameters is not simulated.
         return
     q, u, t = (Symbolic(), Symbolic()), (Symbolic(), Symbolic()), Symbolic()
-    acting = effect.piece_at(0.0) if isinstance(effect, PiecewiseEffect) else effect
-    smooth = isinstance(acting, ContactEffect)
-    method = ("smooth_loads", acting.smooth_loads) if smooth else ("loads", acting.loads)
-    _check_loads(name, _tried(name, *method, plain, q, u, t))
-    if isinstance(acting, ConservativeEffect):
-        _tried(name, "potential_energy", acting.potential_energy, plain, q)
+    pieces = _pieces(effect, name) if isinstance(effect, PiecewiseEffect) else (effect,)
+    for acting in pieces:
+        smooth = isinstance(acting, ContactEffect)
+        method = ("smooth_loads", acting.smooth_loads) if smooth else ("loads", acting.loads)
+        _check_loads(name, _tried(name, *method, plain, q, u, t))
+        if isinstance(acting, ConservativeEffect):
+            _tried(name, "potential_energy", acting.potential_energy, plain, q)
+    if isinstance(effect, ContactEffect):
+        _check_elements(
+            name,
+            as_tuple(f"effect {name}: contact_elements", effect.contact_elements(plain), _ELEMENTS),
+        )
+
+
+def _pieces(effect: PiecewiseEffect, name: str) -> tuple[Effect, ...]:
+    """Return the pieces of an effect. Raises `ParameterError` unless they are smooth loads."""
+    times = as_tuple(f"effect {name}: discontinuities", effect.discontinuities, "a tuple of times")
+    known = [as_number(f"effect {name}: a discontinuity", t) for t in times]
+    rises = all(early < late for early, late in pairwise(known))
+    if not (rises and all(math.isfinite(t) for t in known)):
+        refuse(f"effect {name}: discontinuities", times, "increasing finite times in s")
+    pieces = tuple(effect.piece_at(t) for t in (0.0, *known))
+    for piece in pieces:
+        if not isinstance(piece, Effect) or isinstance(piece, _NO_PIECES):
+            raise ParameterError(
+                f"effect {name}: piece_at must return an effect of smooth loads, without friction, "
+                f"contact, rotors or pieces; got {quoted(piece)}"
+            )
+    return pieces
+
+
+def _check_elements(name: str, elements: tuple[Any, ...]) -> None:
+    """Require friction that opposes motion, and impacts that give no energy."""
+    for element in elements:
+        if not isinstance(element, ContactElement):
+            raise ParameterError(
+                f"effect {name}: contact_elements must be {_ELEMENTS}; got {quoted(element)} in it"
+            )
+        kinetic, static = (float(limit) for limit in element.limits(1))
+        if not 0 <= kinetic <= static < math.inf:
+            raise ParameterError(
+                f"effect {name}: the friction of {element.name} must be at least 0, and no more "
+                f"while it slides than while it sticks; got {kinetic:g} and {static:g}"
+            )
+        if isinstance(element, RigidContact) and not 0 <= float(element.restitution) <= 1:
+            refuse(
+                f"effect {name}: restitution of {element.name}",
+                float(element.restitution),
+                "a number from 0 to 1",
+            )
 
 
 def _tried(name: str, method: str, function: Callable[..., Any], *state: Any) -> Any:
