@@ -44,6 +44,20 @@ def test_a_run_in_parts_is_the_run_as_a_whole(precision, monkeypatch):
     assert float(abs(parts.u - whole.u).max()) <= 10 * allowed
 
 
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_a_part_may_end_at_a_time_of_the_grid_but_for_a_rounding(precision, monkeypatch):
+    """A hundred steps of 1e-3 s end before 0.1 s by less than a rounding."""
+    often = replace(PRECISIONS[precision], steps_at_once=100)
+    monkeypatch.setitem(PRECISIONS, precision, often)
+    scene, times = replace(SCENE, duration=0.2), np.linspace(0.0, 0.2, 3)
+    found = taylor_run(
+        scene, times, formulation="momenta", precision=precision, order=9, longest_step=1e-3
+    )
+    assert found.steps in (200, 201)
+    whole = taylor_run(scene, times, formulation="momenta", precision=precision, order=15)
+    assert abs(np.asarray(found.q - whole.q, float)).max() <= 1e-13
+
+
 def test_progress_of_a_run_in_parts(monkeypatch):
     check_often(monkeypatch, "double")
     reports = []

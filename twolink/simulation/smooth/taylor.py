@@ -280,9 +280,13 @@ def parts_of_run(
         yield outcome, taken, known
         if outcome != heyoka().taylor_outcome.step_limit:
             return
-        # The grid continues at exactly the time of the integrator.
-        integrator.time = own.number(integrator.time)
-        ahead, begun = np.concatenate([own.array([integrator.time]), ahead]), 1
+        # The grid continues at exactly the time of the integrator. The next of its times may be
+        # later by less than a rounding.
+        reached = own.number(integrator.time)
+        if len(ahead) and not ahead[0] > reached:
+            reached = ahead[0] - own.number(own.rounding) * ahead[0]
+        integrator.time = reached
+        ahead, begun = np.concatenate([own.array([reached]), ahead]), 1
 
 
 class _Recorder:
