@@ -24,6 +24,14 @@ ENDS_EARLY = "the run that measures it ends early"
 """Why the error of a run is unknown from a time on, if nothing else is said."""
 
 
+def unseen_change(length: float) -> str:
+    """Return why an error is unknown where steps of a length (s) passed a change of the loads."""
+    return (
+        f"steps of {length:.2g} s pass a change of the loads; an effect that changes so fast must "
+        "declare its shortest_time"
+    )
+
+
 @dataclass(frozen=True)
 class Statistics:
     """The cost of a simulation: of the run whose result is returned, and of all runs.

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from twolink.effects import contact_elements, discontinuities, pieces_at
+from twolink.effects import contact_elements, discontinuities, is_built_in, pieces_at
 from twolink.errors import IntegrationError
 from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PRECISIONS, PrecisionName
@@ -32,6 +32,7 @@ from twolink.simulation.hybrid.replayed_order import Switch
 from twolink.simulation.hybrid.start import start_state, through_start
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.unseen import Unseen, passed_change
 from twolink.simulation.hybrid.zeno import Past
 
 # Number of last impacts that suffices to detect too many within the Zeno time.
@@ -86,6 +87,9 @@ class History:
         self._work = Work(effort, limits, precision, cap, scene.duration)
         self.compile_seconds = 0.0
         self.exhausted = False
+        # Loads of effects that are not built in may change unseen.
+        self._watches = not all(is_built_in(effect) for effect in scene.effects)
+        self.unseen: Unseen | None = None
         self.state: HybridState = start_state(self.system, scene)
         self.start = self.state.q, self.state.u
         self.doubts: list[Doubt] = doubts_of_start(self.system, scene, self.state)
@@ -141,6 +145,8 @@ class History:
         self._last_arcs[arc.compiled] = arc
         self.compile_seconds += arc.compile_seconds
         self.since.append(float(arc.start.t) + delay)
+        if self._watches and self.unseen is None:
+            self.unseen = passed_change(self.system, arc)
         if not arc.doubts:
             return ()
         before, undecided = undecided_at(arc.doubts, float(arc.end.t))

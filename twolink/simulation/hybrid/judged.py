@@ -45,6 +45,9 @@ class JudgedRun:
         margin = _MARGIN if kept.precision != judge.precision else MARGIN_OF_EQUALS
         begun = perf_counter()
         errors = margin * differences(kept, judge, times, accuracy)
+        for run in (kept, judge):
+            if run.unseen is not None:
+                errors = np.where(times[: len(errors)] < run.unseen.time, errors, math.inf)
         return cls(kept, judge, errors, accuracy, float(times[-1]), perf_counter() - begun)
 
     def judged_by(self, judge: HybridRun, times: Array) -> JudgedRun:

@@ -34,7 +34,7 @@ from twolink.simulation.hybrid.judged import JudgedRun, best_of, work_of
 from twolink.simulation.hybrid.kind import Target
 from twolink.simulation.hybrid.run import HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import BEYOND
-from twolink.simulation.run import ENDS_EARLY
+from twolink.simulation.run import ENDS_EARLY, unseen_change
 from twolink.simulation.smooth.equations import EQUATIONS
 
 Array = NDArray[np.float64]
@@ -42,6 +42,9 @@ Progress = Callable[[str], Callable[[float], None] | None]
 
 # Steps above which orders below the best one lose accuracy.
 _MANY_STEPS_OF_A_LOW_ORDER = 3000
+
+# Steps over a motion that are short enough to see a change of the loads, if any are.
+_MOST_STEPS_TO_SEE = 5000
 
 # Memory of a run, its polynomials, and the measuring run with numbers twice as long.
 _RUNS_AT_ONCE = 4
@@ -68,6 +71,9 @@ class Measured:
     @property
     def why_unknown(self) -> str:
         """Why the error is infinite from a time on, where it is: a doubt, or the judge's end."""
+        for run in (self.kept, self.judge):
+            if run.unseen is not None:
+                return unseen_change(run.unseen.length)
         if self.judge.reached < self.kept.reached:
             return ENDS_EARLY
         endless = [doubt for doubt in self.judge.doubts if doubt.change == math.inf]
@@ -209,13 +215,14 @@ def _is_vain(order: int, run: HybridRun) -> bool:
     return run.steps > _MANY_STEPS_OF_A_LOW_ORDER or bool(run.failure and run.exhausted)
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Runs:
     """The runs of a scene by precision, order and formulation.
 
     Runs by the formulation `own` are results; the others measure them. No run goes on where it
     cannot be measured, or has nothing to measure. The modes of a judge are compiled `ahead`, beside
-    the run that it measures.
+    the run that it measures. The `longest_step` (s) becomes shorter where one passed a change of
+    the loads.
     """
 
     scene: Scene
@@ -225,6 +232,7 @@ class _Runs:
     limits: Limits
     ahead: Ahead = field(default_factory=Ahead)
     known: dict[_Key, HybridRun] = field(default_factory=dict)
+    longest_step: float | None = None
 
     @property
     def work(self) -> int:
@@ -333,7 +341,18 @@ class _Runs:
         return self.known[key]
 
     def _run(self, key: _Key, until: float, go_on: Callable[[], None] = lambda: None) -> HybridRun:
-        """Return a run up to a time (s), or as far as it goes; it calls `go_on` now and then."""
+        """Return a run up to a time (s), or as far as it goes, whose steps pass no change of loads.
+
+        It calls `go_on` now and then. Where no steps see the change, the last run is returned.
+        """
+        shortest = self.scene.duration / _MOST_STEPS_TO_SEE
+        while True:
+            run = self._run_once(key, until, go_on)
+            if run.unseen is None or run.unseen.shorter < shortest:
+                return run
+            self.longest_step = run.unseen.shorter
+
+    def _run_once(self, key: _Key, until: float, go_on: Callable[[], None]) -> HybridRun:
         precision, order, by = key
         report = self.progress(f"order {order}, {precision}") or (lambda share: None)
 
@@ -350,7 +369,7 @@ class _Runs:
             effort = effort._replace(steps=_MANY_STEPS_OF_A_LOW_ORDER)
         return hybrid_run(
             self.scene, self.times, formulation=by, precision=precision, order=order,
-            partial=True, effort=effort, progress=advance,
+            longest_step=self.longest_step, partial=True, effort=effort, progress=advance,
             limits=replace(self.limits, memory=self.limits.memory / _RUNS_AT_ONCE),
             # The difference of the runs has the change of a start that is moved onto a contact.
             judges=by != self.own,

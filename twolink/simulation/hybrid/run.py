@@ -28,6 +28,7 @@ from twolink.simulation.hybrid.history import History
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.impact_log import impact_log
 from twolink.simulation.hybrid.mode import Doubt, Event, Impact, sentences
+from twolink.simulation.hybrid.unseen import Unseen
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.longest_step import default_longest_step
@@ -42,7 +43,8 @@ class HybridRun(MotionRun):
     time at which they would have ended, slightly later than the start of the arc. `failure` is the
     reason why the run ends early, at `reached` (s), or empty; q and u then have only the times up
     to there. `exhausted` says that the limit of work has ended the run, or has omitted bounces; its
-    `work` is counted in steps (`effort`).
+    `work` is counted in steps (`effort`). `unseen` is the first step that passed a change of the
+    loads of an effect of a user, or None.
     `undecided` are those of the doubts that are on events, and are noted.
     """
 
@@ -57,6 +59,7 @@ class HybridRun(MotionRun):
     failure: str = ""
     exhausted: bool = False
     work: float = 0.0
+    unseen: Unseen | None = None
     undecided: tuple[Doubt, ...] = ()
 
     @property
@@ -225,5 +228,6 @@ def _run_of(history: History, asked: Any, failure: str, begun: float) -> HybridR
         failure=failure,
         exhausted=history.exhausted,
         work=history.work,
+        unseen=history.unseen,
         undecided=tuple(history.undecided),
     )

@@ -135,7 +135,7 @@ DYING = 0.01
 LEAST_IMPACTS_OF_A_BURST = 4
 
 # The rate (1/s) of Baumgarte's stabilisation of the positions and speeds of points that are held. A
-# joint that is held needs none. Read by compile and complementarity.
+# joint that is held needs none. Read by compile, complementarity and unseen.
 BAUMGARTE_RATE = 8.0
 
 # Part of the time. Shorter steps are not taken in any precision: the motion is asked for at times
@@ -245,6 +245,14 @@ SAME_MOTION = 1e-6
 # is struck now: that changes the motion by a rounding only, even if a load turns it back before.
 # Read by collision.
 SAME_INSTANT = 1024
+
+# Relative change of a state by some roundings, that of the accelerations by which is their
+# round-off, and the least part of the accelerations that the residual of a step may be. Read by
+# unseen.
+CHANGED_STATE = 2.0**-46
+
+# See CHANGED_STATE. Read by unseen.
+LEAST_RESIDUAL = 2.0**-40
 
 
 def zeno_time(longest_step: float, rounding: float) -> float:

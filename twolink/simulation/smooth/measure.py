@@ -37,7 +37,7 @@ import numpy as np
 from twolink.integration.precisions import PRECISIONS, PrecisionName, longer_than
 from twolink.names import EquationsName
 from twolink.scene import Scene
-from twolink.simulation.run import Array, MotionRun
+from twolink.simulation.run import Array, MotionRun, unseen_change
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
@@ -254,10 +254,7 @@ class _Search:
 
     def unseen(self, run: TaylorRun) -> Measured:
         """Return a run whose steps pass a change of the loads: its error is unknown."""
-        why = (
-            f"steps of {self.runs.longest_step:.2g} s pass a change of the loads; an effect that "
-            "changes so fast must declare its shortest_time"
-        )
+        why = unseen_change(self.runs.longest_step)
         unknown = np.full(len(self.runs.times), math.inf)
         return Measured(run, unknown, tuple(self.runs.made), why_unknown=why)
 
