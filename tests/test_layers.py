@@ -132,7 +132,7 @@ ROWS = {
         "dynamics",
         "system",
         "compiled conditions event_functions impact mode_at",
-        "event_polynomials missed_change noise steepness",
+        "event_polynomials missed_change noise recovery steepness",
         "complementarity",
         "breakaway_order compile confirm doubts impact_log resolution trials",
         "impact_order",

@@ -110,7 +110,8 @@ class Certificate:
         suspects = self._suspects(block, at_start) if self._triggers else ()
         earliest = self._earliest(block, suspects, doubts) if suspects else None
         if self._compiled.clock is not None:
-            earliest = self._at_end_of_clock(block, earliest) or earliest
+            clock, whole = self._compiled.clock, self._system.number(1)
+            earliest = _end_by_clock(block, clock, self._span, earliest, whole) or earliest
         return earliest, tuple(doubts)
 
     def _suspects(self, block: Block, at_start: bool) -> list[_Suspect]:
@@ -270,21 +271,24 @@ class Certificate:
         del self._zero[number]
         return int(grown[0]) + 1
 
-    def _at_end_of_clock(self, block: Block, earliest: Finding | None) -> Finding | None:
-        """Return where the clock reaches the end of the arc before the earliest event, or None.
 
-        The clock rises until a point leaves its surface, and falls beyond: only the part of the
-        step before the event counts.
-        """
-        place = len(block.lengths) - 1 if earliest is None else earliest.place
-        until = self._system.number(1) if earliest is None else earliest.x
-        row = block.coefficients[place, self._compiled.clock]
-        polynomial = -row * powers_of(block.lengths[place : place + 1], len(row))
-        polynomial[0] = polynomial[0] + self._span
-        if horner(polynomial.tolist(), until) > 0:
-            return None
-        end = first_fall(polynomial, 0.0).fall
-        return Finding(place, until if end is None or end > until else end, None)
+def _end_by_clock(
+    block: Block, clock: int, span: Any, earliest: Finding | None, whole: Any
+) -> Finding | None:
+    """Return where the clock reaches the end of the arc before the earliest event, or None.
+
+    The arc ends at `span` (s); `whole` is 1. The clock rises until a point leaves its surface, and
+    falls beyond: only the part of the step before the event counts.
+    """
+    place = len(block.lengths) - 1 if earliest is None else earliest.place
+    until = whole if earliest is None else earliest.x
+    row = block.coefficients[place, clock]
+    polynomial = -row * powers_of(block.lengths[place : place + 1], len(row))
+    polynomial[0] = polynomial[0] + span
+    if horner(polynomial.tolist(), until) > 0:
+        return None
+    end = first_fall(polynomial, 0.0).fall
+    return Finding(place, until if end is None or end > until else end, None)
 
 
 def _by_step(suspects: Sequence[_Suspect]) -> Sequence[Sequence[_Suspect]]:

@@ -13,11 +13,10 @@ from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.limits import LIFTED, Limits
 from twolink.names import FormulationName
 from twolink.scene import Scene
-from twolink.simulation.hybrid import compliant_state, tolerances
+from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.arc import Arc
 from twolink.simulation.hybrid.compile import Compilation, Compiler, compiled_kind, safe_order
 from twolink.simulation.hybrid.compiled import CompiledMode
-from twolink.simulation.hybrid.compliant_state import CompliantState
 from twolink.simulation.hybrid.doubts import undecided_at
 from twolink.simulation.hybrid.doubts_of_jump import of_flat_event
 from twolink.simulation.hybrid.doubts_of_start import doubts_of_start
@@ -28,9 +27,10 @@ from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.jump import Jump, jump, settle
 from twolink.simulation.hybrid.mode import Doubt, Remark
 from twolink.simulation.hybrid.no_motion import sentence_on_endless
+from twolink.simulation.hybrid.recovery import next_recovery, recovered
 from twolink.simulation.hybrid.replayed_order import Switch
 from twolink.simulation.hybrid.start import start_state, through_start
-from twolink.simulation.hybrid.state import HybridState, put
+from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.unseen import Unseen, passed_change
 from twolink.simulation.hybrid.zeno import Past
@@ -60,14 +60,8 @@ class History:
     ) -> None:
         """Initialize at the start of a scene, to be integrated to an end (s)."""
         number = PRECISIONS[precision].number
-        chain, effects = scene.moving_chain, pieces_at(scene.effects, 0.0)
-        own = chain.convert(number)
-        elements = contact_elements(effects, own)
         self.scene, self.formulation, self.end = scene, formulation, number(end)
-        self.system = HybridSystem(
-            chain, own, FORMULATIONS[formulation].equations, effects, elements, precision,
-            safe_order(elements, order), number, PRECISIONS[precision].rounding, cap,
-        )  # fmt: skip
+        self.system = _system_of(scene, formulation, precision, order, cap)
         self.system.check()
         if judges:
             self.system = through_start(self.system, scene)
@@ -113,7 +107,7 @@ class History:
         while self.state.t < self.end:
             until = self._breaks[0] if self._breaks else self.end
             if any(self.state.compliant):
-                until = min(until, self._relaxed())
+                until = min(until, next_recovery(self.system, self.state, self.end))
             arc = flow(
                 self.system, self.state, following.mode, until, self._compiler,
                 reached, self._last_arcs, following.orders,
@@ -239,7 +233,7 @@ class History:
         return strikes[first:]
 
     def _keep(self, following: Jump) -> None:
-        self.state = self._sprung_back(following.state)
+        self.state = recovered(self.system, following.state)
         self.strikes += following.strikes
         for strike in following.strikes:
             number = strike.number
@@ -251,31 +245,23 @@ class History:
         self.exhausted = self.exhausted or following.endless
         self.notes += following.notes
 
-    def _relaxed(self) -> Any:
-        """Return the time (s) at which the next surface has recovered, the end without one."""
-        times = [
-            self._relaxation_time(index, own)
-            for index, own in enumerate(self.state.compliant)
-            if own is not None and own.residual_depth != 0
-        ]
-        return self.state.t + self.system.number(min(times)) if times else self.end
 
-    def _relaxation_time(self, index: int, own: CompliantState) -> float:
-        """Return the time (s) until a surface has recovered, 0 if it has."""
-        least = self.system.scales.resolution * self.system.scales.sizes[index]
-        return compliant_state.relaxation_time(self.system.elements[index], own, least)
-
-    def _sprung_back(self, state: HybridState) -> HybridState:
-        """Return the state in which surfaces that have recovered are undeformed."""
-        compliant = state.compliant
-        if not any(compliant):
-            return state
-        for index, own in enumerate(compliant):
-            if own is None or own.residual_depth == 0:
-                continue
-            if self._relaxation_time(index, own) == 0:
-                compliant = put(compliant, index, compliant_state.relaxed(own))
-        return state if compliant is state.compliant else state._replace(compliant=compliant)
+def _system_of(
+    scene: Scene,
+    formulation: FormulationName,
+    precision: PrecisionName,
+    order: int | None,
+    cap: float,
+) -> HybridSystem:
+    """Return the system of a scene at its start, with a longest step `cap` (s)."""
+    number, rounding = PRECISIONS[precision].number, PRECISIONS[precision].rounding
+    chain, effects = scene.moving_chain, pieces_at(scene.effects, 0.0)
+    own = chain.convert(number)
+    elements = contact_elements(effects, own)
+    return HybridSystem(
+        chain, own, FORMULATIONS[formulation].equations, effects, elements, precision,
+        safe_order(elements, order), number, rounding, cap,
+    )  # fmt: skip
 
 
 def _event_of(arc: Arc) -> str:
