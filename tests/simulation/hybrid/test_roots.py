@@ -354,5 +354,13 @@ def test_a_flat_fall_may_be_as_far_as_its_polynomial_is_within_the_bound(power):
         assert bound ** (1 / power) <= found <= 2 * bound ** (1 / power)
 
 
+def test_the_slope_of_a_flat_fall_in_113_bits_is_not_that_of_round_off_in_float64():
+    number = PRECISIONS["quadruple"].number
+    place, bound = number(7) / 10, 1e-33
+    coefficients = [math.comb(5, k) * (-1) ** k * place ** (5 - k) for k in range(6)]
+    found = spread_of_fall(coefficients, place, bound, 1e-17)
+    assert bound**0.2 <= found <= 2 * bound**0.2
+
+
 def test_a_fall_of_a_polynomial_within_its_bound_may_be_anywhere():
     assert spread_of_fall([1e-16, -1e-16], 1.0, 1e-15, 1e-8) >= 1

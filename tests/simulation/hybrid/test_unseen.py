@@ -18,7 +18,7 @@ from twolink.simulation import simulate
 from twolink.simulation.hybrid import history
 from twolink.simulation.hybrid.effort import Effort
 from twolink.simulation.hybrid.run import hybrid_run
-from twolink.simulation.hybrid.unseen import Unseen, passed_change
+from twolink.simulation.hybrid.unseen import passed_change
 
 CONTACTS = {
     "far away": Surface((0.0, 50.0), (0.0, -1.0)),
@@ -76,14 +76,30 @@ def test_a_pulse_in_an_angle_is_seen_beside_contact_and_friction(name):
     assert off <= found.error
 
 
+@pytest.mark.parametrize("centre", [0.55, 0.6, 0.7])
+def test_a_pulse_is_seen_while_a_soft_surface_is_pressed(centre):
+    """There the variable of the steps is not time, and they are made shorter too."""
+    soft = CompliantSurface((0.0, 1.2), (0.0, -1.0), "hertz", 200.0, friction=0.3)
+    effects = (Gravity(), Detent(500.0, centre, 1e-3), soft)
+    scene = Scene(BARS, (0.3, 0.9), (0.5, 0.5), 0.5, effects)
+    passed = hybrid_run(scene, [0.0, 0.5], order=21).unseen
+    assert passed is not None
+    found = simulate(scene, samples=11)
+    assert found.met
+    exact = hybrid_run(
+        scene, found.t, formulation="kane", precision="long double", order=23, longest_step=2e-4
+    )
+    assert np.abs(found.q - np.asarray(exact.q, float)).max() <= found.error
+
+
 def test_a_step_that_passes_a_pulse_is_noted_with_its_length():
     run = hybrid_run(narrow(CONTACTS["far away"]), [0.0, 1.0], order=15)
     assert run.unseen is not None
     starts = np.array(run.polynomials.starts)
-    place = int(np.searchsorted(starts, run.unseen.time)) - 1
-    assert run.unseen.length == pytest.approx(63 / 64 * (starts[place + 1] - starts[place]))
+    (place,) = np.flatnonzero(starts == run.unseen.time)
+    assert run.unseen.length == pytest.approx(starts[place + 1] - starts[place], rel=1e-12)
     shorter = hybrid_run(
-        narrow(CONTACTS["far away"]), [0.0, 1.0], order=15, longest_step=run.unseen.shorter / 16
+        narrow(CONTACTS["far away"]), [0.0, 1.0], order=15, longest_step=run.unseen.length / 64
     )
     assert shorter.unseen is None
 
@@ -99,7 +115,6 @@ def test_loads_that_no_steps_see_leave_an_unknown_error():
 def test_built_in_effects_are_not_looked_at():
     run = hybrid_run(Scene(BARS, (0.3, -0.4), (1.0, 2.0), 1.0, (Gravity(), STOP)), [0.0, 1.0])
     assert run.unseen is None
-    assert Unseen(1.0, 0.4).shorter == pytest.approx(0.1)
 
 
 @pytest.mark.slow

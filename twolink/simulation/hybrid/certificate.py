@@ -212,14 +212,18 @@ class Certificate:
                 earliest, first = Finding(place, fall, trigger), suspect
         until = 1.0 if earliest is None else float(earliest.x)
         doubts += [doubt for touch, doubt in touches if touch <= until]
-        if earliest is None or first is None or self._system.precision == "double":
-            # A longer precision measures where runs in double precision find their events.
+        if earliest is None or first is None:
             return earliest
         return self._with_spread(block, earliest, first)
 
     def _with_spread(self, block: Block, found: Finding, suspect: _Suspect) -> Finding:
-        """Return an event with the time by which round-off may move it."""
-        # Events in long doubles that are less flat are measured by runs in other precisions.
+        """Return an event with the time by which round-off may move it.
+
+        That of an event in double precision is measured by a longer one, and so is that of an event
+        in long doubles, unless it is very flat.
+        """
+        if self._system.precision == "double":
+            return found
         power = 1 / 2 if self._system.precision == "quadruple" else 1 / 3
         steep = self._system.rounding**power
         share = spread_of_fall(suspect.polynomial, found.x, suspect.bound, steep)

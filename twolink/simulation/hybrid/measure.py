@@ -46,6 +46,9 @@ _MANY_STEPS_OF_A_LOW_ORDER = 3000
 # Steps over a motion that are short enough to see a change of the loads, if any are.
 _MOST_STEPS_TO_SEE = 5000
 
+# The factor by which steps are shortened to see it.
+_SHORTER_TO_SEE = 4
+
 # Memory of a run, its polynomials, and the measuring run with numbers twice as long.
 _RUNS_AT_ONCE = 4
 
@@ -348,9 +351,10 @@ class _Runs:
         shortest = self.scene.duration / _MOST_STEPS_TO_SEE
         while True:
             run = self._run_once(key, until, go_on)
-            if run.unseen is None or run.unseen.shorter < shortest:
+            if run.unseen is None or run.longest_step < shortest:
                 return run
-            self.longest_step = run.unseen.shorter
+            # Steps on pressed surfaces may be longer than the longest step.
+            self.longest_step = min(run.unseen.length, run.longest_step) / _SHORTER_TO_SEE
 
     def _run_once(self, key: _Key, until: float, go_on: Callable[[], None]) -> HybridRun:
         precision, order, by = key

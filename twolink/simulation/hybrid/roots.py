@@ -97,8 +97,9 @@ def spread_of_fall(coefficients: Sequence[Any], x: Any, bound: float, steep: flo
     `bound` is that on the error of its values. A polynomial is flat if it falls by less than that
     within a part `steep` of [0, 1].
     """
-    slope = sum(k * float(c) * float(x) ** (k - 1) for k, c in enumerate(coefficients) if k)
-    if not bound > steep * abs(slope):
+    # In float64 the terms of a slope that is nearly zero would cancel.
+    slope = horner([k * c for k, c in enumerate(coefficients)][1:], x)
+    if not bound > steep * abs(float(slope)):
         return 0.0
     width = steep
     while width < 1 and abs(horner(coefficients, x - width)) <= bound:

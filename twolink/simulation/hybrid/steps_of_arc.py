@@ -81,12 +81,12 @@ def _by_clock(course: Course, ahead: int, clock: int, taken: _Taken) -> str:
 
 
 def _longest_press(course: Course, span: Any) -> Any:
-    """Return a step of s that takes more than the time left to an arc if no depth changes.
+    """Return a step of s that, if no depth changes, takes more than the time left to an arc.
 
-    The series of a chain that rests on a surface converges everywhere. A press begins with a root
-    of zero, and its clock is slow until the root has grown, as it is where roots fall to zero
-    together. Where the point leaves the surface at the instant at which the arc begins, the root is
-    below zero by round-off.
+    It takes no more than the longest step of the system. The series of a chain that rests on a
+    surface converges everywhere. A press begins with a root of zero, and its clock is slow until
+    the root has grown, as it is where roots fall to zero together. Where the point leaves the
+    surface at the instant at which the arc begins, the root is below zero by round-off.
     """
     system, compiled, values = course.system, course.compiled, course.stepper.values
     first = 4 + len(compiled.gaps) + len(compiled.recovering)
@@ -95,7 +95,7 @@ def _longest_press(course: Course, span: Any) -> Any:
         if index in compiled.moving:
             root = values[place]
             roots.append(root if root > 0 else system.scales.least_root(index))
-    longest = 2 * span / product(factors_of_pace(roots))
+    longest = min(2 * span, system.cap) / product(factors_of_pace(roots))
     # The powers of a longer step leave the range of the numbers.
     exponent = _MOST_EXPONENT[system.precision] / (course.stepper.integrator.order + 1)
     most = system.number(2.0 ** min(exponent, 1000.0))

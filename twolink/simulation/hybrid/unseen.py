@@ -7,7 +7,6 @@ the equations of motion.
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,15 +22,7 @@ from twolink.simulation.hybrid.tolerances import BAUMGARTE_RATE, CHANGED_STATE, 
 from twolink.simulation.run import Array
 from twolink.simulation.series import powers
 from twolink.simulation.smooth.linear import shortened
-
-# The places on a step.
-_NODES = (np.arange(64) + 0.5) / 64
-
-# Factors on the residual of a series that has converged, and on the round-off of its evaluation.
-_TERMS, _ROUNDINGS = 100.0, 64.0
-
-# The part of a step that passed a change for which the run is repeated.
-_SHORTER = 1 / 4
+from twolink.simulation.smooth.residuals import NODES, ROUNDINGS, at_places, of_converged
 
 
 class Unseen(NamedTuple):
@@ -39,11 +30,6 @@ class Unseen(NamedTuple):
 
     time: float
     length: float
-
-    @property
-    def shorter(self) -> float:
-        """The longest step (s) of a further run."""
-        return _SHORTER * self.length
 
 
 class _States(NamedTuple):
@@ -67,41 +53,61 @@ def passed_change(system: HybridSystem, arc: Arc) -> Unseen | None:
     """
     if constraint_count(system.elements, arc.mode.states) >= MOST_CONSTRAINTS:
         return None
-    mode = arc.mode.in_floats
     for block in arc.blocks:
+        steps = _Steps.of(arc, block)
         with np.errstate(all="ignore"):
-            times, passed = _passed(system, arc, mode, block)
+            passed = _passed(system, arc.mode.in_floats, steps)
         if passed.any():
-            first = int(passed.argmax())
-            start = float(times[first, 0])
-            return Unseen(start, float(times[first, -1]) - start)
+            start, end = steps.ends[:, passed.argmax()].tolist()
+            return Unseen(start, end - start)
     return None
 
 
-def _passed(system: HybridSystem, arc: Arc, mode: Mode, block: Block) -> tuple[Array, Array]:
-    """Return the times (s) of the places of steps, (n, 64), and which steps passed a change."""
-    coefficients = shortened(block.coefficients, np.float64)
-    starts, lengths = (shortened(each, np.float64) for each in (block.starts, block.lengths))
-    scaled = coefficients * powers(lengths, coefficients.shape[2])[:, None]
-    k = np.arange(scaled.shape[2])[:, None]
-    values = np.moveaxis(scaled @ _NODES**k, 1, 0)
-    slopes = np.moveaxis(scaled @ (k * _NODES ** np.maximum(k - 1, 0)), 1, 0)
-    compiled = arc.compiled
-    times, pace = starts[:, None] + lengths[:, None] * _NODES, lengths[:, None]
-    if compiled.clock is not None:
-        times, pace = float(arc.start.t) + values[compiled.clock], slopes[compiled.clock]
-    first = 4 + len(compiled.gaps) + len(compiled.recovering)
-    roots = {index: values[place] for place, index in enumerate(compiled.roots, first)}
-    states = _States((values[0], values[1]), (values[2], values[3]), times, roots)
-    du = _accelerations(system, mode, states)
-    noise = np.abs(_accelerations(system, mode, states.changed()) - du)
-    order = scaled.shape[2] - 1
-    omitted = _TERMS * (order + 1) * math.exp(-2 * (order + 1))
-    size = np.maximum(1.0, np.abs(scaled[:, :4]).max(axis=(1, 2)))
-    rounded = _ROUNDINGS * noise + LEAST_RESIDUAL * np.abs(du)
-    allowed = omitted * size[:, None] + np.abs(pace) * rounded
-    found = np.abs(pace * du - slopes[2:4])
-    return times, ~(found <= allowed.max(axis=2, keepdims=True)).all(axis=(0, 2))
+class _Steps(NamedTuple):
+    """The states of n steps at their places, shape (n, 64), and their derivatives.
+
+    `ends` (s) has the starts and the ends of the steps, shape (2, n), `pace` the derivatives of the
+    time and `changes` those of u, shape (2, n, 64), by the share of the step. The variables have
+    the `sizes`, shape (n,).
+    """
+
+    states: _States
+    ends: Array
+    pace: Array
+    changes: Array
+    sizes: Array
+    order: int
+
+    @classmethod
+    def of(cls, arc: Arc, block: Block) -> _Steps:
+        """Return steps of an arc, whose variable may not be time."""
+        coefficients = shortened(block.coefficients, np.float64)
+        starts, lengths = (shortened(each, np.float64) for each in (block.starts, block.lengths))
+        scaled = coefficients * powers(lengths, coefficients.shape[2])[:, None]
+        values, slopes = at_places(scaled)
+        times, pace = starts[:, None] + lengths[:, None] * NODES, lengths[:, None]
+        ends = np.array([starts, starts + lengths])
+        compiled, begins = arc.compiled, float(arc.start.t)
+        if compiled.clock is not None:
+            clock = scaled[:, compiled.clock]
+            times, pace = begins + values[compiled.clock], slopes[compiled.clock]
+            ends = begins + np.array([clock[:, 0], clock.sum(axis=1)])
+        first = 4 + len(compiled.gaps) + len(compiled.recovering)
+        roots = {index: values[place] for place, index in enumerate(compiled.roots, first)}
+        sizes = np.maximum(1.0, np.abs(scaled[:, :4]).max(axis=(1, 2)))
+        states = _States((values[0], values[1]), (values[2], values[3]), times, roots)
+        return cls(states, ends, pace, slopes[2:4], sizes, scaled.shape[2] - 1)
+
+
+def _passed(system: HybridSystem, mode: Mode, steps: _Steps) -> Array:
+    """Return which steps passed a change, shape (n,)."""
+    du = _accelerations(system, mode, steps.states)
+    noise = np.abs(_accelerations(system, mode, steps.states.changed()) - du)
+    rounded = np.abs(steps.pace) * (ROUNDINGS * noise + LEAST_RESIDUAL * np.abs(du))
+    allowed = of_converged(steps.order) * steps.sizes[:, None] + rounded
+    residuals = np.abs(steps.pace * du - steps.changes)
+    # A residual that is not a number says that the loads are not finite.
+    return np.asarray(~(residuals <= allowed.max(axis=2, keepdims=True)).all(axis=(0, 2)))
 
 
 def _accelerations(system: HybridSystem, mode: Mode, states: _States) -> Array:

@@ -25,17 +25,32 @@ from twolink.simulation.smooth.load_sizes import load_sizes
 from twolink.simulation.smooth.rates import rates_of
 from twolink.simulation.smooth.taylor import Steps
 
-# The places on a step.
-_NODES = (np.arange(64) + 0.5) / 64
+NODES = (np.arange(64) + 0.5) / 64
+"""The places on a step."""
 
-# Factors on the residual of a series that has converged, and on the round-off of its evaluation.
-_TERMS, _ROUNDINGS = 100.0, 64.0
+ROUNDINGS = 64.0
+"""The factor on the round-off of the evaluation of residuals."""
+
+# The factor on the residual of a series that has converged.
+_TERMS = 100.0
 
 # The part of a step that passed a change for which the run is repeated.
 _SHORTER = 1 / 4
 
 # Steps that are looked at together, which bounds the memory.
 _AT_ONCE = 1024
+
+
+def at_places(scaled: Array) -> tuple[Array, Array]:
+    """Return the values and the slopes of polynomials (n, v, p + 1) at the places: (v, n, 64)."""
+    k = np.arange(scaled.shape[2])[:, None]
+    values = np.ascontiguousarray(np.moveaxis(scaled @ NODES**k, 1, 0))
+    return values, np.moveaxis(scaled @ (k * NODES ** np.maximum(k - 1, 0)), 1, 0)
+
+
+def of_converged(order: int) -> float:
+    """Return the largest residual of a series of an order that has converged, of unit size."""
+    return _TERMS * (order + 1) * math.exp(-2 * (order + 1))
 
 
 class Residuals:
@@ -64,7 +79,7 @@ class Residuals:
         """Return which steps passed a change, shape (n,)."""
         found, as_turns = self._residuals(scaled, starts, lengths)
         order, sizes = scaled.shape[2] - 1, np.abs(scaled)
-        omitted = _TERMS * (order + 1) * math.exp(-2 * (order + 1))
+        omitted = of_converged(order)
         states = np.maximum(1.0, sizes.max(axis=(1, 2)))
         angles = np.maximum(1.0, sizes[:, :2].max(axis=(1, 2)))
         rounded, rounded_turns = self._rounded(scaled, states, starts, lengths)
@@ -77,10 +92,8 @@ class Residuals:
 
     def _residuals(self, scaled: Array, starts: Array, lengths: Array) -> tuple[Array, Array]:
         """Return the largest h f(y) − y′ of each step, and that of speeds times h: (n,)."""
-        k = np.arange(scaled.shape[2])[:, None]
-        values = np.ascontiguousarray(np.moveaxis(scaled @ _NODES**k, 1, 0))
-        slopes = np.moveaxis(scaled @ (k * _NODES ** np.maximum(k - 1, 0)), 1, 0)
-        times = starts[:, None] + lengths[:, None] * _NODES
+        values, slopes = at_places(scaled)
+        times = starts[:, None] + lengths[:, None] * NODES
         found = lengths[:, None] * self._rates(values, times) - slopes
         speeds = np.array(self._equations.to_speeds(self._chain, values[:2], found[2:]))
         largest = np.abs(found).max(axis=(0, 2))
@@ -98,7 +111,7 @@ class Residuals:
         largest = states + slopes.max(axis=1) + of_loads.max(axis=0)
         sizes = np.abs(x) + slopes.T[2:] + of_loads
         speeds = self._equations.sizes_of_speeds(self._chain, q, sizes)
-        rounding = _ROUNDINGS * PRECISIONS["double"].rounding
+        rounding = ROUNDINGS * PRECISIONS["double"].rounding
         return rounding * largest, rounding * lengths * np.asarray(speeds).max(axis=0)
 
 
