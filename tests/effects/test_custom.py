@@ -306,6 +306,32 @@ def test_pieces_must_be_smooth_loads_in_the_order_of_time(effect, words):
     assert simulate(replace(SCENE, effects=(Pieces((0.2,)),)), samples=3).met
 
 
+class Failing(Pieces):
+    """An effect whose methods raise errors."""
+
+    def piece_at(self, t):
+        return {}[t]
+
+
+class FailingElements(Elements):
+    """An effect whose elements cannot be computed."""
+
+    def contact_elements(self, chain):
+        return 1 / 0
+
+
+@pytest.mark.parametrize(
+    ("effect", "words"),
+    [
+        (Failing((0.2,)), "effect Failing: piece_at raised KeyError: 0"),
+        (FailingElements(()), "contact_elements raised ZeroDivisionError: division by zero"),
+    ],
+)
+def test_an_error_of_a_method_is_one_sentence(effect, words):
+    with pytest.raises(ParameterError, match=words):
+        replace(SCENE, effects=(effect,))
+
+
 def test_the_loads_of_every_piece_are_tried():
     later = a_torque(lambda q, u, t: abs(u[0]))
     with pytest.raises(ParameterError, match="in `abs"):

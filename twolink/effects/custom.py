@@ -36,7 +36,6 @@ _PIECES = (
     "an effect that is smooth only piece by piece must be a PiecewiseEffect or a ContactEffect"
 )
 
-
 _ELEMENTS = "a tuple of ContactElement"
 
 # A piece has loads alone.
@@ -101,10 +100,8 @@ def _try(effect: Any, name: str, chain: Chain) -> None:
         if isinstance(acting, ConservativeEffect):
             _tried(name, "potential_energy", acting.potential_energy, plain, q)
     if isinstance(effect, ContactEffect):
-        _check_elements(
-            name,
-            as_tuple(f"effect {name}: contact_elements", effect.contact_elements(plain), _ELEMENTS),
-        )
+        elements = _called(name, "contact_elements", effect.contact_elements, plain)
+        _check_elements(name, as_tuple(f"effect {name}: contact_elements", elements, _ELEMENTS))
 
 
 def _pieces(effect: PiecewiseEffect, name: str) -> tuple[Effect, ...]:
@@ -114,7 +111,7 @@ def _pieces(effect: PiecewiseEffect, name: str) -> tuple[Effect, ...]:
     rises = all(early < late for early, late in pairwise(known))
     if not (rises and all(math.isfinite(t) for t in known)):
         refuse(f"effect {name}: discontinuities", times, "increasing finite times in s")
-    pieces = tuple(effect.piece_at(t) for t in (0.0, *known))
+    pieces = tuple(_called(name, "piece_at", effect.piece_at, t) for t in (0.0, *known))
     for piece in pieces:
         if not isinstance(piece, Effect) or isinstance(piece, _NO_PIECES):
             raise ParameterError(
@@ -143,6 +140,16 @@ def _check_elements(name: str, elements: tuple[Any, ...]) -> None:
                 float(element.restitution),
                 "a number from 0 to 1",
             )
+
+
+def _called(name: str, method: str, function: Callable[..., Any], argument: Any) -> Any:
+    """Return the result of a method, or raise its error as a sentence."""
+    try:
+        return function(argument)
+    except Exception as error:
+        raise ParameterError(
+            f"effect {name}: {method} raised {type(error).__name__}: {_line(error)}"
+        ) from error
 
 
 def _tried(name: str, method: str, function: Callable[..., Any], *state: Any) -> Any:
