@@ -144,6 +144,14 @@ def test_the_longest_step_of_a_press_has_the_pace_of_its_roots():
     assert _longest_press(course, 1e-4) == pytest.approx(2e-4 / root, rel=1e-12)
 
 
+def test_a_step_of_a_press_takes_no_more_than_the_longest_step():
+    system = system_of(BALL, longest_step=1e-5)
+    course = begun(system, (0.0, 0.0), (0.01, 0.01), S.CLOSED, until=1e-4)
+    take_steps(course, 3, 1e-6)
+    root = float(course.stepper.values[4 + len(course.compiled.gaps)])
+    assert _longest_press(course, 1e-4) == pytest.approx(1e-5 / root, rel=1e-12)
+
+
 def test_an_arc_keeps_only_the_memory_of_its_steps():
     system = system_of(Gravity(), JointStop("A", lower=-1.0))
     (block,) = flow(
@@ -165,6 +173,8 @@ def test_the_powers_of_the_longest_step_stay_in_the_range_of_the_numbers(precisi
     """A press of the least root would let a step of a long arc take any length."""
     system = system_of(BALL, precision=precision)
     course = begun(system, (0.0, 0.0), (0.01, 0.01), S.CLOSED, until=1e-4)
-    longest = _longest_press(course, system.number(1e290))
+    far = replace(system, longest_step=1e290)
+    longest = _longest_press(course._replace(system=far), system.number(1e290))
+    assert longest > 1
     order = course.stepper.integrator.order
     assert math.log10(float(longest)) * order < digits
