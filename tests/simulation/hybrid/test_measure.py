@@ -469,8 +469,19 @@ def test_a_low_order_that_was_in_vain_leaves_less_work_to_the_next_runs(monkeypa
     low, *others = found.runs
     assert low.order < 21 <= min(run.order for run in others)
     assert low.work > 0
-    spent = [arguments[-1] for arguments in given]
+    spent = [arguments[-1] for arguments in given if len(arguments) == 4]
     assert spent == [0] + len(others) * [low.work]
+
+
+def test_a_low_order_that_has_reached_the_limit_of_work_is_the_result(monkeypatch):
+    """A higher order would not reach farther, and would have nothing left."""
+    monkeypatch.setattr(measure, "effort_of", limited_in("double", work=309.0))
+    found = measured_run(SCENE, TIMES, 1e-9, "lagrange", lambda name: None)
+    assert found.kept.order < 21
+    assert found.kept.exhausted
+    assert 0.3 < found.kept.reached < 2.5
+    assert np.isfinite(found.errors).all()
+    assert {run.order for run in found.runs if run.precision == "double"} == {found.kept.order}
 
 
 @pytest.mark.slow

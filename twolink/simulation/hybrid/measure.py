@@ -208,16 +208,6 @@ class _JudgeFailsError(Exception):
 _Key = tuple[PrecisionName, int, FormulationName]
 
 
-def _is_vain(order: int, run: HybridRun) -> bool:
-    """Return whether the requested order of a run is too low for its number of steps.
-
-    Their truncation errors add up to more than the accuracy.
-    """
-    if order >= BEST_ORDER:
-        return False
-    return run.steps > _MANY_STEPS_OF_A_LOW_ORDER or bool(run.failure and run.exhausted)
-
-
 @dataclass
 class _Runs:
     """The runs of a scene by precision, order and formulation.
@@ -245,7 +235,20 @@ class _Runs:
     @property
     def _spent(self) -> float:
         """The work of runs that are no results."""
-        return sum(run.work for (_, order, _), run in self.known.items() if _is_vain(order, run))
+        every = self.known.items()
+        return sum(run.work for (_, order, _), run in every if self._is_vain(order, run))
+
+    def _is_vain(self, order: int, run: HybridRun) -> bool:
+        """Return whether the requested order of a run is too low for its number of steps.
+
+        Their truncation errors add up to more than the accuracy. Where the limit of work has ended
+        the run, one of a higher order would not reach farther.
+        """
+        if order >= BEST_ORDER:
+            return False
+        most = effort_of("double", self.scene.duration, self.limits).work
+        ended = bool(run.failure and run.exhausted) and run.work <= most
+        return ended or run.steps > _MANY_STEPS_OF_A_LOW_ORDER
 
     def trial(
         self, configuration: Configuration, accuracy: float, *, is_last: bool = True
@@ -262,7 +265,7 @@ class _Runs:
         else:
             self._expect(configuration)
         kept = self.kept(configuration)
-        if _is_vain(configuration.order, kept):
+        if self._is_vain(configuration.order, kept):
             return None
         self._expect(configuration)
         judge = self.judge(configuration, kept)
