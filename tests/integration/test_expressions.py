@@ -12,11 +12,13 @@ from twolink.arithmetic import cos, exp, sin, sqrt
 from twolink.chain import Chain
 from twolink.contact.elastoplastic import Material
 from twolink.effects import Effect
+from twolink.effects.surface import Surface
 from twolink.integration.expressions import Precise, plain, precise
 from twolink.integration.precisions import PRECISIONS
 from twolink.loads import Torque
 from twolink.optional import heyoka
 from twolink.scene import Scene
+from twolink.simulation import simulate
 from twolink.simulation.motion import motion_run
 
 LONG = ["long double", "quadruple"]
@@ -56,11 +58,38 @@ def test_heyoka_itself_divides_by_a_rounded_reciprocal():
     assert 1e-18 < abs(float(found - number(1) / number(3))) < 1e-16
 
 
-def test_expressions_for_float64_are_those_of_heyoka():
-    x = heyoka().make_vars("x")
-    assert precise(x, float) is x
-    assert plain(x) is x
+@pytest.mark.parametrize("name", sorted(FORMULAS.keys() - {"powers"}))
+def test_formulas_in_float64_are_those_of_heyoka(name):
+    """Its quotients by floats are products, which take less time."""
+    x, formula = heyoka().make_vars("x"), FORMULAS[name]
+    assert str(plain(formula(precise(x, float)))) == str(formula(x))
+
+
+def test_numbers_are_expressions_too():
     assert str(plain(2.0)) == str(heyoka().expression(2.0))
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("exponent", [0, 1, 2, 3, 4, 5, 7, 13])
+def test_series_of_whole_powers_exist_where_the_base_is_zero(exponent, precision):
+    """x' = 1 and y' = x^n from 0: y = x^(n + 1) / (n + 1)."""
+    hy, number = heyoka(), PRECISIONS[precision].number
+    x, y = hy.make_vars("x", "y")
+    rate = plain(precise(x, number) ** exponent)
+    equations = [(x, hy.expression(number(1))), (y, rate)]
+    start = np.array([number(0)] * 2)
+    run = hy.taylor_adaptive(equations, start, fp_type=number, tol=number(1e-15))
+    run.propagate_until(number(1.5))
+    exact = number(1.5) ** (exponent + 1) / number(exponent + 1)
+    assert abs(float(run.state[1] / exact - 1)) < 1e-14
+
+
+def test_heyoka_itself_has_no_series_of_a_cube_at_zero():
+    hy = heyoka()
+    x = hy.make_vars("x")
+    run = hy.taylor_adaptive([(x, 1 + x**3)], [0.0])
+    run.step(0.1)
+    assert np.isnan(run.state[0])
 
 
 @pytest.mark.parametrize(
@@ -131,3 +160,27 @@ def test_runs_in_longer_numbers_have_the_digits_of_the_formula(formulation):
     for value, exact in zip(run.q[:, -1], exact_angles(40), strict=True):
         parts = [float(value), float(value - type(value)(float(value)))]
         assert abs(sum(map(Fraction, parts)) - Fraction(str(mpmath.nstr(exact, 45)))) < 1e-31
+
+
+FAR = Surface((0.0, 9.0), (0.0, -1.0))
+
+
+@dataclass(frozen=True)
+class Hardening(Effect):
+    """A spring of the third power at A, and a torque of the fifth power of time at B."""
+
+    def loads(self, chain, q, u, t=0.0):
+        return Torque(1, -2 * q[0] ** 3), Torque(2, 0.3 * t**5)
+
+
+@pytest.mark.parametrize("surfaces", [(), (FAR,)], ids=["smooth", "with a surface"])
+def test_motions_begin_where_the_base_of_a_power_is_zero(surfaces):
+    """3 q1'' = -2 q1³, and q2'' = 0.6 t⁵ in the angle of link 2, both from 0."""
+    far = mpmath.mpf("1.25")
+    with mpmath.workdps(25):
+        # q1'² = 4 - q1⁴ / 3.
+        time = mpmath.quad(lambda x: 1 / mpmath.sqrt(4 - x**4 / 3), [0, far / 2, far])
+    scene = Scene(TURNING.chain, (0.0, 0.0), (2.0, 0.0), float(time), (Hardening(), *surfaces))
+    found = simulate(scene, accuracy=1e-10)
+    q, _ = found.at(scene.duration)
+    assert q[:, 0] == pytest.approx([float(far), 0.6 * float(time) ** 7 / 42], abs=1e-10)

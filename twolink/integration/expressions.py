@@ -1,8 +1,11 @@
-"""heyoka's expressions in formulas for numbers longer than float64.
+"""heyoka's expressions in formulas, for numbers of any precision.
 
 heyoka writes the quotient of an expression and a float as a product with the reciprocal in float64,
 also in code for longer numbers: x / 3.0 would have 16 digits in a run of fifty. The symbols given
 here convert numbers to the precision of the run before an operation.
+
+Its Taylor series of a power, other than a square, divides by the base, which may be zero. The
+symbols write powers with whole exponents as products.
 """
 
 from __future__ import annotations
@@ -12,6 +15,9 @@ from typing import Any
 
 from twolink.arithmetic import exactly
 from twolink.optional import heyoka
+
+# The largest whole exponent of which heyoka's series holds for a base of zero.
+_SQUARE = 2
 
 
 class Precise:
@@ -30,9 +36,11 @@ class Precise:
         return Precise(expression, self.number)
 
     def _operand(self, other: Any) -> Any:
-        """Return an expression for an operand."""
+        """Return an operand for heyoka: an expression, or a float for float64."""
         if isinstance(other, Precise):
             return other.expression
+        if self.number is float:
+            return exactly(other, float)
         kind = heyoka().expression
         return other if isinstance(other, kind) else kind(exactly(other, self.number))
 
@@ -61,6 +69,8 @@ class Precise:
         return self._of(self._operand(other) / self.expression)
 
     def __pow__(self, exponent: Any) -> Precise:
+        if isinstance(exponent, int) and exponent > _SQUARE:
+            return self._of(_whole_power(self.expression, exponent))
         known = isinstance(exponent, (int, float))
         return self._of(self.expression ** (exponent if known else self._operand(exponent)))
 
@@ -71,9 +81,17 @@ class Precise:
         return self
 
 
-def precise(expression: Any, number: Any) -> Any:
-    """Return an expression for formulas in numbers of a type: itself for float64."""
-    return expression if number is float else Precise(expression, number)
+def precise(expression: Any, number: Any) -> Precise:
+    """Return an expression for formulas in numbers of a type."""
+    return Precise(expression, number)
+
+
+def _whole_power(base: Any, exponent: int) -> Any:
+    """Return a power of an expression as products of squares."""
+    if exponent == 1:
+        return base
+    half = _whole_power(base, exponent // 2)
+    return half * half * base if exponent % 2 else half * half
 
 
 def plain(value: Any) -> Any:
