@@ -5,6 +5,9 @@ velocity's partial derivatives, Lagrange by the position's, an engine by its ext
 """
 
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Point
@@ -17,6 +20,11 @@ class Force:
     point: Point
     components: Pair
 
+    def where(self, acts: Any) -> "Force":
+        """Return the force at the times at which it acts, a boolean array, and zero at others."""
+        x, y = self.components
+        return Force(self.point, (np.where(acts, x, 0), np.where(acts, y, 0)))
+
 
 @dataclass(frozen=True)
 class Torque:
@@ -27,6 +35,10 @@ class Torque:
 
     link: int
     moment: Scalar
+
+    def where(self, acts: Any) -> "Torque":
+        """Return the torque at the times at which it acts, a boolean array, and zero at others."""
+        return Torque(self.link, np.where(acts, self.moment, 0))
 
 
 Load = Force | Torque

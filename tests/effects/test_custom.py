@@ -284,9 +284,6 @@ class Pieces(PiecewiseEffect):
     def piece_at(self, t):
         return Gravity() if t < 0.2 else self.other
 
-    def loads(self, chain, q, u, t=0.0):
-        return Gravity().loads(chain, q, u)
-
 
 @pytest.mark.parametrize(
     ("effect", "words"),

@@ -2,6 +2,7 @@
 
 import inspect
 
+import numpy as np
 import pytest
 
 from twolink import effects
@@ -11,11 +12,13 @@ from twolink.effects import (
     ConservativeEffect,
     ContactEffect,
     Effect,
+    EndDrag,
     EndForce,
     Gravity,
     JointFriction,
     JointSpring,
     JointStop,
+    JointTorque,
     MotorInertia,
     ParametricEffect,
     PiecewiseEffect,
@@ -29,7 +32,10 @@ from twolink.effects import (
     smooth_loads,
     with_rotors,
 )
-from twolink.loads import motor_loads
+from twolink.loads import Torque, motor_loads
+from twolink.scene import Scene
+from twolink.simulation import simulate
+from twolink.simulation.smooth.equations import gathered_force
 
 BARS = Chain.uniform_bars()
 Q, U = (0.3, 0.5), (0.2, -0.1)
@@ -39,7 +45,7 @@ CONTRACTS = [
     (ConservativeEffect, {"loads", "potential_energy"}),
     (ContactEffect, {"loads", "smooth_loads", "contact_elements"}),
     (RotorEffect, {"with_rotors"}),
-    (PiecewiseEffect, {"loads", "discontinuities", "piece_at"}),
+    (PiecewiseEffect, {"discontinuities", "piece_at"}),
     (ParametricEffect, {"loads", "numbers", "with_numbers"}),
 ]
 
@@ -99,6 +105,64 @@ def test_pieces_follow_each_other_at_the_discontinuities():
     assert before == STEPS.loads(BARS, Q, U, 0.5)
     assert after == STEPS.loads(BARS, Q, U, 1.5)
     assert pieces_at(acting, 0.5)[0] is acting[0]
+
+
+class Pieces(PiecewiseEffect):
+    """The same torques as `STEPS`, and a drag that replaces them at 2 s."""
+
+    discontinuities = (0.0, 1.0, 2.0)
+
+    def piece_at(self, t):
+        return JointTorque((1.0 if t < 1.0 else 2.0, 0.0)) if t < 2.0 else EndDrag(0.3)
+
+
+def test_loads_at_many_times_are_those_of_the_pieces_there():
+    times = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 3.5])
+    q = np.linspace(0.1, 0.4, 6), np.linspace(0.2, -0.4, 6)
+    found = gathered_force(BARS, q, smooth_loads((Pieces(),), BARS, q, (0 * q[0], q[1]), times))
+    for place, t in enumerate(times.tolist()):
+        here = q[0][place], q[1][place]
+        for loads in (Pieces().loads(BARS, here, (0.0, here[1]), t),
+                      Pieces().piece_at(t).loads(BARS, here, (0.0, here[1]), t)):  # fmt: skip
+            exact = gathered_force(BARS, here, loads)
+            assert [force[place] for force in found] == pytest.approx(exact, rel=1e-15)
+
+
+def test_loads_of_pieces_count_only_where_these_act():
+    """The first piece is not finite where another one acts."""
+
+    class Root(Effect):
+        def loads(self, chain, q, u, t=0.0):
+            return Torque(1, 1.0 / (t - 1.0)), Torque(2, 2.0 * t)
+
+    class Ends(PiecewiseEffect):
+        discontinuities = (1.0,)
+
+        def piece_at(self, t):
+            return Root() if t < 1.0 else Gravity(0.0)
+
+    with np.errstate(divide="ignore"):
+        loads = Ends().loads(BARS, Q, U, np.array([0.5, 1.0]))
+    assert [load.moment.tolist() for load in loads[:2]] == [[-2.0, 0.0], [1.0, 0.0]]
+    assert all(np.all(np.array(load.components) == 0) for load in loads[2:])
+
+
+def test_the_work_of_pieces_is_theirs():
+    """A class of a user as the library's, where a method `loads` that differs is not used."""
+
+    class Other(Pieces):
+        def loads(self, chain, q, u, t=0.0):
+            return (Torque(1, 1e9),)
+
+    sums = []
+    for effect in (STEPS, Other()):
+        scene = Scene(BARS, Q, U, 1.8, (Gravity(), effect))
+        found = simulate(scene, accuracy=1e-9, samples=31)
+        assert found.met
+        _, work = found.work().values()
+        sums.append([*found.q[:, -1], work[-1]])
+    for one, other in zip(*sums, strict=True):
+        assert one == pytest.approx(other, abs=1e-8)
 
 
 def test_rotors_of_all_effects_are_added():

@@ -12,6 +12,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Self
 
+import numpy as np
+
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
 from twolink.errors import SimulationError
@@ -83,7 +85,10 @@ class RotorEffect(Effect):
 
 
 class PiecewiseEffect(Effect):
-    """An effect that is smooth in time between its discontinuities."""
+    """An effect that is smooth in time between its discontinuities.
+
+    Its loads are those of its pieces.
+    """
 
     @property
     @abstractmethod
@@ -93,6 +98,25 @@ class PiecewiseEffect(Effect):
     @abstractmethod
     def piece_at(self, t: float) -> Effect:
         """Return the smooth effect that acts from a time (s) until the next discontinuity."""
+
+    def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+        """Return the loads at a time (s), or those of all pieces at an array of times."""
+        return self.smooth_loads(chain, q, u, t)
+
+    def smooth_loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+        """Return the loads of the piece at a time (s).
+
+        At an array of times those of all pieces are returned, each zero where another one acts.
+        """
+        if not np.ndim(t):
+            return self.piece_at(float(t)).smooth_loads(chain, q, u, t)
+        known = (0.0, *self.discontinuities)
+        pieces = np.searchsorted(known[1:], np.asarray(t, dtype=float), side="right")
+        return tuple(
+            load.where(pieces == piece)
+            for piece in np.unique(pieces).tolist()
+            for load in self.piece_at(known[piece]).smooth_loads(chain, q, u, t)
+        )
 
     def slopes_of(self, slopes: tuple[float, ...]) -> Callable[[float], tuple[Scalar, ...]]:
         """Return a function from a time (s) to the slopes of the numbers of the piece there.

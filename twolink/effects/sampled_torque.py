@@ -170,7 +170,7 @@ class SampledTorque(PiecewiseEffect):
 
         return slopes_at
 
-    def loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
+    def smooth_loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return the torques on link 1 and on link 2 at a time, or at an array of times (s)."""
         pieces = np.searchsorted(self.times, t, side="right")
         since = np.asarray(t, dtype=float) - np.asarray(self.times)[np.maximum(pieces - 1, 0)]

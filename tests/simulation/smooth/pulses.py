@@ -102,6 +102,3 @@ class Switched(PiecewiseEffect):
 
     def piece_at(self, t):
         return self.before if t < self.at else self.after
-
-    def loads(self, chain, q, u, t=0.0):
-        return self.before.loads(chain, q, u, t)
