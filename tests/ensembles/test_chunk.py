@@ -30,7 +30,7 @@ def joined(parts):
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-@pytest.mark.slow_but_first
+@pytest.mark.slow
 @pytest.mark.parametrize("refine", [False, True])
 def test_bits_do_not_depend_on_chunks(refine):
     runs = {"accuracy": 1e-8, "duration": 6.0, "refine": refine}

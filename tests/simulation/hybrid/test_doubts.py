@@ -239,6 +239,7 @@ def cushioned(speed, torque, height, radius, poisson, strength, duration):
     return Scene(BARS, (0.9, 0.8), (speed, 0.0), duration, effects)
 
 
+@pytest.mark.slow
 def test_the_edge_of_a_dent_that_is_almost_reached_is_decided_in_longer_numbers():
     """Beyond the edge the floor is undamaged: a torque of 1e-16 N m changes u by 4e-3 rad/s."""
     scene = cushioned(0.8339019463785469, -9.35554504394531e-16, 1.51, 0.05, 0.3, 2e7, 0.04)
@@ -287,6 +288,7 @@ def test_dents_that_end_just_above_a_jump_of_the_force_leave_doubts(phase, deepe
     assert may_jump(system, mode, Trigger(E.REACHES, 0, 0)) == jumps
 
 
+@pytest.mark.slow
 def test_the_largest_depth_of_a_dent_leaves_no_doubt():
     """B and the end of a folded chain bounce in their dents; the force has no jump there.
 

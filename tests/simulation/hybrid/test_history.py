@@ -50,6 +50,7 @@ def test_modes_that_follow_each_other_without_time_are_an_error(monkeypatch):
         hybrid_run(BOUNCES, [0.0, 4.0])
 
 
+@pytest.mark.slow
 def test_a_folded_chain_that_turns_about_its_end_ends_with_this_cause():
     """The friction of an end force at A and that of joint B share a torque in no single way."""
     effects = Gravity(), EndForce(-1.0, 0.5), JointFriction((0.0, 5.0))

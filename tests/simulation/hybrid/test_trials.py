@@ -62,6 +62,7 @@ def problems(seed):
         yield problem_at(system, state, pose, options)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_candidates_are_the_modes_that_violate_no_condition(seed):
     tried = several = 0
@@ -81,6 +82,7 @@ def test_the_candidates_are_the_modes_that_violate_no_condition(seed):
     assert several > 20
 
 
+@pytest.mark.slow
 def test_the_conceivable_modes_are_those_whose_slides_are_free_and_constraints_few():
     """The elements' holds are chosen first, and the states after them; here all states at once."""
     count = 0

@@ -76,6 +76,7 @@ def test_a_pulse_in_an_angle_is_seen_beside_contact_and_friction(name):
     assert off <= found.error
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("centre", [0.55, 0.6, 0.7])
 def test_a_pulse_is_seen_while_a_soft_surface_is_pressed(centre):
     """There the variable of the steps is not time, and they are made shorter too."""
